@@ -1,0 +1,46 @@
+"""How the kernels of this package are compiled: numba, cached on disk, free of the GIL."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+__all__ = ["KERNEL_MODULES", "compiled"]
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+#: Modules whose functions call each other in compiled code.
+KERNEL_MODULES = ("lie", "leg_kernel", "model_kernel", "newton_kernel")
+
+#: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
+FASTMATH = {"contract", "nsz", "reassoc"}
+
+
+def _stamp() -> tuple[str, int]:
+    """Fingerprint of every kernel source, in the form of a numba source stamp."""
+    digest = hashlib.sha256()
+    size = 0
+    for module in KERNEL_MODULES:
+        source = (Path(__file__).parent / f"{module}.py").read_bytes()
+        digest.update(source)
+        size += len(source)
+    return digest.hexdigest(), size
+
+
+_STAMP = _stamp()
+
+
+def compiled(function: Function) -> Function:
+    """Compile a kernel on its first call and keep the machine code on disk.
+
+    numba renews a cached function when the file that defines it changes, but not when a function it
+    calls from another file does; after an edit or an upgrade stale code would run. Every kernel is
+    therefore stamped with all kernel sources together.
+    """
+    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)(function)
+    dispatcher._cache._cache_file._source_stamp = _STAMP
+    return dispatcher

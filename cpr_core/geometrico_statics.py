@@ -1,0 +1,230 @@
+"""The geometrico-static problems of Section IV-B: forward, inverse, forward by effort."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg
+
+from .arrays import workspace
+from .continuation import Request, follow
+from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
+from .errors import InvalidRequest, NoForwardSolution, NoInverseSolution, NoSolution
+from .lie import rotation_from_quaternion
+from .loads import Loads, checked_vector
+from .model import evaluate
+from .newton_kernel import CONVERGED, newton
+from .robot import Robot
+
+__all__ = ["solve_forward", "solve_forward_by_effort", "solve_home", "solve_inverse"]
+
+Floats = NDArray[np.float64]
+
+
+def solve_forward(
+    robot: Robot,
+    motors: ArrayLike,
+    *,
+    start: Equilibrium | None = None,
+    loads: Loads | None = None,
+) -> Equilibrium:
+    """Forward problem: the equilibrium at given motor positions.
+
+    Args:
+        robot: The robot.
+        motors: Motor positions q_a in motor order, (n,) [rad or m].
+        start: Equilibrium whose branch is followed; default the robot's home.
+        loads: Loads; default those of the start.
+
+    Raises:
+        InvalidRequest: Wrong number of motors, or loads that do not fit the robot.
+        NonFiniteInput: A NaN or an infinity.
+        NoForwardSolution: The branch of the start does not reach that far.
+    """
+    values = _motor_vector(robot, "motors", motors)
+    start = _checked_start(robot, start)
+    return _followed(
+        start, Request("motors", _loads(start, loads), values=values), NoForwardSolution, "motors"
+    )
+
+
+def solve_forward_by_effort(
+    robot: Robot,
+    efforts: ArrayLike,
+    *,
+    start: Equilibrium | None = None,
+    loads: Loads | None = None,
+) -> Equilibrium:
+    """Forward problem by effort: the equilibrium under given motor efforts.
+
+    Args:
+        robot: The robot.
+        efforts: Motor efforts tau_a in motor order, (n,) [N m or N].
+        start: Equilibrium whose branch is followed; default the robot's home.
+        loads: Loads; default those of the start.
+
+    Raises:
+        InvalidRequest: Wrong number of efforts, or loads that do not fit the robot.
+        NonFiniteInput: A NaN or an infinity.
+        NoForwardSolution: The branch of the start does not reach that far.
+    """
+    values = _motor_vector(robot, "efforts", efforts)
+    start = _checked_start(robot, start)
+    return _followed(
+        start, Request("efforts", _loads(start, loads), values=values), NoForwardSolution, "efforts"
+    )
+
+
+def solve_inverse(
+    robot: Robot,
+    pose: ArrayLike,
+    *,
+    start: Equilibrium | None = None,
+    loads: Loads | None = None,
+) -> Equilibrium:
+    """Inverse problem: the motors that hold the controlled platform coordinates at given values.
+
+    Args:
+        robot: The robot.
+        pose: Controlled coordinates in the order of the description [m, rad]; ``orientation`` is a
+            unit quaternion w x y z, ``angle`` the planar angle from the x axis.
+        start: Equilibrium whose branch is followed; default the robot's home.
+        loads: Loads; default those of the start.
+
+    Raises:
+        InvalidRequest: Wrong number of coordinates, or loads that do not fit the robot.
+        InvalidQuaternion: A quaternion far from unit length.
+        NonFiniteInput: A NaN or an infinity.
+        NoInverseSolution: The pose is not reached from the start.
+    """
+    start = _checked_start(robot, start)
+    position, rotation = split_pose(start, pose)
+    request = Request(
+        "platform",
+        _loads(start, loads),
+        platform_rotation=rotation,
+        platform_position=position,
+    )
+    return _followed(start, request, NoInverseSolution, "pose")
+
+
+def pose_meaning(robot: Robot) -> tuple[str, ...]:
+    """Names of the numbers that make up a pose of the inverse problem."""
+    parts = {"orientation": ("qw", "qx", "qy", "qz")}
+    return tuple(
+        number for name in robot.description.controlled for number in parts.get(name, (name,))
+    )
+
+
+def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
+    """Position and rotation meant by controlled coordinates; the others as at the start."""
+    names = pose_meaning(start.robot)
+    values = dict(
+        zip(names, checked_vector("pose", pose, len(names), " ".join(names)), strict=True)
+    )
+    position, rotation = start.platform_position.copy(), start.platform_rotation
+    for axis, name in enumerate("xyz"):
+        position[axis] = values.get(name, position[axis])
+    if "qw" in values:
+        rotation = rotation_from_quaternion([values[name] for name in ("qw", "qx", "qy", "qz")])
+    if "angle" in values:
+        cosine, sine = np.cos(values["angle"]), np.sin(values["angle"])
+        rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    return position, rotation
+
+
+def solve_home(robot: Robot) -> Equilibrium:
+    """Home equilibrium: the rough one of the description, refined, then loaded.
+
+    Raises:
+        NoForwardSolution: The rough home leads to no equilibrium, or the loads cannot be borne.
+    """
+    guess, arrays = robot.description.home, robot.arrays
+    loads = Loads.none()
+    load_arrays = robot.load_arrays(loads)
+    size = len(arrays.unit)
+    state = np.zeros(size)
+    state[robot.motor_indices] = guess.motors
+    for number, leg in enumerate(robot.description.legs):
+        first = arrays.legs[number]["strain_index"]
+        sigma, weights = robot.grid.nodes, robot.grid.weights
+        target = np.zeros((len(sigma), 3))
+        for component, coefficients in enumerate(guess.strain[number]):
+            if len(coefficients):
+                target[:, component] = legendre.legval(2.0 * sigma - 1.0, coefficients)
+        values, directions = leg.modes.values(sigma), leg.modes.directions
+        scale = np.sqrt(weights)[:, None]
+        for component in range(3):
+            mine = np.flatnonzero(directions == component)
+            if len(mine):
+                state[first + mine] = np.linalg.lstsq(
+                    scale * values[:, mine], scale[:, 0] * target[:, component], rcond=None
+                )[0]
+    rotation = guess.platform_rotation.copy()
+    position = guess.platform_position.copy()
+
+    # The residual is linear in the multipliers: the best ones for the rough shape.
+    free = np.arange(arrays.platform_index + len(robot.platform_axes))
+    rows = np.setdiff1d(free, robot.multiplier_indices)
+    value = evaluate(robot, load_arrays, state, rotation, position)
+    columns = robot.multiplier_indices
+    scale = arrays.unit[rows]
+    state[columns] = arrays.unit[columns] * (
+        linalg.lstsq(
+            scale[:, None] * value.tangent[np.ix_(rows, columns)] * arrays.unit[columns],
+            -scale * value.residual[rows],
+        )[0]
+    )
+    residual, tangent = np.empty(size), np.empty((size, size))
+    status, iterations, largest, energy = newton(
+        arrays, load_arrays, state, rotation, position, free, free, np.zeros(robot.motor_count),
+        RESIDUAL_TOLERANCE, 200, 1.0, residual, tangent, workspace(arrays),
+    )  # fmt: skip
+    if status != CONVERGED:
+        raise NoForwardSolution(
+            f"{robot.description.source}: home: the rough home leads to no equilibrium "
+            f"(dimensionless residual {largest:.2g} after {iterations} steps)",
+            0.0,
+            None,
+        )
+    unloaded = Equilibrium(
+        robot=robot,
+        loads=loads,
+        state=state,
+        platform_rotation=rotation,
+        platform_position=position,
+        efforts=residual[robot.motor_indices],
+        residual=largest,
+        iterations=iterations,
+        energy=energy,
+        load_arrays=load_arrays,
+    )
+    return solve_forward(robot, guess.motors, start=unloaded, loads=robot.default_loads)
+
+
+def _motor_vector(robot: Robot, name: str, values: ArrayLike) -> Floats:
+    return checked_vector(name, values, robot.motor_count, " ".join(robot.motor_names))
+
+
+def _checked_start(robot: Robot, start: Equilibrium | None) -> Equilibrium:
+    if start is None:
+        return robot.home
+    if start.robot is not robot:
+        raise InvalidRequest("start", "expected an equilibrium of the same robot object")
+    return start
+
+
+def _loads(start: Equilibrium, loads: Loads | None) -> Loads:
+    return start.loads if loads is None else loads
+
+
+def _followed(
+    start: Equilibrium, request: Request, error: Callable[..., NoSolution], what: str
+) -> Equilibrium:
+    try:
+        return follow(start, request)
+    except NoSolution as failure:
+        raise error(f"{what}: {failure}", failure.fraction, failure.last) from None

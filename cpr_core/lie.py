@@ -1,0 +1,139 @@
+"""Rotations in three dimensions: the few operations the kernels and the interfaces need."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .compiled import compiled
+from .errors import InvalidQuaternion, NonFiniteInput
+
+__all__ = [
+    "multiply",
+    "rotate",
+    "rotation_exp",
+    "rotation_exp_into",
+    "rotation_log",
+    "quaternion_from_rotation",
+    "rotation_from_quaternion",
+    "skew",
+]
+
+#: Quaternions whose norm differs from 1 by more than this are refused, not normalised.
+QUATERNION_TOLERANCE = 1e-3
+
+
+@compiled
+def multiply(left, right, result):
+    """Product of two (3, 3) matrices into a third."""
+    for i in range(3):
+        for j in range(3):
+            result[i, j] = (
+                left[i, 0] * right[0, j] + left[i, 1] * right[1, j] + left[i, 2] * right[2, j]
+            )
+
+
+@compiled
+def rotate(matrix, vector, result):
+    """Product of a (3, 3) matrix and a vector of shape (3,) into another."""
+    for i in range(3):
+        result[i] = matrix[i, 0] * vector[0] + matrix[i, 1] * vector[1] + matrix[i, 2] * vector[2]
+
+
+@compiled
+def rotation_exp_into(x, y, z, rotation):
+    """Rotation matrix ``exp((x, y, z)^)`` into an array (3, 3), Rodrigues' formula."""
+    squared = x * x + y * y + z * z
+    if squared < 1e-8:
+        sine = 1.0 - squared / 6.0 + squared * squared / 120.0
+        versine = 0.5 - squared / 24.0 + squared * squared / 720.0
+    else:
+        angle = math.sqrt(squared)
+        sine = math.sin(angle) / angle
+        half = math.sin(0.5 * angle)
+        versine = 2.0 * half * half / squared
+    rotation[0, 0] = 1.0 - versine * (y * y + z * z)
+    rotation[1, 1] = 1.0 - versine * (x * x + z * z)
+    rotation[2, 2] = 1.0 - versine * (x * x + y * y)
+    rotation[0, 1] = versine * x * y - sine * z
+    rotation[1, 0] = versine * x * y + sine * z
+    rotation[0, 2] = versine * x * z + sine * y
+    rotation[2, 0] = versine * x * z - sine * y
+    rotation[1, 2] = versine * y * z - sine * x
+    rotation[2, 1] = versine * y * z + sine * x
+
+
+def rotation_exp(vector: ArrayLike) -> NDArray[np.float64]:
+    """Rotation matrix ``exp(vector^)``, (3, 3), of a rotation vector of shape (3,)."""
+    x, y, z = np.asarray(vector, float)
+    rotation = np.empty((3, 3))
+    rotation_exp_into(x, y, z, rotation)
+    return rotation
+
+
+def skew(vector: ArrayLike) -> NDArray[np.float64]:
+    """Matrix ``v^`` with ``v^ u = v x u``, shape (3, 3)."""
+    x, y, z = np.asarray(vector, float)
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def rotation_log(rotation: ArrayLike) -> NDArray[np.float64]:
+    """Rotation vector, shape (3,), of norm at most pi, of a rotation matrix."""
+    w, x, y, z = quaternion_from_rotation(rotation)
+    axis = np.array([x, y, z])
+    sine = float(np.linalg.norm(axis))
+    if sine < 1e-12:
+        return 2.0 * axis
+    return 2.0 * math.atan2(sine, w) / sine * axis
+
+
+def quaternion_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
+    """Unit quaternion (w, x, y, z) with w >= 0 of a rotation matrix."""
+    m = np.asarray(rotation, float)
+    # Squares of 2w, 2x, 2y, 2z; the largest is divided by, so no digit is lost.
+    squares = 1.0 + np.array(
+        [
+            m[0, 0] + m[1, 1] + m[2, 2],
+            m[0, 0] - m[1, 1] - m[2, 2],
+            -m[0, 0] + m[1, 1] - m[2, 2],
+            -m[0, 0] - m[1, 1] + m[2, 2],
+        ]
+    )
+    products = np.array(
+        [
+            [squares[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
+            [m[2, 1] - m[1, 2], squares[1], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
+            [m[0, 2] - m[2, 0], m[0, 1] + m[1, 0], squares[2], m[1, 2] + m[2, 1]],
+            [m[1, 0] - m[0, 1], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], squares[3]],
+        ]
+    )
+    quaternion = products[int(np.argmax(squares))]
+    quaternion = quaternion / np.linalg.norm(quaternion)
+    return -quaternion if quaternion[0] < 0.0 else quaternion
+
+
+def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
+    """Rotation matrix of a unit quaternion (w, x, y, z).
+
+    Raises:
+        NonFiniteInput: A component is NaN or infinite.
+        InvalidQuaternion: The norm differs from 1 by more than ``QUATERNION_TOLERANCE``.
+    """
+    quaternion = np.asarray(quaternion_wxyz, float)
+    if not np.all(np.isfinite(quaternion)):
+        raise NonFiniteInput("quaternion", f"expected finite w x y z, got {quaternion.tolist()}")
+    norm = float(np.linalg.norm(quaternion))
+    if abs(norm - 1.0) > QUATERNION_TOLERANCE:
+        raise InvalidQuaternion(
+            "quaternion", f"expected unit length, got norm {norm:g} of {quaternion.tolist()}"
+        )
+    w, x, y, z = quaternion / norm
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )

@@ -1,0 +1,99 @@
+"""What acts on the robot from outside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import InvalidRequest, NonFiniteInput
+
+__all__ = ["Loads", "checked_vector"]
+
+Floats = NDArray[np.float64]
+
+
+def checked_vector(name: str, value: ArrayLike, size: int, meaning: str = "") -> Floats:
+    """A read-only float vector of a given length.
+
+    Raises:
+        InvalidRequest: Not numbers, or not ``size`` of them.
+        NonFiniteInput: A NaN or an infinity among them.
+    """
+    expected = f"expected {size} numbers" + (f" ({meaning})" if meaning else "")
+    try:
+        vector = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidRequest(name, f"{expected}, got {value!r}") from None
+    if vector.shape != (size,):
+        count = vector.size if vector.ndim == 1 else f"an array of shape {vector.shape}"
+        raise InvalidRequest(name, f"{expected}, got {count}")
+    if not np.all(np.isfinite(vector)):
+        raise NonFiniteInput(name, f"{expected}, all finite, got {vector.tolist()}")
+    vector.flags.writeable = False
+    return vector
+
+
+def _zeros(size: int) -> Floats:
+    zeros = np.zeros(size)
+    zeros.flags.writeable = False
+    return zeros
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """External loads. Wrenches stack moment [N m] over force [N] and act at the platform origin P.
+
+    Attributes:
+        gravity: Acceleration in the world, on rods and platform, shape (3,) [m/s^2].
+        rod_force: Uniform force per length on every rod, fixed in space, shape (3,) [N/m].
+        wrench_world: Platform wrench fixed in space, shape (6,). Its moment is not conservative.
+        wrench_body: Platform wrench that turns with the platform, shape (6,); not conservative.
+    """
+
+    gravity: Floats
+    rod_force: Floats
+    wrench_world: Floats
+    wrench_body: Floats
+
+    @classmethod
+    def none(cls) -> Loads:
+        """No load at all."""
+        return cls(_zeros(3), _zeros(3), _zeros(6), _zeros(6))
+
+    def with_(
+        self,
+        *,
+        gravity: ArrayLike | None = None,
+        rod_force: ArrayLike | None = None,
+        wrench_world: ArrayLike | None = None,
+        wrench_body: ArrayLike | None = None,
+    ) -> Loads:
+        """The same loads with some replaced.
+
+        Raises:
+            InvalidRequest: A vector of the wrong length.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        given = {
+            "gravity": (gravity, 3, "x y z in the world, m/s^2"),
+            "rod_force": (rod_force, 3, "x y z in the world, N/m"),
+            "wrench_world": (wrench_world, 6, "mx my mz fx fy fz, N m and N"),
+            "wrench_body": (wrench_body, 6, "mx my mz fx fy fz, N m and N"),
+        }
+        changes = {
+            name: checked_vector(name, value, size, meaning)
+            for name, (value, size, meaning) in given.items()
+            if value is not None
+        }
+        return replace(self, **changes)
+
+    def conservative(self, planar: bool) -> bool:
+        """Whether all loads have a potential, so that energy decides stability (Section V-D).
+
+        Moments in space and following forces have none; a moment in the plane has one.
+        """
+        if planar:
+            return not np.any(self.wrench_body[3:])
+        return not np.any(self.wrench_world[:3]) and not np.any(self.wrench_body)

@@ -1,0 +1,60 @@
+"""The geometrico-static model, Eq. (32), and its tangent at a state, for use from Python."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import LoadArrays, workspace
+from .equilibrium import Equilibrium
+from .model_kernel import evaluate_model
+from .robot import Robot
+
+__all__ = ["ModelValue", "evaluate", "tangent_at"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ModelValue:
+    """Residual and tangent at one state, in the state order of the robot.
+
+    Attributes:
+        residual: Derivative of the Lagrangian by every state; motor rows hold the efforts, (N,).
+        tangent: Its derivative, (N, N); symmetric at equilibrium under conservative loads.
+        energy: Potential energy [J].
+    """
+
+    residual: Floats
+    tangent: Floats
+    energy: float
+
+
+def evaluate(
+    robot: Robot,
+    loads: LoadArrays,
+    state: Floats,
+    platform_rotation: Floats,
+    platform_position: Floats,
+) -> ModelValue:
+    """The model at any state, in equilibrium or not (SI units, world frame)."""
+    residual = np.empty_like(state)
+    tangent = np.empty((len(state), len(state)))
+    energy = evaluate_model(
+        robot.arrays, loads, state, platform_rotation, platform_position,
+        residual, tangent, workspace(robot.arrays),
+    )  # fmt: skip
+    return ModelValue(residual, tangent, energy)
+
+
+def tangent_at(equilibrium: Equilibrium) -> Floats:
+    """Tangent of the model at an equilibrium, (N, N)."""
+    return evaluate(
+        equilibrium.robot,
+        equilibrium.load_arrays,
+        equilibrium.state,
+        equilibrium.platform_rotation,
+        equilibrium.platform_position,
+    ).tangent

@@ -1,0 +1,73 @@
+"""Gauss-Legendre panels on [0, 1] with their integration matrix and the grid of the rotation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+__all__ = ["RodGrid", "rod_grid"]
+
+#: Gauss points of one Magnus step of order six, on [0, 1].
+MAGNUS_POINTS = 0.5 + np.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class RodGrid:
+    """Where a rod is evaluated, in normalised arc length sigma.
+
+    Attributes:
+        nodes: Quadrature nodes, increasing, shape (K,).
+        weights: Quadrature weights, sum 1, shape (K,).
+        integration: ``integration[k, j]``: weight of node j in the integral from 0 to node k, (K, K).
+        steps: Lengths of the rotation steps from 0 to 1, shape (G,).
+        step_points: Gauss points of every step, shape (G, 3).
+        step_node: Node at which a step ends, or -1 (a breakpoint or the tip), shape (G,).
+    """
+
+    nodes: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    integration: NDArray[np.float64]
+    steps: NDArray[np.float64]
+    step_points: NDArray[np.float64]
+    step_node: NDArray[np.int64]
+
+
+def rod_grid(nodes_per_panel: int, breakpoints: tuple[float, ...] = ()) -> RodGrid:
+    """Panels of Gauss-Legendre nodes between breakpoints.
+
+    The integration matrix is spectral: it integrates exactly, from 0 to each node, whatever is a
+    polynomial of degree below ``nodes_per_panel`` on every panel.
+    """
+    edges = np.array(sorted({0.0, 1.0, *breakpoints}))
+    reference, reference_weights = legendre.leggauss(nodes_per_panel)
+    # Integrals from -1 to the nodes of the Lagrange polynomials of the nodes.
+    coefficients = np.linalg.inv(legendre.legvander(reference, nodes_per_panel - 1))
+    antiderivatives = legendre.legint(np.eye(nodes_per_panel), lbnd=-1.0, axis=0)
+    panel_integration = legendre.legval(reference, antiderivatives).T @ coefficients
+
+    count = nodes_per_panel * (len(edges) - 1)
+    nodes, weights = np.empty(count), np.empty(count)
+    integration = np.zeros((count, count))
+    for panel, (start, end) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+        here = slice(panel * nodes_per_panel, (panel + 1) * nodes_per_panel)
+        half = 0.5 * (end - start)
+        nodes[here] = start + half * (reference + 1.0)
+        weights[here] = half * reference_weights
+        integration[here, here] = half * panel_integration
+        integration[here, : here.start] = weights[: here.start]
+
+    stops = np.array(sorted({*edges[1:], *nodes}))
+    starts = np.concatenate([[0.0], stops[:-1]])
+    steps = stops - starts
+    node_at = {sigma: index for index, sigma in enumerate(nodes)}
+    return RodGrid(
+        nodes=nodes,
+        weights=weights,
+        integration=integration,
+        steps=steps,
+        step_points=starts[:, None] + steps[:, None] * MAGNUS_POINTS,
+        step_node=np.array([node_at.get(stop, -1) for stop in stops], dtype=np.int64),
+    )

@@ -1,0 +1,276 @@
+"""A robot ready to be solved: its description and the arrays of the kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import LEG, LoadArrays, RobotArrays
+from .description import RobotDescription, read_description
+from .errors import InvalidRequest
+from .loads import Loads
+from .quadrature import RodGrid, rod_grid
+
+if TYPE_CHECKING:
+    from .equilibrium import Equilibrium
+
+__all__ = ["Robot", "load_robot"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+#: Components of the world twist [omega; v] behind a platform coordinate.
+_TWIST_COMPONENTS = {"x": (3,), "y": (4,), "z": (5,), "angle": (2,), "orientation": (0, 1, 2)}
+
+
+def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) -> Robot:
+    """Load a robot.
+
+    Args:
+        robot: Name of a shipped robot (``rfrfr``, ``six_rfs``), a YAML file, or the content of one.
+        modes: Number of strain modes per direction, instead of the description's.
+
+    Raises:
+        DescriptionError: The description is not valid; names the file, field and expectation.
+    """
+    description = read_description(robot)
+    return Robot(description if modes is None else description.with_modes(modes))
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot with its discretisation. Immutable; everything else is a function of it.
+
+    Attributes:
+        description: What the user described.
+    """
+
+    description: RobotDescription
+
+    @property
+    def planar(self) -> bool:
+        """Whether the robot lives in the plane z = 0."""
+        return self.description.planar
+
+    @property
+    def motor_names(self) -> tuple[str, ...]:
+        """Motor names in motor order."""
+        return self.description.motor_names
+
+    @property
+    def motor_count(self) -> int:
+        """Number of motors n."""
+        return len(self.motor_names)
+
+    @cached_property
+    def platform_axes(self) -> Integers:
+        """Components of the world twist [omega; v] the platform has."""
+        if not self.planar:
+            return np.arange(6)
+        return np.array([3, 4] if self.description.point_platform else [2, 3, 4])
+
+    @cached_property
+    def grid(self) -> RodGrid:
+        """Quadrature of every rod, fine enough for the leg with most modes.
+
+        The integrands are products of shape functions and of the tangent field, whose spectrum decays
+        a few orders beyond the highest mode; test/core/test_quadrature.py measures the error.
+        """
+        modes = max(max(leg.modes.counts) for leg in self.description.legs)
+        breakpoints = {p for leg in self.description.legs for p in leg.modes.basis.breakpoints}
+        return rod_grid(modes + 9, tuple(sorted(breakpoints)))
+
+    @cached_property
+    def arrays(self) -> RobotArrays:
+        """The robot as the kernels see it."""
+        return _robot_arrays(self)
+
+    @cached_property
+    def motor_indices(self) -> Integers:
+        """State indices of the motors."""
+        return self.arrays.motor_index + np.arange(self.motor_count)
+
+    @cached_property
+    def platform_indices(self) -> Integers:
+        """State indices of the platform twist."""
+        return self.arrays.platform_index + np.arange(len(self.platform_axes))
+
+    @cached_property
+    def multiplier_indices(self) -> Integers:
+        """State indices of the multipliers, leg by leg."""
+        legs = self.arrays.legs
+        held = len(self.arrays.position_axes) + legs["orientation_count"]
+        return np.concatenate(
+            [
+                start + np.arange(count)
+                for start, count in zip(legs["multiplier_index"], held, strict=True)
+            ]
+        )
+
+    @cached_property
+    def elastic_indices(self) -> Integers:
+        """State indices of the leg coordinates: passive base coordinates and strain, leg by leg."""
+        return np.setdiff1d(np.arange(self.arrays.platform_index), self.multiplier_indices)
+
+    @cached_property
+    def controlled_axes(self) -> Integers:
+        """World twist components that move the controlled coordinates."""
+        return np.concatenate(
+            [np.array(_TWIST_COMPONENTS[name]) for name in self.description.controlled]
+        )
+
+    @cached_property
+    def problems(self) -> dict[str, tuple[Integers, Integers]]:
+        """Unknowns and equations, as state indices, by what a problem imposes (Section IV-B)."""
+        everything = np.arange(len(self.arrays.unit))
+        interior = everything[: self.arrays.motor_index]
+        controlled = self.platform_indices[np.isin(self.platform_axes, self.controlled_axes)]
+        return {
+            "motors": (interior, interior),
+            "efforts": (everything, everything),
+            "platform": (np.setdiff1d(everything, controlled), interior),
+        }
+
+    @cached_property
+    def default_loads(self) -> Loads:
+        """Loads of the description: gravity."""
+        return Loads.none().with_(gravity=self.description.gravity)
+
+    @cached_property
+    def home(self) -> Equilibrium:
+        """Home equilibrium, under the loads of the description.
+
+        Raises:
+            NoSolution: The rough home of the description leads to no equilibrium.
+        """
+        from .geometrico_statics import solve_home
+
+        return solve_home(self)
+
+    def load_arrays(self, loads: Loads) -> LoadArrays:
+        """Loads as the kernels see them.
+
+        Raises:
+            InvalidRequest: Loads that leave the plane of a planar robot.
+        """
+        if self.planar:
+            self._check_planar(loads)
+        nodes = len(self.grid.nodes)
+        masses = np.array([leg.rod.mass_per_length for leg in self.description.legs])
+        per_length = masses[:, None] * loads.gravity + loads.rod_force
+        beyond = np.append(1.0 - self.grid.nodes, 1.0)
+        return LoadArrays(
+            distributed=per_length[:, :, None] * beyond,
+            point=np.zeros((len(masses), 3, nodes + 1)),
+            platform=np.array(
+                [
+                    self.description.platform_mass * loads.gravity,
+                    self.description.center_of_mass,
+                    loads.wrench_world[:3],
+                    loads.wrench_world[3:],
+                    loads.wrench_body[:3],
+                    loads.wrench_body[3:],
+                ]
+            ),
+        )
+
+    def _check_planar(self, loads: Loads) -> None:
+        for name in ("gravity", "rod_force"):
+            vector = getattr(loads, name)
+            if vector[2] != 0.0:
+                raise InvalidRequest(name, f"expected z = 0 for a planar robot, got {vector[2]:g}")
+        for name in ("wrench_world", "wrench_body"):
+            mx, my, mz, _, _, fz = getattr(loads, name)
+            if mx != 0.0 or my != 0.0 or fz != 0.0:
+                raise InvalidRequest(name, "expected mx = my = fz = 0 for a planar robot")
+            if mz != 0.0 and self.description.point_platform:
+                raise InvalidRequest(name, "expected mz = 0: a point platform takes no moment")
+
+
+def _robot_arrays(robot: Robot) -> RobotArrays:
+    description, grid = robot.description, robot.grid
+    count = len(description.legs)
+    steps = len(grid.steps)
+    widest = max(leg.modes.total for leg in description.legs)
+    position_axes = np.array([0, 1] if robot.planar else [0, 1, 2])
+    legs = np.zeros(count, LEG)
+    direction = np.zeros((count, widest), np.int64)
+    values = np.zeros((count, widest, len(grid.nodes)))
+    step_values = np.zeros((count, steps, 3, widest))
+    stiffness = np.zeros((count, widest, widest))
+    length_unit = float(np.mean([leg.rod.length for leg in description.legs]))
+    energy_unit = float(np.mean([leg.rod.rigidities.max() for leg in description.legs]))
+    energy_unit /= length_unit
+
+    unit: list[float] = []
+    motors: list[tuple[int, str, float]] = []  # leg, its coordinate, natural unit
+    for number, leg in enumerate(description.legs):
+        here = legs[number]
+        here["length"] = leg.rod.length
+        here["base_position"] = leg.base_position
+        here["base_rotation"] = leg.base_rotation
+        for kind, axis, name, natural in (
+            ("turn", leg.motor.turn_axis(leg.base_rotation), "rotation", 1.0),
+            ("shift", leg.motor.shift_axis, "translation", length_unit),
+        ):
+            here[f"{name}_index"] = -1
+            if axis is None:
+                continue
+            here[f"{name}_axis"] = axis
+            if leg.motor.actuated == kind:
+                motors.append((number, f"{name}_index", natural))
+            else:
+                here[f"{name}_index"] = len(unit)
+                unit.append(natural)
+        here["extensible"] = leg.motor.extensible
+
+        total = leg.modes.total
+        here["strain_index"] = len(unit)
+        here["strain_count"] = total
+        unit += [1.0 / length_unit] * total
+        direction[number, :total] = leg.modes.directions
+        values[number, :total] = leg.modes.values(grid.nodes).T
+        step_values[number, :, :, :total] = leg.modes.values(grid.step_points.ravel()).reshape(
+            steps, 3, total
+        )
+        stiffness[number, :total, :total] = leg.rod.stiffness(leg.modes, grid)
+
+        orientation = leg.joint.orientation(robot.planar)
+        here["tip_position"] = leg.joint.position
+        here["joint_rotation"] = leg.joint.rotation()
+        here["orientation"][: len(orientation)] = orientation
+        here["orientation_count"] = len(orientation)
+        here["multiplier_index"] = len(unit)
+        unit += [energy_unit / length_unit] * len(position_axes)
+        unit += [energy_unit] * len(orientation)
+
+    platform_index = len(unit)
+    unit += [1.0 if axis < 3 else length_unit for axis in robot.platform_axes]
+    motor_index = len(unit)
+    for number, index, natural in motors:
+        legs[number][index] = len(unit)
+        unit.append(natural)
+    return RobotArrays(
+        legs=legs,
+        direction=direction,
+        values=values,
+        step_values=step_values,
+        stiffness=stiffness,
+        rest_moment=np.zeros((count, widest)),
+        weights=grid.weights,
+        integration=np.ascontiguousarray(grid.integration.T),
+        steps=grid.steps,
+        step_node=grid.step_node,
+        position_axes=position_axes,
+        platform_axes=robot.platform_axes,
+        unit=np.array(unit),
+        energy_unit=energy_unit,
+        platform_index=platform_index,
+        motor_index=motor_index,
+    )

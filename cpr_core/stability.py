@@ -1,0 +1,98 @@
+"""Elastic stability: the spectrum of the reduced Hessian H_r = Z^T H Z, Eqs. (47)-(52)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from .equilibrium import Equilibrium
+from .model import tangent_at
+
+__all__ = ["MotorReading", "Spectrum", "spectrum"]
+
+Floats = NDArray[np.float64]
+
+#: How the motors are read: held in position, or giving a constant effort.
+MotorReading = Literal["locked", "free"]
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Spectrum of H_r on an orthonormal basis of the dimensionless admissible motions.
+
+    A motion is dimensionless when rotations are in radians, lengths in mean rod lengths and curvatures
+    in their inverse; the eigenvalues are then energies.
+
+    Attributes:
+        motors_are: Reading of the motors.
+        eigenvalues: All eigenvalues, ascending [J].
+        margin: Smallest eigenvalue of H_r relative to the elastic stiffness on the same motions,
+            ``min v^T H_r v / v^T K_r v``, dimensionless: 1 without loads and forces, 0 where stability
+            is lost. NaN where some motion costs no elastic energy (possible with free motors).
+        energy_criterion_applies: False where a non-conservative load acts.
+    """
+
+    motors_are: MotorReading
+    eigenvalues: Floats
+    margin: float
+    energy_criterion_applies: bool
+
+    @property
+    def index(self) -> int:
+        """Number of negative eigenvalues."""
+        return int(np.sum(self.eigenvalues < 0.0))
+
+    @property
+    def inverse_condition_number(self) -> float:
+        """Smallest over largest absolute eigenvalue, as in Figs. 6 and 12."""
+        sizes = np.abs(self.eigenvalues)
+        return float(sizes.min() / sizes.max())
+
+
+def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> Spectrum:
+    """Spectrum of H_r at an equilibrium.
+
+    Args:
+        equilibrium: Where.
+        motors_are: ``locked`` (motors held, the reading behind the paper's case studies) or ``free``
+            (motors at constant effort, Eq. (48) literally).
+    """
+    robot = equilibrium.robot
+    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    if motors_are == "free":
+        moving = np.concatenate([moving, robot.motor_indices])
+    unit = robot.arrays.unit
+    tangent = tangent_at(equilibrium) * unit[:, None] * unit[None, :]
+    hessian = tangent[np.ix_(moving, moving)]
+    hessian = 0.5 * (hessian + hessian.T)
+    constraints = tangent[np.ix_(robot.multiplier_indices, moving)]
+    null_space = linalg.null_space(constraints, rcond=1e-12)
+    reduced = null_space.T @ hessian @ null_space
+    return Spectrum(
+        motors_are=motors_are,
+        eigenvalues=linalg.eigvalsh(reduced),
+        margin=_margin(equilibrium, moving, null_space, reduced),
+        energy_criterion_applies=equilibrium.loads.conservative(robot.planar),
+    )
+
+
+def _margin(
+    equilibrium: Equilibrium, moving: NDArray[np.int64], null_space: Floats, reduced: Floats
+) -> float:
+    arrays = equilibrium.robot.arrays
+    size = len(arrays.unit)
+    elastic = np.zeros((size, size))
+    for leg, stiffness in zip(arrays.legs, arrays.stiffness, strict=True):
+        count = leg["strain_count"]
+        here = slice(leg["strain_index"], leg["strain_index"] + count)
+        elastic[here, here] = stiffness[:count, :count]
+    elastic *= arrays.unit[:, None] * arrays.unit[None, :]
+    projected = null_space.T @ elastic[np.ix_(moving, moving)] @ null_space
+    smallest = linalg.eigvalsh(projected, subset_by_index=[0, 0])[0]
+    if smallest <= 1e-12 * np.trace(projected):
+        return float("nan")
+    return float(linalg.eigvalsh(reduced, projected, subset_by_index=[0, 0])[0])
