@@ -14,7 +14,7 @@ __all__ = ["KERNEL_MODULES", "compiled"]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 #: Modules whose functions call each other in compiled code.
-KERNEL_MODULES = ("lie", "leg_kernel", "model_kernel", "newton_kernel")
+KERNEL_MODULES = ("lie", "leg_kernel", "model_kernel", "condensation_kernel", "newton_kernel")
 
 #: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
 FASTMATH = {"contract", "nsz", "reassoc"}

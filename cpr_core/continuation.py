@@ -82,7 +82,7 @@ def follow(start: Equilibrium, request: Request) -> Equilibrium:
                 )
             continue
         here, step, reached = result, 2.0 * (target - reached), target
-    return _finished(here, request, iterations)
+    return _finished(here, iterations)
 
 
 class _Path:
@@ -154,8 +154,8 @@ class _Path:
         )
 
 
-def _finished(result: Equilibrium, request: Request, iterations: int) -> Equilibrium:
+def _finished(result: Equilibrium, iterations: int) -> Equilibrium:
     """The result, read-only, with the work of the whole path."""
     for array in (result.state, result.platform_rotation, result.platform_position, result.efforts):
         array.flags.writeable = False
-    return replace(result, loads=request.loads, iterations=iterations)
+    return result if result.iterations == iterations else replace(result, iterations=iterations)

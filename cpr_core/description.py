@@ -138,8 +138,12 @@ class RobotDescription:
 
 def shipped_robots() -> dict[str, Path]:
     """Descriptions that come with the package, by name."""
-    folder = Path(__file__).resolve().parent.parent / "config"
-    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+    package = Path(__file__).resolve().parent
+    # Inside the package where it is installed, beside it in the source tree.
+    folder = next(path for path in (package / "config", package.parent / "config") if path.is_dir())
+    return {
+        path.stem: path for path in sorted(folder.glob("*.yaml")) if path.stem != "cpr_node"
+    }
 
 
 def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:

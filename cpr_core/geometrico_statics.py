@@ -180,7 +180,7 @@ def solve_home(robot: Robot) -> Equilibrium:
     )
     residual, tangent = np.empty(size), np.empty((size, size))
     status, iterations, largest, energy = newton(
-        arrays, load_arrays, state, rotation, position, free, free, np.zeros(robot.motor_count),
+        arrays, load_arrays, state, rotation, position, *robot.problems["motors"], np.zeros(robot.motor_count),
         RESIDUAL_TOLERANCE, 200, 1.0, residual, tangent, workspace(arrays),
     )  # fmt: skip
     if status != CONVERGED:
@@ -227,4 +227,13 @@ def _followed(
     try:
         return follow(start, request)
     except NoSolution as failure:
-        raise error(f"{what}: {failure}", failure.fraction, failure.last) from None
+        last = failure.last or start
+        motors = ", ".join(f"{value:.4g}" for value in last.motors)
+        position = ", ".join(f"{value:.4g}" for value in last.platform_position)
+        raise error(
+            f"{what}: not reached from the start: its branch could be followed over "
+            f"{100.0 * failure.fraction:.2f} % of the way, to motors ({motors}) "
+            f"and platform position ({position})",
+            failure.fraction,
+            last,
+        ) from None

@@ -46,9 +46,16 @@ def rotate(matrix, vector, result):
 def rotation_exp_into(x, y, z, rotation):
     """Rotation matrix ``exp((x, y, z)^)`` into an array (3, 3), Rodrigues' formula."""
     squared = x * x + y * y + z * z
-    if squared < 1e-8:
-        sine = 1.0 - squared / 6.0 + squared * squared / 120.0
-        versine = 0.5 - squared / 24.0 + squared * squared / 720.0
+    if squared < 0.1:
+        # Taylor series to the last bit: cheaper than sine and cosine, and exact at zero.
+        sine = 1.0 - squared / 6.0 * (
+            1.0
+            - squared / 20.0 * (1.0 - squared / 42.0 * (1.0 - squared / 72.0 * (1.0 - squared / 110.0)))
+        )
+        versine = 0.5 - squared / 24.0 * (
+            1.0
+            - squared / 30.0 * (1.0 - squared / 56.0 * (1.0 - squared / 90.0 * (1.0 - squared / 132.0)))
+        )
     else:
         angle = math.sqrt(squared)
         sine = math.sin(angle) / angle

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -58,12 +59,12 @@ class Robot:
         """Whether the robot lives in the plane z = 0."""
         return self.description.planar
 
-    @property
+    @cached_property
     def motor_names(self) -> tuple[str, ...]:
         """Motor names in motor order."""
         return self.description.motor_names
 
-    @property
+    @cached_property
     def motor_count(self) -> int:
         """Number of motors n."""
         return len(self.motor_names)
@@ -83,8 +84,9 @@ class Robot:
         a few orders beyond the highest mode; test/core/test_quadrature.py measures the error.
         """
         modes = max(max(leg.modes.counts) for leg in self.description.legs)
+        nodes = 4 * math.ceil((modes + 9) / 4)  # a multiple of the vector length
         breakpoints = {p for leg in self.description.legs for p in leg.modes.basis.breakpoints}
-        return rod_grid(modes + 9, tuple(sorted(breakpoints)))
+        return rod_grid(nodes, tuple(sorted(breakpoints)))
 
     @cached_property
     def arrays(self) -> RobotArrays:
@@ -127,15 +129,33 @@ class Robot:
 
     @cached_property
     def problems(self) -> dict[str, tuple[Integers, Integers]]:
-        """Unknowns and equations, as state indices, by what a problem imposes (Section IV-B)."""
-        everything = np.arange(len(self.arrays.unit))
-        interior = everything[: self.arrays.motor_index]
-        controlled = self.platform_indices[np.isin(self.platform_axes, self.controlled_axes)]
+        """Unknowns and equations beside those of the legs, by what is imposed (Section IV-B)."""
+        platform, motors = self.platform_indices, self.motor_indices
+        both = np.concatenate([platform, motors])
+        uncontrolled = platform[~np.isin(self.platform_axes, self.controlled_axes)]
         return {
-            "motors": (interior, interior),
-            "efforts": (everything, everything),
-            "platform": (np.setdiff1d(everything, controlled), interior),
+            "motors": (platform, platform),
+            "efforts": (both, both),
+            "platform": (np.concatenate([uncontrolled, motors]), platform),
         }
+
+    @cached_property
+    def unit_motions(self) -> Floats:
+        """Dimensionless unit motions as columns, in state order, (N, N).
+
+        Rotations count in radians, translations in mean rod lengths and strains by their L2 norm along
+        the rod, ``(l int kappa^2 ds)^(1/2)``; so a norm of motions does not depend on units or on the
+        strain basis.
+        """
+        motions = np.diag(self.arrays.unit)
+        for here, leg in zip(self.arrays.legs, self.description.legs, strict=True):
+            values = leg.modes.values(self.grid.nodes)
+            gram = values.T @ (self.grid.weights[:, None] * values)
+            same = leg.modes.directions[:, None] == leg.modes.directions
+            span = slice(here["strain_index"], here["strain_index"] + here["strain_count"])
+            orthonormal = np.linalg.inv(np.linalg.cholesky(np.where(same, gram, 0.0))).T
+            motions[span, span] = motions[span, span] @ orthonormal
+        return motions
 
     @cached_property
     def default_loads(self) -> Loads:

@@ -22,10 +22,10 @@ MotorReading = Literal["locked", "free"]
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """Spectrum of H_r on an orthonormal basis of the dimensionless admissible motions.
+    """Spectrum of H_r on an orthonormal basis of the admissible motions.
 
-    A motion is dimensionless when rotations are in radians, lengths in mean rod lengths and curvatures
-    in their inverse; the eigenvalues are then energies.
+    Motions are dimensionless (``Robot.unit_motions``), so the eigenvalues are energies and depend
+    neither on units nor on the strain basis.
 
     Attributes:
         motors_are: Reading of the motors.
@@ -65,13 +65,12 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
     if motors_are == "free":
         moving = np.concatenate([moving, robot.motor_indices])
-    unit = robot.arrays.unit
-    tangent = tangent_at(equilibrium) * unit[:, None] * unit[None, :]
+    motions = robot.unit_motions[np.ix_(moving, moving)]
+    tangent = tangent_at(equilibrium)
+    constraints = tangent[np.ix_(robot.multiplier_indices, moving)] @ motions
+    null_space = motions @ _null_space(constraints)
     hessian = tangent[np.ix_(moving, moving)]
-    hessian = 0.5 * (hessian + hessian.T)
-    constraints = tangent[np.ix_(robot.multiplier_indices, moving)]
-    null_space = linalg.null_space(constraints, rcond=1e-12)
-    reduced = null_space.T @ hessian @ null_space
+    reduced = null_space.T @ (0.5 * (hessian + hessian.T)) @ null_space
     return Spectrum(
         motors_are=motors_are,
         eigenvalues=linalg.eigvalsh(reduced),
@@ -80,17 +79,22 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
     )
 
 
+def _null_space(matrix: Floats) -> Floats:
+    """Orthonormal basis of the null space, as columns."""
+    orthogonal, triangular, _ = linalg.qr(matrix.T, pivoting=True)
+    diagonal = np.abs(np.diag(triangular))
+    return orthogonal[:, int(np.sum(diagonal > 1e-12 * diagonal[0])) :]
+
+
 def _margin(
     equilibrium: Equilibrium, moving: NDArray[np.int64], null_space: Floats, reduced: Floats
 ) -> float:
     arrays = equilibrium.robot.arrays
-    size = len(arrays.unit)
-    elastic = np.zeros((size, size))
+    elastic = np.zeros((len(arrays.unit),) * 2)
     for leg, stiffness in zip(arrays.legs, arrays.stiffness, strict=True):
         count = leg["strain_count"]
         here = slice(leg["strain_index"], leg["strain_index"] + count)
         elastic[here, here] = stiffness[:count, :count]
-    elastic *= arrays.unit[:, None] * arrays.unit[None, :]
     projected = null_space.T @ elastic[np.ix_(moving, moving)] @ null_space
     smallest = linalg.eigvalsh(projected, subset_by_index=[0, 0])[0]
     if smallest <= 1e-12 * np.trace(projected):

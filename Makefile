@@ -1,0 +1,39 @@
+# Everything runs in .venv, on ROS 2 from PyPI wheels; tools/setup.sh makes it and is done at once when nothing changed.
+PYTHON ?= python3
+export PYTHON
+
+# A ROS 2 sourced in this shell must not mix with the wheels.
+unexport PYTHONPATH PYTHONHOME CMAKE_PREFIX_PATH COLCON_PREFIX_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
+ifdef AMENT_PREFIX_PATH
+unexport LD_LIBRARY_PATH
+endif
+export AMENT_PREFIX_PATH := $(CURDIR)/.venv
+export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
+# Nodes of other people on the network stay out of tests and demonstration.
+export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
+
+.PHONY: help setup demo test lint colcon clean
+
+help:  ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## /\1 # /p' $(MAKEFILE_LIST) | awk -F' # ' '{printf "make %-8s %s\n", $$1, $$2}'
+
+setup:  ## make .venv: ROS 2 wheels, the interface package, cpr_ros
+	@bash tools/setup.sh
+
+demo: setup  ## start the node, call its services, show the result
+	@.venv/bin/cpr_demo
+
+test: setup  ## run every test (PYTEST_ARGS="-m 'not slow'" to choose)
+	@.venv/bin/python -m pytest $(PYTEST_ARGS)
+
+lint: setup  ## check style, formatting and types
+	.venv/bin/ruff check
+	.venv/bin/ruff format --check
+	.venv/bin/mypy cpr_core cpr_ros
+
+colcon:  ## build and test with colcon, as in an ordinary ROS 2 workspace
+	@bash tools/colcon.sh
+
+clean:  ## remove everything that was made
+	rm -rf .venv .venv-colcon build install log dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,61 @@
+"""Packaging of cpr_ros: read by pip (through pyproject.toml) and by colcon (ament_python)."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+
+def share(folder: str) -> list[tuple[str, list[str]]]:
+    """Where ROS looks for the files of a folder, and the files."""
+    files = sorted(glob(f"{folder}/*.*"))
+    return [(f"share/cpr_ros/{folder}", files)] if files else []
+
+
+# What the node imports beyond the library. Under colcon ROS itself gives these.
+ROS_WHEELS = [
+    "cpr-msgs==0.1.0",  # ./msg_defs
+    "ros-rclpy==7.1.6",
+    "ros-rmw-fastrtps-cpp==8.4.3",
+    "ros-diagnostic-msgs==5.3.6",
+    "ros-geometry-msgs==5.3.6",
+    "ros-lifecycle-msgs==2.0.3",
+    "ros-sensor-msgs==5.3.6",
+    "ros-std-msgs==5.3.6",
+    "ros-std-srvs==5.3.6",
+    "ros-visualization-msgs==5.3.6",
+]
+
+setup(
+    name="cpr_ros",
+    version="0.1.0",
+    description="Statics and stability of continuum parallel robots: a library and a ROS 2 node",
+    license="Apache-2.0",
+    maintainer="cpr_ros maintainers",
+    maintainer_email="maintainers@example.org",
+    python_requires=">=3.11",
+    # The robots in config/ travel inside the library, which so finds them without ROS. In a source
+    # tree (editable, symlink install) it looks in config/ beside it.
+    packages=[
+        *find_packages(include=["cpr_core", "cpr_core.*", "cpr_ros", "cpr_ros.*"]),
+        "cpr_core.config",
+    ],
+    package_dir={"cpr_core.config": "config"},
+    package_data={"": ["py.typed", "*.json", "*.yaml"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/cpr_ros"]),
+        ("share/cpr_ros", ["package.xml"]),
+        *share("config"),
+        *share("launch"),
+        *share("rviz"),
+    ],
+    install_requires=["numpy", "scipy", "numba", "pyyaml", "jsonschema", "tqdm", "matplotlib"],
+    extras_require={"ros": ROS_WHEELS, "test": ["pytest", "hypothesis"]},
+    entry_points={
+        "console_scripts": [
+            "cpr = cpr_core.command_line:main",
+            "cpr_node = cpr_ros.cpr_node:main",
+            "cpr_demo = cpr_ros.demo:main",
+        ],
+    },
+    zip_safe=False,
+)

@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# Makes .venv: ROS 2 from PyPI, the interface package cpr_msgs and cpr_ros (editable). What has been made is not made
+# again: each step leaves a stamp with a checksum of what it was made from, written when the step is complete.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tools/steps.sh
+steps=4
+venv=$PWD/.venv
+exec 9<tools/setup.sh && flock 9 # a second make waits for the first
+
+make_environment() {
+    rm -rf "$venv"
+    "$PYTHON" -m venv "$venv"
+}
+
+# The list is complete: nothing to resolve.
+install_wheels() {
+    "$venv/bin/python" -m pip install --disable-pip-version-check --no-deps --no-compile \
+        -r constraints.txt
+}
+
+# Without build isolation: what the build needs is in .venv already, which saves installing it a second time.
+build_messages() {
+    "$venv/bin/python" -m pip install --no-deps --no-build-isolation --force-reinstall ./msg_defs
+}
+
+install_package() {
+    "$venv/bin/python" -m pip install --no-deps --no-build-isolation --editable .
+    # Where ROS looks for executables, and for the files that an editable install leaves out.
+    local index=$venv/share/ament_index/resource_index/packages
+    mkdir -p "$venv/lib/cpr_ros" "$venv/share/cpr_ros" "$index"
+    ln -sf ../../bin/{cpr,cpr_node,cpr_demo} "$venv/lib/cpr_ros/"
+    ln -sf "$PWD/resource/cpr_ros" "$index/"
+    local item
+    for item in package.xml config launch rviz; do
+        [[ ! -e $item ]] || ln -sfn "$PWD/$item" "$venv/share/cpr_ros/$item"
+    done
+}
+
+# An environment cannot be moved, and does not survive the removal of its Python.
+"$venv/bin/python" -c '' 2>/dev/null || rm -f "$venv/stamp-environment"
+environment=$venv
+wheels="$environment $(checksum constraints.txt)"
+messages="$wheels $(checksum msg_defs)"
+package="$wheels $(checksum setup.py setup.cfg pyproject.toml tools/setup.sh)"
+
+step "Python environment in .venv" "$venv/stamp-environment" "$environment" make_environment
+step "ROS 2, numerical and test packages (wheels, 240 MB)" "$venv/stamp-wheels" "$wheels" install_wheels
+step "interface package cpr_msgs (generated and compiled, about a minute)" "$venv/stamp-messages" "$messages" build_messages
+step "cpr_ros, editable" "$venv/stamp-package" "$package" install_package
