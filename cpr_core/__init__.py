@@ -11,9 +11,15 @@ from .errors import (
     NonFiniteInput,
     NoSolution,
 )
-from .geometrico_statics import solve_forward, solve_forward_by_effort, solve_inverse
+from .geometrico_statics import (
+    restore_equilibrium,
+    solve_forward,
+    solve_forward_by_effort,
+    solve_inverse,
+)
 from .loads import Loads
 from .robot import Robot, load_robot
+from .shape import LegShape, leg_shapes
 from .stability import Spectrum, spectrum
 
 __version__ = "0.1.0"
@@ -24,6 +30,7 @@ __all__ = [
     "Equilibrium",
     "InvalidQuaternion",
     "InvalidRequest",
+    "LegShape",
     "Loads",
     "NoForwardSolution",
     "NoInverseSolution",
@@ -31,7 +38,9 @@ __all__ = [
     "NonFiniteInput",
     "Robot",
     "Spectrum",
+    "leg_shapes",
     "load_robot",
+    "restore_equilibrium",
     "solve_forward",
     "solve_forward_by_effort",
     "solve_inverse",

@@ -82,7 +82,7 @@ def follow(start: Equilibrium, request: Request) -> Equilibrium:
                 )
             continue
         here, step, reached = result, 2.0 * (target - reached), target
-    return _finished(here, iterations)
+    return here if here.iterations == iterations else replace(here, iterations=iterations)
 
 
 class _Path:
@@ -152,10 +152,3 @@ class _Path:
             ),
             iterations,
         )
-
-
-def _finished(result: Equilibrium, iterations: int) -> Equilibrium:
-    """The result, read-only, with the work of the whole path."""
-    for array in (result.state, result.platform_rotation, result.platform_position, result.efforts):
-        array.flags.writeable = False
-    return result if result.iterations == iterations else replace(result, iterations=iterations)

@@ -53,6 +53,10 @@ class Equilibrium:
     energy: float
     load_arrays: LoadArrays = field(repr=False)
 
+    def __post_init__(self) -> None:
+        for array in (self.state, self.platform_rotation, self.platform_position, self.efforts):
+            array.flags.writeable = False
+
     @property
     def converged(self) -> bool:
         """Whether the residual is below ``RESIDUAL_TOLERANCE``; solvers return nothing else."""

@@ -16,10 +16,17 @@ from .errors import InvalidRequest, NoForwardSolution, NoInverseSolution, NoSolu
 from .lie import rotation_from_quaternion
 from .loads import Loads, checked_vector
 from .model import evaluate
-from .newton_kernel import CONVERGED, newton
+from .newton_kernel import newton
 from .robot import Robot
 
-__all__ = ["solve_forward", "solve_forward_by_effort", "solve_home", "solve_inverse"]
+__all__ = [
+    "pose_meaning",
+    "restore_equilibrium",
+    "solve_forward",
+    "solve_forward_by_effort",
+    "solve_home",
+    "solve_inverse",
+]
 
 Floats = NDArray[np.float64]
 
@@ -145,8 +152,7 @@ def solve_home(robot: Robot) -> Equilibrium:
     guess, arrays = robot.description.home, robot.arrays
     loads = Loads.none()
     load_arrays = robot.load_arrays(loads)
-    size = len(arrays.unit)
-    state = np.zeros(size)
+    state = np.zeros(len(arrays.unit))
     state[robot.motor_indices] = guess.motors
     for number, leg in enumerate(robot.description.legs):
         first = arrays.legs[number]["strain_index"]
@@ -167,8 +173,7 @@ def solve_home(robot: Robot) -> Equilibrium:
     position = guess.platform_position.copy()
 
     # The residual is linear in the multipliers: the best ones for the rough shape.
-    free = np.arange(arrays.platform_index + len(robot.platform_axes))
-    rows = np.setdiff1d(free, robot.multiplier_indices)
+    rows = np.concatenate([robot.elastic_indices, robot.platform_indices])
     value = evaluate(robot, load_arrays, state, rotation, position)
     columns = robot.multiplier_indices
     scale = arrays.unit[rows]
@@ -178,19 +183,84 @@ def solve_home(robot: Robot) -> Equilibrium:
             -scale * value.residual[rows],
         )[0]
     )
-    residual, tangent = np.empty(size), np.empty((size, size))
-    status, iterations, largest, energy = newton(
-        arrays, load_arrays, state, rotation, position, *robot.problems["motors"], np.zeros(robot.motor_count),
-        RESIDUAL_TOLERANCE, 200, 1.0, residual, tangent, workspace(arrays),
-    )  # fmt: skip
-    if status != CONVERGED:
+    unloaded = refine(robot, loads, state, rotation, position, iterations=200, contraction=1.0)
+    if not unloaded.converged:
         raise NoForwardSolution(
             f"{robot.description.source}: home: the rough home leads to no equilibrium "
-            f"(dimensionless residual {largest:.2g} after {iterations} steps)",
+            f"(dimensionless residual {unloaded.residual:.2g} after {unloaded.iterations} steps)",
             0.0,
             None,
         )
-    unloaded = Equilibrium(
+    return solve_forward(robot, guess.motors, start=unloaded, loads=robot.default_loads)
+
+
+def restore_equilibrium(
+    robot: Robot,
+    loads: Loads,
+    motors: ArrayLike,
+    leg_coordinates: ArrayLike,
+    multipliers: ArrayLike,
+    platform_rotation: ArrayLike,
+    platform_position: ArrayLike,
+) -> Equilibrium:
+    """An equilibrium from its stored numbers, rounded or not.
+
+    Args:
+        robot: The robot.
+        loads: Loads it was found under.
+        motors: Motor positions, (n,).
+        leg_coordinates: ``Equilibrium.leg_coordinates``.
+        multipliers: ``Equilibrium.multipliers``.
+        platform_rotation: R_p, (3, 3).
+        platform_position: p_p, (3,) [m].
+
+    Raises:
+        InvalidRequest: Wrong lengths, or the numbers are no equilibrium of this robot and these loads.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    state = np.zeros(len(robot.arrays.unit))
+    state[robot.motor_indices] = _motor_vector(robot, "motors", motors)
+    for name, indices, values in (
+        ("leg_coordinates", robot.elastic_indices, leg_coordinates),
+        ("multipliers", robot.multiplier_indices, multipliers),
+    ):
+        state[indices] = checked_vector(name, values, len(indices))
+    rotation = np.array(platform_rotation, float)
+    position = np.array(checked_vector("platform_position", platform_position, 3))
+    found = refine(robot, loads, state, rotation, position, iterations=6, contraction=0.5)
+    if not found.converged:
+        raise InvalidRequest(
+            "start",
+            f"expected an equilibrium of {robot.description.name} under its loads; these numbers "
+            "belong to another robot, other loads or another number of modes",
+        )
+    return found
+
+
+def refine(
+    robot: Robot,
+    loads: Loads,
+    state: Floats,
+    rotation: Floats,
+    position: Floats,
+    *,
+    iterations: int,
+    contraction: float,
+) -> Equilibrium:
+    """Newton from a rough state at its motor positions; the arrays are taken over.
+
+    Returns:
+        The result, converged or not: the caller has to look.
+    """
+    arrays, load_arrays = robot.arrays, robot.load_arrays(loads)
+    size = len(arrays.unit)
+    residual, tangent = np.empty(size), np.empty((size, size))
+    _, steps, largest, energy = newton(
+        arrays, load_arrays, state, rotation, position, *robot.problems["motors"],
+        np.zeros(robot.motor_count), RESIDUAL_TOLERANCE, iterations, contraction,
+        residual, tangent, workspace(arrays),
+    )  # fmt: skip
+    return Equilibrium(
         robot=robot,
         loads=loads,
         state=state,
@@ -198,11 +268,10 @@ def solve_home(robot: Robot) -> Equilibrium:
         platform_position=position,
         efforts=residual[robot.motor_indices],
         residual=largest,
-        iterations=iterations,
+        iterations=steps,
         energy=energy,
         load_arrays=load_arrays,
     )
-    return solve_forward(robot, guess.motors, start=unloaded, loads=robot.default_loads)
 
 
 def _motor_vector(robot: Robot, name: str, values: ArrayLike) -> Floats:

@@ -40,10 +40,11 @@ def evaluate(
     platform_position: Floats,
 ) -> ModelValue:
     """The model at any state, in equilibrium or not (SI units, world frame)."""
-    residual = np.empty_like(state)
+    residual = np.empty(len(state))
     tangent = np.empty((len(state), len(state)))
+    # Copies: read-only arrays are another type to numba, for which it would compile all again.
     energy = evaluate_model(
-        robot.arrays, loads, state, platform_rotation, platform_position,
+        robot.arrays, loads, state.copy(), platform_rotation.copy(), platform_position.copy(),
         residual, tangent, workspace(robot.arrays),
     )  # fmt: skip
     return ModelValue(residual, tangent, energy)

@@ -1,0 +1,74 @@
+"""Shapes of the legs, for drawings and checks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .equilibrium import Equilibrium
+from .leg_kernel import rotation_step
+from .lie import rotation_exp
+from .quadrature import rod_grid
+
+__all__ = ["LegShape", "leg_shapes"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class LegShape:
+    """One leg along its arc length, from base to tip.
+
+    Attributes:
+        arc_length: s, (P,) [m].
+        position: Centre line in the world, (P, 3) [m].
+        rotation: Cross-section frames in the world, (P, 3, 3); columns d1 (tangent), d2, d3.
+        curvature: Strain (torsion, bending about d2, d3), (P, 3) [1/m].
+    """
+
+    arc_length: Floats
+    position: Floats
+    rotation: Floats
+    curvature: Floats
+
+
+def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ...]:
+    """Shape of every leg at ``points`` points (at least 4), base and tip included."""
+    robot, state = equilibrium.robot, equilibrium.state
+    grid = rod_grid(points - 2)
+    sigma = np.concatenate([[0.0], grid.nodes, [1.0]])
+    shapes = []
+    for here, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
+        base, length = leg.base_position.copy(), leg.rod.length
+        rotation = leg.base_rotation
+        if here["rotation_index"] >= 0:
+            rotation = rotation_exp(here["rotation_axis"] * state[here["rotation_index"]]) @ rotation
+        if here["translation_index"] >= 0:
+            shift = state[here["translation_index"]]
+            if here["extensible"]:
+                length = shift
+            else:
+                base += here["translation_axis"] * shift
+        strain = state[here["strain_index"] :][: leg.modes.total]
+        one_hot = np.eye(3)[leg.modes.directions]
+        nominal = leg.rod.length
+        rotations, increment = [rotation], np.empty((3, 3))
+        for step, where in zip(grid.steps, grid.step_points, strict=True):
+            curvature = (leg.modes.values(where) * strain) @ one_hot
+            rotation_step(curvature, nominal * step, increment)
+            rotations.append(rotations[-1] @ increment)
+        frames = np.array(rotations)
+        tangents = frames[1:-1, :, 0]
+        inner = base + length * grid.integration @ tangents
+        tip = base + length * grid.weights @ tangents
+        shapes.append(
+            LegShape(
+                arc_length=length * sigma,
+                position=np.vstack([base, inner, tip]),
+                rotation=frames,
+                curvature=nominal / length * (leg.modes.values(sigma) * strain) @ one_hot,
+            )
+        )
+    return tuple(shapes)

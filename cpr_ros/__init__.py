@@ -1,0 +1,23 @@
+"""ROS 2 node of the library cpr_core."""
+
+import os
+import sys
+from pathlib import Path
+
+
+def _find_ros_of_this_environment() -> None:
+    """Let a ROS 2 installed from wheels work in a bare shell; a sourced ROS 2 is left alone."""
+    prefix = Path(sys.prefix)
+    if not (prefix / "share/ament_index/resource_index/packages/rclpy").exists():
+        return
+    paths = [path for path in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if path]
+    if str(prefix) not in paths:
+        os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([str(prefix), *paths])
+    # The shell may name a middleware that is not among the wheels.
+    if not (prefix / f"lib/lib{os.environ.get('RMW_IMPLEMENTATION')}.so").exists():
+        os.environ["RMW_IMPLEMENTATION"] = "rmw_fastrtps_cpp"
+    # ROS writes its logs below the home directory.
+    os.environ.setdefault("HOME", str(Path.home()))
+
+
+_find_ros_of_this_environment()

@@ -1,0 +1,222 @@
+"""Between messages and values of the core. ROS puts forces first and the scalar of a quaternion last."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from cpr_msgs.msg import Equilibrium as EquilibriumMessage
+from cpr_msgs.msg import ErrorCode
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Vector3, Wrench, WrenchStamped
+from numpy.typing import NDArray
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+
+from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robot
+from cpr_core.geometrico_statics import pose_meaning, restore_equilibrium
+from cpr_core.lie import rotation_from_quaternion
+from cpr_core.loads import checked_vector
+
+from .error_codes import RequestError
+
+__all__ = [
+    "Frames",
+    "equilibrium_from_message",
+    "equilibrium_to_message",
+    "joint_state",
+    "motors_from_joint_state",
+    "platform_pose",
+    "pose_from_message",
+    "with_wrench",
+]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Names of the frames the node knows.
+
+    Attributes:
+        base: Frame fixed in space, in which the description is written.
+        platform: Frame of the platform.
+    """
+
+    base: str
+    platform: str
+
+
+def motors_from_joint_state(robot: Robot, message: JointState) -> tuple[bool, Floats]:
+    """Motor values in motor order.
+
+    Returns:
+        Whether they are efforts (no positions given), and the values, (n,).
+
+    Raises:
+        InvalidRequest: Names wrong, missing or twice, or not as many values as names.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    names, expected = list(message.name), list(robot.motor_names)
+    needed = f"expected every motor once ({', '.join(expected)})"
+    if not names:
+        raise InvalidRequest("motors.name", f"{needed}, got no name")
+    unknown = [name for name in names if name not in expected]
+    missing = [name for name in expected if name not in names]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    for kind, which in (("unknown", unknown), ("twice", twice), ("missing", missing)):
+        if which:
+            raise InvalidRequest("motors.name", f"{needed}; {kind}: {', '.join(which)}")
+    by_effort = not message.position
+    field = "effort" if by_effort else "position"
+    values = message.effort if by_effort else message.position
+    if by_effort and not values:
+        raise InvalidRequest("motors.position", f"expected {len(names)} numbers, got none")
+    vector = checked_vector(f"motors.{field}", values, len(names), " ".join(names))
+    return by_effort, vector[[names.index(name) for name in expected]]
+
+
+def pose_from_message(
+    robot: Robot, message: PoseStamped, controlled: list[str], frames: Frames
+) -> Floats:
+    """Controlled coordinates in the order of the description.
+
+    Raises:
+        RequestError: The frame is not the base frame.
+        InvalidRequest: Other coordinates named than the robot's.
+        InvalidQuaternion: No rotation, or in the plane one that leaves it.
+    """
+    if message.header.frame_id not in ("", frames.base):
+        raise RequestError(
+            ErrorCode.FRAME_TRANSFORM_FAILURE,
+            f"platform.header.frame_id: expected {frames.base!r}, got {message.header.frame_id!r}",
+        )
+    description = robot.description
+    if controlled and sorted(controlled) != sorted(description.controlled):
+        raise InvalidRequest(
+            "controlled",
+            f"expected {', '.join(description.controlled)}, got {', '.join(controlled)}",
+        )
+    position, orientation = message.pose.position, message.pose.orientation
+    values = {"x": position.x, "y": position.y, "z": position.z}
+    if "orientation" in description.controlled or "angle" in description.controlled:
+        quaternion = [orientation.w, orientation.x, orientation.y, orientation.z]
+        rotation = rotation_from_quaternion(quaternion)
+        if robot.planar and rotation[2, 2] < 1.0 - 1e-9:
+            raise InvalidQuaternion("platform", "expected a rotation about z for a planar robot")
+        values |= dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
+        values["angle"] = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+    return np.array([values[name] for name in pose_meaning(robot)])
+
+
+def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames) -> Loads:
+    """Loads with the platform wrench of a message: fixed in space or turning with the platform.
+
+    Raises:
+        RequestError: The frame is neither the base frame nor the platform frame.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    frame = message.header.frame_id or frames.base
+    if frame not in (frames.base, frames.platform):
+        raise RequestError(
+            ErrorCode.FRAME_TRANSFORM_FAILURE,
+            f"wrench.header.frame_id: expected {frames.base!r} (fixed in space) or "
+            f"{frames.platform!r} (turning with the platform), got {frame!r}",
+        )
+    wrench, nothing = _wrench_vector(message.wrench), np.zeros(6)
+    if frame == frames.base:
+        return loads.with_(wrench_world=wrench, wrench_body=nothing)
+    return loads.with_(wrench_world=nothing, wrench_body=wrench)
+
+
+def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equilibrium:
+    """The equilibrium a message holds, checked.
+
+    Raises:
+        InvalidRequest: It is no equilibrium of this robot.
+        NonFiniteInput: A NaN or an infinity.
+        InvalidQuaternion: No rotation.
+    """
+    by_effort, motors = motors_from_joint_state(robot, message.motors)
+    if by_effort:
+        raise InvalidRequest("start_equilibrium.motors.position", "expected positions, got none")
+    gravity = message.gravity
+    loads = Loads.none().with_(
+        gravity=[gravity.x, gravity.y, gravity.z],
+        wrench_world=_wrench_vector(message.wrench_in_base),
+        wrench_body=_wrench_vector(message.wrench_in_platform),
+    )
+    position, orientation = message.platform_in_base.position, message.platform_in_base.orientation
+    return restore_equilibrium(
+        robot,
+        loads,
+        motors,
+        message.leg_coordinates,
+        message.multipliers,
+        rotation_from_quaternion([orientation.w, orientation.x, orientation.y, orientation.z]),
+        [position.x, position.y, position.z],
+    )
+
+
+def equilibrium_to_message(
+    equilibrium: Equilibrium, frames: Frames, stamp: Time, solve_time: float
+) -> EquilibriumMessage:
+    """Everything about an equilibrium."""
+    loads = equilibrium.loads
+    locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
+    return EquilibriumMessage(
+        header=Header(stamp=stamp, frame_id=frames.base),
+        motors=joint_state(equilibrium, frames, stamp),
+        platform_in_base=_pose(equilibrium),
+        leg_coordinates=equilibrium.leg_coordinates.tolist(),
+        multipliers=equilibrium.multipliers.tolist(),
+        gravity=_vector3(loads.gravity),
+        wrench_in_base=_wrench(loads.wrench_world),
+        wrench_in_platform=_wrench(loads.wrench_body),
+        converged=equilibrium.converged,
+        residual=equilibrium.residual,
+        iterations=equilibrium.iterations,
+        index_locked=locked.index,
+        index_free=free.index,
+        smallest_eigenvalue_locked=float(locked.eigenvalues[0]),
+        smallest_eigenvalue_free=float(free.eigenvalues[0]),
+        margin=locked.margin,
+        energy=equilibrium.energy,
+        solve_time=solve_time,
+    )
+
+
+def joint_state(equilibrium: Equilibrium, frames: Frames, stamp: Time) -> JointState:
+    """Motor positions and efforts; the velocity of an equilibrium is zero."""
+    return JointState(
+        header=Header(stamp=stamp, frame_id=frames.base),
+        name=list(equilibrium.robot.motor_names),
+        position=equilibrium.motors.tolist(),
+        velocity=[0.0] * equilibrium.robot.motor_count,
+        effort=equilibrium.efforts.tolist(),
+    )
+
+
+def platform_pose(equilibrium: Equilibrium, frames: Frames, stamp: Time) -> PoseStamped:
+    """Pose of the platform in the base frame."""
+    return PoseStamped(header=Header(stamp=stamp, frame_id=frames.base), pose=_pose(equilibrium))
+
+
+def _pose(equilibrium: Equilibrium) -> Pose:
+    x, y, z = equilibrium.platform_position.tolist()
+    qw, qx, qy, qz = equilibrium.platform_quaternion.tolist()
+    return Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+
+
+def _vector3(vector: Floats) -> Vector3:
+    x, y, z = vector.tolist()
+    return Vector3(x=x, y=y, z=z)
+
+
+def _wrench(wrench: Floats) -> Wrench:
+    return Wrench(force=_vector3(wrench[3:]), torque=_vector3(wrench[:3]))
+
+
+def _wrench_vector(wrench: Wrench) -> Floats:
+    parts = (wrench.torque, wrench.force)
+    return np.array([value for part in parts for value in (part.x, part.y, part.z)])

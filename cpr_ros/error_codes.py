@@ -1,0 +1,55 @@
+"""Errors of the core and of requests as numbers of cpr_msgs/ErrorCode."""
+
+from __future__ import annotations
+
+from cpr_msgs.msg import ErrorCode
+
+from cpr_core import (
+    CprError,
+    InvalidQuaternion,
+    InvalidRequest,
+    NoForwardSolution,
+    NoInverseSolution,
+    NonFiniteInput,
+)
+
+__all__ = ["RequestError", "error_code", "success"]
+
+
+class RequestError(CprError):
+    """A request the node refuses by itself.
+
+    Attributes:
+        val: Number of cpr_msgs/ErrorCode.
+    """
+
+    def __init__(self, val: int, message: str) -> None:
+        """Refuse with a number and a message for a person."""
+        self.val = val
+        super().__init__(message)
+
+
+#: Most specific first.
+_CODES: tuple[tuple[type[CprError], int], ...] = (
+    (NonFiniteInput, ErrorCode.NON_FINITE_INPUT),
+    (InvalidQuaternion, ErrorCode.INVALID_QUATERNION),
+    (InvalidRequest, ErrorCode.INVALID_ROBOT_STATE),
+    (NoInverseSolution, ErrorCode.NO_IK_SOLUTION),
+    (NoForwardSolution, ErrorCode.NOT_CONVERGED),
+)
+
+
+def success() -> ErrorCode:
+    """The code of success."""
+    return ErrorCode(val=ErrorCode.SUCCESS)
+
+
+def error_code(error: Exception) -> ErrorCode:
+    """The code of an error; FAILURE for one that nobody foresaw."""
+    if isinstance(error, RequestError):
+        return ErrorCode(val=error.val, message=str(error))
+    for kind, val in _CODES:
+        if isinstance(error, kind):
+            return ErrorCode(val=val, message=str(error))
+    name = type(error).__name__
+    return ErrorCode(val=ErrorCode.FAILURE, message=f"internal error: {name}: {error}")

@@ -1,0 +1,121 @@
+"""What the node knows and how it answers requests. No rclpy here: state, and one call per service."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from cpr_msgs.msg import ErrorCode
+from cpr_msgs.srv import SolveForward, SolveInverse
+
+from cpr_core import (
+    Equilibrium,
+    Loads,
+    Robot,
+    solve_forward,
+    solve_forward_by_effort,
+    solve_inverse,
+)
+
+from .conversions import (
+    Frames,
+    equilibrium_from_message,
+    motors_from_joint_state,
+    pose_from_message,
+    with_wrench,
+)
+from .error_codes import RequestError
+
+__all__ = ["Solution", "Solver"]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """An equilibrium and how long it took.
+
+    Attributes:
+        equilibrium: The equilibrium.
+        solve_time: Wall time of the solve [s].
+    """
+
+    equilibrium: Equilibrium
+    solve_time: float
+
+
+class Solver:
+    """The robot of the node and its current equilibrium.
+
+    Attributes:
+        robot: The robot.
+        frames: Names of the frames.
+        current: Current equilibrium; replaced only by a successful request that says ``apply``.
+    """
+
+    def __init__(self, robot: Robot, frames: Frames) -> None:
+        """Start at the home equilibrium."""
+        self.robot = robot
+        self.frames = frames
+        self.current = _timed(lambda: robot.home)
+
+    def forward(self, request: SolveForward.Request) -> Solution:
+        """Answer a forward request.
+
+        Raises:
+            CprError: The request cannot be met; the node is as it was.
+        """
+        by_effort, values = motors_from_joint_state(self.robot, request.motors)
+        start, loads = self._start_and_loads(request)
+        solve = solve_forward_by_effort if by_effort else solve_forward
+        solution = _timed(lambda: solve(self.robot, values, start=start, loads=loads))
+        return self._applied(solution, request.apply)
+
+    def inverse(self, request: SolveInverse.Request) -> Solution:
+        """Answer an inverse request.
+
+        Raises:
+            CprError: The request cannot be met; the node is as it was.
+        """
+        pose = pose_from_message(
+            self.robot, request.platform, list(request.controlled), self.frames
+        )
+        start, loads = self._start_and_loads(request)
+        solution = _timed(lambda: solve_inverse(self.robot, pose, start=start, loads=loads))
+        return self._applied(solution, request.apply)
+
+    def _start_and_loads(
+        self, request: SolveForward.Request | SolveInverse.Request
+    ) -> tuple[Equilibrium, Loads]:
+        if request.start == request.START_CURRENT:
+            start = self.current.equilibrium
+        elif request.start == request.START_HOME:
+            start = self.robot.home
+        elif request.start == request.START_GIVEN:
+            start = equilibrium_from_message(self.robot, request.start_equilibrium)
+        else:
+            raise RequestError(
+                ErrorCode.INVALID_ROBOT_STATE,
+                f"start: expected START_CURRENT 0, START_HOME 1 or START_GIVEN 2, "
+                f"got {request.start}",
+            )
+        if request.use_wrench:
+            return start, with_wrench(start.loads, request.wrench, self.frames)
+        return start, start.loads
+
+    def _applied(self, solution: Solution, apply: bool) -> Solution:
+        if apply:
+            index = solution.equilibrium.index_locked
+            if index > 0:
+                raise RequestError(
+                    ErrorCode.UNSTABLE_EQUILIBRIUM,
+                    f"apply: the solution is unstable with the motors held (index {index}), so the "
+                    "robot cannot rest there; ask without apply to see it",
+                )
+            self.current = solution
+        return solution
+
+
+def _timed(solve: Callable[[], Equilibrium]) -> Solution:
+    begin = time.perf_counter()
+    equilibrium = solve()
+    return Solution(equilibrium, time.perf_counter() - begin)

@@ -1,0 +1,54 @@
+"""Central differences of the model, and random states to take them at."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cpr_core.arrays import LoadArrays
+from cpr_core.lie import rotation_exp
+from cpr_core.model import ModelValue, evaluate
+from cpr_core.robot import Robot
+
+
+def random_state(robot: Robot, rng: np.random.Generator):
+    """A state far from equilibrium, of realistic size: strains fall with the mode number."""
+    arrays = robot.arrays
+    state = rng.normal(size=len(arrays.unit)) * arrays.unit
+    for here, leg in zip(arrays.legs, robot.description.legs, strict=True):
+        order = np.concatenate([np.arange(count) for count in leg.modes.counts])
+        state[here["strain_index"] : here["strain_index"] + here["strain_count"]] /= 1.0 + order**2
+        if here["extensible"]:
+            state[here["translation_index"]] = leg.rod.length * rng.uniform(0.7, 1.3)
+    state[robot.platform_indices] = 0.0
+    twist = np.zeros(6)
+    twist[robot.platform_axes] = rng.normal(size=len(robot.platform_axes))
+    return state, rotation_exp(twist[:3]), twist[3:]
+
+
+def moved(robot: Robot, state, rotation, position, step):
+    """A state moved by a vector in state order; the platform by small world motions."""
+    twist = np.zeros(6)
+    twist[robot.platform_axes] = step[robot.platform_indices]
+    state = state + step
+    state[robot.platform_indices] = 0.0
+    return state, rotation_exp(twist[:3]) @ rotation, position + twist[3:]
+
+
+def derivative(function, robot: Robot, point, index: int, size: float = 2e-3):
+    """Derivative along one state, by a central difference of order four in its natural unit."""
+    step = np.zeros(len(robot.arrays.unit))
+    step[index] = size * robot.arrays.unit[index]
+
+    def at(multiple):
+        return function(*moved(robot, *point, multiple * step))
+
+    return (8.0 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12.0 * step[index])
+
+
+def model_at(robot: Robot, loads: LoadArrays):
+    """The model as a function of state, rotation and position."""
+
+    def value(state, rotation, position) -> ModelValue:
+        return evaluate(robot, loads, state, rotation, position)
+
+    return value

@@ -1,0 +1,228 @@
+"""Loads: checks of what is given, what is refused in the plane, what has a potential."""
+
+import copy
+from dataclasses import FrozenInstanceError
+
+import numpy as np
+import pytest
+import yaml
+from cpr_core.description import shipped_robots
+from cpr_core.errors import CprError, InvalidRequest, NonFiniteInput
+from cpr_core.loads import Loads, checked_vector
+from cpr_core.robot import load_robot
+from numpy.testing import assert_allclose
+
+FIELDS = {"gravity": 3, "rod_force": 3, "wrench_world": 6, "wrench_body": 6}
+
+
+@pytest.fixture(scope="module")
+def point_robot():
+    return load_robot("rfrfr")
+
+
+@pytest.fixture(scope="module")
+def planar_body():
+    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text())
+    content["rod"].update(young_modulus=210.0e9, shear_modulus=82.0e9)
+    content["platform"] = {"shape": "body", "mass": 0.5, "center_of_mass": [0.1, 0.2, 0.0]}
+    content["legs"][0]["tip"]["position"] = [-0.05, 0.0, 0.0]
+    content["legs"][1]["tip"]["position"] = [0.05, 0.0, 0.0]
+    return load_robot(content)
+
+
+@pytest.fixture(scope="module")
+def spatial_robot():
+    return load_robot("six_rfs")
+
+
+@pytest.mark.parametrize(
+    "value", [[1, 2, 3], (1.0, 2.0, 3.0), np.array([1, 2, 3]), range(1, 4), np.float32([1, 2, 3])]
+)
+def test_vectors_come_in_any_form_and_go_out_as_floats(value):
+    vector = checked_vector("gravity", value, 3)
+    assert vector.dtype == np.float64
+    assert vector.tolist() == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    ("value", "found"),
+    [
+        ([1.0, 2.0], "got 2"),
+        ([1.0, 2.0, 3.0, 4.0], "got 4"),
+        ([], "got 0"),
+        (1.0, "shape ()"),
+        ([[1.0, 2.0, 3.0]], "shape (1, 3)"),
+        ("north", "'north'"),
+        ([1.0, "up", 2.0], "up"),
+        ([[1.0], [2.0, 3.0], 4.0], "[[1.0]"),
+        ({"x": 1.0}, "{'x': 1.0}"),
+        ([1j, 0, 0], "1j"),
+        (object(), "object"),
+        (None, "shape ()"),
+    ],
+)
+def test_what_is_no_vector_is_refused_with_what_was_expected(value, found):
+    with pytest.raises(InvalidRequest) as caught:
+        checked_vector("gravity", value, 3, "x y z")
+    assert caught.value.argument == "gravity"
+    assert caught.value.code == "INVALID_ROBOT_STATE"
+    text = str(caught.value)
+    assert text.startswith("gravity: expected 3 numbers (x y z)")
+    assert found in text
+
+
+def test_numbers_beyond_floats_are_refused_like_any_other_mistake():
+    with pytest.raises(CprError, match="gravity"):
+        checked_vector("gravity", [10**400, 0, 0], 3)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, None])
+@pytest.mark.parametrize("place", range(3))
+def test_vectors_that_are_not_finite_are_refused(value, place):
+    vector = [1.0, 2.0, 3.0]
+    vector[place] = value
+    with pytest.raises(NonFiniteInput, match="all finite") as caught:
+        checked_vector("gravity", vector, 3)
+    assert caught.value.argument == "gravity"
+    assert caught.value.code == "NON_FINITE_INPUT"
+
+
+def test_checked_vectors_are_read_only_copies():
+    given = np.array([1.0, 2.0, 3.0])
+    vector = checked_vector("gravity", given, 3)
+    given[0] = 9.0
+    assert vector[0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        vector[0] = 9.0
+    assert given.flags.writeable
+
+
+def test_no_loads_are_zero_and_conservative():
+    loads = Loads.none()
+    for name, size in FIELDS.items():
+        assert getattr(loads, name).shape == (size,)
+        assert not np.any(getattr(loads, name))
+    assert loads.conservative(planar=True)
+    assert loads.conservative(planar=False)
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_with_replaces_what_is_given_and_keeps_the_rest(name):
+    start = Loads.none().with_(
+        gravity=[0, 0, -9.81], rod_force=[1, 2, 3], wrench_world=range(6), wrench_body=range(6, 12)
+    )
+    value = np.arange(FIELDS[name]) + 100.0
+    changed = start.with_(**{name: value})
+    for other in FIELDS:
+        expected = value if other == name else getattr(start, other)
+        assert np.array_equal(getattr(changed, other), expected)
+    assert not np.array_equal(getattr(start, name), value)
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_with_names_the_load_that_is_wrong(name):
+    size = FIELDS[name]
+    with pytest.raises(InvalidRequest, match=rf"{name}: expected {size} numbers .*got {size + 1}"):
+        Loads.none().with_(**{name: np.zeros(size + 1)})
+    with pytest.raises(NonFiniteInput, match=name):
+        Loads.none().with_(**{name: np.full(size, np.nan)})
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_loads_cannot_be_changed_in_place(name):
+    for loads in (Loads.none(), Loads.none().with_(**{name: np.ones(FIELDS[name])})):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(loads, name)[0] = 1.0
+        with pytest.raises(FrozenInstanceError):
+            setattr(loads, name, np.zeros(FIELDS[name]))
+
+
+def test_no_loads_are_not_shared():
+    first, second = Loads.none(), Loads.none()
+    assert first.gravity is not second.gravity
+
+
+def unit(place):
+    vector = np.zeros(6)
+    vector[place] = 1.0
+    return vector
+
+
+@pytest.mark.parametrize("place", range(6))
+def test_in_space_moments_and_following_wrenches_have_no_potential(place):
+    assert Loads.none().with_(wrench_world=unit(place)).conservative(False) == (place >= 3)
+    assert not Loads.none().with_(wrench_body=unit(place)).conservative(False)
+
+
+@pytest.mark.parametrize("place", [2, 3, 4])
+def test_in_the_plane_only_following_forces_have_no_potential(place):
+    assert Loads.none().with_(wrench_world=unit(place)).conservative(True)
+    assert Loads.none().with_(wrench_body=unit(place)).conservative(True) == (place == 2)
+
+
+@pytest.mark.parametrize("planar", [True, False])
+def test_gravity_and_rod_forces_are_conservative(planar):
+    loads = Loads.none().with_(gravity=[1.0, 2.0, 0.0], rod_force=[3.0, 4.0, 0.0])
+    assert loads.conservative(planar)
+
+
+@pytest.mark.parametrize("name", ["gravity", "rod_force"])
+def test_forces_out_of_the_plane_are_refused(point_robot, planar_body, spatial_robot, name):
+    loads = Loads.none().with_(**{name: [0.0, 0.0, -9.81]})
+    for robot in (point_robot, planar_body):
+        with pytest.raises(InvalidRequest, match=rf"{name}: expected z = 0 .*got -9.81") as caught:
+            robot.load_arrays(loads)
+        assert caught.value.argument == name
+    spatial_robot.load_arrays(loads)
+
+
+@pytest.mark.parametrize("name", ["wrench_world", "wrench_body"])
+@pytest.mark.parametrize("place", [0, 1, 5])
+def test_wrenches_out_of_the_plane_are_refused(point_robot, planar_body, spatial_robot, name, place):
+    loads = Loads.none().with_(**{name: unit(place)})
+    for robot in (point_robot, planar_body):
+        with pytest.raises(InvalidRequest, match=rf"{name}: expected mx = my = fz = 0") as caught:
+            robot.load_arrays(loads)
+        assert caught.value.argument == name
+    spatial_robot.load_arrays(loads)
+
+
+@pytest.mark.parametrize("name", ["wrench_world", "wrench_body"])
+def test_a_point_takes_no_moment_a_planar_body_does(point_robot, planar_body, name):
+    loads = Loads.none().with_(**{name: unit(2)})
+    with pytest.raises(InvalidRequest, match=rf"{name}: expected mz = 0") as caught:
+        point_robot.load_arrays(loads)
+    assert caught.value.argument == name
+    row = {"wrench_world": 2, "wrench_body": 4}[name]
+    assert planar_body.load_arrays(loads).platform[row].tolist() == [0.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize("name", ["wrench_world", "wrench_body"])
+@pytest.mark.parametrize("place", [3, 4])
+def test_forces_in_the_plane_are_taken(point_robot, planar_body, name, place):
+    loads = Loads.none().with_(**{name: unit(place)})
+    row = {"wrench_world": 3, "wrench_body": 5}[name]
+    for robot in (point_robot, planar_body):
+        assert np.array_equal(robot.load_arrays(loads).platform[row], unit(place)[3:])
+
+
+def test_weight_is_that_of_what_hangs_beyond_and_of_the_platform(planar_body):
+    gravity, force = np.array([1.0, -9.81, 0.0]), np.array([0.3, 0.2, 0.0])
+    arrays = planar_body.load_arrays(Loads.none().with_(gravity=gravity, rod_force=force))
+    per_length = 7800.0 * np.pi * 0.001**2 * gravity + force
+    beyond = np.array([*(1.0 - planar_body.grid.nodes), 1.0])
+    for leg in range(2):
+        assert_allclose(arrays.distributed[leg], np.outer(per_length, beyond), rtol=1e-14)
+    assert_allclose(arrays.platform[0], 0.5 * gravity, rtol=1e-15)
+    assert_allclose(arrays.platform[1], [0.1, 0.2, 0.0], rtol=1e-15)
+
+
+def test_default_loads_are_the_gravity_of_the_description():
+    content = yaml.safe_load(shipped_robots()["six_rfs"].read_text())
+    content["rod"].update(young_modulus=210.0e9, shear_modulus=82.0e9)
+    content["gravity"] = [0.0, 0.0, -9.81]
+    loads = load_robot(copy.deepcopy(content)).default_loads
+    assert loads.gravity.tolist() == [0.0, 0.0, -9.81]
+    assert not np.any(loads.rod_force)
+    assert not np.any(loads.wrench_world)
+    assert not np.any(loads.wrench_body)

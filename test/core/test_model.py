@@ -1,0 +1,165 @@
+"""Residual and tangent of the model against differences, for every motor, tip joint and load."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from differences import derivative, model_at, random_state
+
+from cpr_core import Loads, joints, load_robot, motors
+from cpr_core.lie import rotation_exp
+from cpr_core.rod import StrainModes
+from cpr_core.robot import Robot
+
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+TILTED = tuple(np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5]))
+
+SPATIAL_MOTORS = {
+    "revolute": motors.Revolute(TILTED),
+    "prismatic": motors.Prismatic(TILTED),
+    "extensible": motors.Extensible(),
+    "extensible spinning": motors.Extensible(spin=True),
+    "hinge": motors.Hinge(TILTED),
+    "welded": motors.Welded(),
+}
+SPATIAL_TIPS = {
+    "spherical": joints.Spherical((0.1, -0.05, 0.02)),
+    "fixed": joints.Fixed((0.1, -0.05, 0.02), tuple(map(tuple, rotation_exp([0.3, -0.2, 0.5])))),
+    "revolute": joints.Revolute((0.1, -0.05, 0.02), TILTED, Y),
+    "universal": joints.Universal((0.1, -0.05, 0.02), X, TILTED),
+}
+PLANAR_MOTORS = {
+    "revolute": motors.Revolute(Z),
+    "prismatic": motors.Prismatic((0.6, 0.8, 0.0)),
+    "extensible": motors.Extensible(),
+    "hinge": motors.Hinge(Z),
+    "welded": motors.Welded(),
+}
+PLANAR_TIPS = {
+    "revolute": joints.Revolute((0.1, -0.05, 0.0)),
+    "fixed": joints.Fixed((0.1, -0.05, 0.0)),
+}
+
+
+def robot_of(planar, motor, tip, counts):
+    """The paper's robot with another motor and tip on every leg, and a heavy platform."""
+    description = load_robot("rfrfr" if planar else "six_rfs").description
+    legs = tuple(
+        replace(
+            leg,
+            motor=motor,
+            joint=tip,
+            motor_name=leg.motor_name if motor.actuated else None,
+            modes=StrainModes(counts),
+        )
+        for leg in description.legs[:2]
+    )
+    return Robot(
+        replace(
+            description,
+            legs=legs,
+            point_platform=False,
+            platform_mass=0.3,
+            center_of_mass=np.array([0.02, -0.03, 0.0 if planar else 0.05]),
+        )
+    )
+
+
+LOADS = {
+    "none": lambda planar: Loads.none(),
+    "gravity": lambda planar: Loads.none().with_(gravity=[1.0, -9.0, 0.0 if planar else 3.0]),
+    "rod force": lambda planar: Loads.none().with_(rod_force=[0.3, 0.2, 0.0 if planar else -0.4]),
+    "wrench in space": lambda planar: Loads.none().with_(
+        wrench_world=[0, 0, 0.2, 0.3, -0.4, 0] if planar else [0.1, -0.2, 0.2, 0.3, -0.4, 0.5]
+    ),
+    "following wrench": lambda planar: Loads.none().with_(
+        wrench_body=[0, 0, 0.2, 0.3, -0.4, 0] if planar else [0.1, -0.2, 0.2, 0.3, -0.4, 0.5]
+    ),
+}
+
+CASES = [
+    pytest.param(False, motor, tip, (2, 3, 4), id=f"spatial-{m}-{t}")
+    for m, motor in SPATIAL_MOTORS.items()
+    for t, tip in SPATIAL_TIPS.items()
+] + [
+    pytest.param(True, motor, tip, (0, 0, 4), id=f"planar-{m}-{t}")
+    for m, motor in PLANAR_MOTORS.items()
+    for t, tip in PLANAR_TIPS.items()
+]
+
+
+@pytest.mark.parametrize("load", LOADS)
+@pytest.mark.parametrize(("planar", "motor", "tip", "counts"), CASES)
+def test_tangent_is_the_derivative_of_the_residual(planar, motor, tip, counts, load):
+    robot = robot_of(planar, motor, tip, counts)
+    rng = np.random.default_rng(7)
+    value = model_at(robot, robot.load_arrays(LOADS[load](planar)))
+    point = random_state(robot, rng)
+    unit = robot.arrays.unit
+    exact = value(*point).tangent * unit[:, None] * unit
+    for index in range(len(unit)):
+        column = derivative(lambda *p: value(*p).residual, robot, point, index)
+        np.testing.assert_allclose(
+            column * unit * unit[index],
+            exact[:, index],
+            rtol=0,
+            atol=1e-7 * np.abs(exact).max(),
+            err_msg=f"column {index}",
+        )
+
+
+@pytest.mark.parametrize("load", ["none", "gravity", "rod force"])
+@pytest.mark.parametrize(("planar", "motor", "tip", "counts"), CASES)
+def test_residual_is_the_derivative_of_the_lagrangian(planar, motor, tip, counts, load):
+    robot = robot_of(planar, motor, tip, counts)
+    rng = np.random.default_rng(11)
+    value = model_at(robot, robot.load_arrays(LOADS[load](planar)))
+    point = random_state(robot, rng)
+    constraints = robot.multiplier_indices
+
+    def lagrangian(state, rotation, position):
+        here = value(state, rotation, position)
+        return here.energy + here.residual[constraints] @ state[constraints]
+
+    unit, exact = robot.arrays.unit, value(*point).residual
+    scale = np.abs(exact * unit).max()
+    for index in range(len(unit)):
+        slope = derivative(lagrangian, robot, point, index)
+        assert slope * unit[index] == pytest.approx(
+            exact[index] * unit[index], abs=1e-7 * scale
+        ), index
+
+
+def test_point_and_varying_forces_enter_the_tangent_exactly():
+    """Any field of internal force: what point and s-dependent forces amount to at the nodes."""
+    robot = robot_of(False, SPATIAL_MOTORS["extensible spinning"], SPATIAL_TIPS["fixed"], (2, 3, 3))
+    rng = np.random.default_rng(3)
+    loads = robot.load_arrays(Loads.none())
+    beyond = np.append(1.0 - robot.grid.nodes, 1.0)
+    loads = loads._replace(
+        distributed=rng.normal(size=(2, 3, 1)) * beyond**2,
+        point=rng.normal(size=(2, 3, 1)) * np.ones_like(beyond),
+    )
+    value, point, unit = model_at(robot, loads), random_state(robot, rng), robot.arrays.unit
+    exact = value(*point).tangent * unit[:, None] * unit
+    columns = [
+        derivative(lambda *p: value(*p).residual, robot, point, index) * unit * unit[index]
+        for index in range(len(unit))
+    ]
+    np.testing.assert_allclose(
+        np.transpose(columns), exact, rtol=0, atol=1e-7 * np.abs(exact).max()
+    )
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
+def test_tangent_is_symmetric_at_a_loaded_equilibrium(name):
+    robot = load_robot(name)
+    gravity = [0, -9.81, 0] if robot.planar else [0, 0, -9.81]
+    loads = Loads.none().with_(gravity=gravity, wrench_world=[0, 0, 0, 0.05, -0.1, 0])
+    from cpr_core import solve_forward
+    from cpr_core.model import tangent_at
+
+    unit = robot.arrays.unit
+    tangent = tangent_at(solve_forward(robot, robot.home.motors, loads=loads))
+    tangent = tangent * unit[:, None] * unit
+    np.testing.assert_allclose(tangent, tangent.T, atol=1e-11 * np.abs(tangent).max())

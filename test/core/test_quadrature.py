@@ -1,0 +1,253 @@
+"""Rod grid: weights, integration matrix, rotation steps, Magnus step of order six."""
+
+import numpy as np
+import pytest
+from cpr_core.leg_kernel import rotation_step
+from cpr_core.lie import rotation_exp
+from cpr_core.quadrature import rod_grid
+from cpr_core.robot import load_robot
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.polynomial import Polynomial, legendre
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+FAST = settings(deadline=None, derandomize=True, max_examples=100)
+BREAKPOINTS = [(), (0.5,), (0.3, 0.7), (0.7, 0.1, 0.2), (0.0, 0.25, 1.0)]
+NODES = [1, 2, 3, 5, 8, 16]
+GAUSS = 0.5 * (legendre.leggauss(3)[0] + 1.0)
+
+
+def inner(breakpoints):
+    return sorted({b for b in breakpoints if 0.0 < b < 1.0})
+
+
+def piecewise(breakpoints, degree):
+    """A polynomial with other coefficients on every panel: values and integral from 0."""
+    edges = np.array([0.0, *inner(breakpoints), 1.0])
+    rng = np.random.default_rng(degree)
+    pieces = [Polynomial(rng.normal(size=degree + 1)) for _ in edges[1:]]
+    integrals = [piece.integ() for piece in pieces]
+    whole = [
+        integral(end) - integral(start)
+        for integral, start, end in zip(integrals, edges[:-1], edges[1:], strict=True)
+    ]
+    before = np.concatenate([[0.0], np.cumsum(whole)])
+
+    def values(sigma):
+        panel = np.minimum(np.searchsorted(edges, sigma, side="right") - 1, len(pieces) - 1)
+        return np.array([pieces[p](s) for p, s in zip(panel, sigma, strict=True)])
+
+    def integral(sigma):
+        panel = np.minimum(np.searchsorted(edges, sigma, side="right") - 1, len(pieces) - 1)
+        return np.array(
+            [
+                before[p] + integrals[p](s) - integrals[p](edges[p])
+                for p, s in zip(panel, sigma, strict=True)
+            ]
+        )
+
+    return values, integral
+
+
+@pytest.mark.parametrize("breakpoints", BREAKPOINTS)
+@pytest.mark.parametrize("nodes", NODES)
+def test_nodes_lie_inside_and_increase(nodes, breakpoints):
+    grid = rod_grid(nodes, breakpoints)
+    count = nodes * (len(inner(breakpoints)) + 1)
+    assert grid.nodes.shape == grid.weights.shape == (count,)
+    assert grid.integration.shape == (count, count)
+    assert 0.0 < grid.nodes[0]
+    assert grid.nodes[-1] < 1.0
+    assert np.all(np.diff(grid.nodes) > 0.0)
+    assert np.all(grid.weights > 0.0)
+
+
+@pytest.mark.parametrize("nodes", NODES)
+def test_without_breakpoints_it_is_gauss_legendre(nodes):
+    points, weights = legendre.leggauss(nodes)
+    grid = rod_grid(nodes)
+    assert_allclose(grid.nodes, 0.5 * (points + 1.0), rtol=0.0, atol=1e-15)
+    assert_allclose(grid.weights, 0.5 * weights, rtol=0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("breakpoints", BREAKPOINTS)
+@pytest.mark.parametrize("nodes", NODES)
+def test_weights_integrate_piecewise_polynomials_exactly(nodes, breakpoints):
+    grid = rod_grid(nodes, breakpoints)
+    for degree in range(2 * nodes):
+        values, integral = piecewise(breakpoints, degree)
+        expected = integral(np.array([1.0]))[0]
+        assert grid.weights @ values(grid.nodes) == pytest.approx(expected, abs=2e-14)
+
+
+@pytest.mark.parametrize("breakpoints", BREAKPOINTS)
+@pytest.mark.parametrize("nodes", NODES)
+def test_integration_matrix_integrates_piecewise_polynomials_exactly(nodes, breakpoints):
+    grid = rod_grid(nodes, breakpoints)
+    for degree in range(nodes):
+        values, integral = piecewise(breakpoints, degree)
+        found = grid.integration @ values(grid.nodes)
+        assert_allclose(found, integral(grid.nodes), rtol=0.0, atol=2e-14)
+
+
+@pytest.mark.parametrize("breakpoints", BREAKPOINTS)
+def test_integration_matrix_converges_spectrally_for_smooth_functions(breakpoints):
+    errors = []
+    for nodes in (4, 8, 16):
+        grid = rod_grid(nodes, breakpoints)
+        found = grid.integration @ np.cos(6.0 * grid.nodes)
+        errors.append(np.abs(found - np.sin(6.0 * grid.nodes) / 6.0).max())
+    assert errors[1] < 1e-2 * errors[0]
+    assert errors[2] < 1e-13
+
+
+@pytest.mark.parametrize("breakpoints", BREAKPOINTS)
+@pytest.mark.parametrize("nodes", NODES)
+def test_rotation_steps_cover_the_rod_and_stop_at_every_node(nodes, breakpoints):
+    grid = rod_grid(nodes, breakpoints)
+    stops = np.cumsum(grid.steps)
+    assert np.all(grid.steps > 0.0)
+    assert stops[-1] == pytest.approx(1.0, abs=1e-14)
+    at_node = grid.step_node >= 0
+    assert grid.step_node[at_node].tolist() == list(range(len(grid.nodes)))
+    assert_allclose(stops[at_node], grid.nodes, rtol=0.0, atol=1e-14)
+    assert_allclose(stops[~at_node], [*inner(breakpoints), 1.0], rtol=0.0, atol=1e-14)
+    assert np.all(grid.step_node[~at_node] == -1)
+
+
+@pytest.mark.parametrize("breakpoints", BREAKPOINTS)
+@pytest.mark.parametrize("nodes", NODES)
+def test_step_points_are_the_gauss_points_of_the_steps(nodes, breakpoints):
+    grid = rod_grid(nodes, breakpoints)
+    starts = np.concatenate([[0.0], np.cumsum(grid.steps)[:-1]])
+    expected = starts[:, None] + grid.steps[:, None] * GAUSS
+    assert_allclose(grid.step_points, expected, rtol=0.0, atol=1e-14)
+
+
+def test_breakpoints_count_once_in_any_order():
+    first, second = rod_grid(4, (0.2, 0.6)), rod_grid(4, (0.6, 0.2, 0.6, 0.0, 1.0))
+    assert np.array_equal(first.nodes, second.nodes)
+    assert np.array_equal(first.steps, second.steps)
+
+
+# Magnus step.
+
+
+def smooth_curvature(s):
+    return np.array([np.sin(3.0 * s) + 0.4, 2.0 * np.cos(2.0 * s), 1.5 * s * s - 0.7])
+
+
+def polynomial_curvature(s):
+    return np.array([1.0 - 2.0 * s, 0.5 + s**3, 2.0 * s - s**2])
+
+
+def planar_curvature(s):
+    return np.array([0.0, 2.0 * np.cos(2.0 * s), 1.5 * s * s - 0.7])
+
+
+def one_step(curvature, start, step):
+    rotation = np.full((3, 3), np.nan)
+    rotation_step(np.array([curvature(start + step * c) for c in GAUSS]), step, rotation)
+    return rotation
+
+
+def reference_rotation(curvature, start, end):
+    """R(end) of R' = R kappa^, R(start) = 1, by an ODE solver of order eight."""
+
+    def rate(s, flat):
+        x, y, z = curvature(s)
+        return (flat.reshape(3, 3) @ [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]).ravel()
+
+    return solve_ivp(
+        rate, (start, end), np.eye(3).ravel(), method="DOP853", rtol=1e-13, atol=1e-15
+    ).y[:, -1].reshape(3, 3)
+
+
+@pytest.mark.parametrize("curvature", [smooth_curvature, polynomial_curvature, planar_curvature])
+@pytest.mark.parametrize("start", [0.0, 0.6])
+def test_magnus_step_is_of_order_six(curvature, start):
+    steps = [0.4, 0.2, 0.1]
+    errors = [
+        np.abs(one_step(curvature, start, h) - reference_rotation(curvature, start, start + h)).max()
+        for h in steps
+    ]
+    # Local error h^7: halving the step divides it by 128; order five would give 64 at most.
+    assert errors[0] < 1e-4
+    assert np.log2(errors[0] / errors[1]) > 6.5
+    assert np.log2(errors[1] / errors[2]) > 6.5
+
+
+@pytest.mark.parametrize("curvature", [smooth_curvature, polynomial_curvature, planar_curvature])
+def test_magnus_steps_converge_globally_with_order_six(curvature):
+    expected = reference_rotation(curvature, 0.0, 1.0)
+    errors = []
+    for count in (4, 8, 16):
+        rotation = np.eye(3)
+        for i in range(count):
+            rotation = rotation @ one_step(curvature, i / count, 1.0 / count)
+        errors.append(np.abs(rotation - expected).max())
+    assert np.log2(errors[0] / errors[1]) > 5.7
+    assert np.log2(errors[1] / errors[2]) > 5.7
+
+
+vectors = arrays(float, 3, elements=st.floats(-5.0, 5.0, allow_subnormal=False))
+
+
+@given(vectors, st.floats(0.0, 0.5))
+@FAST
+def test_constant_curvature_is_exact(vector, step):
+    rotation = np.full((3, 3), np.nan)
+    rotation_step(np.tile(vector, (3, 1)), step, rotation)
+    x, y, z = step * vector
+    expected = expm(np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]))
+    assert_allclose(rotation, expected, rtol=0.0, atol=5e-14)
+    assert_allclose(rotation, rotation_exp(step * vector), rtol=0.0, atol=1e-15)
+
+
+@given(arrays(float, 6, elements=st.floats(-3.0, 3.0, allow_subnormal=False)), st.floats(0.1, 1.0))
+@FAST
+def test_bending_about_one_axis_is_exact_up_to_degree_five(coefficients, step):
+    polynomial = Polynomial(coefficients)
+    axis = np.array([0.0, 0.6, 0.8])
+    rotation = one_step(lambda s: polynomial(s) * axis, 0.0, step)
+    angle = polynomial.integ()(step)
+    assert_allclose(rotation, rotation_exp(angle * axis), rtol=0.0, atol=2e-14)
+
+
+@given(arrays(float, (3, 3), elements=st.floats(-4.0, 4.0, allow_subnormal=False)))
+@FAST
+def test_going_back_undoes_a_step(curvature):
+    there, back = np.full((3, 3), np.nan), np.full((3, 3), np.nan)
+    rotation_step(curvature, 0.3, there)
+    rotation_step(curvature[::-1].copy(), -0.3, back)
+    assert_allclose(there @ back, np.eye(3), rtol=0.0, atol=5e-15)
+    assert_allclose(there.T @ there, np.eye(3), rtol=0.0, atol=5e-15)
+
+
+@given(arrays(float, (3, 3), elements=st.floats(-4.0, 4.0, allow_subnormal=False)), vectors)
+@FAST
+def test_a_step_does_not_depend_on_the_axes_chosen(curvature, vector):
+    turn = rotation_exp(vector)
+    plain, turned = np.full((3, 3), np.nan), np.full((3, 3), np.nan)
+    rotation_step(curvature, 0.3, plain)
+    rotation_step(np.ascontiguousarray(curvature @ turn.T), 0.3, turned)
+    assert_allclose(turned, turn @ plain @ turn.T, rtol=0.0, atol=5e-15)
+
+
+# The grid of a robot is fine enough for its modes.
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
+@pytest.mark.parametrize("modes", [3, 5, 7, 8, 12])
+def test_finer_grids_do_not_move_an_equilibrium(name, modes):
+    robot, fine = load_robot(name, modes=modes), load_robot(name, modes=modes)
+    vars(fine)["grid"] = rod_grid(64)
+    assert len(robot.grid.nodes) < 32
+    found, expected = robot.home, fine.home
+    assert fine.arrays.weights.shape == (64,)
+    assert_allclose(found.platform_position, expected.platform_position, rtol=0.0, atol=1e-10)
+    assert_allclose(found.platform_rotation, expected.platform_rotation, rtol=0.0, atol=1e-9)
+    assert_allclose(found.efforts, expected.efforts, rtol=0.0, atol=1e-9)

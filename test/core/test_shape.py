@@ -1,0 +1,30 @@
+"""Leg shapes: they start at the motors, end at the platform and are as long as the rods."""
+
+import numpy as np
+import pytest
+
+from cpr_core import leg_shapes, load_robot, solve_forward
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
+def test_legs_join_base_and_platform(name):
+    robot = load_robot(name)
+    equilibrium = solve_forward(robot, robot.home.motors + 0.1)
+    for leg, shape in zip(robot.description.legs, leg_shapes(equilibrium, 40), strict=True):
+        np.testing.assert_allclose(shape.position[0], leg.base_position)
+        tip = equilibrium.platform_position + equilibrium.platform_rotation @ leg.joint.position
+        np.testing.assert_allclose(shape.position[-1], tip, atol=1e-9)
+        assert shape.arc_length[-1] == leg.rod.length
+        steps = np.linalg.norm(np.diff(shape.position, axis=0), axis=1)
+        assert np.all(steps <= np.diff(shape.arc_length) * (1 + 1e-12))
+        assert steps.sum() == pytest.approx(leg.rod.length, rel=2e-3)
+        for rotation in shape.rotation:
+            np.testing.assert_allclose(rotation.T @ rotation, np.eye(3), atol=1e-12)
+
+
+def test_curvature_is_the_turning_of_the_tangent():
+    equilibrium = load_robot("rfrfr").home
+    shape = leg_shapes(equilibrium, 200)[0]
+    angle = np.unwrap(np.arctan2(shape.rotation[:, 1, 0], shape.rotation[:, 0, 0]))
+    slope = np.gradient(angle, shape.arc_length)
+    np.testing.assert_allclose(slope[20:-20], shape.curvature[20:-20, 2], rtol=1e-3, atol=1e-3)

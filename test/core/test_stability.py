@@ -1,0 +1,93 @@
+"""Index and margin: known crossings, invariance, reciprocity between the readings of the motors."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from cpr_core import Loads, load_robot, solve_forward, solve_inverse, spectrum
+
+
+def on_the_axis(robot, y, start):
+    return solve_inverse(robot, [0.0, y], start=start)
+
+
+def crossing(robot, high, low, which):
+    """Height on x = 0 at which one more eigenvalue is negative, motors held."""
+    start = on_the_axis(robot, high, solve_inverse(robot, [0.0, 0.8]))
+    return brentq(
+        lambda y: on_the_axis(robot, y, start).spectrum_locked.eigenvalues[which],
+        low,
+        high,
+        xtol=1e-9,
+    )
+
+
+def test_locked_crossings_of_the_rfrfr_robot_on_its_axis():
+    robot = load_robot("rfrfr", modes=12)
+    assert crossing(robot, 0.1, 0.0, 0) == pytest.approx(0.03571, abs=5e-5)
+    assert crossing(robot, -0.03, -0.1, 1) == pytest.approx(-0.05740, abs=5e-5)
+
+
+def test_index_counts_the_negative_eigenvalues():
+    robot = load_robot("rfrfr", modes=12)
+    start = solve_inverse(robot, [0.0, 0.8])
+    for y, index in ((0.8, 0), (0.05, 0), (0.03, 1), (-0.05, 1), (-0.1, 2)):
+        start = on_the_axis(robot, y, start)
+        assert start.index_locked == index
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
+def test_free_index_is_the_locked_one_plus_the_softening_motor_directions(name):
+    """index(free) = index(locked) + negative eigenvalues of dtau_a/dq_a, by differences."""
+    robot = load_robot(name)
+    if robot.planar:
+        points = [solve_inverse(robot, [0.1, y]) for y in (0.8, 0.3, -0.1)]
+    else:
+        points = [
+            solve_forward(robot, robot.home.motors + t * np.array([2, 2, -1.6, -1.6, -2, -2]))
+            for t in (0.0, 0.6, 1.0)
+        ]
+    assert {point.index_free for point in points} != {0}
+    for point in points:
+        columns = []
+        for motor in range(robot.motor_count):
+            step = 1e-4 * np.eye(robot.motor_count)[motor]
+            ahead = solve_forward(robot, point.motors + step, start=point)
+            behind = solve_forward(robot, point.motors - step, start=point)
+            columns.append((ahead.efforts - behind.efforts) / 2e-4)
+        stiffness = np.array(columns)
+        np.testing.assert_allclose(stiffness, stiffness.T, atol=1e-6 * np.abs(stiffness).max())
+        softening = int(np.sum(np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T)) < 0.0))
+        assert point.index_free == point.index_locked + softening
+
+
+def test_margin_is_one_without_forces_and_zero_at_the_crossing():
+    content = load_robot("rfrfr", modes=12)
+    near = on_the_axis(content, 0.0358, on_the_axis(content, 0.1, solve_inverse(content, [0, 0.8])))
+    assert 0.0 < near.spectrum_locked.margin < 2e-3
+    margins = []
+    for load in (0.0, 0.05, 0.1):
+        loads = Loads.none().with_(wrench_world=[0, 0, 0, 0, -load, 0])
+        margins.append(solve_forward(content, [2.59, 0.55], loads=loads).spectrum_locked.margin)
+    assert 1.0 > margins[0] > margins[1] > margins[2] > 0.0
+
+
+@pytest.mark.parametrize("motors_are", ["locked", "free"])
+def test_smallest_eigenvalues_converge_with_the_modes(motors_are):
+    values = [
+        spectrum(load_robot("six_rfs", modes=modes).home, motors_are).eigenvalues[0]
+        for modes in (5, 8, 12)
+    ]
+    assert values[0] == pytest.approx(values[2], rel=2e-3)
+    assert values[1] == pytest.approx(values[2], rel=1e-5)
+
+
+def test_a_non_conservative_load_is_said():
+    robot = load_robot("six_rfs")
+    moment = Loads.none().with_(wrench_world=[0, 0, 0.01, 0, 0, 0])
+    following = Loads.none().with_(wrench_body=[0, 0, 0, 0, 0, 0.1])
+    force = Loads.none().with_(wrench_world=[0, 0, 0, 0, 0, 0.1])
+    for loads, applies in ((moment, False), (following, False), (force, True)):
+        found = solve_forward(robot, robot.home.motors, loads=loads)
+        assert found.spectrum_locked.energy_criterion_applies is applies
+        assert found.spectrum_free.energy_criterion_applies is applies

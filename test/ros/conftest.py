@@ -1,0 +1,42 @@
+"""Fixtures: one node of each paper robot for a test module, and a client in its domain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import pytest
+from node_process import Client, NodeProcess, free_domain
+
+
+@dataclass(frozen=True)
+class Running:
+    """A node and a client."""
+
+    process: NodeProcess
+    client: Client
+
+
+def _run(tmp_path_factory: pytest.TempPathFactory, robot: str) -> Iterator[Running]:
+    domain = free_domain()
+    log = tmp_path_factory.mktemp(robot) / "node.log"
+    process = NodeProcess(log, domain, ["-p", f"robot:={robot}"])
+    try:
+        process.wait_for_log("ready")
+        client = Client(domain)
+        try:
+            yield Running(process, client)
+        finally:
+            client.close()
+    finally:
+        assert process.stop() == 0, process.output()
+
+
+@pytest.fixture(scope="module")
+def six_rfs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    yield from _run(tmp_path_factory, "six_rfs")
+
+
+@pytest.fixture(scope="module")
+def rfrfr(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    yield from _run(tmp_path_factory, "rfrfr")

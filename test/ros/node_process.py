@@ -1,0 +1,114 @@
+"""A cpr_node in its own process and a client beside it, talking over real DDS."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+import cpr_ros
+
+#: Starting includes compiling the kernels on a fresh machine.
+START_TIMEOUT = 240.0
+TIMEOUT = 20.0
+
+_domains = itertools.count(os.getpid())
+
+
+def free_domain() -> int:
+    """A ROS domain for one test, so that tests do not hear each other."""
+    return next(_domains) % 100 + 1
+
+
+class NodeProcess:
+    """A running cpr_node."""
+
+    def __init__(self, log: Path, domain: int, arguments: Sequence[str]) -> None:
+        self.log = log
+        environment = os.environ | {
+            "ROS_DOMAIN_ID": str(domain),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        }
+        # The code under test is this tree's, whether or not it is installed.
+        root = str(Path(cpr_ros.__file__).parents[1])
+        environment["PYTHONPATH"] = os.pathsep.join(
+            [root, *filter(None, [environment.get("PYTHONPATH")])]
+        )
+        with log.open("w") as output:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", *arguments],
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env=environment,
+            )
+
+    def wait_for_log(self, text: str, timeout: float = START_TIMEOUT) -> None:
+        end = time.monotonic() + timeout
+        while text not in self.output():
+            assert self.process.poll() is None, f"the node ended:\n{self.output()}"
+            assert time.monotonic() < end, f"no {text!r} in the log:\n{self.output()}"
+            time.sleep(0.05)
+
+    def output(self) -> str:
+        return self.log.read_text()
+
+    def stop(self, how: signal.Signals = signal.SIGINT) -> int:
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        try:
+            return self.process.wait(TIMEOUT)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            raise AssertionError(f"the node did not stop on {how.name}:\n{self.output()}") from None
+
+
+class Client:
+    """A controller's side: calls services, listens to topics."""
+
+    def __init__(self, domain: int) -> None:
+        self.context = Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.node = Node(f"client_{domain}", context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self._clients: dict[str, Any] = {}
+
+    def spin_until(self, done: Callable[[], bool], timeout: float = TIMEOUT) -> None:
+        end = time.monotonic() + timeout
+        while not done():
+            assert time.monotonic() < end, "timed out"
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def call(self, kind: type, name: str, request: Any) -> Any:
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.node.create_client(kind, name)
+            assert client.wait_for_service(TIMEOUT), f"no service {name}"
+        future = client.call_async(request)
+        self.spin_until(future.done)
+        return future.result()
+
+    def messages(self, kind: type, topic: str, count: int) -> list[Any]:
+        """The next messages of a topic."""
+        received: list[Any] = []
+        subscription = self.node.create_subscription(kind, topic, received.append, 100)
+        self.spin_until(lambda: len(received) >= count)
+        self.node.destroy_subscription(subscription)
+        return received
+
+    def close(self) -> None:
+        self.executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)

@@ -1,0 +1,45 @@
+"""Start and end of the node's process."""
+
+import signal
+
+import pytest
+from node_process import TIMEOUT, NodeProcess, free_domain
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_node_cleanly(tmp_path, how):
+    process = NodeProcess(tmp_path / "node.log", free_domain(), ["-p", "robot:=rfrfr"])
+    process.wait_for_log("ready")
+    assert process.stop(how) == 0
+    assert "Traceback" not in process.output()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["-p", "robot:=no_such_robot"], "no such file, nor a shipped robot"),
+        (["-p", "robot:=rfrfr", "-p", "margin_stop:=0.5"], "expected margin_stop below"),
+        (["-p", "robot:=rfrfr", "-p", "modes:=500"], "modes"),
+        (["-p", "robot:=rfrfr", "-p", "modes:=three"], "modes"),
+    ],
+)
+def test_a_node_that_cannot_start_says_why_and_exits_with_1(tmp_path, arguments, text):
+    process = NodeProcess(tmp_path / "node.log", free_domain(), arguments)
+    assert process.process.wait(TIMEOUT) == 1
+    assert text in process.output()
+    assert "Traceback" not in process.output()
+
+
+def test_two_nodes_with_other_robots_live_in_two_namespaces(tmp_path):
+    domain = free_domain()
+    processes = [
+        NodeProcess(
+            tmp_path / f"{robot}.log",
+            domain,
+            ["-p", f"robot:={robot}", "-r", f"__ns:=/{robot}"],
+        )
+        for robot in ("rfrfr", "six_rfs")
+    ]
+    for process in processes:
+        process.wait_for_log("ready")
+    assert [process.stop() for process in processes] == [0, 0]

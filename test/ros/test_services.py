@@ -1,0 +1,274 @@
+"""Forward and inverse services, called from another process as a controller would."""
+
+import math
+
+import numpy as np
+import pytest
+from cpr_msgs.msg import Equilibrium, ErrorCode
+from cpr_msgs.srv import SolveForward, SolveInverse
+from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import JointState
+
+import cpr_core
+
+SIX_HOME = [5.86, 5.56, 5.86, 5.46, 5.86, 5.26]
+SIX_NAMES = [f"motor{k}" for k in range(1, 7)]
+
+
+def forward_request(names, positions, **fields):
+    return SolveForward.Request(
+        motors=JointState(name=names, position=[float(value) for value in positions]),
+        start=SolveForward.Request.START_HOME,
+        **fields,
+    )
+
+
+def forward(running, request):
+    return running.client.call(SolveForward, "/cpr_node/solve_forward", request)
+
+
+def inverse(running, request):
+    return running.client.call(SolveInverse, "/cpr_node/solve_inverse", request)
+
+
+def planar_target(x, y, **fields):
+    target = PoseStamped()
+    target.pose.position.x, target.pose.position.y = float(x), float(y)
+    return SolveInverse.Request(
+        platform=target, start=SolveInverse.Request.START_HOME, **fields
+    )
+
+
+def position(solution):
+    point = solution.platform_in_base.position
+    return np.array([point.x, point.y, point.z])
+
+
+def assert_success(answer):
+    assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
+    assert answer.error_code.message == ""
+    assert answer.solution.converged
+    assert answer.solution.residual < 1e-10
+
+
+def test_forward_gives_what_the_library_gives(six_rfs):
+    target = np.array(SIX_HOME) + 0.2
+    answer = forward(six_rfs, forward_request(SIX_NAMES, target))
+    assert_success(answer)
+    expected = cpr_core.solve_forward(cpr_core.load_robot("six_rfs"), target)
+    np.testing.assert_allclose(position(answer.solution), expected.platform_position, atol=1e-12)
+    np.testing.assert_allclose(answer.solution.motors.effort, expected.efforts, atol=1e-9)
+    quaternion = answer.solution.platform_in_base.orientation
+    np.testing.assert_allclose(
+        [quaternion.w, quaternion.x, quaternion.y, quaternion.z],
+        expected.platform_quaternion,
+        atol=1e-12,
+    )
+    assert answer.solution.index_locked == expected.index_locked
+    assert answer.solution.index_free == expected.index_free
+    assert answer.solution.solve_time > 0.0
+    assert answer.solution.header.frame_id == "base"
+
+
+def test_motors_are_taken_by_name_in_any_order(six_rfs):
+    target = np.array(SIX_HOME) + np.linspace(0.0, 0.1, 6)
+    straight = forward(six_rfs, forward_request(SIX_NAMES, target))
+    order = [3, 0, 5, 1, 4, 2]
+    mixed = forward(
+        six_rfs, forward_request([SIX_NAMES[k] for k in order], [target[k] for k in order])
+    )
+    assert_success(mixed)
+    assert list(mixed.solution.motors.name) == SIX_NAMES
+    np.testing.assert_allclose(position(mixed.solution), position(straight.solution), atol=1e-13)
+
+
+def test_inverse_returns_the_motors_of_a_forward_solution(six_rfs):
+    target = np.array(SIX_HOME) + [0.1, -0.05, 0.0, 0.1, 0.05, -0.1]
+    reached = forward(six_rfs, forward_request(SIX_NAMES, target))
+    request = SolveInverse.Request(
+        platform=PoseStamped(pose=reached.solution.platform_in_base),
+        controlled=["orientation", "x", "y", "z"],
+        start=SolveInverse.Request.START_HOME,
+    )
+    answer = inverse(six_rfs, request)
+    assert_success(answer)
+    np.testing.assert_allclose(answer.solution.motors.position, target, atol=1e-8)
+
+
+def test_forward_by_effort_returns_to_the_motors(rfrfr):
+    reached = forward(rfrfr, forward_request(["motor1", "motor2"], [2.65, 0.60]))
+    request = SolveForward.Request(
+        motors=JointState(name=["motor1", "motor2"], effort=reached.solution.motors.effort),
+        start=SolveForward.Request.START_HOME,
+    )
+    answer = forward(rfrfr, request)
+    assert_success(answer)
+    np.testing.assert_allclose(answer.solution.motors.position, [2.65, 0.60], atol=1e-8)
+
+
+def test_wrench_in_base_and_in_platform_frame(six_rfs):
+    expected_robot = cpr_core.load_robot("six_rfs")
+    for frame, field in (("", "wrench_world"), ("base", "wrench_world"), ("platform", "wrench_body")):
+        request = forward_request(SIX_NAMES, SIX_HOME, use_wrench=True)
+        request.wrench.header.frame_id = frame
+        request.wrench.wrench.force.x, request.wrench.wrench.torque.z = 0.2, 0.01
+        answer = forward(six_rfs, request)
+        assert_success(answer)
+        loads = cpr_core.Loads.none().with_(**{field: [0, 0, 0.01, 0.2, 0, 0]})
+        expected = cpr_core.solve_forward(expected_robot, SIX_HOME, loads=loads)
+        np.testing.assert_allclose(
+            position(answer.solution), expected.platform_position, atol=1e-12
+        )
+
+
+def test_start_given_continues_from_that_equilibrium(rfrfr):
+    first = inverse(rfrfr, planar_target(0.1, 0.6))
+    request = planar_target(0.15, 0.55)
+    request.start = SolveInverse.Request.START_GIVEN
+    request.start_equilibrium = first.solution
+    answer = inverse(rfrfr, request)
+    assert_success(answer)
+    direct = inverse(rfrfr, planar_target(0.15, 0.55))
+    np.testing.assert_allclose(
+        answer.solution.motors.position, direct.solution.motors.position, atol=1e-9
+    )
+
+
+def test_apply_moves_the_node_and_only_apply_does(rfrfr):
+    def published():
+        return rfrfr.client.messages(JointState, "/joint_states", 3)[-1].position
+
+    before = published()
+    assert_success(forward(rfrfr, forward_request(["motor1", "motor2"], [2.7, 0.5])))
+    assert published() == before
+    answer = forward(rfrfr, forward_request(["motor1", "motor2"], [2.7, 0.5], apply=True))
+    assert_success(answer)
+    assert list(published()) == [2.7, 0.5]
+    back = forward(rfrfr, forward_request(["motor1", "motor2"], [2.59, 0.55], apply=True))
+    assert_success(back)
+
+
+def bad_forward_requests():
+    nan, names = math.nan, ["motor1", "motor2"]
+    return {
+        "empty": (SolveForward.Request(), ErrorCode.INVALID_ROBOT_STATE, "motors.name"),
+        "unknown name": (
+            forward_request(["motor1", "elbow"], [1, 1]),
+            ErrorCode.INVALID_ROBOT_STATE,
+            "elbow",
+        ),
+        "missing name": (
+            forward_request(["motor1"], [1]),
+            ErrorCode.INVALID_ROBOT_STATE,
+            "missing: motor2",
+        ),
+        "duplicate name": (
+            forward_request(["motor1", "motor2", "motor1"], [1, 1, 1]),
+            ErrorCode.INVALID_ROBOT_STATE,
+            "twice: motor1",
+        ),
+        "too few values": (
+            forward_request(names, [1]),
+            ErrorCode.INVALID_ROBOT_STATE,
+            "expected 2 numbers",
+        ),
+        "no values": (forward_request(names, []), ErrorCode.INVALID_ROBOT_STATE, "got none"),
+        "NaN": (forward_request(names, [nan, 1]), ErrorCode.NON_FINITE_INPUT, "finite"),
+        "infinity": (forward_request(names, [math.inf, 1]), ErrorCode.NON_FINITE_INPUT, "finite"),
+        "bad start": (
+            SolveForward.Request(motors=JointState(name=names, position=[1.0, 1.0]), start=7),
+            ErrorCode.INVALID_ROBOT_STATE,
+            "start",
+        ),
+        "start that is no equilibrium": (
+            SolveForward.Request(
+                motors=JointState(name=names, position=[2.59, 0.55]),
+                start=SolveForward.Request.START_GIVEN,
+                start_equilibrium=Equilibrium(
+                    motors=JointState(name=names, position=[2.59, 0.55]),
+                    leg_coordinates=[0.0] * 10,
+                    multipliers=[0.0] * 4,
+                ),
+            ),
+            ErrorCode.INVALID_ROBOT_STATE,
+            "start",
+        ),
+    }
+
+
+@pytest.mark.parametrize("case", bad_forward_requests())
+def test_bad_forward_request_is_refused_with_a_reason(rfrfr, case):
+    request, code, text = bad_forward_requests()[case]
+    answer = forward(rfrfr, request)
+    assert answer.error_code.val == code, answer.error_code.message
+    assert text in answer.error_code.message
+    assert_still_answers(rfrfr)
+
+
+def bad_inverse_requests():
+    wrong_frame = planar_target(0, 0.8)
+    wrong_frame.platform.header.frame_id = "camera"
+    wrong_wrench = planar_target(0, 0.8, use_wrench=True)
+    wrong_wrench.wrench.header.frame_id = "camera"
+    nan_wrench = planar_target(0, 0.8, use_wrench=True)
+    nan_wrench.wrench.wrench.force.x = math.nan
+    out_of_plane = planar_target(0, 0.8, use_wrench=True)
+    out_of_plane.wrench.wrench.force.z = 1.0
+    return {
+        "unreachable": (planar_target(0, 3), ErrorCode.NO_IK_SOLUTION, "of the way"),
+        "NaN": (planar_target(math.nan, 0), ErrorCode.NON_FINITE_INPUT, "finite"),
+        "frame": (wrong_frame, ErrorCode.FRAME_TRANSFORM_FAILURE, "camera"),
+        "wrench frame": (wrong_wrench, ErrorCode.FRAME_TRANSFORM_FAILURE, "camera"),
+        "wrench NaN": (nan_wrench, ErrorCode.NON_FINITE_INPUT, "wrench"),
+        "wrench out of the plane": (out_of_plane, ErrorCode.INVALID_ROBOT_STATE, "planar"),
+        "controlled": (
+            planar_target(0, 0.8, controlled=["x", "z"]),
+            ErrorCode.INVALID_ROBOT_STATE,
+            "expected x, y",
+        ),
+        "unstable": (
+            planar_target(0, 0.0, apply=True),
+            ErrorCode.UNSTABLE_EQUILIBRIUM,
+            "unstable",
+        ),
+    }
+
+
+@pytest.mark.parametrize("case", bad_inverse_requests())
+def test_bad_inverse_request_is_refused_with_a_reason(rfrfr, case):
+    request, code, text = bad_inverse_requests()[case]
+    answer = inverse(rfrfr, request)
+    assert answer.error_code.val == code, answer.error_code.message
+    assert text in answer.error_code.message
+    assert_still_answers(rfrfr)
+
+
+@pytest.mark.parametrize("quaternion", [(0, 0, 0, 0), (1, 1, 0, 0), (0.5, 0, 0, 0)])
+def test_a_quaternion_that_is_no_rotation_is_refused(six_rfs, quaternion):
+    request = SolveInverse.Request()
+    orientation = request.platform.pose.orientation
+    orientation.w, orientation.x, orientation.y, orientation.z = map(float, quaternion)
+    request.platform.pose.position.z = 0.8
+    answer = inverse(six_rfs, request)
+    assert answer.error_code.val == ErrorCode.INVALID_QUATERNION
+
+
+def test_a_failed_request_changes_nothing(rfrfr):
+    def state():
+        return rfrfr.client.messages(JointState, "/joint_states", 3)[-1]
+
+    before = state()
+    answer = inverse(rfrfr, planar_target(0, 3, apply=True))
+    assert answer.error_code.val == ErrorCode.NO_IK_SOLUTION
+    after = state()
+    assert (before.position, before.effort) == (after.position, after.effort)
+
+
+
+
+def assert_still_answers(running):
+    answer = inverse(running, planar_target(0, 0.8))
+    assert_success(answer)
+    np.testing.assert_allclose(
+        answer.solution.motors.position, [2.7677872, 0.3738055], atol=1e-4
+    )
