@@ -47,7 +47,7 @@ class RobotArrays(NamedTuple):
     legs: NDArray[np.void]  # (L,) of LEG
     direction: Integers  # (L, M) strain component: 0 torsion, 1 and 2 bending
     values: Floats  # (L, M, K) shape functions at the nodes
-    step_values: Floats  # (L, G, 3, M) and at the Gauss points of the rotation steps
+    step_values: Floats  # (L, M, 3, G) and at the Gauss points of the rotation steps
     stiffness: Floats  # (L, M, M) K_e at the nominal length
     rest_moment: Floats  # (L, M) int Phi^T H_a kappa_rest
     weights: Floats  # (K,)
@@ -76,6 +76,10 @@ class Workspace(NamedTuple):
     fields: Floats  # (10, 3, 3, K)
     vectors: Floats  # (12, 3)
     matrices: Floats  # (8, 3, 3)
+    densities: Floats  # (3 M + 3, K)
+    integrals: Floats  # (3 M + 3, K)
+    curvature: Floats  # (3, 3, G)
+    vectors_of_steps: Floats  # (3, G)
     modes: Floats  # (M, M)
     elastic: Floats  # (M,)
 
@@ -83,10 +87,15 @@ class Workspace(NamedTuple):
 def workspace(robot: RobotArrays) -> Workspace:
     """Memory for one thread."""
     modes, nodes = robot.values.shape[1:]
+    steps = len(robot.steps)
     return Workspace(
         fields=np.empty((10, 3, 3, nodes)),
         vectors=np.empty((12, 3)),
         matrices=np.empty((8, 3, 3)),
+        densities=np.zeros((3 * modes + 3, nodes)),
+        integrals=np.empty((3 * modes + 3, nodes)),
+        curvature=np.empty((3, 3, steps)),
+        vectors_of_steps=np.empty((3, steps)),
         modes=np.empty((modes, modes)),
         elastic=np.empty(modes),
     )

@@ -75,9 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"cpr {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    forward = commands.add_parser(
-        "forward", help="motor positions to platform pose"
-    )
+    forward = commands.add_parser("forward", help="motor positions to platform pose")
     forward.set_defaults(solve=_forward)
     _add_common(forward)
     forward.add_argument(

@@ -41,6 +41,8 @@ def compiled(function: Function) -> Function:
     calls from another file does; after an edit or an upgrade stale code would run. Every kernel is
     therefore stamped with all kernel sources together.
     """
-    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)(function)
+    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)(
+        function
+    )
     dispatcher._cache._cache_file._source_stamp = _STAMP
     return dispatcher

@@ -36,8 +36,8 @@ class Factors(NamedTuple):
     starts: Integers  # (L + 1,) state index of the first row of every block
     blocks: Floats  # (L, d, d) LU factors of S_i
     block_pivots: Integers  # (L, d)
-    right: Floats  # (L, b, d) columns of S_i^-1 B_i
-    left: Floats  # (L, b, d) rows of C_i
+    right: Floats  # (L, d, b) S_i^-1 B_i
+    left: Floats  # (L, b, d) C_i
     border: Floats  # (b, b) LU factors of the condensed border
     border_pivots: Integers  # (b,)
     whole: Floats  # (n, n) LU factors of everything, where needed
@@ -53,16 +53,14 @@ def allocate(robot, border_size):
     largest = 0
     for i in range(count):
         leg = robot.legs[i]
-        starts[i + 1] = (
-            leg.multiplier_index + robot.position_axes.shape[0] + leg.orientation_count
-        )
+        starts[i + 1] = leg.multiplier_index + robot.position_axes.shape[0] + leg.orientation_count
         largest = max(largest, starts[i + 1] - starts[i])
     size = robot.platform_index + border_size
     return Factors(
         starts,
         np.empty((count, largest, largest)),
         np.empty((count, largest), np.int64),
-        np.empty((count, border_size, largest)),
+        np.empty((count, largest, border_size)),
         np.empty((count, border_size, largest)),
         np.empty((border_size, border_size)),
         np.empty(border_size, np.int64),
@@ -105,18 +103,16 @@ def factor(robot, tangent, rows, columns, factors):
                 block[i, j] = value
                 largest = max(largest, abs(value))
             for j in range(size):
-                right[j, i] = scale * tangent[first + i, columns[j]] * unit[columns[j]]
+                right[i, j] = scale * tangent[first + i, columns[j]] * unit[columns[j]]
                 left[j, i] = scale * tangent[rows[j], first + i] * unit[rows[j]]
         if not lu_factor(block, extent, pivots, _SMALLEST_BLOCK_PIVOT * largest):
             return _factor_whole(robot, tangent, rows, columns, factors)
-        for j in range(size):
-            lu_solve(block, extent, pivots, right[j])
+        _lu_solve_rows(block, extent, pivots, right, size)
         for i in range(size):
-            for j in range(size):
-                total = 0.0
-                for n in range(extent):
-                    total += left[i, n] * right[j, n]
-                border[i, j] -= total
+            for n in range(extent):
+                multiple = left[i, n]
+                for j in range(size):
+                    border[i, j] -= multiple * right[n, j]
     if not lu_factor(border, size, factors.border_pivots, _SMALLEST_PIVOT):
         return NO_INVERSE
     return CONDENSED
@@ -158,9 +154,11 @@ def solve(factors, how, vector):
     lu_solve(factors.border, border.shape[0], factors.border_pivots, border)
     for leg in range(count):
         first = starts[leg]
-        for i in range(border.shape[0]):
-            for n in range(starts[leg + 1] - first):
-                vector[first + n] -= factors.right[leg, i, n] * border[i]
+        for n in range(starts[leg + 1] - first):
+            total = 0.0
+            for i in range(border.shape[0]):
+                total += factors.right[leg, n, i] * border[i]
+            vector[first + n] -= total
 
 
 @compiled
@@ -179,18 +177,45 @@ def lu_factor(matrix, size, pivots, smallest):
         pivots[k] = row
         if not best > smallest:
             return False
+        pivot = matrix[k]
         if row != k:
+            other = matrix[row]
             for j in range(size):
-                matrix[k, j], matrix[row, j] = matrix[row, j], matrix[k, j]
-        inverse = 1.0 / matrix[k, k]
+                pivot[j], other[j] = other[j], pivot[j]
+        inverse = 1.0 / pivot[k]
         for i in range(k + 1, size):
-            multiple = matrix[i, k]
-            if multiple != 0.0:
-                multiple *= inverse
-                matrix[i, k] = multiple
+            target = matrix[i]
+            if target[k] != 0.0:
+                multiple = target[k] * inverse
+                target[k] = multiple
                 for j in range(k + 1, size):
-                    matrix[i, j] -= multiple * matrix[k, j]
+                    target[j] -= multiple * pivot[j]
     return True
+
+
+@compiled
+def _lu_solve_rows(matrix, size, pivots, right, count):
+    """Solve for many right-hand sides at once, the columns of ``right``, in place."""
+    for k in range(size):
+        row = pivots[k]
+        if row != k:
+            for j in range(count):
+                right[k, j], right[row, j] = right[row, j], right[k, j]
+    for i in range(size):
+        target = right[i]
+        for n in range(i):
+            multiple, source = matrix[i, n], right[n]
+            for j in range(count):
+                target[j] -= multiple * source[j]
+    for i in range(size - 1, -1, -1):
+        target = right[i]
+        for n in range(i + 1, size):
+            multiple, source = matrix[i, n], right[n]
+            for j in range(count):
+                target[j] -= multiple * source[j]
+        inverse = 1.0 / matrix[i, i]
+        for j in range(count):
+            target[j] *= inverse
 
 
 @compiled

@@ -8,7 +8,7 @@ that cannot be reached this way is an error, never another branch.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,10 @@ from .errors import NoSolution
 from .lie import rotation_exp, rotation_log
 from .loads import Loads
 from .newton_kernel import CONVERGED, newton
-from .robot import Robot
 
-__all__ = ["Request", "follow"]
+__all__ = ["EffortTarget", "MotorTarget", "PlatformTarget", "Target", "follow"]
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 #: A correction must be smaller than this times the one before.
 CONTRACTION = 0.5
@@ -34,31 +32,98 @@ ITERATIONS = 12
 SMALLEST_STEP = 1e-4
 
 
-@dataclass(frozen=True, eq=False)
-class Request:
-    """What a problem imposes.
+class Imposed:
+    """Values a problem is solved for, all arrays written in place.
 
     Attributes:
-        imposed: Motor positions, motor efforts, or the controlled platform coordinates.
-        values: Motor positions or efforts, (n,); not used for the platform.
-        platform_rotation: Wanted platform rotation, (3, 3); for the platform.
-        platform_position: Wanted platform position, (3,); for the platform.
-        loads: Wanted loads.
+        motors: Motor positions, (n,).
+        efforts: Motor efforts, (n,); used where they are imposed.
+        rotation: Platform rotation, (3, 3).
+        position: Platform position, (3,) [m].
     """
 
-    imposed: Literal["motors", "efforts", "platform"]
-    loads: Loads
-    values: Floats | None = None
-    platform_rotation: Floats | None = None
-    platform_position: Floats | None = None
+    __slots__ = ("efforts", "motors", "position", "rotation")
+
+    def __init__(self, motors: Floats, efforts: Floats, rotation: Floats, position: Floats) -> None:
+        """Take the arrays over."""
+        self.motors, self.efforts = motors, efforts
+        self.rotation, self.position = rotation, position
 
 
-def follow(start: Equilibrium, request: Request) -> Equilibrium:
-    """Follow the branch of an equilibrium until a request is met.
+class Target(Protocol):
+    """What a problem imposes, and the straight path there."""
+
+    #: Key of ``Robot.problems``.
+    problem: ClassVar[str]
+
+    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+        """Write what holds at a fraction of the way from the start."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class MotorTarget:
+    """Motor positions: the forward problem.
+
+    Attributes:
+        motors: (n,) [rad or m].
+    """
+
+    motors: Floats
+    problem: ClassVar[str] = "motors"
+
+    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+        """Straight in the motor positions."""
+        values.motors[:] = (1.0 - fraction) * start.motors + fraction * self.motors
+
+
+@dataclass(frozen=True, eq=False)
+class EffortTarget:
+    """Motor efforts: the forward problem by effort.
+
+    Attributes:
+        efforts: (n,) [N m or N].
+    """
+
+    efforts: Floats
+    problem: ClassVar[str] = "efforts"
+
+    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+        """Straight in the efforts."""
+        values.efforts[:] = (1.0 - fraction) * start.efforts + fraction * self.efforts
+
+
+@dataclass(frozen=True, eq=False)
+class PlatformTarget:
+    """Controlled platform coordinates: the inverse problem.
+
+    Attributes:
+        rotation: Platform rotation, (3, 3); read where the orientation is controlled.
+        position: Platform position, (3,) [m]; read where it is controlled.
+    """
+
+    rotation: Floats
+    position: Floats
+    problem: ClassVar[str] = "platform"
+
+    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+        """Straight in the position, about one axis in the rotation."""
+        axes = start.robot.controlled_axes
+        held = axes[axes >= 3] - 3
+        between = (1.0 - fraction) * start.platform_position + fraction * self.position
+        values.position[held] = between[held]
+        if len(held) < len(axes):
+            turn = rotation_log(self.rotation @ start.platform_rotation.T)
+            values.rotation[:] = rotation_exp(fraction * turn) @ start.platform_rotation
+
+
+def follow(start: Equilibrium, target: Target, loads: Loads) -> Equilibrium:
+    """Follow the branch of an equilibrium until a target is met.
 
     Args:
         start: Equilibrium to start from.
-        request: What to impose.
+        target: What to impose.
+        loads: Loads to arrive with; they change along the way as well.
 
     Returns:
         The equilibrium on the same branch.
@@ -66,14 +131,14 @@ def follow(start: Equilibrium, request: Request) -> Equilibrium:
     Raises:
         NoSolution: With the fraction of the way and the last equilibrium on it.
     """
-    path = _Path(start, request)
+    path = _Path(start, target, loads)
     reached, step, here, iterations = 0.0, 1.0, start, 0
     while reached < 1.0:
-        target = min(1.0, reached + step)
-        result, used = path.step(here, target)
+        ahead = min(1.0, reached + step)
+        result, used = path.step(here, ahead)
         iterations += used
         if result is None:
-            step = 0.5 * (target - reached)
+            step = 0.5 * (ahead - reached)
             if step < SMALLEST_STEP:
                 raise NoSolution(
                     f"no equilibrium found beyond {reached:.4f} of the way from the start",
@@ -81,27 +146,22 @@ def follow(start: Equilibrium, request: Request) -> Equilibrium:
                     here,
                 )
             continue
-        here, step, reached = result, 2.0 * (target - reached), target
+        here, step, reached = result, 2.0 * (ahead - reached), ahead
     return here if here.iterations == iterations else replace(here, iterations=iterations)
 
 
 class _Path:
-    """The straight path of a request and one solve on it."""
+    """The straight path to a target and one solve on it."""
 
-    def __init__(self, start: Equilibrium, request: Request) -> None:
-        self.robot: Robot = start.robot
-        self.start, self.request = start, request
-        robot, arrays = self.robot, self.robot.arrays
-        self.loads_change = request.loads is not start.loads
-        self.last_loads = (
-            robot.load_arrays(request.loads) if self.loads_change else start.load_arrays
-        )
-        size = len(arrays.unit)
-        self.unknowns, self.equations = robot.problems[request.imposed]
-        if request.imposed == "platform":
-            self.turn = rotation_log(request.platform_rotation @ start.platform_rotation.T)
-        self.residual, self.tangent = np.empty(size), np.empty((size, size))
-        self.work = workspace(arrays)
+    def __init__(self, start: Equilibrium, target: Target, loads: Loads) -> None:
+        robot = start.robot
+        self.robot, self.start, self.target, self.loads = robot, start, target, loads
+        self.loads_change = loads is not start.loads
+        self.last_loads = robot.load_arrays(loads) if self.loads_change else start.load_arrays
+        self.columns, self.rows = robot.problems[target.problem]
+        size = len(robot.arrays.unit)
+        self.residual, self.tangent = np.empty(size), np.zeros((size, size))
+        self.work = workspace(robot.arrays)
 
     def loads_at(self, fraction: float) -> LoadArrays:
         """Loads part of the way; all entries are linear in what is given."""
@@ -112,43 +172,29 @@ class _Path:
 
     def step(self, here: Equilibrium, fraction: float) -> tuple[Equilibrium | None, int]:
         """Solve at a fraction of the way, starting from an equilibrium before it."""
-        robot, start, request = self.robot, self.start, self.request
-        motor_index = robot.arrays.motor_index
-        state = here.state.copy()
+        robot, motor_index = self.robot, self.robot.arrays.motor_index
+        state, efforts = here.state.copy(), np.zeros(robot.motor_count)
         rotation, position = here.platform_rotation.copy(), here.platform_position.copy()
-        effort = np.zeros(robot.motor_count)
-        if request.imposed == "motors":
-            state[motor_index:] = (1.0 - fraction) * start.motors + fraction * request.values
-        elif request.imposed == "efforts":
-            effort = (1.0 - fraction) * start.efforts + fraction * request.values
-        else:
-            axes = robot.controlled_axes
-            held = axes[axes >= 3] - 3
-            wanted = (
-                1.0 - fraction
-            ) * start.platform_position + fraction * request.platform_position
-            position[held] = wanted[held]
-            if np.any(axes < 3):
-                rotation = rotation_exp(fraction * self.turn) @ start.platform_rotation
+        self.target.impose(
+            self.start, fraction, Imposed(state[motor_index:], efforts, rotation, position)
+        )
         loads = self.loads_at(fraction)
         status, iterations, largest, energy = newton(
-            robot.arrays, loads, state, rotation, position, self.unknowns, self.equations, effort,
+            robot.arrays, loads, state, rotation, position, self.columns, self.rows, efforts,
             RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION, self.residual, self.tangent, self.work,
         )  # fmt: skip
         if status != CONVERGED:
             return None, iterations
-        return (
-            Equilibrium(
-                robot=robot,
-                loads=request.loads,
-                state=state,
-                platform_rotation=rotation,
-                platform_position=position,
-                efforts=self.residual[motor_index:].copy(),
-                residual=largest,
-                iterations=iterations,
-                energy=energy,
-                load_arrays=loads,
-            ),
-            iterations,
+        result = Equilibrium(
+            robot=robot,
+            loads=self.loads,
+            state=state,
+            platform_rotation=rotation,
+            platform_position=position,
+            efforts=self.residual[motor_index:].copy(),
+            residual=largest,
+            iterations=iterations,
+            energy=energy,
+            load_arrays=loads,
         )
+        return result, iterations

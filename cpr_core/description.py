@@ -122,16 +122,15 @@ class RobotDescription:
         """The same robot with another number of modes in every direction that has any."""
         if modes < 1:
             raise CprError(f"modes: expected at least 1, got {modes}")
+
+        def counts(leg: LegDescription) -> tuple[int, int, int]:
+            torsion, bending_2, bending_3 = (modes if count else 0 for count in leg.modes.counts)
+            return torsion, bending_2, bending_3
+
         return replace(
             self,
             legs=tuple(
-                replace(
-                    leg,
-                    modes=replace(
-                        leg.modes, counts=tuple(modes if count else 0 for count in leg.modes.counts)
-                    ),
-                )
-                for leg in self.legs
+                replace(leg, modes=replace(leg.modes, counts=counts(leg))) for leg in self.legs
             ),
         )
 
@@ -141,9 +140,7 @@ def shipped_robots() -> dict[str, Path]:
     package = Path(__file__).resolve().parent
     # Inside the package where it is installed, beside it in the source tree.
     folder = next(path for path in (package / "config", package.parent / "config") if path.is_dir())
-    return {
-        path.stem: path for path in sorted(folder.glob("*.yaml")) if path.stem != "cpr_node"
-    }
+    return {path.stem: path for path in sorted(folder.glob("*.yaml")) if path.stem != "cpr_node"}
 
 
 def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:
@@ -264,7 +261,8 @@ def _explain(error: Any) -> str:
         case "exclusiveMinimum":
             return f"expected a number above {limit}, got {found}{about}"
         case "minimum" | "maximum":
-            return f"expected a number of at {'least' if error.validator == 'minimum' else 'most'} {limit}, got {found}{about}"
+            bound = "least" if error.validator == "minimum" else "most"
+            return f"expected a number of at {bound} {limit}, got {found}{about}"
         case "minItems" | "maxItems":
             bound = "at least" if error.validator == "minItems" else "at most"
             if error.schema.get("minItems") == error.schema.get("maxItems"):
@@ -381,7 +379,9 @@ class _Builder:
     def joint(self, field: str, tip: dict[str, Any]) -> joints.Joint:
         position = tuple(self.vector(f"{field}.position", tip["position"]).tolist())
         if tip["type"] == "revolute" and not self.planar:
-            raise self.fail(f"{field}.type", "revolute tips need a planar robot; expected spherical")
+            raise self.fail(
+                f"{field}.type", "revolute tips need a planar robot; expected spherical"
+            )
         return joints.JOINTS[tip["type"]](position=position)
 
     def base_rotation(self, field: str, base: dict[str, Any], motor: motors.Motor) -> Floats:
@@ -395,7 +395,8 @@ class _Builder:
             normal = self.axis(f"{field}.normal", base["normal"])
             if abs(normal @ tangent) > 1e-6:
                 raise self.fail(
-                    f"{field}.normal", f"expected a direction across the tangent, got {base['normal']}"
+                    f"{field}.normal",
+                    f"expected a direction across the tangent, got {base['normal']}",
                 )
         else:
             axis = motor.turn_axis(np.eye(3)) or motor.shift_axis or (0.0, 0.0, 0.0)
@@ -416,7 +417,8 @@ class _Builder:
             )
         if len(home["strain"]) != len(legs):
             raise self.fail(
-                "home.strain", f"expected {len(legs)} entries, one per leg, got {len(home['strain'])}"
+                "home.strain",
+                f"expected {len(legs)} entries, one per leg, got {len(home['strain'])}",
             )
         quaternion = home["platform"].get("quaternion_wxyz", [1.0, 0.0, 0.0, 0.0])
         try:
@@ -428,7 +430,11 @@ class _Builder:
             platform_position=self.vector("home.platform.position", home["platform"]["position"]),
             platform_rotation=rotation,
             strain=tuple(
-                tuple(np.array(leg.get(name, []), float) for name in _DIRECTIONS)
+                (
+                    np.array(leg.get("torsion", []), float),
+                    np.array(leg.get("bending_2", []), float),
+                    np.array(leg.get("bending_3", []), float),
+                )
                 for leg in home["strain"]
             ),
         )
@@ -440,7 +446,9 @@ class _Builder:
             allowed.append("angle")
         for name in controlled:
             if name not in allowed:
-                raise self.fail("controlled", f"expected some of {', '.join(allowed)}, got {name!r}")
+                raise self.fail(
+                    "controlled", f"expected some of {', '.join(allowed)}, got {name!r}"
+                )
         count = sum(CONTROLLED_COORDINATES[name] for name in controlled)
         expected = len(description.motor_names)
         if count != expected:

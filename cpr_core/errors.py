@@ -10,12 +10,12 @@ if TYPE_CHECKING:
 __all__ = [
     "CprError",
     "DescriptionError",
-    "InvalidRequest",
     "InvalidQuaternion",
-    "NonFiniteInput",
-    "NoSolution",
+    "InvalidRequest",
     "NoForwardSolution",
     "NoInverseSolution",
+    "NoSolution",
+    "NonFiniteInput",
 ]
 
 

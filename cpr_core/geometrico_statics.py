@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from .arrays import workspace
-from .continuation import Request, follow
+from .continuation import EffortTarget, MotorTarget, PlatformTarget, Target, follow
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
 from .errors import InvalidRequest, NoForwardSolution, NoInverseSolution, NoSolution
 from .lie import rotation_from_quaternion
@@ -53,9 +53,7 @@ def solve_forward(
     """
     values = _motor_vector(robot, "motors", motors)
     start = _checked_start(robot, start)
-    return _followed(
-        start, Request("motors", _loads(start, loads), values=values), NoForwardSolution, "motors"
-    )
+    return _followed(start, MotorTarget(values), loads, NoForwardSolution, "motors")
 
 
 def solve_forward_by_effort(
@@ -80,9 +78,7 @@ def solve_forward_by_effort(
     """
     values = _motor_vector(robot, "efforts", efforts)
     start = _checked_start(robot, start)
-    return _followed(
-        start, Request("efforts", _loads(start, loads), values=values), NoForwardSolution, "efforts"
-    )
+    return _followed(start, EffortTarget(values), loads, NoForwardSolution, "efforts")
 
 
 def solve_inverse(
@@ -109,13 +105,7 @@ def solve_inverse(
     """
     start = _checked_start(robot, start)
     position, rotation = split_pose(start, pose)
-    request = Request(
-        "platform",
-        _loads(start, loads),
-        platform_rotation=rotation,
-        platform_position=position,
-    )
-    return _followed(start, request, NoInverseSolution, "pose")
+    return _followed(start, PlatformTarget(rotation, position), loads, NoInverseSolution, "pose")
 
 
 def pose_meaning(robot: Robot) -> tuple[str, ...]:
@@ -177,11 +167,14 @@ def solve_home(robot: Robot) -> Equilibrium:
     value = evaluate(robot, load_arrays, state, rotation, position)
     columns = robot.multiplier_indices
     scale = arrays.unit[rows]
-    state[columns] = arrays.unit[columns] * (
-        linalg.lstsq(
-            scale[:, None] * value.tangent[np.ix_(rows, columns)] * arrays.unit[columns],
-            -scale * value.residual[rows],
-        )[0]
+    state[columns] = (
+        arrays.unit[columns]
+        * (
+            linalg.lstsq(
+                scale[:, None] * value.tangent[np.ix_(rows, columns)] * arrays.unit[columns],
+                -scale * value.residual[rows],
+            )[0]
+        )
     )
     unloaded = refine(robot, loads, state, rotation, position, iterations=200, contraction=1.0)
     if not unloaded.converged:
@@ -254,7 +247,7 @@ def refine(
     """
     arrays, load_arrays = robot.arrays, robot.load_arrays(loads)
     size = len(arrays.unit)
-    residual, tangent = np.empty(size), np.empty((size, size))
+    residual, tangent = np.empty(size), np.zeros((size, size))
     _, steps, largest, energy = newton(
         arrays, load_arrays, state, rotation, position, *robot.problems["motors"],
         np.zeros(robot.motor_count), RESIDUAL_TOLERANCE, iterations, contraction,
@@ -286,15 +279,15 @@ def _checked_start(robot: Robot, start: Equilibrium | None) -> Equilibrium:
     return start
 
 
-def _loads(start: Equilibrium, loads: Loads | None) -> Loads:
-    return start.loads if loads is None else loads
-
-
 def _followed(
-    start: Equilibrium, request: Request, error: Callable[..., NoSolution], what: str
+    start: Equilibrium,
+    target: Target,
+    loads: Loads | None,
+    error: Callable[..., NoSolution],
+    what: str,
 ) -> Equilibrium:
     try:
-        return follow(start, request)
+        return follow(start, target, start.loads if loads is None else loads)
     except NoSolution as failure:
         last = failure.last or start
         motors = ", ".join(f"{value:.4g}" for value in last.motors)

@@ -110,4 +110,3 @@ JOINTS: dict[str, type[Joint]] = {
     "revolute": Revolute,
     "universal": Universal,
 }
-

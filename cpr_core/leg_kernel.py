@@ -19,72 +19,76 @@ import numpy as np
 from .compiled import compiled
 from .lie import multiply, rotate, rotation_exp_into
 
-__all__ = ["evaluate_leg", "rotation_step"]
+__all__ = ["evaluate_leg", "rotation_steps"]
 
 _ALPHA_2 = math.sqrt(15.0) / 3.0
 _ALPHA_3 = 10.0 / 3.0
 
 
 @compiled
-def rotation_step(curvature, step, rotation):
-    """Rotation over one step of ``R' = R kappa^``: Magnus expansion of order six.
+def rotation_steps(curvature, lengths, vectors):
+    """Rotation vectors over steps of ``R' = R kappa^``: Magnus expansion of order six.
 
     Args:
-        curvature: Body curvature at the three Gauss points of the step, shape (3, 3).
-        step: Length of the step.
-        rotation: Result, (3, 3), such that ``R(end) = R(start) rotation``.
+        curvature: Body curvature at the three Gauss points of G steps, [component, point, step].
+        lengths: Lengths of the steps, (G,).
+        vectors: Result, (3, G), such that ``R(end) = R(start) exp(vector^)``.
     """
-    a1, a2, a3 = step * curvature[1, 0], step * curvature[1, 1], step * curvature[1, 2]
-    h = _ALPHA_2 * step
-    b1 = h * (curvature[2, 0] - curvature[0, 0])
-    b2 = h * (curvature[2, 1] - curvature[0, 1])
-    b3 = h * (curvature[2, 2] - curvature[0, 2])
-    h = _ALPHA_3 * step
-    c1 = h * (curvature[2, 0] - 2.0 * curvature[1, 0] + curvature[0, 0])
-    c2 = h * (curvature[2, 1] - 2.0 * curvature[1, 1] + curvature[0, 1])
-    c3 = h * (curvature[2, 2] - 2.0 * curvature[1, 2] + curvature[0, 2])
-    # first = a x b;  second = a x (first - 2 c) / 60
-    f1, f2, f3 = a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1
-    g1, g2, g3 = f1 - 2.0 * c1, f2 - 2.0 * c2, f3 - 2.0 * c3
-    s1 = (a2 * g3 - a3 * g2) / 60.0 - b1
-    s2 = (a3 * g1 - a1 * g3) / 60.0 - b2
-    s3 = (a1 * g2 - a2 * g1) / 60.0 - b3
-    u1, u2, u3 = 20.0 * a1 + c1 + f1, 20.0 * a2 + c2 + f2, 20.0 * a3 + c3 + f3
-    rotation_exp_into(
-        a1 + c1 / 12.0 - (u2 * s3 - u3 * s2) / 240.0,
-        a2 + c2 / 12.0 - (u3 * s1 - u1 * s3) / 240.0,
-        a3 + c3 / 12.0 - (u1 * s2 - u2 * s1) / 240.0,
-        rotation,
-    )
+    for step in range(lengths.shape[0]):
+        h = lengths[step]
+        a1, a2, a3 = h * curvature[0, 1, step], h * curvature[1, 1, step], h * curvature[2, 1, step]
+        p1, p2, p3 = h * curvature[0, 0, step], h * curvature[1, 0, step], h * curvature[2, 0, step]
+        q1, q2, q3 = h * curvature[0, 2, step], h * curvature[1, 2, step], h * curvature[2, 2, step]
+        b1, b2, b3 = _ALPHA_2 * (q1 - p1), _ALPHA_2 * (q2 - p2), _ALPHA_2 * (q3 - p3)
+        c1 = _ALPHA_3 * (q1 - 2.0 * a1 + p1)
+        c2 = _ALPHA_3 * (q2 - 2.0 * a2 + p2)
+        c3 = _ALPHA_3 * (q3 - 2.0 * a3 + p3)
+        # f = a x b;  s = a x (f - 2 c) / 60 - b
+        f1, f2, f3 = a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1
+        g1, g2, g3 = f1 - 2.0 * c1, f2 - 2.0 * c2, f3 - 2.0 * c3
+        s1 = (a2 * g3 - a3 * g2) / 60.0 - b1
+        s2 = (a3 * g1 - a1 * g3) / 60.0 - b2
+        s3 = (a1 * g2 - a2 * g1) / 60.0 - b3
+        u1, u2, u3 = 20.0 * a1 + c1 + f1, 20.0 * a2 + c2 + f2, 20.0 * a3 + c3 + f3
+        vectors[0, step] = a1 + c1 / 12.0 - (u2 * s3 - u3 * s2) / 240.0
+        vectors[1, step] = a2 + c2 / 12.0 - (u3 * s1 - u1 * s3) / 240.0
+        vectors[2, step] = a3 + c3 / 12.0 - (u1 * s2 - u2 * s1) / 240.0
 
 
 @compiled
-def _integrate_rotation(leg, direction, step_values, steps, step_node, state, rotation, work, frames):
+def _integrate_rotation(
+    leg, direction, step_values, steps, step_node, state, rotation, curvature, vectors, work, frames
+):  # fmt: skip
     """Frames at the nodes and at the tip.
 
     Args:
         leg: LEG record.
         direction: Strain component of every coordinate, (M,).
-        step_values: Shape functions at the Gauss points of the steps, (G, 3, M).
-        steps: Step lengths, (G,).
+        step_values: Shape functions at the Gauss points of the steps, (M, 3, G).
+        steps: Step lengths in sigma, (G,).
         step_node: Node at the end of every step or -1, (G,).
         state: Global state.
         rotation: On entry the base frame, on return the tip frame, (3, 3).
-        work: Work space, (3, 3, 3).
+        curvature: Work space, (3, 3, G).
+        vectors: Work space, (3, G).
+        work: Work space, (2, 3, 3).
         frames: Result [direction, component, node]: the vectors d1, d2, d3 at the nodes.
     """
-    first, count, length = leg.strain_index, leg.strain_count, leg.length
-    curvature, increment, product = work[0], work[1], work[2]
-    # Strain coordinates are curvatures at the nominal length: the rotation does not see the length.
-    for step in range(steps.shape[0]):
+    increment, product = work[0], work[1]
+    for i in range(3):
         for point in range(3):
-            for i in range(3):
-                curvature[point, i] = 0.0
-            for mode in range(count):
-                curvature[point, direction[mode]] += (
-                    step_values[step, point, mode] * state[first + mode]
-                )
-        rotation_step(curvature, length * steps[step], increment)
+            for step in range(steps.shape[0]):
+                curvature[i, point, step] = 0.0
+    # Strain coordinates are curvatures at the nominal length: the rotation does not see the length.
+    for mode in range(leg.strain_count):
+        amplitude = leg.length * state[leg.strain_index + mode]
+        i = direction[mode]
+        for point in range(3):
+            for step in range(steps.shape[0]):
+                curvature[i, point, step] += amplitude * step_values[mode, point, step]
+    rotation_steps(curvature, steps, vectors)
+    for step in range(steps.shape[0]):
+        rotation_exp_into(vectors[0, step], vectors[1, step], vectors[2, step], increment)
         multiply(rotation, increment, product)
         node = step_node[step]
         for i in range(3):
@@ -109,7 +113,7 @@ def evaluate_leg(
         platform_rotation: R_p in the world, (3, 3).
         platform_position: p_p in the world, (3,).
         residual: Global residual (N,): rows of this leg are set, its motor row too.
-        tangent: Global tangent (N, N), zero on entry.
+        tangent: Global tangent (N, N): entries of this leg are set.
         platform_residual: Residual of the whole platform twist (6,), added to.
         platform_tangent: Its tangent (6, 6), added to.
         slot: State index of each component of the platform twist, -1 where held, (6,).
@@ -132,7 +136,8 @@ def evaluate_leg(
     extensible = leg.extensible == 1
 
     frames, arm, internal_moment = work.fields[0], work.fields[1, 0], work.fields[1, 1]
-    density, rotation_field, projected = work.fields[2], work.fields[3, 0], work.fields[3, 1]
+    density, projected = work.fields[2], work.fields[3, 0]
+    densities, integrals = work.densities, work.integrals
     matrix, turned, swept = work.fields[4], work.fields[5], work.fields[6]
     base, chord, lever, force = work.vectors[0], work.vectors[1], work.vectors[2], work.vectors[3]
     moment, base_moment, tip_turn = work.vectors[4], work.vectors[5], work.vectors[6]
@@ -163,28 +168,34 @@ def evaluate_leg(
     # Frames, and lever arms to the tip: arm(s) = p(l) - p(s).
     _integrate_rotation(
         leg, direction, robot.step_values[number], robot.steps, robot.step_node,
-        state, rotation, work.matrices[5:8], frames,
+        state, rotation, work.curvature, work.vectors_of_steps, work.matrices[5:7], frames,
     )  # fmt: skip
+    # Densities omega_a and rotation fields Theta_a of the strain coordinates, and the way p(s) - p(0)
+    # along the rod, all in one product with the integration matrix.
+    for mode in range(count):
+        c = direction[mode]
+        for i in range(3):
+            for k in range(nodes):
+                densities[3 * mode + i, k] = nominal * values[mode, k] * frames[c, i, k]
+    way = densities.shape[0] - 3
+    for i in range(3):
+        for k in range(nodes):
+            densities[way + i, k] = length * frames[0, i, k]
+    np.dot(densities, integration, integrals)
     for i in range(3):
         total = 0.0
         for j in range(nodes):
             total += weights[j] * frames[0, i, j]
         chord[i] = total
         for k in range(nodes):
-            arm[i, k] = length * total
-        for j in range(nodes):
-            value = length * frames[0, i, j]
-            for k in range(nodes):
-                arm[i, k] -= integration[j, k] * value
+            arm[i, k] = length * total - integrals[way + i, k]
 
     # Constraints; the multipliers as force on the tip, moment vector and its matrix.
     rotate(platform_rotation, leg.tip_position, lever)
     for row in range(position_count):
         i = position_axes[row]
         force[i] = state[multiplier + row]
-        residual[multiplier + row] = (
-            platform_position[i] + lever[i] - base[i] - length * chord[i]
-        )
+        residual[multiplier + row] = platform_position[i] + lever[i] - base[i] - length * chord[i]
     if orientation_count > 0:
         multiply(platform_rotation, leg.joint_rotation, joint)
         for row in range(orientation_count):
@@ -341,9 +352,7 @@ def evaluate_leg(
                     + matrix[i, 1, k] * frames[c, 1, k]
                     + matrix[i, 2, k] * frames[c, 2, k]
                 )
-                swept[c, i, k] = scale * (
-                    frames[c, j, k] * arm[n, k] - frames[c, n, k] * arm[j, k]
-                )
+                swept[c, i, k] = scale * (frames[c, j, k] * arm[n, k] - frames[c, n, k] * arm[j, k])
 
     for mode in range(count):
         c = direction[mode]
@@ -356,23 +365,12 @@ def evaluate_leg(
             tangent[first + mode, multiplier + row] = -total
             tangent[multiplier + row, first + mode] = -total
         # Geometric stiffness: int Theta_a . Q omega_b.
-        for i in range(3):
-            for k in range(nodes):
-                rotation_field[i, k] = 0.0
-        for j in range(nodes):
-            value = nominal * values[mode, j]
-            r0, r1, r2 = value * frames[c, 0, j], value * frames[c, 1, j], value * frames[c, 2, j]
-            for k in range(nodes):
-                weight = integration[j, k]
-                rotation_field[0, k] += weight * r0
-                rotation_field[1, k] += weight * r1
-                rotation_field[2, k] += weight * r2
         for d in range(start, 3):
             for k in range(nodes):
                 projected[d, k] = (
-                    rotation_field[0, k] * turned[d, 0, k]
-                    + rotation_field[1, k] * turned[d, 1, k]
-                    + rotation_field[2, k] * turned[d, 2, k]
+                    integrals[3 * mode, k] * turned[d, 0, k]
+                    + integrals[3 * mode + 1, k] * turned[d, 1, k]
+                    + integrals[3 * mode + 2, k] * turned[d, 2, k]
                 )
         for other in range(count):
             d = direction[other]
@@ -439,10 +437,10 @@ def evaluate_leg(
 
 @compiled
 def _couple(tangent, i, j, value):
-    """Add a symmetric pair of entries; nothing where an index is -1."""
+    """Set a symmetric pair of entries; nothing where an index is -1."""
     if i >= 0 and j >= 0:
-        tangent[i, j] += value
-        tangent[j, i] += value
+        tangent[i, j] = value
+        tangent[j, i] = value
 
 
 @compiled
@@ -477,6 +475,7 @@ def _extension_tangent(
     for row in range(position_axes.shape[0]):
         _couple(tangent, shift, leg.multiplier_index + row, -chord[position_axes[row]])
     # Derivative of the internal moment by the length, int_s^1 t x (f + point + 2 l distributed).
+    turning = 0.0
     for i in range(3):
         a, b = (i + 1) % 3, (i + 2) % 3
         for k in range(nodes):
@@ -491,7 +490,8 @@ def _extension_tangent(
             base_rate += weights[j] * value
             for k in range(nodes):
                 rate[i, k] += (weights[j] - integration[j, k]) * value
-        _couple(tangent, shift, leg.rotation_index, -leg.rotation_axis[i] * base_rate)
+        turning -= leg.rotation_axis[i] * base_rate
+    _couple(tangent, shift, leg.rotation_index, turning)
     for mode in range(leg.strain_count):
         c = direction[mode]
         total = nominal / (length * length) * elastic[mode]

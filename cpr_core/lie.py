@@ -12,12 +12,12 @@ from .errors import InvalidQuaternion, NonFiniteInput
 
 __all__ = [
     "multiply",
+    "quaternion_from_rotation",
     "rotate",
     "rotation_exp",
     "rotation_exp_into",
-    "rotation_log",
-    "quaternion_from_rotation",
     "rotation_from_quaternion",
+    "rotation_log",
     "skew",
 ]
 
@@ -50,11 +50,15 @@ def rotation_exp_into(x, y, z, rotation):
         # Taylor series to the last bit: cheaper than sine and cosine, and exact at zero.
         sine = 1.0 - squared / 6.0 * (
             1.0
-            - squared / 20.0 * (1.0 - squared / 42.0 * (1.0 - squared / 72.0 * (1.0 - squared / 110.0)))
+            - squared
+            / 20.0
+            * (1.0 - squared / 42.0 * (1.0 - squared / 72.0 * (1.0 - squared / 110.0)))
         )
         versine = 0.5 - squared / 24.0 * (
             1.0
-            - squared / 30.0 * (1.0 - squared / 56.0 * (1.0 - squared / 90.0 * (1.0 - squared / 132.0)))
+            - squared
+            / 30.0
+            * (1.0 - squared / 56.0 * (1.0 - squared / 90.0 * (1.0 - squared / 132.0)))
         )
     else:
         angle = math.sqrt(squared)

@@ -41,7 +41,7 @@ def evaluate(
 ) -> ModelValue:
     """The model at any state, in equilibrium or not (SI units, world frame)."""
     residual = np.empty(len(state))
-    tangent = np.empty((len(state), len(state)))
+    tangent = np.zeros((len(state), len(state)))
     # Copies: read-only arrays are another type to numba, for which it would compile all again.
     energy = evaluate_model(
         robot.arrays, loads, state.copy(), platform_rotation.copy(), platform_position.copy(),

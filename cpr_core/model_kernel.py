@@ -29,13 +29,12 @@ def evaluate_model(
         platform_position: p_p in the world, (3,).
         residual: Result, (N,).
         tangent: Result, (N, N): derivative of the residual by the state, the platform moved by small
-            world rotations and translations.
+            world rotations and translations. Entries that are always zero are not written.
         work: Workspace.
 
     Returns:
         Potential energy without the work of motors and of non-conservative loads [J].
     """
-    tangent[:, :] = 0.0
     platform_residual = np.zeros(6)
     platform_tangent = np.zeros((6, 6))
     slot = np.full(6, -1, np.int64)

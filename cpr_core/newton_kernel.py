@@ -101,7 +101,7 @@ def newton(
             not smaller than this times the one before; the solution then lies on the branch of the
             start. 1: damp the steps instead, for a start that may be far away.
         residual: On return the residual of the model at the result, (N,).
-        tangent: On return the tangent of the model at the result, (N, N).
+        tangent: Zero on entry, on return the tangent of the model at the result, (N, N).
         work: Workspace.
 
     Returns:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -51,7 +52,7 @@ def rod_grid(nodes_per_panel: int, breakpoints: tuple[float, ...] = ()) -> RodGr
     count = nodes_per_panel * (len(edges) - 1)
     nodes, weights = np.empty(count), np.empty(count)
     integration = np.zeros((count, count))
-    for panel, (start, end) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for panel, (start, end) in enumerate(pairwise(edges)):
         here = slice(panel * nodes_per_panel, (panel + 1) * nodes_per_panel)
         half = 0.5 * (end - start)
         nodes[here] = start + half * (reference + 1.0)

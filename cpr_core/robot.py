@@ -222,7 +222,7 @@ def _robot_arrays(robot: Robot) -> RobotArrays:
     legs = np.zeros(count, LEG)
     direction = np.zeros((count, widest), np.int64)
     values = np.zeros((count, widest, len(grid.nodes)))
-    step_values = np.zeros((count, steps, 3, widest))
+    step_values = np.zeros((count, widest, 3, steps))
     stiffness = np.zeros((count, widest, widest))
     length_unit = float(np.mean([leg.rod.length for leg in description.legs]))
     energy_unit = float(np.mean([leg.rod.rigidities.max() for leg in description.legs]))
@@ -256,8 +256,8 @@ def _robot_arrays(robot: Robot) -> RobotArrays:
         unit += [1.0 / length_unit] * total
         direction[number, :total] = leg.modes.directions
         values[number, :total] = leg.modes.values(grid.nodes).T
-        step_values[number, :, :, :total] = leg.modes.values(grid.step_points.ravel()).reshape(
-            steps, 3, total
+        step_values[number, :total] = leg.modes.values(grid.step_points.T.ravel()).T.reshape(
+            total, 3, steps
         )
         stiffness[number, :total, :total] = leg.rod.stiffness(leg.modes, grid)
 

@@ -61,7 +61,7 @@ class Rod:
 
     @property
     def mass_per_length(self) -> float:
-        """rho A [kg/m]."""
+        """Mass per length, rho A [kg/m]."""
         return self.density * self.section.area
 
     @property

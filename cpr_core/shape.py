@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .equilibrium import Equilibrium
-from .leg_kernel import rotation_step
+from .leg_kernel import rotation_steps
 from .lie import rotation_exp
 from .quadrature import rod_grid
 
@@ -44,7 +44,9 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
         base, length = leg.base_position.copy(), leg.rod.length
         rotation = leg.base_rotation
         if here["rotation_index"] >= 0:
-            rotation = rotation_exp(here["rotation_axis"] * state[here["rotation_index"]]) @ rotation
+            rotation = (
+                rotation_exp(here["rotation_axis"] * state[here["rotation_index"]]) @ rotation
+            )
         if here["translation_index"] >= 0:
             shift = state[here["translation_index"]]
             if here["extensible"]:
@@ -54,11 +56,14 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
         strain = state[here["strain_index"] :][: leg.modes.total]
         one_hot = np.eye(3)[leg.modes.directions]
         nominal = leg.rod.length
-        rotations, increment = [rotation], np.empty((3, 3))
-        for step, where in zip(grid.steps, grid.step_points, strict=True):
-            curvature = (leg.modes.values(where) * strain) @ one_hot
-            rotation_step(curvature, nominal * step, increment)
-            rotations.append(rotations[-1] @ increment)
+        curvature = (leg.modes.values(grid.step_points.T.ravel()) * strain) @ one_hot
+        vectors = np.empty((3, len(grid.steps)))
+        rotation_steps(
+            np.ascontiguousarray(curvature.T).reshape(3, 3, -1), nominal * grid.steps, vectors
+        )
+        rotations = [rotation]
+        for vector in vectors.T:
+            rotations.append(rotations[-1] @ rotation_exp(vector))
         frames = np.array(rotations)
         tangents = frames[1:-1, :, 0]
         inner = base + length * grid.integration @ tangents

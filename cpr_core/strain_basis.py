@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
@@ -97,7 +98,9 @@ class BSplines:
         return BSpline.design_matrix(np.clip(sigma, 0.0, 1.0), knots, self.degree).toarray()
 
 
-def _polynomials(vandermonde, argument, modes):  # type: ignore[no-untyped-def]
+def _polynomials(
+    vandermonde: Callable[..., Any], argument: NDArray[np.float64], modes: int
+) -> NDArray[np.float64]:
     return vandermonde(argument, modes - 1) if modes else np.zeros((len(argument), 0))
 
 

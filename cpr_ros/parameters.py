@@ -36,21 +36,23 @@ class Parameters:
 def declare(node: Node) -> Parameters:
     """Declare all parameters of the node and read those that are fixed at start."""
 
-    def fixed(name: str, default: Any, description: str, **limits: Any) -> Any:
-        return _declare(node, name, default, description, read_only=True, **limits)
+    def fixed(
+        name: str, default: Any, description: str, limits: tuple[float, float] | None = None
+    ) -> Any:
+        return _declare(node, name, default, description, limits, read_only=True)
 
-    rate = {"low": 0.1, "high": 1000.0}
+    rate = (0.1, 1000.0)
     parameters = Parameters(
         robot=fixed("robot", "six_rfs", "shipped robot or path of a YAML description"),
-        modes=fixed("modes", 0, "strain modes per direction; 0: as described", low=0, high=40),
+        modes=fixed("modes", 0, "strain modes per direction; 0: as described", (0, 40)),
         base_frame=fixed("base_frame", "base", "frame fixed in space"),
         platform_frame=fixed("platform_frame", "platform", "frame of the platform"),
-        state_rate=fixed("state_rate", 50.0, "joint states and platform pose [Hz]", **rate),
-        stability_rate=fixed("stability_rate", 20.0, "stability stream [Hz]", **rate),
+        state_rate=fixed("state_rate", 50.0, "joint states and platform pose [Hz]", rate),
+        stability_rate=fixed("stability_rate", 20.0, "stability stream [Hz]", rate),
     )
-    margin = {"low": 0.0, "high": 1.0}
-    _declare(node, "margin_warning", 0.2, "stability margin below which to slow down", **margin)
-    _declare(node, "margin_stop", 0.05, "stability margin below which to halt", **margin)
+    margin = (0.0, 1.0)
+    _declare(node, "margin_warning", 0.2, "stability margin below which to slow down", margin)
+    _declare(node, "margin_stop", 0.05, "stability margin below which to halt", margin)
     return parameters
 
 
@@ -68,14 +70,14 @@ def _declare(
     name: str,
     default: Any,
     description: str,
-    *,
+    limits: tuple[float, float] | None,
     read_only: bool = False,
-    low: float | None = None,
-    high: float | None = None,
 ) -> Any:
     descriptor = ParameterDescriptor(description=description, read_only=read_only)
-    if isinstance(default, float) and low is not None:
+    if limits is not None and isinstance(default, float):
+        low, high = limits
         descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
-    elif isinstance(default, int) and low is not None:
-        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high or 0))]
+    elif limits is not None:
+        first, last = map(int, limits)
+        descriptor.integer_range = [IntegerRange(from_value=first, to_value=last)]
     return node.declare_parameter(name, default, descriptor).value

@@ -180,7 +180,9 @@ def test_unreachable_requests_say_how_far_they_came():
         )
 
 
-@pytest.mark.parametrize("values", [[1.0], [1.0, 2.0, 3.0], [[1.0, 2.0]], "ab", [1.0, "x"], None, []])
+@pytest.mark.parametrize(
+    "values", [[1.0], [1.0, 2.0, 3.0], [[1.0, 2.0]], "ab", [1.0, "x"], None, []]
+)
 def test_wrong_motor_vectors_are_refused(values):
     with pytest.raises(InvalidRequest, match=r"motors: expected 2 numbers \(motor1 motor2\)"):
         solve_forward(load_robot("rfrfr"), values)

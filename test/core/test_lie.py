@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from cpr_core import lie
-from cpr_core.errors import CprError, InvalidQuaternion, NonFiniteInput
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
+
+from cpr_core import lie
+from cpr_core.errors import CprError, InvalidQuaternion, NonFiniteInput
 
 settings.register_profile("lie", deadline=None, derandomize=True, max_examples=100)
 FAST = settings(settings.get_profile("lie"))

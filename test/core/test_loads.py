@@ -6,11 +6,12 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 import yaml
+from numpy.testing import assert_allclose
+
 from cpr_core.description import shipped_robots
 from cpr_core.errors import CprError, InvalidRequest, NonFiniteInput
 from cpr_core.loads import Loads, checked_vector
 from cpr_core.robot import load_robot
-from numpy.testing import assert_allclose
 
 FIELDS = {"gravity": 3, "rod_force": 3, "wrench_world": 6, "wrench_body": 6}
 
@@ -178,7 +179,9 @@ def test_forces_out_of_the_plane_are_refused(point_robot, planar_body, spatial_r
 
 @pytest.mark.parametrize("name", ["wrench_world", "wrench_body"])
 @pytest.mark.parametrize("place", [0, 1, 5])
-def test_wrenches_out_of_the_plane_are_refused(point_robot, planar_body, spatial_robot, name, place):
+def test_wrenches_out_of_the_plane_are_refused(
+    point_robot, planar_body, spatial_robot, name, place
+):
     loads = Loads.none().with_(**{name: unit(place)})
     for robot in (point_robot, planar_body):
         with pytest.raises(InvalidRequest, match=rf"{name}: expected mx = my = fz = 0") as caught:

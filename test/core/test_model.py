@@ -8,8 +8,8 @@ from differences import derivative, model_at, random_state
 
 from cpr_core import Loads, joints, load_robot, motors
 from cpr_core.lie import rotation_exp
-from cpr_core.rod import StrainModes
 from cpr_core.robot import Robot
+from cpr_core.rod import StrainModes
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 TILTED = tuple(np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5]))
@@ -125,9 +125,9 @@ def test_residual_is_the_derivative_of_the_lagrangian(planar, motor, tip, counts
     scale = np.abs(exact * unit).max()
     for index in range(len(unit)):
         slope = derivative(lagrangian, robot, point, index)
-        assert slope * unit[index] == pytest.approx(
-            exact[index] * unit[index], abs=1e-7 * scale
-        ), index
+        assert slope * unit[index] == pytest.approx(exact[index] * unit[index], abs=1e-7 * scale), (
+            index
+        )
 
 
 def test_point_and_varying_forces_enter_the_tangent_exactly():

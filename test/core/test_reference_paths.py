@@ -67,7 +67,8 @@ def test_six_rfs_path_with_twelve_modes():
 
 
 @pytest.mark.parametrize(
-    ("modes", "worst", "mean"), [(3, 9.33e-3, 1.510e-3), (4, 2.69e-3, 0.679e-3), (5, 0.14e-3, 0.029e-3)]
+    ("modes", "worst", "mean"),
+    [(3, 9.33e-3, 1.510e-3), (4, 2.69e-3, 0.679e-3), (5, 0.14e-3, 0.029e-3)],
 )
 def test_position_error_falls_with_the_modes_as_in_table_i(modes, worst, mean):
     rows = read("rfrfr_forward_path.csv")

@@ -34,9 +34,7 @@ def inverse(running, request):
 def planar_target(x, y, **fields):
     target = PoseStamped()
     target.pose.position.x, target.pose.position.y = float(x), float(y)
-    return SolveInverse.Request(
-        platform=target, start=SolveInverse.Request.START_HOME, **fields
-    )
+    return SolveInverse.Request(platform=target, start=SolveInverse.Request.START_HOME, **fields)
 
 
 def position(solution):
@@ -108,7 +106,11 @@ def test_forward_by_effort_returns_to_the_motors(rfrfr):
 
 def test_wrench_in_base_and_in_platform_frame(six_rfs):
     expected_robot = cpr_core.load_robot("six_rfs")
-    for frame, field in (("", "wrench_world"), ("base", "wrench_world"), ("platform", "wrench_body")):
+    for frame, field in (
+        ("", "wrench_world"),
+        ("base", "wrench_world"),
+        ("platform", "wrench_body"),
+    ):
         request = forward_request(SIX_NAMES, SIX_HOME, use_wrench=True)
         request.wrench.header.frame_id = frame
         request.wrench.wrench.force.x, request.wrench.wrench.torque.z = 0.2, 0.01
@@ -264,11 +266,7 @@ def test_a_failed_request_changes_nothing(rfrfr):
     assert (before.position, before.effort) == (after.position, after.effort)
 
 
-
-
 def assert_still_answers(running):
     answer = inverse(running, planar_target(0, 0.8))
     assert_success(answer)
-    np.testing.assert_allclose(
-        answer.solution.motors.position, [2.7677872, 0.3738055], atol=1e-4
-    )
+    np.testing.assert_allclose(answer.solution.motors.position, [2.7677872, 0.3738055], atol=1e-4)

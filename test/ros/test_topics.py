@@ -1,5 +1,7 @@
 """What the node publishes, seen from another process."""
 
+from itertools import pairwise
+
 import numpy as np
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveInverse
@@ -71,7 +73,7 @@ def test_state_and_stability_keep_coming_with_rising_stamps(six_rfs):
         (StabilityMetrics, "/cpr_node/stability"),
     ):
         stamps = [stamp(message) for message in six_rfs.client.messages(kind, topic, 10)]
-        assert all(later > earlier for earlier, later in zip(stamps, stamps[1:], strict=False))
+        assert all(later > earlier for earlier, later in pairwise(stamps))
 
 
 def test_stability_at_home_is_stable_and_asks_for_nothing(six_rfs):
