@@ -6,6 +6,7 @@ from .errors import (
     DescriptionError,
     InvalidQuaternion,
     InvalidRequest,
+    MotorLimitExceeded,
     NoForwardSolution,
     NoInverseSolution,
     NonFiniteInput,
@@ -17,7 +18,7 @@ from .geometrico_statics import (
     solve_forward_by_effort,
     solve_inverse,
 )
-from .loads import Loads
+from .loads import DistributedForce, Loads, PointForce
 from .robot import Robot, load_robot
 from .shape import LegShape, leg_shapes
 from .stability import Spectrum, spectrum
@@ -27,15 +28,18 @@ __version__ = "0.1.0"
 __all__ = [
     "CprError",
     "DescriptionError",
+    "DistributedForce",
     "Equilibrium",
     "InvalidQuaternion",
     "InvalidRequest",
     "LegShape",
     "Loads",
+    "MotorLimitExceeded",
     "NoForwardSolution",
     "NoInverseSolution",
     "NoSolution",
     "NonFiniteInput",
+    "PointForce",
     "Robot",
     "Spectrum",
     "leg_shapes",

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .arrays import LoadArrays, workspace
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
 from .errors import NoSolution
-from .lie import rotation_exp, rotation_log
+from .lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_log
 from .loads import Loads
 from .newton_kernel import CONVERGED, newton
 
@@ -107,14 +107,27 @@ class PlatformTarget:
     problem: ClassVar[str] = "platform"
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
-        """Straight in the position, about one axis in the rotation."""
+        """Straight in the position and in single angles, about one axis in the whole orientation."""
         axes = start.robot.controlled_axes
         held = axes[axes >= 3] - 3
         between = (1.0 - fraction) * start.platform_position + fraction * self.position
         values.position[held] = between[held]
-        if len(held) < len(axes):
+        if start.robot.controls_angles:
+            values.rotation[:] = self._angles_between(start, fraction, values.rotation)
+        elif len(held) < len(axes):
             turn = rotation_log(self.rotation @ start.platform_rotation.T)
             values.rotation[:] = rotation_exp(fraction * turn) @ start.platform_rotation
+
+    def _angles_between(self, start: Equilibrium, fraction: float, rotation: Floats) -> Floats:
+        """The controlled angles on the short way, the others as they are."""
+        first = roll_pitch_yaw(start.platform_rotation)
+        turn = roll_pitch_yaw(self.rotation) - first
+        turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
+        axes = start.robot.controlled_axes
+        held = axes[axes < 3]
+        angles = roll_pitch_yaw(rotation)
+        angles[held] = (first + fraction * turn)[held]
+        return rotation_from_angles(*angles)
 
 
 def follow(start: Equilibrium, target: Target, loads: Loads) -> Equilibrium:
@@ -159,6 +172,7 @@ class _Path:
         self.loads_change = loads is not start.loads
         self.last_loads = robot.load_arrays(loads) if self.loads_change else start.load_arrays
         self.columns, self.rows = robot.problems[target.problem]
+        self.angles = target.problem == "platform" and robot.controls_angles
         size = len(robot.arrays.unit)
         self.residual, self.tangent = np.empty(size), np.zeros((size, size))
         self.work = workspace(robot.arrays)
@@ -180,8 +194,8 @@ class _Path:
         )
         loads = self.loads_at(fraction)
         status, iterations, largest, energy = newton(
-            robot.arrays, loads, state, rotation, position, self.columns, self.rows, efforts,
-            RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION, self.residual, self.tangent, self.work,
+            robot.arrays, loads, state, rotation, position, self.columns, self.rows, self.angles,
+            efforts, RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION, self.residual, self.tangent, self.work,
         )  # fmt: skip
         if status != CONVERGED:
             return None, iterations

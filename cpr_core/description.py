@@ -6,7 +6,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from . import joints, motors
 from .errors import CprError, DescriptionError
 from .lie import rotation_from_quaternion
-from .rod import Rod, StrainModes
-from .sections import CircularSection
-from .strain_basis import STRAIN_BASES
+from .loads import DistributedForce, Loads, PointForce
+from .rod import UNIFORM, Profile, Rod, StrainModes
+from .sections import SECTIONS
+from .strain_basis import STRAIN_BASES, BSplines, StrainBasis
 
 __all__ = [
     "CONTROLLED_COORDINATES",
@@ -36,7 +37,16 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 #: Number of scalars of every controllable platform coordinate.
-CONTROLLED_COORDINATES = {"x": 1, "y": 1, "z": 1, "angle": 1, "orientation": 3}
+CONTROLLED_COORDINATES = {
+    "x": 1,
+    "y": 1,
+    "z": 1,
+    "angle": 1,
+    "orientation": 3,
+    "roll": 1,
+    "pitch": 1,
+    "yaw": 1,
+}
 _DIRECTIONS = ("torsion", "bending_2", "bending_3")
 _DEFAULT_MODES = 5
 
@@ -54,6 +64,7 @@ class LegDescription:
         base_rotation: Base frame (d1, d2, d3 as columns) in the world at motor zero, (3, 3).
         motor: What holds the base.
         joint: What holds the tip.
+        limits: What the motor can do.
     """
 
     name: str
@@ -64,6 +75,7 @@ class LegDescription:
     base_rotation: Floats
     motor: motors.Motor
     joint: joints.Joint
+    limits: motors.MotorLimits = field(default_factory=motors.MotorLimits)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,10 +106,12 @@ class RobotDescription:
         point_platform: Whether the platform has no orientation (planar only).
         platform_mass: [kg].
         center_of_mass: Of the platform in its frame, (3,) [m].
-        gravity: In the world, (3,) [m/s^2].
         legs: The legs.
-        controlled: Platform coordinates of the inverse problem, in order.
+        controlled: Platform coordinates of the inverse problem, in order; none if there are more
+            motors than platform coordinates.
         home: Rough home equilibrium.
+        loads: Loads that always act, gravity included.
+        stations: s/l where point forces may act, on every leg.
         text: The description as it was read.
     """
 
@@ -107,11 +121,24 @@ class RobotDescription:
     point_platform: bool
     platform_mass: float
     center_of_mass: Floats
-    gravity: Floats
     legs: tuple[LegDescription, ...]
     controlled: tuple[str, ...]
     home: HomeGuess
+    loads: Loads = field(default_factory=Loads.none)
+    stations: tuple[float, ...] = ()
     text: str = ""
+
+    @property
+    def platform_freedom(self) -> int:
+        """Number of platform coordinates."""
+        if self.planar:
+            return 2 if self.point_platform else 3
+        return 6
+
+    @property
+    def gravity(self) -> Floats:
+        """Gravity in the world, (3,) [m/s^2]."""
+        return self.loads.gravity
 
     @property
     def motor_names(self) -> tuple[str, ...]:
@@ -301,6 +328,7 @@ class _Builder:
                     raise self.fail(
                         f"legs[{index}].{kind}", f"{name!r} is the name of an earlier leg already"
                     )
+        gravity = self.vector("gravity", content.get("gravity", [0, 0, 0]))
         description = RobotDescription(
             name=content["name"],
             source=self.source,
@@ -310,14 +338,56 @@ class _Builder:
             center_of_mass=self.vector(
                 "platform.center_of_mass", platform.get("center_of_mass", [0, 0, 0])
             ),
-            gravity=self.vector("gravity", content.get("gravity", [0, 0, 0])),
             legs=legs,
             controlled=tuple(content["controlled"]),
             home=self.home(legs),
+            loads=self.loads(legs, gravity),
+            stations=tuple(content.get("stations", ())),
             text=self.text,
         )
         self.check_controlled(description)
         return description
+
+    def loads(self, legs: tuple[LegDescription, ...], gravity: Floats) -> Loads:
+        content = self.content.get("loads", {})
+        names = [leg.name for leg in legs]
+
+        def leg(where: str, name: str) -> str:
+            if name not in names:
+                raise self.fail(f"{where}.leg", f"expected one of {', '.join(names)}, got {name!r}")
+            return name
+
+        distributed, points = [], []
+        for index, force in enumerate(content.get("distributed", [])):
+            where = f"loads.distributed[{index}]"
+            at = self.stations(f"{where}.at", force["at"])
+            if len(force["force"]) != len(at):
+                raise self.fail(
+                    f"{where}.force", f"expected {len(at)} vectors, got {len(force['force'])}"
+                )
+            vectors = [
+                self.vector(f"{where}.force[{row}]", vector)
+                for row, vector in enumerate(force["force"])
+            ]
+            distributed.append(DistributedForce(leg(where, force["leg"]), at, np.array(vectors)))
+        for index, force in enumerate(content.get("points", [])):
+            where = f"loads.points[{index}]"
+            vector = self.vector(f"{where}.force", force["force"])
+            points.append(PointForce(leg(where, force["leg"]), float(force["at"]), vector))
+        platform = self.vector("loads.platform_force", content.get("platform_force", [0, 0, 0]))
+        return Loads.none().with_(
+            gravity=gravity,
+            rod_force=self.vector("loads.rod_force", content.get("rod_force", [0, 0, 0])),
+            wrench_world=[0.0, 0.0, 0.0, *platform],
+            distributed=distributed,
+            points=points,
+        )
+
+    def stations(self, where: str, at: list[float]) -> Floats:
+        stations = np.array(at, float)
+        if stations[0] != 0.0 or stations[-1] != 1.0 or np.any(np.diff(stations) <= 0.0):
+            raise self.fail(where, f"expected increasing numbers from 0 to 1, got {at}")
+        return stations
 
     def vector(self, field: str, value: list[float]) -> Floats:
         vector = np.array(value, float)
@@ -337,52 +407,169 @@ class _Builder:
         leg = self.content["legs"][index]
         motor = self.motor(f"{field}.motor", leg["motor"])
         motor_name = leg["motor"].get("name", f"motor{index + 1}") if motor.actuated else None
+        rod = self.rod(field if "rod" in leg else "", leg.get("rod", self.content["rod"]))
+        if motor.extensible and not rod.uniform:
+            raise self.fail(
+                f"{field}.motor.type",
+                "an extensible leg needs a uniform rod (profile, rest_curvature)",
+            )
+        strain = leg.get("strain", self.content.get("strain", {}))
         return LegDescription(
             name=leg.get("name", f"leg{index + 1}"),
             motor_name=motor_name,
-            rod=self.rod(),
-            modes=self.modes(),
+            rod=rod,
+            modes=self.modes(f"{field}.strain" if "strain" in leg else "strain", strain),
             base_position=self.vector(f"{field}.base.position", leg["base"]["position"]),
             base_rotation=self.base_rotation(f"{field}.base", leg["base"], motor),
             motor=motor,
             joint=self.joint(f"{field}.tip", leg["tip"]),
+            limits=self.limits(f"{field}.motor.limits", leg["motor"].get("limits", {}), motor),
         )
 
-    def rod(self) -> Rod:
-        rod = self.content["rod"]
+    def rod(self, leg: str, rod: dict[str, Any]) -> Rod:
+        where = f"{leg}.rod" if leg else "rod"
+        shape = {key: value for key, value in rod["section"].items() if key != "shape"}
+        if "inner_radius" in shape and shape["inner_radius"] >= shape["radius"]:
+            raise self.fail(
+                f"{where}.section.inner_radius",
+                f"expected less than the radius {shape['radius']}, got {shape['inner_radius']}",
+            )
+        if rod["section"]["shape"] != "given":
+            for modulus in ("young_modulus", "shear_modulus"):
+                if modulus not in rod:
+                    raise self.fail(where, f"missing field {modulus!r}")
+        rest = rod.get("rest_curvature", {})
+        if self.planar and (rest.get("torsion") or rest.get("bending_2")):
+            raise self.fail(f"{where}.rest_curvature", "a planar rod is curved about d3 only")
         return Rod(
             length=float(rod["length"]),
-            section=CircularSection(float(rod["section"]["radius"])),
-            young_modulus=float(rod["young_modulus"]),
-            shear_modulus=float(rod["shear_modulus"]),
+            section=SECTIONS[rod["section"]["shape"]](**shape),
+            young_modulus=float(rod.get("young_modulus", 0.0)),
+            shear_modulus=float(rod.get("shear_modulus", 0.0)),
             density=float(rod.get("density", 0.0)),
+            profile=self.profile(f"{where}.profile", rod["profile"])
+            if "profile" in rod
+            else UNIFORM,
+            rest_curvature=_series(rest),
         )
 
-    def modes(self) -> StrainModes:
-        strain = self.content.get("strain", {})
-        default = (0, 0, _DEFAULT_MODES) if self.planar else (0, _DEFAULT_MODES, _DEFAULT_MODES)
-        counts = tuple(
-            strain.get(name, number) for name, number in zip(_DIRECTIONS, default, strict=True)
-        )
-        if self.planar and (counts[0] or counts[1]):
-            raise self.fail("strain", "a planar robot bends about d3 only: expected bending_3")
-        if not any(counts):
-            raise self.fail("strain", "expected at least one mode")
-        return StrainModes(counts, STRAIN_BASES[strain.get("basis", "legendre")]())
+    def profile(self, where: str, profile: dict[str, Any]) -> Profile:
+        at = self.stations(f"{where}.at", profile["at"])
+        factors = []
+        for name in ("stiffness", "mass"):
+            given = profile.get(name, [1.0] * len(at))
+            if len(given) != len(at):
+                raise self.fail(
+                    f"{where}.{name}",
+                    f"expected {len(at)} numbers, one per station, got {len(given)}",
+                )
+            factors.append(np.array(given, float))
+        return Profile(at, *factors)
 
-    def motor(self, field: str, motor: dict[str, Any]) -> motors.Motor:
-        axis = self.axis(f"{field}.axis", motor["axis"])
-        if self.planar and abs(axis[2]) < 1.0 - 1e-9:
-            raise self.fail(f"{field}.axis", f"expected +-z in a planar robot, got {motor['axis']}")
-        return motors.Revolute(axis=tuple(axis.tolist()))
-
-    def joint(self, field: str, tip: dict[str, Any]) -> joints.Joint:
-        position = tuple(self.vector(f"{field}.position", tip["position"]).tolist())
-        if tip["type"] == "revolute" and not self.planar:
-            raise self.fail(
-                f"{field}.type", "revolute tips need a planar robot; expected spherical"
+    def modes(self, where: str, strain: dict[str, Any]) -> StrainModes:
+        basis = self.basis(where, strain)
+        splines = isinstance(basis, BSplines)
+        default = basis.modes if isinstance(basis, BSplines) else _DEFAULT_MODES
+        torsion, bending_2, bending_3 = (
+            strain.get(
+                name, 0 if name == "torsion" or (self.planar and name == "bending_2") else default
             )
-        return joints.JOINTS[tip["type"]](position=position)
+            for name in _DIRECTIONS
+        )
+        counts = (torsion, bending_2, bending_3)
+        if self.planar and (torsion or bending_2):
+            raise self.fail(where, "a planar robot bends about d3 only: expected bending_3")
+        if not any(counts):
+            raise self.fail(where, "expected at least one mode")
+        if splines and any(count not in (0, default) for count in counts):
+            raise self.fail(
+                where,
+                f"expected {default} or 0 modes with this degree and these knots, got {counts}",
+            )
+        return StrainModes(counts, basis)
+
+    def basis(self, where: str, strain: dict[str, Any]) -> StrainBasis:
+        name = strain.get("basis", "legendre")
+        if name != "bsplines":
+            for field_name in ("degree", "knots"):
+                if field_name in strain:
+                    raise self.fail(f"{where}.{field_name}", "goes with basis bsplines only")
+            return STRAIN_BASES[name]()
+        knots = tuple(float(knot) for knot in strain.get("knots", [0.5]))
+        if list(knots) != sorted(set(knots)):
+            raise self.fail(f"{where}.knots", f"expected increasing numbers, got {list(knots)}")
+        return BSplines(degree=strain.get("degree", 3), knots=knots)
+
+    def motor(self, where: str, motor: dict[str, Any]) -> motors.Motor:
+        kind = motors.MOTORS[motor["type"]]
+        if "axis" not in motor:
+            return kind(**{key: motor[key] for key in ("spin",) if key in motor})
+        axis = self.axis(f"{where}.axis", motor["axis"])
+        if self.planar:
+            if kind is motors.Prismatic:
+                self.vector(f"{where}.axis", motor["axis"])
+            elif abs(axis[2]) < 1.0 - 1e-9:
+                raise self.fail(
+                    f"{where}.axis", f"expected +-z in a planar robot, got {motor['axis']}"
+                )
+        return kind(axis=tuple(axis.tolist()))  # type: ignore[call-arg]
+
+    def limits(self, where: str, limits: dict[str, Any], motor: motors.Motor) -> motors.MotorLimits:
+        lower, upper = limits.get("position", (-math.inf, math.inf))
+        if lower >= upper:
+            raise self.fail(
+                f"{where}.position", f"expected lower below upper, got [{lower}, {upper}]"
+            )
+        if motor.extensible and "position" in limits and lower <= 0.0:
+            raise self.fail(f"{where}.position", f"expected a positive length, got {lower}")
+        return motors.MotorLimits(
+            float(lower),
+            float(upper),
+            float(limits.get("speed", math.inf)),
+            float(limits.get("effort", math.inf)),
+        )
+
+    def joint(self, where: str, tip: dict[str, Any]) -> joints.Joint:
+        position = tuple(self.vector(f"{where}.position", tip["position"]).tolist())
+        kind = tip["type"]
+        if kind == "universal" and self.planar:
+            raise self.fail(f"{where}.type", "universal joints need a spatial robot")
+        if kind == "spherical":
+            return joints.Spherical(position)
+        if kind == "fixed":
+            first, second, third = (tuple(row) for row in self.tip_frame(where, tip).tolist())
+            return joints.Fixed(position, (first, second, third))
+        if self.planar:
+            for name in ("axis", "axis_in_rod"):
+                if name in tip and abs(self.axis(f"{where}.{name}", tip[name])[2]) < 1.0 - 1e-9:
+                    raise self.fail(
+                        f"{where}.{name}", f"expected +-z in the plane, got {tip[name]}"
+                    )
+            return joints.Revolute(position)
+        if "axis" not in tip:
+            raise self.fail(where, "missing field 'axis'")
+        axis = self.axis(f"{where}.axis", tip["axis"])
+        in_rod = self.axis(f"{where}.axis_in_rod", tip.get("axis_in_rod", [0, 0, 1]))
+        return joints.JOINTS[kind](position, tuple(axis.tolist()), tuple(in_rod.tolist()))  # type: ignore[call-arg]
+
+    def tip_frame(self, where: str, tip: dict[str, Any]) -> Floats:
+        tangent = self.axis(f"{where}.tangent", tip["tangent"])
+        if self.planar:
+            self.vector(f"{where}.tangent", tip["tangent"])
+            if "normal" in tip:
+                raise self.fail(f"{where}.normal", "a planar robot has none: d2 is z x tangent")
+            normal = np.array([-tangent[1], tangent[0], 0.0])
+        elif "normal" in tip:
+            normal = self.across(f"{where}.normal", tip["normal"], tangent)
+        else:
+            raise self.fail(where, "missing field 'normal'")
+        return _frame(tangent, normal)
+
+    def across(self, where: str, value: list[float], tangent: Floats) -> Floats:
+        normal = self.axis(where, value)
+        if abs(normal @ tangent) > 1e-6:
+            raise self.fail(where, f"expected a direction across the tangent, got {value}")
+        return normal
 
     def base_rotation(self, field: str, base: dict[str, Any], motor: motors.Motor) -> Floats:
         tangent = self.axis(f"{field}.tangent", base["tangent"])
@@ -392,20 +579,13 @@ class _Builder:
                 raise self.fail(f"{field}.normal", "a planar robot has none: d2 is z x tangent")
             normal = np.array([-tangent[1], tangent[0], 0.0])
         elif "normal" in base:
-            normal = self.axis(f"{field}.normal", base["normal"])
-            if abs(normal @ tangent) > 1e-6:
-                raise self.fail(
-                    f"{field}.normal",
-                    f"expected a direction across the tangent, got {base['normal']}",
-                )
+            normal = self.across(f"{field}.normal", base["normal"], tangent)
         else:
             axis = motor.turn_axis(np.eye(3)) or motor.shift_axis or (0.0, 0.0, 0.0)
             normal = np.array(axis)
             if np.linalg.norm(normal) < 0.5 or abs(normal @ tangent) > 1e-6:
                 normal = np.linalg.svd(tangent[None, :])[2][1]
-        normal = normal - (normal @ tangent) * tangent
-        normal /= np.linalg.norm(normal)
-        return np.column_stack([tangent, normal, np.cross(tangent, normal)])
+        return _frame(tangent, normal)
 
     def home(self, legs: tuple[LegDescription, ...]) -> HomeGuess:
         home = self.content["home"]
@@ -429,31 +609,50 @@ class _Builder:
             motors=np.array(home["motors"], float),
             platform_position=self.vector("home.platform.position", home["platform"]["position"]),
             platform_rotation=rotation,
-            strain=tuple(
-                (
-                    np.array(leg.get("torsion", []), float),
-                    np.array(leg.get("bending_2", []), float),
-                    np.array(leg.get("bending_3", []), float),
-                )
-                for leg in home["strain"]
-            ),
+            strain=tuple(_series(leg) for leg in home["strain"]),
         )
 
     def check_controlled(self, description: RobotDescription) -> None:
         controlled = description.controlled
-        allowed = ["x", "y"] if self.planar else ["x", "y", "z", "orientation"]
-        if self.planar and not description.point_platform:
+        allowed = ["x", "y"]
+        if not self.planar:
+            allowed += ["z", "orientation", "roll", "pitch", "yaw"]
+        elif not description.point_platform:
             allowed.append("angle")
         for name in controlled:
             if name not in allowed:
                 raise self.fail(
                     "controlled", f"expected some of {', '.join(allowed)}, got {name!r}"
                 )
+        if "orientation" in controlled and {"roll", "pitch", "yaw"} & set(controlled):
+            raise self.fail("controlled", "expected either orientation or single angles, got both")
         count = sum(CONTROLLED_COORDINATES[name] for name in controlled)
-        expected = len(description.motor_names)
-        if count != expected:
+        motor_count, freedom = len(description.motor_names), description.platform_freedom
+        if motor_count > freedom:
+            if controlled:
+                raise self.fail(
+                    "controlled",
+                    f"expected none: {motor_count} motors for {freedom} platform coordinates, the "
+                    "inverse problem has no single solution",
+                )
+        elif count != motor_count:
             raise self.fail(
                 "controlled",
-                f"expected {expected} coordinates, as many as motors, got {count} "
+                f"expected {motor_count} coordinates, as many as motors, got {count} "
                 f"({', '.join(controlled)}; orientation counts for three)",
             )
+
+
+def _series(strain: dict[str, list[float]]) -> tuple[Floats, Floats, Floats]:
+    """Series of the three strain components."""
+    torsion, bending_2, bending_3 = (
+        np.array(strain.get(name, []), dtype=float) for name in _DIRECTIONS
+    )
+    return torsion, bending_2, bending_3
+
+
+def _frame(tangent: Floats, normal: Floats) -> Floats:
+    """Orthonormal frame (d1, d2, d3) from a unit d1 and a direction close to d2."""
+    normal = normal - (normal @ tangent) * tangent
+    normal = normal / np.linalg.norm(normal)
+    return np.column_stack([tangent, normal, np.cross(tangent, normal)])

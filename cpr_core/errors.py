@@ -12,6 +12,7 @@ __all__ = [
     "DescriptionError",
     "InvalidQuaternion",
     "InvalidRequest",
+    "MotorLimitExceeded",
     "NoForwardSolution",
     "NoInverseSolution",
     "NoSolution",
@@ -75,6 +76,29 @@ class InvalidQuaternion(InvalidRequest):
     """A quaternion is too far from unit length to be a rotation."""
 
     code = "INVALID_QUATERNION"
+
+
+class MotorLimitExceeded(CprError):
+    """A motor would have to leave its position range or give more than its effort.
+
+    Attributes:
+        motor: Name of the motor.
+        quantity: ``position`` or ``effort``.
+        value: What it would have to be.
+        limits: Lower and upper limit.
+    """
+
+    code = "MOTOR_LIMIT"
+
+    def __init__(
+        self, motor: str, quantity: str, value: float, limits: tuple[float, float], unit: str
+    ) -> None:
+        """Name the motor, the value and the limits."""
+        self.motor, self.quantity, self.value, self.limits = motor, quantity, value, limits
+        lower, upper = limits
+        super().__init__(
+            f"{motor}: {quantity} {value:.6g} {unit} is outside its limits [{lower:g}, {upper:g}]"
+        )
 
 
 class NoSolution(CprError):

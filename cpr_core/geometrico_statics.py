@@ -12,14 +12,22 @@ from scipy import linalg
 from .arrays import workspace
 from .continuation import EffortTarget, MotorTarget, PlatformTarget, Target, follow
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
-from .errors import InvalidRequest, NoForwardSolution, NoInverseSolution, NoSolution
-from .lie import rotation_from_quaternion
+from .errors import (
+    InvalidRequest,
+    MotorLimitExceeded,
+    NoForwardSolution,
+    NoInverseSolution,
+    NoSolution,
+)
+from .lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
 from .loads import Loads, checked_vector
 from .model import evaluate
 from .newton_kernel import newton
 from .robot import Robot
+from .shape import leg_shapes
 
 __all__ = [
+    "check_limits",
     "pose_meaning",
     "restore_equilibrium",
     "solve_forward",
@@ -50,6 +58,7 @@ def solve_forward(
         InvalidRequest: Wrong number of motors, or loads that do not fit the robot.
         NonFiniteInput: A NaN or an infinity.
         NoForwardSolution: The branch of the start does not reach that far.
+        MotorLimitExceeded: A motor would be beyond its position range or effort.
     """
     values = _motor_vector(robot, "motors", motors)
     start = _checked_start(robot, start)
@@ -75,6 +84,7 @@ def solve_forward_by_effort(
         InvalidRequest: Wrong number of efforts, or loads that do not fit the robot.
         NonFiniteInput: A NaN or an infinity.
         NoForwardSolution: The branch of the start does not reach that far.
+        MotorLimitExceeded: A motor would be beyond its position range or effort.
     """
     values = _motor_vector(robot, "efforts", efforts)
     start = _checked_start(robot, start)
@@ -93,7 +103,9 @@ def solve_inverse(
     Args:
         robot: The robot.
         pose: Controlled coordinates in the order of the description [m, rad]; ``orientation`` is a
-            unit quaternion w x y z, ``angle`` the planar angle from the x axis.
+            unit quaternion w x y z; ``roll``, ``pitch``, ``yaw`` are the angles of
+            Rz(yaw) Ry(pitch) Rx(roll), where those not controlled are solved for; ``angle`` is the
+            planar angle from the x axis.
         start: Equilibrium whose branch is followed; default the robot's home.
         loads: Loads; default those of the start.
 
@@ -102,7 +114,14 @@ def solve_inverse(
         InvalidQuaternion: A quaternion far from unit length.
         NonFiniteInput: A NaN or an infinity.
         NoInverseSolution: The pose is not reached from the start.
+        MotorLimitExceeded: A motor would be beyond its position range or effort.
     """
+    if not robot.description.controlled:
+        raise InvalidRequest(
+            "pose",
+            f"the inverse problem of {robot.description.name} has no single solution: it has "
+            f"{robot.motor_count} motors for {len(robot.platform_axes)} platform coordinates",
+        )
     start = _checked_start(robot, start)
     position, rotation = split_pose(start, pose)
     return _followed(start, PlatformTarget(rotation, position), loads, NoInverseSolution, "pose")
@@ -127,6 +146,13 @@ def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
         position[axis] = values.get(name, position[axis])
     if "qw" in values:
         rotation = rotation_from_quaternion([values[name] for name in ("qw", "qx", "qy", "qz")])
+    angles = roll_pitch_yaw(rotation)
+    for axis, name in enumerate(("roll", "pitch", "yaw")):
+        angles[axis] = values.get(name, angles[axis])
+    if start.robot.controls_angles:
+        if abs(angles[1]) > 0.5 * np.pi:
+            raise InvalidRequest("pose", f"expected a pitch of at most pi/2, got {angles[1]:g}")
+        rotation = rotation_from_angles(*angles)
     if "angle" in values:
         cosine, sine = np.cos(values["angle"]), np.sin(values["angle"])
         rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
@@ -184,6 +210,14 @@ def solve_home(robot: Robot) -> Equilibrium:
             0.0,
             None,
         )
+    for leg, shape in zip(robot.description.legs, leg_shapes(unloaded, 8), strict=True):
+        if leg.joint.turned_over(unloaded.platform_rotation, shape.rotation[-1]):
+            raise NoForwardSolution(
+                f"{robot.description.source}: home: the rough home leads to an equilibrium with the tip "
+                f"joint of {leg.name} turned over; give a better shape under home.strain",
+                0.0,
+                None,
+            )
     return solve_forward(robot, guess.motors, start=unloaded, loads=robot.default_loads)
 
 
@@ -249,7 +283,7 @@ def refine(
     size = len(arrays.unit)
     residual, tangent = np.empty(size), np.zeros((size, size))
     _, steps, largest, energy = newton(
-        arrays, load_arrays, state, rotation, position, *robot.problems["motors"],
+        arrays, load_arrays, state, rotation, position, *robot.problems["motors"], False,
         np.zeros(robot.motor_count), RESIDUAL_TOLERANCE, iterations, contraction,
         residual, tangent, workspace(arrays),
     )  # fmt: skip
@@ -287,7 +321,7 @@ def _followed(
     what: str,
 ) -> Equilibrium:
     try:
-        return follow(start, target, start.loads if loads is None else loads)
+        result = follow(start, target, start.loads if loads is None else loads)
     except NoSolution as failure:
         last = failure.last or start
         motors = ", ".join(f"{value:.4g}" for value in last.motors)
@@ -299,3 +333,28 @@ def _followed(
             failure.fraction,
             last,
         ) from None
+    check_limits(result)
+    return result
+
+
+def check_limits(equilibrium: Equilibrium) -> None:
+    """Whether the motors can be at an equilibrium and hold it.
+
+    Raises:
+        MotorLimitExceeded: The first motor beyond its position range or its effort.
+    """
+    legs = [leg for leg in equilibrium.robot.description.legs if leg.motor_name is not None]
+    for leg, position, effort in zip(legs, equilibrium.motors, equilibrium.efforts, strict=True):
+        limits, name, unit = leg.limits, str(leg.motor_name), leg.motor.unit
+        if not limits.lower <= position <= limits.upper:
+            raise MotorLimitExceeded(
+                name, "position", float(position), (limits.lower, limits.upper), unit
+            )
+        if abs(effort) > limits.effort:
+            raise MotorLimitExceeded(
+                name,
+                "effort",
+                float(effort),
+                (-limits.effort, limits.effort),
+                "N m" if unit == "rad" else "N",
+            )

@@ -40,6 +40,12 @@ class Joint:
         """Matrices M_k of the orientation constraints, shape (0 to 3, 3, 3)."""
         return np.zeros((0, 3, 3))
 
+    def turned_over(
+        self, platform_rotation: NDArray[np.float64], tip_rotation: NDArray[np.float64]
+    ) -> bool:
+        """Whether the constraints hold, but half a turn away from how the joint is built."""
+        return False
+
 
 @dataclass(frozen=True)
 class Spherical(Joint):
@@ -65,6 +71,12 @@ class Fixed(Joint):
         axes = np.eye(3)[2:] if planar else np.eye(3)
         return np.array([0.5 * skew(axis) for axis in axes])
 
+    def turned_over(
+        self, platform_rotation: NDArray[np.float64], tip_rotation: NDArray[np.float64]
+    ) -> bool:
+        """Whether the tip is half a turn away from its prescribed frame."""
+        return bool(np.trace(self.rotation().T @ platform_rotation.T @ tip_rotation) < 1.0)
+
 
 @dataclass(frozen=True)
 class Revolute(Joint):
@@ -84,6 +96,12 @@ class Revolute(Joint):
             return np.zeros((0, 3, 3))
         across = np.linalg.svd(np.array([self.axis]))[2][1:]
         return np.array([np.outer(direction, self.axis_in_rod) for direction in across])
+
+    def turned_over(
+        self, platform_rotation: NDArray[np.float64], tip_rotation: NDArray[np.float64]
+    ) -> bool:
+        """Whether the two axes point in opposite directions."""
+        return bool((platform_rotation @ self.axis) @ (tip_rotation @ self.axis_in_rod) < 0.0)
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,13 @@ from .errors import InvalidQuaternion, NonFiniteInput
 __all__ = [
     "multiply",
     "quaternion_from_rotation",
+    "roll_pitch_yaw",
+    "roll_pitch_yaw_into",
     "rotate",
     "rotation_exp",
     "rotation_exp_into",
+    "rotation_from_angles",
+    "rotation_from_angles_into",
     "rotation_from_quaternion",
     "rotation_log",
     "skew",
@@ -81,6 +85,47 @@ def rotation_exp(vector: ArrayLike) -> NDArray[np.float64]:
     x, y, z = np.asarray(vector, float)
     rotation = np.empty((3, 3))
     rotation_exp_into(x, y, z, rotation)
+    return rotation
+
+
+@compiled
+def roll_pitch_yaw_into(rotation, angles):
+    """Angles (roll, pitch, yaw) of ``Rz(yaw) Ry(pitch) Rx(roll)`` into an array (3,)."""
+    angles[0] = math.atan2(rotation[2, 1], rotation[2, 2])
+    angles[1] = math.atan2(-rotation[2, 0], math.hypot(rotation[2, 1], rotation[2, 2]))
+    angles[2] = math.atan2(rotation[1, 0], rotation[0, 0])
+
+
+@compiled
+def rotation_from_angles_into(roll, pitch, yaw, rotation):
+    """``Rz(yaw) Ry(pitch) Rx(roll)`` into an array (3, 3)."""
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    rotation[0, 0], rotation[0, 1], rotation[0, 2] = (
+        cy * cp,
+        cy * sp * sr - sy * cr,
+        cy * sp * cr + sy * sr,
+    )
+    rotation[1, 0], rotation[1, 1], rotation[1, 2] = (
+        sy * cp,
+        sy * sp * sr + cy * cr,
+        sy * sp * cr - cy * sr,
+    )
+    rotation[2, 0], rotation[2, 1], rotation[2, 2] = -sp, cp * sr, cp * cr
+
+
+def roll_pitch_yaw(rotation: ArrayLike) -> NDArray[np.float64]:
+    """Angles (roll, pitch, yaw) of ``Rz(yaw) Ry(pitch) Rx(roll)``, |pitch| <= pi/2, shape (3,)."""
+    angles = np.empty(3)
+    roll_pitch_yaw_into(np.array(rotation, float), angles)
+    return angles
+
+
+def rotation_from_angles(roll: float, pitch: float, yaw: float) -> NDArray[np.float64]:
+    """``Rz(yaw) Ry(pitch) Rx(roll)``, shape (3, 3)."""
+    rotation = np.empty((3, 3))
+    rotation_from_angles_into(roll, pitch, yaw, rotation)
     return rotation
 
 

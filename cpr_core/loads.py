@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import InvalidRequest, NonFiniteInput
 
-__all__ = ["Loads", "checked_vector"]
+__all__ = ["DistributedForce", "Loads", "PointForce", "checked_vector"]
 
 Floats = NDArray[np.float64]
 
@@ -42,6 +44,36 @@ def _zeros(size: int) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
+class DistributedForce:
+    """Force per length on one rod, fixed in space, linear between stations.
+
+    Attributes:
+        leg: Name of the leg.
+        at: Stations in s/l, from 0 to 1, increasing, (P,). Interior ones must be stations of the robot.
+        force: Force per length at the stations, in the world, (P, 3) [N/m].
+    """
+
+    leg: str
+    at: Floats
+    force: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class PointForce:
+    """Force on a point of one rod, fixed in space.
+
+    Attributes:
+        leg: Name of the leg.
+        at: Where, s/l in (0, 1); must be a station of the robot.
+        force: In the world, (3,) [N].
+    """
+
+    leg: str
+    at: float
+    force: Floats
+
+
+@dataclass(frozen=True, eq=False)
 class Loads:
     """External loads. Wrenches stack moment [N m] over force [N] and act at the platform origin P.
 
@@ -50,12 +82,16 @@ class Loads:
         rod_force: Uniform force per length on every rod, fixed in space, shape (3,) [N/m].
         wrench_world: Platform wrench fixed in space, shape (6,). Its moment is not conservative.
         wrench_body: Platform wrench that turns with the platform, shape (6,); not conservative.
+        distributed: Forces per length on single rods.
+        points: Forces on points of rods.
     """
 
     gravity: Floats
     rod_force: Floats
     wrench_world: Floats
     wrench_body: Floats
+    distributed: tuple[DistributedForce, ...] = ()
+    points: tuple[PointForce, ...] = ()
 
     @classmethod
     def none(cls) -> Loads:
@@ -69,6 +105,8 @@ class Loads:
         rod_force: ArrayLike | None = None,
         wrench_world: ArrayLike | None = None,
         wrench_body: ArrayLike | None = None,
+        distributed: Sequence[DistributedForce] | None = None,
+        points: Sequence[PointForce] | None = None,
     ) -> Loads:
         """The same loads with some replaced.
 
@@ -82,11 +120,15 @@ class Loads:
             "wrench_world": (wrench_world, 6, "mx my mz fx fy fz, N m and N"),
             "wrench_body": (wrench_body, 6, "mx my mz fx fy fz, N m and N"),
         }
-        changes = {
+        changes: dict[str, Any] = {
             name: checked_vector(name, value, size, meaning)
             for name, (value, size, meaning) in given.items()
             if value is not None
         }
+        if distributed is not None:
+            changes["distributed"] = tuple(distributed)
+        if points is not None:
+            changes["points"] = tuple(points)
         return replace(self, **changes)
 
     def conservative(self, planar: bool) -> bool:

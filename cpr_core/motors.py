@@ -7,15 +7,42 @@ motor is a class here and its name in ``MOTORS``.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MOTORS", "Extensible", "Hinge", "Motor", "Prismatic", "Revolute", "Welded"]
+__all__ = [
+    "MOTORS",
+    "Extensible",
+    "Hinge",
+    "Motor",
+    "MotorLimits",
+    "Prismatic",
+    "Revolute",
+    "Welded",
+]
 
 Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class MotorLimits:
+    """What a motor can do.
+
+    Attributes:
+        lower: Smallest position [rad or m].
+        upper: Largest position [rad or m].
+        speed: Largest speed [rad/s or m/s].
+        effort: Largest effort, either sign [N m or N].
+    """
+
+    lower: float = -math.inf
+    upper: float = math.inf
+    speed: float = math.inf
+    effort: float = math.inf
 
 
 @dataclass(frozen=True)

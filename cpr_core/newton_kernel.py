@@ -8,7 +8,12 @@ import numpy as np
 
 from .compiled import compiled
 from .condensation_kernel import NO_INVERSE, allocate, factor, solve
-from .lie import multiply, rotation_exp_into
+from .lie import (
+    multiply,
+    roll_pitch_yaw_into,
+    rotation_exp_into,
+    rotation_from_angles_into,
+)
 from .model_kernel import evaluate_model
 
 __all__ = ["CONVERGED", "DIVERGED", "SINGULAR", "STALLED", "newton"]
@@ -38,7 +43,21 @@ def _scaled_residual(robot, residual, given_effort, rows, result):
 
 
 @compiled
-def _move(robot, columns, step, factor, state, rotation, position, work):
+def _use_angles(robot, rotation, tangent, work):
+    """Turn the derivatives by world rotations into those by roll, pitch and yaw."""
+    first = robot.platform_index
+    angles = work.vectors[0]
+    roll_pitch_yaw_into(rotation, angles)
+    cosine, sine = math.cos(angles[2]), math.sin(angles[2])
+    for i in range(tangent.shape[0]):
+        x, y, z = tangent[i, first], tangent[i, first + 1], tangent[i, first + 2]
+        tangent[i, first] = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z
+        tangent[i, first + 1] = cosine * y - sine * x
+        tangent[i, first + 2] = z
+
+
+@compiled
+def _move(robot, columns, angles, step, factor, state, rotation, position, work):
     """Subtract ``factor * step`` (dimensionless) from the unknowns."""
     increment, product, twist = work.matrices[0], work.matrices[1], work.vectors[:2].reshape(6)
     inner = robot.platform_index
@@ -52,9 +71,16 @@ def _move(robot, columns, step, factor, state, rotation, position, work):
             twist[robot.platform_axes[i - inner]] = -value
         else:
             state[i] -= value
-    rotation_exp_into(twist[0], twist[1], twist[2], increment)
-    multiply(increment, rotation, product)
-    _copy(product, rotation)
+    if angles:
+        turned = work.vectors[2]
+        roll_pitch_yaw_into(rotation, turned)
+        rotation_from_angles_into(
+            turned[0] + twist[0], turned[1] + twist[1], turned[2] + twist[2], rotation
+        )
+    else:
+        rotation_exp_into(twist[0], twist[1], twist[2], increment)
+        multiply(increment, rotation, product)
+        _copy(product, rotation)
     for i in range(3):
         position[i] += twist[3 + i]
 
@@ -77,7 +103,7 @@ def _norm(vector):
 
 @compiled
 def newton(
-    robot, loads, state, rotation, position, columns, rows, given_effort,
+    robot, loads, state, rotation, position, columns, rows, angles, given_effort,
     tolerance, iterations, contraction, residual, tangent, work,
 ):  # fmt: skip
     """Solve a square problem from a given state, in place.
@@ -94,6 +120,8 @@ def newton(
         position: Platform position, overwritten.
         columns: State indices of the unknowns among platform and motors.
         rows: As many state indices of the equations among platform and motors.
+        angles: Whether the platform's rotation coordinates are roll, pitch and yaw, of
+            Rz(yaw) Ry(pitch) Rx(roll), in place of small world rotations; spatial robots only.
         given_effort: Motor efforts, used where motor rows are among the equations.
         tolerance: Largest dimensionless residual of a solution.
         iterations: At most so many steps.
@@ -119,6 +147,8 @@ def newton(
             return CONVERGED, iteration, largest, energy
         if not math.isfinite(largest):
             return DIVERGED, iteration, largest, energy
+        if angles:
+            _use_angles(robot, rotation, tangent, work)
         how = factor(robot, tangent, rows, columns, factors)
         if how == NO_INVERSE:
             return SINGULAR, iteration, largest, energy
@@ -129,7 +159,17 @@ def newton(
             _copy(state, trial_state)
             _copy(rotation, trial_rotation)
             _copy(position, trial_position)
-            _move(robot, columns, step, fraction, trial_state, trial_rotation, trial_position, work)
+            _move(
+                robot,
+                columns,
+                angles,
+                step,
+                fraction,
+                trial_state,
+                trial_rotation,
+                trial_position,
+                work,
+            )
             energy = evaluate_model(
                 robot, loads, trial_state, trial_rotation, trial_position, residual, tangent, work
             )

@@ -27,7 +27,16 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 #: Components of the world twist [omega; v] behind a platform coordinate.
-_TWIST_COMPONENTS = {"x": (3,), "y": (4,), "z": (5,), "angle": (2,), "orientation": (0, 1, 2)}
+_TWIST_COMPONENTS = {
+    "x": (3,),
+    "y": (4,),
+    "z": (5,),
+    "angle": (2,),
+    "orientation": (0, 1, 2),
+    "roll": (0,),
+    "pitch": (1,),
+    "yaw": (2,),
+}
 
 
 def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) -> Robot:
@@ -85,8 +94,21 @@ class Robot:
         """
         modes = max(max(leg.modes.counts) for leg in self.description.legs)
         nodes = 4 * math.ceil((modes + 9) / 4)  # a multiple of the vector length
-        breakpoints = {p for leg in self.description.legs for p in leg.modes.basis.breakpoints}
-        return rod_grid(nodes, tuple(sorted(breakpoints)))
+        return rod_grid(nodes, self.breakpoints)
+
+    @cached_property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Interior s/l where loads, stiffness or shape functions of some leg are not smooth."""
+        description = self.description
+        points = set(description.stations)
+        for leg in description.legs:
+            points |= {*leg.modes.basis.breakpoints}
+            if not leg.rod.profile.uniform:
+                points |= {*leg.rod.profile.at.tolist()}
+        for distributed in description.loads.distributed:
+            points |= {*distributed.at.tolist()}
+        points |= {point.at for point in description.loads.points}
+        return tuple(sorted(points - {0.0, 1.0}))
 
     @cached_property
     def arrays(self) -> RobotArrays:
@@ -122,10 +144,19 @@ class Robot:
 
     @cached_property
     def controlled_axes(self) -> Integers:
-        """World twist components that move the controlled coordinates."""
-        return np.concatenate(
-            [np.array(_TWIST_COMPONENTS[name]) for name in self.description.controlled]
+        """World twist components that move the controlled coordinates.
+
+        With ``controls_angles`` the first three stand for roll, pitch and yaw.
+        """
+        return np.array(
+            [axis for name in self.description.controlled for axis in _TWIST_COMPONENTS[name]],
+            dtype=np.int64,
         )
+
+    @cached_property
+    def controls_angles(self) -> bool:
+        """Whether single angles of Rz(yaw) Ry(pitch) Rx(roll) are controlled."""
+        return bool({"roll", "pitch", "yaw"} & set(self.description.controlled))
 
     @cached_property
     def problems(self) -> dict[str, tuple[Integers, Integers]]:
@@ -149,18 +180,15 @@ class Robot:
         """
         motions = np.diag(self.arrays.unit)
         for here, leg in zip(self.arrays.legs, self.description.legs, strict=True):
-            values = leg.modes.values(self.grid.nodes)
-            gram = values.T @ (self.grid.weights[:, None] * values)
-            same = leg.modes.directions[:, None] == leg.modes.directions
             span = slice(here["strain_index"], here["strain_index"] + here["strain_count"])
-            orthonormal = np.linalg.inv(np.linalg.cholesky(np.where(same, gram, 0.0))).T
+            orthonormal = np.linalg.inv(np.linalg.cholesky(leg.modes.gram(self.grid))).T
             motions[span, span] = motions[span, span] @ orthonormal
         return motions
 
     @cached_property
     def default_loads(self) -> Loads:
-        """Loads of the description: gravity."""
-        return Loads.none().with_(gravity=self.description.gravity)
+        """Loads of the description."""
+        return self.description.loads
 
     @cached_property
     def home(self) -> Equilibrium:
@@ -181,13 +209,28 @@ class Robot:
         """
         if self.planar:
             self._check_planar(loads)
-        nodes = len(self.grid.nodes)
-        masses = np.array([leg.rod.mass_per_length for leg in self.description.legs])
-        per_length = masses[:, None] * loads.gravity + loads.rod_force
-        beyond = np.append(1.0 - self.grid.nodes, 1.0)
+        grid, legs = self.grid, self.description.legs
+        nodes = len(grid.nodes)
+        density = np.empty((len(legs), nodes, 3))
+        point = np.zeros((len(legs), nodes + 1, 3))
+        for number, leg in enumerate(legs):
+            mass = leg.rod.mass_at(grid.nodes)
+            density[number] = mass[:, None] * loads.gravity + loads.rod_force
+        for distributed in loads.distributed:
+            self._check_stations("distributed", distributed.at[1:-1].tolist())
+            for axis in range(3):
+                density[self._leg("distributed", distributed.leg), :, axis] += np.interp(
+                    grid.nodes, distributed.at, distributed.force[:, axis]
+                )
+        for force in loads.points:
+            self._check_stations("points", [force.at])
+            before = np.append(grid.nodes < force.at, True)
+            point[self._leg("points", force.leg), before] += force.force
+        # Integrals from a node to the tip; the last entry is the one from the base.
+        beyond = np.vstack([grid.weights - grid.integration, grid.weights])
         return LoadArrays(
-            distributed=per_length[:, :, None] * beyond,
-            point=np.zeros((len(masses), 3, nodes + 1)),
+            distributed=np.ascontiguousarray(np.swapaxes(beyond @ density, 1, 2)),
+            point=np.ascontiguousarray(np.swapaxes(point, 1, 2)),
             platform=np.array(
                 [
                     self.description.platform_mass * loads.gravity,
@@ -200,6 +243,22 @@ class Robot:
             ),
         )
 
+    def _leg(self, load: str, name: str) -> int:
+        names = [leg.name for leg in self.description.legs]
+        if name not in names:
+            raise InvalidRequest(load, f"expected a leg out of {', '.join(names)}, got {name!r}")
+        return names.index(name)
+
+    def _check_stations(self, load: str, at: list[float]) -> None:
+        for station in at:
+            if station not in self.breakpoints:
+                raise InvalidRequest(
+                    load,
+                    f"expected a station of the robot "
+                    f"({', '.join(map(str, self.breakpoints)) or 'it has none'}), got {station}; "
+                    "name it under `stations` in the description",
+                )
+
     def _check_planar(self, loads: Loads) -> None:
         for name in ("gravity", "rod_force"):
             vector = getattr(loads, name)
@@ -211,6 +270,9 @@ class Robot:
                 raise InvalidRequest(name, "expected mx = my = fz = 0 for a planar robot")
             if mz != 0.0 and self.description.point_platform:
                 raise InvalidRequest(name, "expected mz = 0: a point platform takes no moment")
+        for name, forces in (("distributed", loads.distributed), ("points", loads.points)):
+            if any(np.any(np.atleast_2d(force.force)[:, 2]) for force in forces):
+                raise InvalidRequest(name, "expected z = 0 for a planar robot")
 
 
 def _robot_arrays(robot: Robot) -> RobotArrays:
@@ -224,6 +286,7 @@ def _robot_arrays(robot: Robot) -> RobotArrays:
     values = np.zeros((count, widest, len(grid.nodes)))
     step_values = np.zeros((count, widest, 3, steps))
     stiffness = np.zeros((count, widest, widest))
+    rest_moment = np.zeros((count, widest))
     length_unit = float(np.mean([leg.rod.length for leg in description.legs]))
     energy_unit = float(np.mean([leg.rod.rigidities.max() for leg in description.legs]))
     energy_unit /= length_unit
@@ -260,6 +323,8 @@ def _robot_arrays(robot: Robot) -> RobotArrays:
             total, 3, steps
         )
         stiffness[number, :total, :total] = leg.rod.stiffness(leg.modes, grid)
+        rest_moment[number, :total] = leg.rod.rest_moment(leg.modes, grid)
+        here["rest_energy"] = leg.rod.rest_energy(grid)
 
         orientation = leg.joint.orientation(robot.planar)
         here["tip_position"] = leg.joint.position
@@ -282,7 +347,7 @@ def _robot_arrays(robot: Robot) -> RobotArrays:
         values=values,
         step_values=step_values,
         stiffness=stiffness,
-        rest_moment=np.zeros((count, widest)),
+        rest_moment=rest_moment,
         weights=grid.weights,
         integration=np.ascontiguousarray(grid.integration.T),
         steps=grid.steps,

@@ -1,15 +1,61 @@
-"""Cross-sections of rods: area and second moments about (d1, d2, d3)."""
+"""Cross-sections of rods: what they make of a material, about (d1, d2, d3).
+
+A new section is a class here and its name in ``SECTIONS``.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
-__all__ = ["CircularSection"]
+__all__ = [
+    "SECTIONS",
+    "AnnularSection",
+    "CircularSection",
+    "GivenSection",
+    "RectangularSection",
+    "Section",
+]
+
+
+class Section(Protocol):
+    """What a rod needs to know of its cross-section."""
+
+    def rigidities(self, young_modulus: float, shear_modulus: float) -> tuple[float, float, float]:
+        """G J1, E J2, E J3 of Eq. (6) [N m^2]."""
+        ...
+
+    def mass_per_length(self, density: float) -> float:
+        """Mass per length, rho A [kg/m]."""
+        ...
+
+
+class _Solid:
+    """A section that is its area and second moments."""
+
+    @property
+    def area(self) -> float:
+        """Area [m^2]."""
+        raise NotImplementedError
+
+    @property
+    def second_moments(self) -> tuple[float, float, float]:
+        """Torsion constant J_1 and second moments J_2, J_3 [m^4]."""
+        raise NotImplementedError
+
+    def rigidities(self, young_modulus: float, shear_modulus: float) -> tuple[float, float, float]:
+        """G J1, E J2, E J3 [N m^2]."""
+        torsion, bending_2, bending_3 = self.second_moments
+        return shear_modulus * torsion, young_modulus * bending_2, young_modulus * bending_3
+
+    def mass_per_length(self, density: float) -> float:
+        """Density times area [kg/m]."""
+        return density * self.area
 
 
 @dataclass(frozen=True)
-class CircularSection:
+class CircularSection(_Solid):
     """Solid circle.
 
     Attributes:
@@ -25,6 +71,92 @@ class CircularSection:
 
     @property
     def second_moments(self) -> tuple[float, float, float]:
-        """Torsion constant J_1 and second moments J_2, J_3 [m^4], Eq. (6)."""
+        """J_1 = pi r^4 / 2, J_2 = J_3 = pi r^4 / 4."""
         bending = 0.25 * math.pi * self.radius**4
         return 2.0 * bending, bending, bending
+
+
+@dataclass(frozen=True)
+class AnnularSection(_Solid):
+    """Tube.
+
+    Attributes:
+        radius: Outer radius [m].
+        inner_radius: Inner radius, smaller [m].
+    """
+
+    radius: float
+    inner_radius: float
+
+    @property
+    def area(self) -> float:
+        """Area [m^2]."""
+        return math.pi * (self.radius**2 - self.inner_radius**2)
+
+    @property
+    def second_moments(self) -> tuple[float, float, float]:
+        """Outer circle minus inner circle."""
+        bending = 0.25 * math.pi * (self.radius**4 - self.inner_radius**4)
+        return 2.0 * bending, bending, bending
+
+
+@dataclass(frozen=True)
+class RectangularSection(_Solid):
+    """Solid rectangle (a strip).
+
+    Attributes:
+        width: Extent along d2 [m].
+        height: Extent along d3 [m].
+    """
+
+    width: float
+    height: float
+
+    @property
+    def area(self) -> float:
+        """Area [m^2]."""
+        return self.width * self.height
+
+    @property
+    def second_moments(self) -> tuple[float, float, float]:
+        """J_2 = w h^3 / 12, J_3 = h w^3 / 12, and Saint-Venant's torsion constant as its series."""
+        long, short = max(self.width, self.height), min(self.width, self.height)
+        series = sum(
+            math.tanh(0.5 * odd * math.pi * long / short) / odd**5 for odd in range(1, 40, 2)
+        )
+        torsion = long * short**3 / 3.0 * (1.0 - 192.0 / math.pi**5 * short / long * series)
+        return torsion, self.width * self.height**3 / 12.0, self.height * self.width**3 / 12.0
+
+
+@dataclass(frozen=True)
+class GivenSection:
+    """Measured stiffnesses in place of a shape.
+
+    Attributes:
+        torsion: G J1 [N m^2].
+        bending_2: E J2 [N m^2].
+        bending_3: E J3 [N m^2].
+        mass: Mass per length [kg/m].
+    """
+
+    torsion: float
+    bending_2: float
+    bending_3: float
+    mass: float = 0.0
+
+    def rigidities(self, young_modulus: float, shear_modulus: float) -> tuple[float, float, float]:
+        """As given; the moduli are not used."""
+        return self.torsion, self.bending_2, self.bending_3
+
+    def mass_per_length(self, density: float) -> float:
+        """As given."""
+        return self.mass
+
+
+#: Sections by the name used in descriptions.
+SECTIONS: dict[str, type[Section]] = {
+    "circular": CircularSection,
+    "annular": AnnularSection,
+    "rectangular": RectangularSection,
+    "given": GivenSection,
+}

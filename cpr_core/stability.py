@@ -89,14 +89,27 @@ def _null_space(matrix: Floats) -> Floats:
 def _margin(
     equilibrium: Equilibrium, moving: NDArray[np.int64], null_space: Floats, reduced: Floats
 ) -> float:
-    arrays = equilibrium.robot.arrays
-    elastic = np.zeros((len(arrays.unit),) * 2)
-    for leg, stiffness in zip(arrays.legs, arrays.stiffness, strict=True):
-        count = leg["strain_count"]
-        here = slice(leg["strain_index"], leg["strain_index"] + count)
-        elastic[here, here] = stiffness[:count, :count]
+    elastic = _elastic_hessian(equilibrium)
     projected = null_space.T @ elastic[np.ix_(moving, moving)] @ null_space
     smallest = linalg.eigvalsh(projected, subset_by_index=[0, 0])[0]
     if smallest <= 1e-12 * np.trace(projected):
         return float("nan")
     return float(linalg.eigvalsh(reduced, projected, subset_by_index=[0, 0])[0])
+
+
+def _elastic_hessian(equilibrium: Equilibrium) -> Floats:
+    """Second derivative of the elastic energy ``l0/l q^T K q / 2`` by the state, (N, N)."""
+    arrays, state = equilibrium.robot.arrays, equilibrium.state
+    elastic = np.zeros((len(state), len(state)))
+    for leg, stiffness in zip(arrays.legs, arrays.stiffness, strict=True):
+        count, first, shift = leg["strain_count"], leg["strain_index"], leg["translation_index"]
+        here = slice(first, first + count)
+        elastic[here, here] = stiffness[:count, :count]
+        if leg["extensible"]:
+            length, strain = state[shift], state[here]
+            couple = stiffness[:count, :count] @ strain
+            ratio = leg["length"] / length
+            elastic[here, here] *= ratio
+            elastic[here, shift] = elastic[shift, here] = -ratio / length * couple
+            elastic[shift, shift] = ratio / length**2 * couple @ strain
+    return elastic

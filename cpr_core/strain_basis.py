@@ -79,19 +79,23 @@ class BSplines:
     knots: tuple[float, ...] = (0.5,)
 
     @property
+    def modes(self) -> int:
+        """Number of B-splines."""
+        return len(self.knots) + self.degree + 1
+
+    @property
     def breakpoints(self) -> tuple[float, ...]:
         """The interior knots."""
         return self.knots
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of all B-splines, shape (len(sigma), modes)."""
-        expected = len(self.knots) + self.degree + 1
         if modes == 0:
             return np.zeros((len(sigma), 0))
-        if modes != expected:
+        if modes != self.modes:
             raise CprError(
                 f"a B-spline basis of degree {self.degree} with {len(self.knots)} interior knots "
-                f"has {expected} modes, not {modes}"
+                f"has {self.modes} modes, not {modes}"
             )
         ends = self.degree + 1
         knots = np.concatenate([np.zeros(ends), self.knots, np.ones(ends)])

@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 
 from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robot
 from cpr_core.geometrico_statics import pose_meaning, restore_equilibrium
-from cpr_core.lie import rotation_from_quaternion
+from cpr_core.lie import roll_pitch_yaw, rotation_from_quaternion
 from cpr_core.loads import checked_vector
 
 from .error_codes import RequestError
@@ -99,12 +99,15 @@ def pose_from_message(
         )
     position, orientation = message.pose.position, message.pose.orientation
     values = {"x": position.x, "y": position.y, "z": position.z}
-    if "orientation" in description.controlled or "angle" in description.controlled:
+    if {"orientation", "angle", "roll", "pitch", "yaw"} & set(description.controlled):
         quaternion = [orientation.w, orientation.x, orientation.y, orientation.z]
         rotation = rotation_from_quaternion(quaternion)
         if robot.planar and rotation[2, 2] < 1.0 - 1e-9:
             raise InvalidQuaternion("platform", "expected a rotation about z for a planar robot")
         values |= dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
+        values |= dict(
+            zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation).tolist(), strict=True)
+        )
         values["angle"] = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
     return np.array([values[name] for name in pose_meaning(robot)])
 
@@ -141,7 +144,8 @@ def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equil
     if by_effort:
         raise InvalidRequest("start_equilibrium.motors.position", "expected positions, got none")
     gravity = message.gravity
-    loads = Loads.none().with_(
+    # Forces on the rods are the description's; a message does not carry them.
+    loads = robot.default_loads.with_(
         gravity=[gravity.x, gravity.y, gravity.z],
         wrench_world=_wrench_vector(message.wrench_in_base),
         wrench_body=_wrench_vector(message.wrench_in_platform),

@@ -8,6 +8,7 @@ from cpr_core import (
     CprError,
     InvalidQuaternion,
     InvalidRequest,
+    MotorLimitExceeded,
     NoForwardSolution,
     NoInverseSolution,
     NonFiniteInput,
@@ -34,6 +35,7 @@ _CODES: tuple[tuple[type[CprError], int], ...] = (
     (NonFiniteInput, ErrorCode.NON_FINITE_INPUT),
     (InvalidQuaternion, ErrorCode.INVALID_QUATERNION),
     (InvalidRequest, ErrorCode.INVALID_ROBOT_STATE),
+    (MotorLimitExceeded, ErrorCode.MOTOR_LIMIT),
     (NoInverseSolution, ErrorCode.NO_IK_SOLUTION),
     (NoForwardSolution, ErrorCode.NOT_CONVERGED),
 )

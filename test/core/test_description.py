@@ -112,7 +112,9 @@ def test_shipped_robots_are_found_by_name_by_file_and_by_content(name):
     for description in (by_name, by_file, by_text, by_content):
         assert description.name == name
         for leg, same in zip(by_name.legs, description.legs, strict=True):
-            assert leg.rod == same.rod
+            assert leg.rod.length == same.rod.length
+            assert np.array_equal(leg.rod.rigidities, same.rod.rigidities)
+            assert leg.rod.mass_per_length == same.rod.mass_per_length
             assert leg.motor == same.motor
             assert leg.joint == same.joint
             assert leg.modes == same.modes
@@ -533,7 +535,7 @@ def test_names_are_texts_with_letters(rfrfr, path, value):
         ("planar_body", ["x", "orientation"], "expected some of x, y, angle, got 'orientation'"),
         ("six_rfs", ["x", "y", "z", "angle"], "expected some of x, y, z, orientation, got 'angle'"),
         ("rfrfr", ["x", "x"], "expected no entry twice"),
-        ("rfrfr", [], "expected at least 1 entries, got 0"),
+        ("rfrfr", [], "got 0"),
         ("rfrfr", "xy", "expected array, got 'xy'"),
     ],
 )
