@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import re
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -18,6 +19,8 @@ from .loads import Loads
 from .robot import Robot, load_robot
 
 __all__ = ["main"]
+
+_NEGATIVE_NUMBER = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|^-(inf|nan)$", re.IGNORECASE)
 
 EXIT_NO_SOLUTION = 1
 EXIT_BAD_ARGUMENTS = 2
@@ -97,10 +100,11 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_common(parser: argparse.ArgumentParser) -> None:
-    parser.formatter_class = argparse.ArgumentDefaultsHelpFormatter
+    # argparse takes -1e-3 for an option; it knows negative numbers without an exponent only.
+    parser._negative_number_matcher = _NEGATIVE_NUMBER
     parser.add_argument("robot", metavar="ROBOT", help="YAML file or name of a shipped robot")
     parser.add_argument(
-        "--modes", type=_positive, metavar="M", help="strain modes per direction; else the file's"
+        "--modes", type=_mode_count, metavar="M", help="strain modes per direction; else the file's"
     )
     parser.add_argument(
         "--gravity", nargs=3, type=float, metavar=("GX", "GY", "GZ"), help="m/s^2; else the file's"
@@ -115,11 +119,10 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
-def _positive(text: str) -> int:
-    number = int(text)
-    if not 1 <= number <= 40:
-        raise argparse.ArgumentTypeError(f"expected 1 to 40, got {number}")
-    return number
+def _mode_count(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= 40:
+        raise argparse.ArgumentTypeError(f"expected a whole number from 1 to 40, got {text}")
+    return int(text)
 
 
 def _forward(robot: Robot, options: argparse.Namespace) -> Equilibrium:

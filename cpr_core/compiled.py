@@ -15,6 +15,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 #: Modules whose functions call each other in compiled code.
 KERNEL_MODULES = ("lie", "leg_kernel", "model_kernel", "condensation_kernel", "newton_kernel")
+#: What else the compiled code depends on: how it is compiled and what its data look like.
+_CONTEXT_MODULES = ("compiled", "arrays")
 
 #: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
 FASTMATH = {"contract", "nsz", "reassoc"}
@@ -24,7 +26,7 @@ def _stamp() -> tuple[str, int]:
     """Fingerprint of every kernel source, in the form of a numba source stamp."""
     digest = hashlib.sha256()
     size = 0
-    for module in KERNEL_MODULES:
+    for module in (*_CONTEXT_MODULES, *KERNEL_MODULES):
         source = (Path(__file__).parent / f"{module}.py").read_bytes()
         digest.update(source)
         size += len(source)

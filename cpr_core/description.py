@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import resources
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -190,9 +191,12 @@ def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:
             content = yaml.load(text, Loader=_Loader)
         except (OSError, UnicodeDecodeError) as error:
             raise DescriptionError(source, "", f"cannot be read: {error}") from None
-        except yaml.YAMLError as error:
+        except (yaml.YAMLError, TypeError, ValueError, RecursionError) as error:
             raise DescriptionError(source, "", f"is not valid YAML: {error}") from None
-    _check_schema(source, content)
+    try:
+        _check_schema(source, content)
+    except RecursionError:
+        raise DescriptionError(source, "", "is nested too deeply, or refers to itself") from None
     return _Builder(source, content, text).robot()
 
 
@@ -202,7 +206,11 @@ def _find(robot: str | Path) -> Path:
     if str(robot) in shipped:
         return shipped[str(robot)]
     path = Path(robot)
-    if not path.is_file():
+    try:
+        found = path.is_file()
+    except (OSError, ValueError):  # not even a possible name
+        found = False
+    if not found:
         raise DescriptionError(
             str(robot),
             "",
@@ -246,8 +254,12 @@ def _check_schema(source: str, content: Any) -> None:
     if not isinstance(content, dict):
         raise DescriptionError(source, "", f"expected fields and values, got {content!r:.60}")
     for path, number in _numbers(content, ""):
-        if not math.isfinite(number):
-            raise DescriptionError(source, path, f"expected a finite number, got {number}")
+        try:
+            finite = math.isfinite(number)
+        except OverflowError:  # a whole number beyond all floats
+            finite = False
+        if not finite:
+            raise DescriptionError(source, path, f"expected a finite number, got {number!s:.40}")
     error = jsonschema.exceptions.best_match(_validator().iter_errors(content))
     if error is None:
         return
@@ -257,14 +269,14 @@ def _check_schema(source: str, content: Any) -> None:
     raise DescriptionError(source, path, _explain(error))
 
 
-def _numbers(value: Any, path: str) -> Iterator[tuple[str, float]]:
+def _numbers(value: Any, path: str) -> Iterator[tuple[str, Any]]:
     if isinstance(value, dict):
         for key, item in value.items():
             yield from _numbers(item, f"{path}.{key}" if path else str(key))
     elif isinstance(value, list):
         for index, item in enumerate(value):
             yield from _numbers(item, f"{path}[{index}]")
-    elif isinstance(value, float):
+    elif isinstance(value, Real) and not isinstance(value, bool):
         yield path, value
 
 
@@ -397,10 +409,11 @@ class _Builder:
 
     def axis(self, field: str, value: list[float]) -> Floats:
         vector = np.array(value, float)
-        norm = float(np.linalg.norm(vector))
-        if norm < 1e-9:
+        largest = float(np.abs(vector).max())
+        if largest < 1e-9:
             raise self.fail(field, f"expected a direction, got {value} of length zero")
-        return vector / norm
+        vector = vector / largest  # its square is finite now
+        return vector / np.linalg.norm(vector)
 
     def leg(self, index: int) -> LegDescription:
         field = f"legs[{index}]"
@@ -441,7 +454,7 @@ class _Builder:
         rest = rod.get("rest_curvature", {})
         if self.planar and (rest.get("torsion") or rest.get("bending_2")):
             raise self.fail(f"{where}.rest_curvature", "a planar rod is curved about d3 only")
-        return Rod(
+        made = Rod(
             length=float(rod["length"]),
             section=SECTIONS[rod["section"]["shape"]](**shape),
             young_modulus=float(rod.get("young_modulus", 0.0)),
@@ -452,6 +465,11 @@ class _Builder:
             else UNIFORM,
             rest_curvature=_series(rest),
         )
+        if not _can_be_computed(made):
+            raise self.fail(
+                where, "expected sizes and moduli of a rod: its stiffness is beyond all numbers"
+            )
+        return made
 
     def profile(self, where: str, profile: dict[str, Any]) -> Profile:
         at = self.stations(f"{where}.at", profile["at"])
@@ -476,7 +494,7 @@ class _Builder:
             )
             for name in _DIRECTIONS
         )
-        counts = (torsion, bending_2, bending_3)
+        counts = (int(torsion), int(bending_2), int(bending_3))  # 5.0 is a whole number in JSON
         if self.planar and (torsion or bending_2):
             raise self.fail(where, "a planar robot bends about d3 only: expected bending_3")
         if not any(counts):
@@ -498,7 +516,7 @@ class _Builder:
         knots = tuple(float(knot) for knot in strain.get("knots", [0.5]))
         if list(knots) != sorted(set(knots)):
             raise self.fail(f"{where}.knots", f"expected increasing numbers, got {list(knots)}")
-        return BSplines(degree=strain.get("degree", 3), knots=knots)
+        return BSplines(degree=int(strain.get("degree", 3)), knots=knots)
 
     def motor(self, where: str, motor: dict[str, Any]) -> motors.Motor:
         kind = motors.MOTORS[motor["type"]]
@@ -605,6 +623,15 @@ class _Builder:
             rotation = rotation_from_quaternion(quaternion)
         except CprError as error:
             raise self.fail("home.platform.quaternion_wxyz", str(error)) from None
+        if self.planar and rotation[2, 2] < 1.0 - 1e-9:
+            raise self.fail(
+                "home.platform.quaternion_wxyz", "expected a rotation about z in a planar robot"
+            )
+        if (
+            "shape" in self.content.get("platform", {})
+            and self.content["platform"]["shape"] == "point"
+        ):
+            rotation = np.eye(3)
         return HomeGuess(
             motors=np.array(home["motors"], float),
             platform_position=self.vector("home.platform.position", home["platform"]["position"]),
@@ -641,6 +668,20 @@ class _Builder:
                 f"expected {motor_count} coordinates, as many as motors, got {count} "
                 f"({', '.join(controlled)}; orientation counts for three)",
             )
+
+
+def _can_be_computed(rod: Rod) -> bool:
+    """Whether stiffness, its natural units and the weight are numbers a computer can work with."""
+    try:
+        scales = [
+            rigidity * rod.length**power
+            for rigidity in rod.rigidities
+            for power in (-3, -2, -1, 0, 1)
+        ]
+        mass = rod.mass_per_length * rod.length
+    except OverflowError:
+        return False
+    return all(1e-100 < scale < 1e100 for scale in scales) and mass < 1e100
 
 
 def _series(strain: dict[str, list[float]]) -> tuple[Floats, Floats, Floats]:

@@ -20,11 +20,12 @@ from .errors import (
     NoSolution,
 )
 from .lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
-from .loads import Loads, checked_vector
+from .loads import Loads
 from .model import evaluate
 from .newton_kernel import newton
 from .robot import Robot
 from .shape import leg_shapes
+from .validation import checked_vector
 
 __all__ = [
     "check_limits",

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .compiled import compiled
-from .errors import InvalidQuaternion, NonFiniteInput
+from .errors import InvalidQuaternion
+from .validation import checked_vector
 
 __all__ = [
     "multiply",
@@ -174,12 +175,11 @@ def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
     """Rotation matrix of a unit quaternion (w, x, y, z).
 
     Raises:
+        InvalidRequest: Not four numbers.
         NonFiniteInput: A component is NaN or infinite.
         InvalidQuaternion: The norm differs from 1 by more than ``QUATERNION_TOLERANCE``.
     """
-    quaternion = np.asarray(quaternion_wxyz, float)
-    if not np.all(np.isfinite(quaternion)):
-        raise NonFiniteInput("quaternion", f"expected finite w x y z, got {quaternion.tolist()}")
+    quaternion = checked_vector("quaternion", quaternion_wxyz, 4, "w x y z")
     norm = float(np.linalg.norm(quaternion))
     if abs(norm - 1.0) > QUATERNION_TOLERANCE:
         raise InvalidQuaternion(

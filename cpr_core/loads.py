@@ -9,32 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import InvalidRequest, NonFiniteInput
+from .validation import checked_vector
 
-__all__ = ["DistributedForce", "Loads", "PointForce", "checked_vector"]
+__all__ = ["DistributedForce", "Loads", "PointForce"]
 
 Floats = NDArray[np.float64]
-
-
-def checked_vector(name: str, value: ArrayLike, size: int, meaning: str = "") -> Floats:
-    """A read-only float vector of a given length.
-
-    Raises:
-        InvalidRequest: Not numbers, or not ``size`` of them.
-        NonFiniteInput: A NaN or an infinity among them.
-    """
-    expected = f"expected {size} numbers" + (f" ({meaning})" if meaning else "")
-    try:
-        vector = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidRequest(name, f"{expected}, got {value!r}") from None
-    if vector.shape != (size,):
-        count = vector.size if vector.ndim == 1 else f"an array of shape {vector.shape}"
-        raise InvalidRequest(name, f"{expected}, got {count}")
-    if not np.all(np.isfinite(vector)):
-        raise NonFiniteInput(name, f"{expected}, all finite, got {vector.tolist()}")
-    vector.flags.writeable = False
-    return vector
 
 
 def _zeros(size: int) -> Floats:

@@ -16,7 +16,7 @@ from std_msgs.msg import Header
 from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robot
 from cpr_core.geometrico_statics import pose_meaning, restore_equilibrium
 from cpr_core.lie import roll_pitch_yaw, rotation_from_quaternion
-from cpr_core.loads import checked_vector
+from cpr_core.validation import checked_vector
 
 from .error_codes import RequestError
 

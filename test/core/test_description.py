@@ -533,7 +533,11 @@ def test_names_are_texts_with_letters(rfrfr, path, value):
         ("rfrfr", ["x", "z"], "expected some of x, y, got 'z'"),
         ("rfrfr", ["x", "angle"], "expected some of x, y, got 'angle'"),
         ("planar_body", ["x", "orientation"], "expected some of x, y, angle, got 'orientation'"),
-        ("six_rfs", ["x", "y", "z", "angle"], "expected some of x, y, z, orientation, got 'angle'"),
+        (
+            "six_rfs",
+            ["x", "y", "z", "angle"],
+            "expected some of x, y, z, orientation, roll, pitch, yaw, got 'angle'",
+        ),
         ("rfrfr", ["x", "x"], "expected no entry twice"),
         ("rfrfr", [], "got 0"),
         ("rfrfr", "xy", "expected array, got 'xy'"),
