@@ -121,7 +121,9 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
 
 def _mode_count(text: str) -> int:
     if not text.isdecimal() or not 1 <= int(text) <= 40:
-        raise argparse.ArgumentTypeError(f"expected a whole number from 1 to 40, got {text}")
+        raise argparse.ArgumentTypeError(
+            f"expected a whole number from 1 to 40, got {int(text) if text.isdecimal() else repr(text)}"
+        )
     return int(text)
 
 

@@ -1,0 +1,380 @@
+"""The class of robots: what must hold for every shipped one, and the parts none of them has."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from scipy.integrate import quad
+
+from cpr_core import (
+    DescriptionError,
+    InvalidRequest,
+    Loads,
+    MotorLimitExceeded,
+    Robot,
+    load_robot,
+    solve_forward,
+    solve_inverse,
+)
+from cpr_core.description import HomeGuess, shipped_robots
+from cpr_core.geometrico_statics import pose_meaning
+from cpr_core.lie import roll_pitch_yaw, rotation_exp
+from cpr_core.loads import DistributedForce, PointForce
+from cpr_core.model import tangent_at
+from cpr_core.motors import Extensible, Prismatic, Revolute
+
+STEPS = {
+    "gough_stewart": [0.01, -0.005, 0.0, 0.015, 0.0, 0.01],
+    "planar_body": [0.1, -0.05, 0.05],
+    "rfrfr": [0.1, -0.1],
+    "six_rfs": [0.2, -0.1, 0.15, 0.1, -0.2, 0.05],
+    "three_rfs": [0.1, -0.05, 0.05],
+}
+HEAVY = {True: [0.5, -2.0, 0.0], False: [0.5, -1.0, -9.81]}
+
+
+@pytest.fixture(scope="module", params=sorted(shipped_robots()))
+def robot(request):
+    return load_robot(request.param)
+
+
+def moved(robot, start=None, loads=None):
+    motors = robot.home.motors + np.array(STEPS[robot.description.name])
+    return solve_forward(robot, motors, start=start, loads=loads)
+
+
+def heavy(robot):
+    return robot.default_loads.with_(gravity=HEAVY[robot.planar])
+
+
+def pose_of(equilibrium):
+    rotation = equilibrium.platform_rotation
+    values = dict(zip("xyz", equilibrium.platform_position, strict=True))
+    values |= dict(zip(("qw", "qx", "qy", "qz"), equilibrium.platform_quaternion, strict=True))
+    values |= dict(zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation), strict=True))
+    values["angle"] = np.arctan2(rotation[1, 0], rotation[0, 0])
+    return [values[name] for name in pose_meaning(equilibrium.robot)]
+
+
+def test_every_shipped_robot_has_a_step():
+    assert set(STEPS) == set(shipped_robots())
+
+
+def test_home_is_stable(robot):
+    assert robot.home.converged
+    assert robot.home.index_locked == 0
+    np.testing.assert_array_equal(robot.home.motors, robot.description.home.motors)
+
+
+def test_the_inverse_problem_gives_back_the_motors(robot):
+    there = moved(robot, loads=heavy(robot))
+    back = solve_inverse(robot, pose_of(there), loads=heavy(robot))
+    np.testing.assert_allclose(back.motors, there.motors, atol=1e-9)
+    np.testing.assert_allclose(back.efforts, there.efforts, atol=1e-6)
+
+
+def test_the_hessian_is_symmetric_under_conservative_loads(robot):
+    there = moved(robot, loads=heavy(robot))
+    unit = robot.arrays.unit
+    tangent = tangent_at(there) * unit[:, None] * unit
+    np.testing.assert_allclose(tangent, tangent.T, atol=1e-10 * np.abs(tangent).max())
+
+
+def test_energy_gained_is_the_work_of_the_motors(robot):
+    first = solve_forward(robot, robot.home.motors, loads=heavy(robot))
+    last = moved(robot, start=first)
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    step, here, work = last.motors - first.motors, first, 0.0
+    for node, weight in zip(0.5 * (nodes + 1.0), 0.5 * weights, strict=True):
+        here = solve_forward(robot, first.motors + node * step, start=here)
+        work += weight * here.efforts @ step
+    assert last.energy - first.energy == pytest.approx(work, rel=1e-6)
+
+
+def turned_description(description, turn, shift):
+    """The whole robot somewhere else."""
+
+    def motor(motor):
+        if isinstance(motor, Revolute | Prismatic):
+            return type(motor)(tuple(turn @ motor.axis))
+        assert isinstance(motor, Extensible)
+        return motor
+
+    home = description.home
+    return replace(
+        description,
+        legs=tuple(
+            replace(
+                leg,
+                base_position=turn @ leg.base_position + shift,
+                base_rotation=turn @ leg.base_rotation,
+                motor=motor(leg.motor),
+            )
+            for leg in description.legs
+        ),
+        home=HomeGuess(
+            motors=home.motors,
+            platform_position=turn @ home.platform_position + shift,
+            platform_rotation=turn @ home.platform_rotation,
+            strain=home.strain,
+        ),
+        loads=description.loads.with_(gravity=turn @ description.gravity),
+    )
+
+
+def test_a_robot_turned_and_shifted_with_its_loads_does_the_same(robot):
+    turn = rotation_exp([0.0, 0.0, 0.7] if robot.planar else [0.4, -0.8, 0.5])
+    shift = np.array([1.0, -2.0, 0.0 if robot.planar else 0.5])
+    wrench = np.array([0.0, 0.0, 0.0, 0.05, -0.08, 0.0 if robot.planar else 0.1])
+    other = Robot(turned_description(robot.description, turn, shift))
+    here = moved(robot, loads=heavy(robot).with_(wrench_world=wrench))
+    there = moved(
+        other,
+        loads=other.default_loads.with_(
+            gravity=turn @ HEAVY[robot.planar],
+            wrench_world=np.concatenate([turn @ wrench[:3], turn @ wrench[3:]]),
+        ),
+    )
+    np.testing.assert_allclose(
+        there.platform_position, turn @ here.platform_position + shift, atol=1e-9
+    )
+    if not robot.description.point_platform:
+        np.testing.assert_allclose(
+            there.platform_rotation, turn @ here.platform_rotation, atol=1e-9
+        )
+    np.testing.assert_allclose(there.efforts, here.efforts, atol=1e-8)
+    np.testing.assert_allclose(there.leg_coordinates, here.leg_coordinates, atol=1e-8)
+    np.testing.assert_allclose(
+        there.spectrum_locked.eigenvalues, here.spectrum_locked.eigenvalues, rtol=1e-7, atol=1e-9
+    )
+
+
+@pytest.mark.parametrize("name", sorted(STEPS))
+@pytest.mark.parametrize("basis", ["chebyshev", "monomials", "bsplines"])
+def test_the_basis_does_not_matter_for_the_same_polynomials(name, basis):
+    content = yaml.safe_load(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
+    content["strain"] |= {"basis": basis}
+    if basis == "bsplines":  # without knots: Bernstein polynomials
+        content["strain"] |= {"degree": 4, "knots": []}
+        if content["strain"].get("torsion"):
+            content["strain"]["torsion"] = 5
+    reference = load_robot(name)
+    if content["strain"].get("torsion") == 5:
+        legendre = yaml.safe_load(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
+        legendre["strain"]["torsion"] = 5
+        reference = load_robot(legendre)
+    found, expected = moved(load_robot(content)), moved(reference)
+    np.testing.assert_allclose(found.platform_position, expected.platform_position, atol=1e-8)
+    np.testing.assert_allclose(found.efforts, expected.efforts, atol=1e-7)
+    np.testing.assert_allclose(
+        found.spectrum_locked.eigenvalues, expected.spectrum_locked.eigenvalues, rtol=1e-5
+    )
+
+
+def test_splines_with_knots_approach_the_same_solution():
+    content = yaml.safe_load(shipped_robots()["six_rfs"].read_text().replace("e9 ", ".0e+9 "))
+    content["strain"] = {"basis": "bsplines", "degree": 4, "knots": [0.2, 0.4, 0.6, 0.8]}
+    content["strain"]["torsion"] = 0
+    found, expected = moved(load_robot(content)), moved(load_robot("six_rfs", modes=12))
+    np.testing.assert_allclose(found.platform_position, expected.platform_position, atol=2e-5)
+
+
+@pytest.mark.parametrize("name", sorted(STEPS))
+def test_the_error_falls_spectrally_with_the_modes(name):
+    exact = moved(load_robot(name, modes=14))
+    errors = [
+        np.linalg.norm(moved(load_robot(name, modes=m)).platform_position - exact.platform_position)
+        for m in (3, 5, 7, 9, 11)
+    ]
+    # A factor of five a mode on the whole, down to rounding.
+    assert errors[-1] < max(errors[0] * 5.0**-8, 1e-10)
+
+
+def test_lengths_of_extensible_legs_are_recovered():
+    robot = load_robot("gough_stewart")
+    np.testing.assert_allclose(robot.default_loads.gravity, [0, 0, -9.81])
+    assert robot.description.platform_mass == 0.1
+    lengths = [0.46, 0.44, 0.45, 0.47, 0.45, 0.46]
+    there = solve_forward(robot, lengths)
+    back = solve_inverse(robot, pose_of(there))
+    np.testing.assert_allclose(back.motors, lengths, atol=1e-9)
+
+
+def test_tilt_is_controlled_exactly_and_the_rest_follows():
+    robot = load_robot("three_rfs")
+    there = solve_inverse(robot, [0.72, 0.1, -0.05])
+    roll, pitch, yaw = roll_pitch_yaw(there.platform_rotation)
+    assert (roll, pitch) == (pytest.approx(0.1, abs=1e-12), pytest.approx(-0.05, abs=1e-12))
+    assert there.platform_position[2] == pytest.approx(0.72, abs=1e-12)
+    assert abs(yaw) > 1e-4
+    again = solve_forward(robot, there.motors)
+    np.testing.assert_allclose(again.platform_rotation, there.platform_rotation, atol=1e-8)
+    with pytest.raises(InvalidRequest, match="pitch"):
+        solve_inverse(robot, [0.72, 0.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    "controlled", [["z", "pitch", "yaw"], ["x", "roll", "yaw"], ["x", "y", "yaw"]]
+)
+def test_any_angles_can_be_chosen(controlled):
+    content = yaml.safe_load(shipped_robots()["three_rfs"].read_text().replace("e9 ", ".0e+9 "))
+    content["controlled"] = controlled
+    robot = load_robot(content)
+    # Off the symmetric home, where yaw answers to no motor to first order.
+    start = solve_forward(robot, robot.home.motors + [0.25, -0.15, 0.05])
+    there = solve_forward(robot, start.motors + [0.02, -0.01, 0.015], start=start)
+    back = solve_inverse(robot, pose_of(there), start=start)
+    np.testing.assert_allclose(pose_of(back), pose_of(there), atol=1e-11)
+    np.testing.assert_allclose(back.motors, there.motors, atol=1e-7)
+
+
+def test_motors_beyond_their_limits_are_refused():
+    robot = load_robot("three_rfs")
+    with pytest.raises(MotorLimitExceeded, match=r"motor1: position 4\.1 rad") as caught:
+        solve_forward(robot, [4.1, 5.4, 5.4])
+    assert (caught.value.motor, caught.value.quantity) == ("motor1", "position")
+    assert caught.value.limits == (4.2, 6.2)
+    with pytest.raises(MotorLimitExceeded, match="effort"):
+        pressed = robot.default_loads.with_(wrench_world=[0, 0, 0, 0, 0, -30.0])
+        weak = replace(
+            robot.description,
+            legs=tuple(
+                replace(leg, limits=replace(leg.limits, effort=0.3))
+                for leg in robot.description.legs
+            ),
+        )
+        solve_forward(Robot(weak), [5.4] * 3, loads=pressed.with_(wrench_world=np.zeros(6)))
+
+
+def cantilever(**rod):
+    """One clamped rod of length 0.5 m with a free platform at its tip, in the plane."""
+    leg = {
+        "base": {"position": [0, 0, 0], "tangent": [1, 0, 0]},
+        "motor": {"type": "welded"},
+        "tip": {"type": "fixed", "position": [0, 0, 0], "tangent": [1, 0, 0]},
+        "rod": {
+            "length": 0.5,
+            "section": {"shape": "given", "torsion": 0.1, "bending_2": 0.2, "bending_3": 0.2},
+            **rod,
+        },
+    }
+    return {
+        "name": "cantilever",
+        "space": "planar",
+        "rod": leg["rod"],
+        "legs": [leg],
+        "strain": {"bending_3": 10},
+        "stations": [0.4],
+        "controlled": [],
+        "home": {
+            "motors": [],
+            "platform": {"position": [0.5, 0, 0]},
+            "strain": [{}],
+        },
+    }
+
+
+LENGTH, BENDING = 0.5, 0.2
+
+
+def deflection(content, loads=None):
+    robot = load_robot(content)
+    return solve_forward(robot, [], loads=loads).platform_position[1]
+
+
+def test_a_point_force_bends_like_the_textbook_beam():
+    force, at = 1e-5, 0.4 * LENGTH
+    loads = Loads.none().with_(points=[PointForce("leg1", 0.4, np.array([0.0, force, 0.0]))])
+    expected = force * at**2 * (3.0 * LENGTH - at) / (6.0 * BENDING)
+    assert deflection(cantilever(), loads) == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_triangular_load_bends_like_the_textbook_beam():
+    force = np.array([[0.0, 1e-4, 0.0], [0.0, 0.0, 0.0]])
+    loads = Loads.none().with_(distributed=[DistributedForce("leg1", np.array([0.0, 1.0]), force)])
+    expected = 1e-4 * LENGTH**4 / (30.0 * BENDING)
+    assert deflection(cantilever(), loads) == pytest.approx(expected, rel=1e-7)
+
+
+def test_loads_of_the_description_act_from_home_on():
+    content = cantilever()
+    content["loads"] = {
+        "points": [{"leg": "leg1", "at": 0.7, "force": [0, 1e-5, 0]}],
+        "distributed": [
+            {"leg": "leg1", "at": [0, 0.5, 1], "force": [[0, 0, 0], [0, 1e-4, 0], [0, 0, 0]]}
+        ],
+        "platform_force": [0, 2e-5, 0],
+    }
+    at = 0.7 * LENGTH
+    expected = 1e-5 * at**2 * (3.0 * LENGTH - at) / (6.0 * BENDING)
+    expected += 2e-5 * LENGTH**3 / (3.0 * BENDING)
+    hat = quad(
+        lambda s: (1.0 - abs(2.0 * s / LENGTH - 1.0)) * s**2 * (3.0 * LENGTH - s), 0.0, LENGTH,
+        points=[0.25],
+    )[0]  # fmt: skip
+    expected += 1e-4 * hat / (6.0 * BENDING)
+    found = load_robot(content).home.platform_position[1]
+    assert found == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_tapered_rod_bends_as_its_stiffness_says():
+    content = cantilever(profile={"at": [0, 0.5, 1], "stiffness": [1.0, 0.6, 0.5]})
+    content["strain"] = {"basis": "bsplines", "degree": 5, "knots": [0.5]}
+    force = 1e-5
+
+    def compliance(s):
+        return (LENGTH - s) ** 2 / (BENDING * np.interp(s / LENGTH, [0, 0.5, 1], [1.0, 0.6, 0.5]))
+
+    expected = force * quad(compliance, 0.0, LENGTH, points=[0.25])[0]
+    loads = Loads.none().with_(wrench_world=[0, 0, 0, 0, force, 0])
+    assert deflection(content, loads) == pytest.approx(expected, rel=1e-4)
+
+
+def test_the_mass_of_a_tapered_rod_is_what_its_profile_says():
+    section = {"shape": "given", "torsion": 1, "bending_2": 1, "bending_3": 1, "mass": 0.2}
+    content = cantilever(section=section, profile={"at": [0, 0.3, 1], "mass": [1.0, 0.5, 0.2]})
+    robot = load_robot(content)
+    weight = robot.load_arrays(Loads.none().with_(gravity=[0, -10.0, 0])).distributed[0, 1, -1]
+    mean = 0.3 * 0.75 + 0.7 * 0.35
+    assert weight == pytest.approx(-10.0 * 0.2 * mean, rel=1e-12)
+
+
+@pytest.mark.parametrize("curvature", [0.5, -4.0])
+def test_a_rod_curved_at_rest_is_an_arc_without_stress(curvature):
+    robot = load_robot(cantilever(rest_curvature={"bending_3": [curvature]}))
+    home = robot.home
+    angle = curvature * LENGTH
+    np.testing.assert_allclose(
+        home.platform_position[:2],
+        [np.sin(angle) / curvature, (1.0 - np.cos(angle)) / curvature],
+        atol=1e-10,
+    )
+    assert home.energy == pytest.approx(0.0, abs=1e-12)
+    assert home.spectrum_locked.margin == pytest.approx(1.0, abs=1e-9)
+
+
+def test_forces_at_other_places_than_stations_are_refused():
+    robot = load_robot(cantilever())
+    off = PointForce("leg1", 0.33, np.array([0.0, 1.0, 0.0]))
+    with pytest.raises(InvalidRequest, match=r"station of the robot \(0\.4\), got 0\.33"):
+        solve_forward(robot, [], loads=Loads.none().with_(points=[off]))
+    unknown = PointForce("arm", 0.4, np.array([0.0, 1.0, 0.0]))
+    with pytest.raises(InvalidRequest, match="expected a leg out of leg1, got 'arm'"):
+        solve_forward(robot, [], loads=Loads.none().with_(points=[unknown]))
+
+
+def test_more_motors_than_coordinates_are_refused_by_the_inverse_problem():
+    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text().replace("e9 ", ".0e+9 "))
+    content["legs"].append(
+        content["legs"][0] | {"base": {"position": [-0.1, 0, 0], "tangent": [1, 0, 0]}}
+    )
+    content["home"]["motors"].append(2.5)
+    content["home"]["strain"].append(content["home"]["strain"][0])
+    with pytest.raises(DescriptionError, match="expected none: 3 motors for 2"):
+        load_robot(content)
+    content["controlled"] = []
+    robot = load_robot(content)
+    solve_forward(robot, robot.home.motors + 0.05)
+    with pytest.raises(InvalidRequest, match="no single solution: it has 3 motors for 2"):
+        solve_inverse(robot, [])
