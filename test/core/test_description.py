@@ -708,17 +708,21 @@ moderate = st.one_of(st.floats(0.1, 10.0), st.integers(0, 6), st.sampled_from([-
 @st.composite
 def mutated(draw, values):
     """A shipped description with one to three nodes deleted or replaced."""
-    content = content_of(draw(st.sampled_from(sorted(CONTENTS))))
-    for _ in range(draw(st.integers(1, 3))):
-        # Downwards branch by branch: legs have by far the most nodes, but no more than one branch.
+    # Places are drawn evenly: hypothesis itself would take the first of everything much too often.
+    chance = draw(st.randoms(use_true_random=True))
+    content = content_of(chance.choice(sorted(CONTENTS)))
+    for _ in range(chance.choice([1, 1, 1, 2, 3])):
+        # Downwards branch by branch: legs have by far the most nodes, but are no more than one.
         path, node = (), content
-        while isinstance(node, dict | list) and node and (not path or draw(st.integers(0, 3))):
-            keys = list(node) if isinstance(node, dict) else range(len(node))
-            path = (*path, draw(st.sampled_from(keys)))
+        while isinstance(node, dict | list) and node and (not path or chance.random() < 0.8):
+            path = (
+                *path,
+                chance.choice(list(node) if isinstance(node, dict) else range(len(node))),
+            )
             node = node[path[-1]]
         if not path:
             break
-        if draw(st.integers(0, 2)) == 0:
+        if chance.random() < 0.2:
             remove(content, path)
         else:
             put(content, path, draw(values))

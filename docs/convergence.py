@@ -1,0 +1,45 @@
+"""Draw the error of the platform position over the number of modes, for every shipped robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+
+from cpr_core import load_robot, solve_forward
+from cpr_core.description import shipped_robots
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
+
+MODES = range(2, 13)
+STEP = 0.05  # every second motor is moved by this, rad; a rod length by a tenth of it
+
+
+def position(name: str, modes: int) -> np.ndarray:
+    """Platform position of one configuration off home."""
+    robot = load_robot(name, modes=modes)
+    units = np.array([leg.motor.unit == "rad" for leg in robot.description.legs])
+    step = STEP * np.where(units, 1.0, 0.1) * (np.arange(robot.motor_count) % 2)
+    return solve_forward(robot, robot.home.motors + step).platform_position
+
+
+def main() -> None:
+    """Write the figure."""
+    figure, axes = plt.subplots(figsize=(6.5, 4.0))
+    for marker, name in zip("osv^D", shipped_robots(), strict=False):
+        exact = position(name, 14)
+        errors = [float(np.linalg.norm(position(name, modes) - exact)) for modes in MODES]
+        axes.semilogy(MODES, np.maximum(errors, 1e-16), marker=marker, label=name)
+    axes.set_xlabel("modes per bending direction")
+    axes.set_ylabel("error of the platform position [m]")
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.savefig(
+        Path(__file__).parent / "images" / "convergence.png", dpi=120, bbox_inches="tight"
+    )
+
+
+if __name__ == "__main__":
+    main()
