@@ -207,24 +207,30 @@ def _find(robot: str | Path) -> Path:
         return shipped[str(robot)]
     path = Path(robot)
     try:
-        found = path.is_file()
+        found, folder = path.is_file(), path.is_dir()
     except (OSError, ValueError):  # not even a possible name
-        found = False
+        found, folder = False, False
     if not found:
         raise DescriptionError(
             str(robot),
             "",
-            f"no such file, nor a shipped robot (shipped: {', '.join(shipped) or 'none'})",
+            f"no such file{' (it is a folder)' if folder else ''}, nor a shipped robot "
+            f"(shipped: {', '.join(shipped) or 'none'})",
         )
     return path
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML as people write it: 2.1e11 is a number (in YAML 1.1 a string); keys are unique."""
+    """YAML as people write it: numbers as in YAML 1.2, every field once.
+
+    YAML 1.1 reads 2.1e11 as a word, 010 as eight and 1:30 as ninety.
+    """
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen = set()
         for key_node, _ in node.value:
+            if key_node.tag == "tag:yaml.org,2002:merge":
+                continue
             key = self.construct_object(key_node, deep=True)
             if key in seen:
                 raise yaml.constructor.ConstructorError(
@@ -233,12 +239,23 @@ class _Loader(yaml.SafeLoader):
             seen.add(key)
         return super().construct_mapping(node, deep)
 
+    def construct_decimal(self, node: yaml.ScalarNode) -> int:
+        return int(self.construct_scalar(node), base=10)
 
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"),
-    list("-+0123456789."),
-)
+
+_NUMBERS = {
+    "tag:yaml.org,2002:int": r"[-+]?[0-9][0-9_]*$",
+    "tag:yaml.org,2002:float": (
+        r"[-+]?(\.[0-9_]+|[0-9][0-9_]*(\.[0-9_]*)?)(e[-+]?[0-9]+)?$|[-+]?\.inf$|\.nan$"
+    ),
+}
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag not in _NUMBERS]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+for _tag, _pattern in _NUMBERS.items():
+    _Loader.add_implicit_resolver(_tag, re.compile(_pattern, re.IGNORECASE), list("-+0123456789."))
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_decimal)
 
 
 @cache
@@ -618,6 +635,12 @@ class _Builder:
                 "home.strain",
                 f"expected {len(legs)} entries, one per leg, got {len(home['strain'])}",
             )
+        for index, strain in enumerate(home["strain"]):
+            if self.planar and ("torsion" in strain or "bending_2" in strain):
+                raise self.fail(
+                    f"home.strain[{index}]",
+                    "a planar robot bends about d3 only: expected bending_3",
+                )
         quaternion = home["platform"].get("quaternion_wxyz", [1.0, 0.0, 0.0, 0.0])
         try:
             rotation = rotation_from_quaternion(quaternion)

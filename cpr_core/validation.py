@@ -21,7 +21,10 @@ def checked_vector(
     """
     expected = f"expected {size} numbers" + (f" ({meaning})" if meaning else "")
     try:
-        vector = np.array(value, dtype=float)
+        given = np.asarray(value)
+        if given.dtype.kind in "SUbc":  # words and truth values are no numbers
+            raise TypeError
+        vector = given.astype(float)
     except (TypeError, ValueError, OverflowError):
         raise InvalidRequest(name, f"{expected}, got {value!r:.200}") from None
     if vector.shape != (size,):

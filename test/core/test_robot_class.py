@@ -15,6 +15,7 @@ from cpr_core import (
     Robot,
     load_robot,
     solve_forward,
+    solve_forward_by_effort,
     solve_inverse,
 )
 from cpr_core.description import HomeGuess, shipped_robots
@@ -72,6 +73,15 @@ def test_the_inverse_problem_gives_back_the_motors(robot):
     back = solve_inverse(robot, pose_of(there), loads=heavy(robot))
     np.testing.assert_allclose(back.motors, there.motors, atol=1e-9)
     np.testing.assert_allclose(back.efforts, there.efforts, atol=1e-6)
+
+
+def test_the_efforts_lead_back_to_the_motors(robot):
+    there = moved(robot, loads=heavy(robot))
+    onward = solve_forward(
+        robot, there.motors + 0.2 * np.array(STEPS[robot.description.name]), start=there
+    )
+    back = solve_forward_by_effort(robot, there.efforts, start=onward)
+    np.testing.assert_allclose(back.motors, there.motors, atol=1e-8)
 
 
 def test_the_hessian_is_symmetric_under_conservative_loads(robot):
@@ -378,3 +388,144 @@ def test_more_motors_than_coordinates_are_refused_by_the_inverse_problem():
     solve_forward(robot, robot.home.motors + 0.05)
     with pytest.raises(InvalidRequest, match="no single solution: it has 3 motors for 2"):
         solve_inverse(robot, [])
+
+
+BAD = {
+    "dangling leg": ("loads.points[0].leg", lambda c: c["loads"]["points"][0].update(leg="arm")),
+    "tube without wall": (
+        "rod.section.inner_radius",
+        lambda c: c["rod"].update(
+            section={"shape": "annular", "radius": 0.001, "inner_radius": 0.001},
+            young_modulus=1e9,
+            shear_modulus=1e9,
+        ),
+    ),
+    "no modulus": (
+        "rod",
+        lambda c: c["rod"].update(section={"shape": "circular", "radius": 0.001}),
+    ),
+    "field of another section": ("rod.section", lambda c: c["rod"]["section"].update(radius=1.0)),
+    "stations that fall": (
+        "rod.profile.at",
+        lambda c: c["rod"].update(profile={"at": [0, 0.7, 0.5, 1]}),
+    ),
+    "factors that are missing": (
+        "rod.profile.stiffness",
+        lambda c: c["rod"].update(profile={"at": [0, 0.5, 1], "stiffness": [1, 2]}),
+    ),
+    "limits reversed": (
+        "legs[0].motor.limits.position",
+        lambda c: c["legs"][0]["motor"].update(limits={"position": [1, -1]}),
+    ),
+    "tapered extensible leg": (
+        "legs[0].motor.type",
+        lambda c: (
+            c["legs"][0].update(motor={"type": "extensible"}),
+            c["rod"].update(profile={"at": [0, 1], "stiffness": [1, 2]}),
+        ),
+    ),
+    "length that can vanish": (
+        "legs[0].motor.limits.position",
+        lambda c: c["legs"][0].update(
+            motor={"type": "extensible", "limits": {"position": [0.0, 1.0]}}
+        ),
+    ),
+    "spin of a revolute motor": (
+        "legs[0].motor",
+        lambda c: c["legs"][0]["motor"].update(spin=True),
+    ),
+    "wrong number of splines": (
+        "strain",
+        lambda c: c.update(strain={"basis": "bsplines", "degree": 3, "bending_3": 7}),
+    ),
+    "knots of polynomials": ("strain.knots", lambda c: c.update(strain={"knots": [0.5]})),
+    "planar universal joint": (
+        "legs[0].tip.type",
+        lambda c: c["legs"][0].update(
+            tip={"type": "universal", "position": [0, 0, 0], "axis": [1, 0, 0]}
+        ),
+    ),
+    "planar rod curved out of the plane": (
+        "rod.rest_curvature",
+        lambda c: c["rod"].update(rest_curvature={"bending_2": [1.0]}),
+    ),
+    "force out of the plane": (
+        "loads.points[0].force",
+        lambda c: c["loads"]["points"][0].update(force=[0, 0, 1]),
+    ),
+    "more vectors than stations": (
+        "loads.distributed[0].force",
+        lambda c: c["loads"].update(
+            distributed=[{"leg": "leg1", "at": [0, 1], "force": [[0, 1, 0]] * 3}]
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_descriptions_name_the_field(case):
+    field, spoil = BAD[case]
+    content = cantilever()
+    del content["legs"][0]["rod"]
+    content["legs"][0]["motor"] = {"type": "revolute", "axis": [0, 0, 1]}
+    content["controlled"], content["home"]["motors"] = ["angle"], [0.0]
+    content["loads"] = {"points": [{"leg": "leg1", "at": 0.4, "force": [0, 0.001, 0]}]}
+    load_robot(content)
+    spoil(content)
+    with pytest.raises(DescriptionError) as caught:
+        load_robot(content)
+    assert caught.value.field == field, caught.value
+    assert caught.value.problem
+
+
+@pytest.mark.parametrize("tip", [{"type": "fixed", "tangent": [1, 0, 0]}, {"type": "revolute"}])
+def test_spatial_tips_need_their_directions(tip):
+    content = yaml.safe_load(shipped_robots()["three_rfs"].read_text().replace("e9 ", ".0e+9 "))
+    content["legs"][1]["tip"] = {"position": [0, 0.1, 0], **tip}
+    with pytest.raises(DescriptionError, match=r"legs\[1\]\.tip: missing field '(normal|axis)'"):
+        load_robot(content)
+
+
+@pytest.fixture
+def yaml_file(tmp_path):
+    def write(text):
+        path = tmp_path / "robot.yaml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def test_parts_of_a_file_can_be_shared_by_anchors_and_merge_keys(yaml_file):
+    text = shipped_robots()["rfrfr"].read_text()
+    tip = "tip: {type: revolute, position: [0, 0, 0]}"
+    shared = text.replace(tip, "tip: &tip {type: revolute, position: [0, 0, 0]}", 1)
+    shared = shared.replace(tip, "tip: {<<: *tip}", 1)
+    assert shared.count("tip") > 2
+    robot = load_robot(yaml_file(shared))
+    assert robot.description.legs[1].joint == load_robot("rfrfr").description.legs[1].joint
+
+
+def test_numbers_are_read_as_they_look(yaml_file):
+    text = shipped_robots()["rfrfr"].read_text()
+    robot = load_robot(yaml_file(text.replace("density: 7800", "density: 07800")))
+    assert robot.description.legs[0].rod.density == 7800.0
+    with pytest.raises(DescriptionError, match=r"home\.motors\[0\]: expected number, got '1:30'"):
+        load_robot(yaml_file(text.replace("[2.59, 0.55]", "[1:30, 0.55]")))
+
+
+def test_planar_homes_bend_in_the_plane(yaml_file):
+    text = shipped_robots()["rfrfr"].read_text()
+    with pytest.raises(DescriptionError, match=r"home\.strain\[0\]: a planar robot bends"):
+        load_robot(yaml_file(text.replace("bending_3: [-2.0, 0.0]", "bending_2: [-2.0]")))
+
+
+def test_a_folder_is_no_description(tmp_path):
+    with pytest.raises(DescriptionError, match="it is a folder"):
+        load_robot(tmp_path)
+
+
+@pytest.mark.parametrize("values", [["1", "2"], [True, False], [1.0, None]])
+def test_words_and_truth_values_are_no_motor_positions(values):
+    with pytest.raises(InvalidRequest, match="motors: expected 2 numbers"):
+        solve_forward(load_robot("rfrfr"), values)
