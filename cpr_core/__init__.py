@@ -18,6 +18,7 @@ from .geometrico_statics import (
     solve_forward_by_effort,
     solve_inverse,
 )
+from .kinemato_statics import KinematoStatics, Singularity, kinemato_statics
 from .loads import DistributedForce, Loads, PointForce
 from .robot import Robot, load_robot
 from .shape import LegShape, leg_shapes
@@ -32,6 +33,7 @@ __all__ = [
     "Equilibrium",
     "InvalidQuaternion",
     "InvalidRequest",
+    "KinematoStatics",
     "LegShape",
     "Loads",
     "MotorLimitExceeded",
@@ -41,7 +43,9 @@ __all__ = [
     "NonFiniteInput",
     "PointForce",
     "Robot",
+    "Singularity",
     "Spectrum",
+    "kinemato_statics",
     "leg_shapes",
     "load_robot",
     "restore_equilibrium",

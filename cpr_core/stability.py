@@ -12,7 +12,7 @@ from scipy import linalg
 from .equilibrium import Equilibrium
 from .model import tangent_at
 
-__all__ = ["MotorReading", "Spectrum", "spectrum"]
+__all__ = ["MotorReading", "Spectrum", "null_space_of", "spectrum"]
 
 Floats = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
     motions = robot.unit_motions[np.ix_(moving, moving)]
     tangent = tangent_at(equilibrium)
     constraints = tangent[np.ix_(robot.multiplier_indices, moving)] @ motions
-    null_space = motions @ _null_space(constraints)
+    null_space = motions @ null_space_of(constraints)
     hessian = tangent[np.ix_(moving, moving)]
     reduced = null_space.T @ (0.5 * (hessian + hessian.T)) @ null_space
     return Spectrum(
@@ -79,8 +79,8 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
     )
 
 
-def _null_space(matrix: Floats) -> Floats:
-    """Orthonormal basis of the null space, as columns."""
+def null_space_of(matrix: Floats) -> Floats:
+    """Orthonormal basis of the null space of a wide matrix, as columns."""
     orthogonal, triangular, _ = linalg.qr(matrix.T, pivoting=True)
     diagonal = np.abs(np.diag(triangular))
     return orthogonal[:, int(np.sum(diagonal > 1e-12 * diagonal[0])) :]

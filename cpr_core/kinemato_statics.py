@@ -1,0 +1,273 @@
+"""The kinemato-static model of Section V: how a robot moves and pushes to first order.
+
+Everything comes from the tangent the solver uses. Platform increments ``dSigma_p`` and wrench
+increments are body vectors at the platform origin (rotation and moment first); in the plane only
+their planar components exist.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg
+
+from .equilibrium import Equilibrium
+from .lie import roll_pitch_yaw
+from .model import tangent_at
+from .stability import null_space_of
+from .validation import checked_vector
+
+__all__ = ["KinematoStatics", "Singularity", "kinemato_statics"]
+
+Floats = NDArray[np.float64]
+
+
+#: The linear problems of Section V-C.
+#:
+#: - ``forward``: motors and wrench given, [P E W_a] of Eq. (45);
+#: - ``inverse``: controlled platform coordinates and wrench given, as the inverse geometrico-static
+#:   problem has it: [A P_u E W_a] with P_u the uncontrolled coordinates;
+#: - ``inverse_by_effort``: whole platform motion and efforts given, [A E W_p] of Eq. (46).
+Problem = Literal["forward", "inverse", "inverse_by_effort"]
+
+
+@dataclass(frozen=True, eq=False)
+class Singularity:
+    """How near a linear problem of Section V-C is to losing its solution.
+
+    Attributes:
+        problem: Which problem.
+        singular_values: Of the dimensionless matrix, ascending.
+        motors: Motor part of the null direction, (n,); zero where motors are given.
+        platform: Platform part of the null direction (body twist); zero where it is given.
+        sign: Sign of the determinant: which side of the singularity this is.
+    """
+
+    problem: Problem
+    singular_values: Floats
+    motors: Floats
+    platform: Floats
+    sign: int
+
+    @property
+    def smallest(self) -> float:
+        """Smallest singular value, dimensionless."""
+        return float(self.singular_values[0])
+
+    @property
+    def inverse_condition_number(self) -> float:
+        """Smallest over largest singular value."""
+        return float(self.singular_values[0] / self.singular_values[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class KinematoStatics:
+    """First-order behaviour at one equilibrium.
+
+    Attributes:
+        equilibrium: Where.
+        tangent: Tangent of the model with the platform in body coordinates, in state order, (N, N).
+    """
+
+    equilibrium: Equilibrium
+    tangent: Floats
+
+    @cached_property
+    def _response(self) -> tuple[Floats, Floats]:
+        """Leg, multiplier and platform increments, and efforts, per motor and per wrench increment."""
+        robot = self.equilibrium.robot
+        inner = robot.arrays.motor_index
+        motors, platform = robot.motor_indices, robot.platform_indices
+        right = np.zeros((inner, len(motors) + len(platform)))
+        right[:, : len(motors)] = -self.tangent[:inner, motors]
+        right[platform, len(motors) + np.arange(len(platform))] = 1.0
+        unit = robot.arrays.unit[:inner]
+        scaled = self.tangent[:inner, :inner] * unit[:, None] * unit
+        moved = unit[:, None] * linalg.solve(scaled, unit[:, None] * right)
+        efforts = self.tangent[motors, :inner] @ moved
+        efforts[:, : len(motors)] += self.tangent[np.ix_(motors, motors)]
+        return moved, efforts
+
+    @property
+    def platform_by_motors(self) -> Floats:
+        """Platform Jacobian ``dSigma_p/dq_a`` at constant loads, (platform, n)."""
+        robot = self.equilibrium.robot
+        return self._response[0][robot.platform_indices, : robot.motor_count]
+
+    @property
+    def platform_by_wrench(self) -> Floats:
+        """Compliance ``dSigma_p/dw_p`` with the motors held, (platform, platform)."""
+        robot = self.equilibrium.robot
+        return self._response[0][robot.platform_indices, robot.motor_count :]
+
+    @property
+    def legs_by_motors(self) -> Floats:
+        """Leg coordinates per motor increment, ``dq_e/dq_a``, (n_e, n)."""
+        robot = self.equilibrium.robot
+        return self._response[0][robot.elastic_indices, : robot.motor_count]
+
+    @property
+    def multipliers_by_motors(self) -> Floats:
+        """Multipliers per motor increment, Eq. (41), (n_Psi, n)."""
+        robot = self.equilibrium.robot
+        return self._response[0][robot.multiplier_indices, : robot.motor_count]
+
+    @property
+    def efforts_by_motors(self) -> Floats:
+        """Effort sensitivity ``dtau_a/dq_a`` at constant loads, (n, n)."""
+        return self._response[1][:, : self.equilibrium.robot.motor_count]
+
+    @property
+    def efforts_by_wrench(self) -> Floats:
+        """Effort sensitivity ``dtau_a/dw_p`` with the motors held, (n, platform)."""
+        return self._response[1][:, self.equilibrium.robot.motor_count :]
+
+    def compliance(self, motor_stiffness: ArrayLike | None = None) -> Floats:
+        """Compliance ``dSigma_p/dw_p`` of the platform, (platform, platform).
+
+        Args:
+            motor_stiffness: Stiffness of the motors' position loops, ``dtau_a = -k dq_a``, (n,)
+                [N m/rad or N/m]; None: motors held; zeros: motors at constant effort.
+        """
+        if motor_stiffness is None:
+            return self.platform_by_wrench
+        robot = self.equilibrium.robot
+        stiffness = checked_vector("motor_stiffness", motor_stiffness, robot.motor_count)
+        yielding = linalg.solve(self.efforts_by_motors + np.diag(stiffness), self.efforts_by_wrench)
+        return self.platform_by_wrench - self.platform_by_motors @ yielding
+
+    def stiffness(self, motor_stiffness: ArrayLike | None = None) -> Floats:
+        """Stiffness ``dw_p/dSigma_p``, the inverse of :meth:`compliance`."""
+        return linalg.inv(self.compliance(motor_stiffness))
+
+    def matrices(
+        self, characteristic_length: float | None = None
+    ) -> tuple[Floats, Floats, Floats, Floats]:
+        """A, P, E, W of Eqs. (42)-(43), dimensionless.
+
+        ``A dq_a + P dSigma_p + E dq_e = W [dtau_a; dw_p]``: the sign of W is that of efforts and
+        wrenches acting on the robot. Rotations count in radians, lengths in the characteristic
+        length, strains in its inverse, energies in E J / length.
+
+        Args:
+            characteristic_length: [m]; default the mean rod length.
+        """
+        robot = self.equilibrium.robot
+        moving = np.concatenate(
+            [robot.motor_indices, robot.elastic_indices, robot.platform_indices]
+        )
+        unit, energy_unit = self._units(characteristic_length)
+        scaled = self.tangent * unit[:, None] * unit / energy_unit
+        jacobian = scaled[np.ix_(robot.multiplier_indices, moving)]
+        null_space = null_space_of(jacobian)
+        stacked = np.vstack([null_space.T @ scaled[np.ix_(moving, moving)], jacobian])
+        n, last = robot.motor_count, len(moving) - len(robot.platform_indices)
+        loads = np.zeros((len(moving), n + len(robot.platform_indices)))
+        loads[:n, :n] = np.eye(n)
+        loads[last:, n:] = np.eye(len(robot.platform_indices))
+        right = np.vstack([null_space.T @ loads, np.zeros((len(jacobian), loads.shape[1]))])
+        return stacked[:, :n], stacked[:, last:], stacked[:, n:last], right
+
+    def singularity(
+        self, problem: Problem, characteristic_length: float | None = None
+    ) -> Singularity:
+        """Distance of a linear problem from a singularity.
+
+        Args:
+            problem: Which problem.
+            characteristic_length: Length that rotations are weighed with [m]; default the mean rod
+                length.
+        """
+        robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
+        a, p, e, w = self.matrices(characteristic_length)
+        unit, _ = self._units(characteristic_length)
+        lengths = unit[robot.platform_indices]
+        free = self._free_motions(problem, lengths) / lengths[:, None]
+        moved = 0 if problem == "forward" else n
+        efforts = w[:, n:] if problem == "inverse_by_effort" else w[:, :n]
+        _, values, directions = linalg.svd(np.hstack([a[:, :moved], p @ free, e, -efforts]))
+        null = directions[-1]
+        motors = np.zeros(n)
+        motors[:moved] = null[:moved] * unit[robot.motor_indices][:moved]
+        return Singularity(
+            problem=problem,
+            singular_values=values[::-1],
+            motors=motors,
+            platform=lengths * (free @ null[moved : moved + free.shape[1]]),
+            sign=self._sign(problem),
+        )
+
+    def _free_motions(self, problem: Problem, lengths: Floats) -> Floats:
+        """Platform motions a problem solves for, as body twists in columns.
+
+        ``lengths`` are the units of the platform coordinates, (platform,).
+        """
+        equilibrium, robot = self.equilibrium, self.equilibrium.robot
+        axes, turn = robot.platform_axes, _platform_turn(equilibrium)
+        if problem == "forward":
+            return np.diag(lengths)
+        if problem == "inverse_by_effort":
+            return np.zeros((len(axes), 0))
+        motions = np.eye(len(axes))
+        if robot.controls_angles:
+            rotation = equilibrium.platform_rotation
+            yaw = roll_pitch_yaw(rotation)[2]
+            motions[:3, :3] = np.column_stack(
+                [rotation[:, 0], [-np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]]
+            )
+        uncontrolled = ~np.isin(axes, robot.controlled_axes)
+        return (turn.T @ motions)[:, uncontrolled] * lengths[uncontrolled]
+
+    def _sign(self, problem: Problem) -> int:
+        """Sign of the determinant of the problem's own equations: free of the basis Z."""
+        robot, unit = self.equilibrium.robot, self.equilibrium.robot.arrays.unit
+        inner, platform = robot.arrays.motor_index, robot.platform_indices
+        legs = np.arange(robot.arrays.platform_index)
+        rows, columns = np.arange(inner), [self.tangent[:, legs] * unit[legs]]
+        columns.append(self.tangent[:, platform] @ self._free_motions(problem, unit[platform]))
+        if problem != "forward":
+            motors = robot.motor_indices
+            columns.append(self.tangent[:, motors] * unit[motors])
+        if problem == "inverse_by_effort":  # the wrench takes the place of the platform's balance
+            rows = np.concatenate([legs, robot.motor_indices])
+        matrix = np.hstack(columns)[rows] * unit[rows, None]
+        return int(np.linalg.slogdet(matrix)[0])
+
+    def _units(self, characteristic_length: float | None) -> tuple[Floats, float]:
+        """Natural units of the states and of energy for a characteristic length."""
+        arrays = self.equilibrium.robot.arrays
+        natural = float(np.mean(arrays.legs["length"]))
+        ratio = (characteristic_length or natural) / natural
+        robot, unit = self.equilibrium.robot, arrays.unit.copy()
+        energy_unit = arrays.energy_unit / ratio
+        for here in arrays.legs:
+            start = here["strain_index"]
+            unit[start : start + here["strain_count"]] /= ratio
+            start, forces = here["multiplier_index"], len(arrays.position_axes)
+            unit[start : start + forces] /= ratio**2
+            unit[start + forces : start + forces + here["orientation_count"]] /= ratio
+            if here["translation_index"] >= 0:
+                unit[here["translation_index"]] *= ratio
+        unit[robot.platform_indices[robot.platform_axes >= 3]] *= ratio
+        return unit, energy_unit
+
+
+def kinemato_statics(equilibrium: Equilibrium) -> KinematoStatics:
+    """The kinemato-static model at an equilibrium, Eqs. (35)-(46)."""
+    platform, turn = equilibrium.robot.platform_indices, _platform_turn(equilibrium)
+    tangent = tangent_at(equilibrium)
+    tangent[:, platform] = tangent[:, platform] @ turn
+    tangent[platform, :] = turn.T @ tangent[platform, :]
+    return KinematoStatics(equilibrium, tangent)
+
+
+def _platform_turn(equilibrium: Equilibrium) -> Floats:
+    """Body twists of the platform in the world, (platform, platform)."""
+    turn = np.zeros((6, 6))
+    turn[:3, :3] = turn[3:, 3:] = equilibrium.platform_rotation
+    axes = equilibrium.robot.platform_axes
+    return turn[np.ix_(axes, axes)]

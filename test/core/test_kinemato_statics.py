@@ -1,0 +1,211 @@
+"""First-order behaviour against differences of full solves, reciprocity, singularities."""
+
+import numpy as np
+import pytest
+
+from cpr_core import load_robot, solve_forward, solve_inverse
+from cpr_core.description import shipped_robots
+from cpr_core.kinemato_statics import kinemato_statics
+from cpr_core.lie import rotation_log
+
+STEPS = {
+    "gough_stewart": [0.01, -0.005, 0.0, 0.015, 0.0, 0.01],
+    "planar_body": [0.1, -0.05, 0.05],
+    "rfrfr": [0.1, -0.1],
+    "six_rfs": [0.2, -0.1, 0.15, 0.1, -0.2, 0.05],
+    "three_rfs": [0.1, -0.05, 0.05],
+}
+
+
+def placed(name):
+    robot = load_robot(name)
+    force = [0, 0, 0, 0.02, -0.03, 0.0 if robot.planar else 0.04]
+    loads = robot.default_loads.with_(wrench_world=force)
+    return solve_forward(robot, robot.home.motors + np.array(STEPS[name]), loads=loads)
+
+
+def body_twist(here, there):
+    """Platform motion from one equilibrium to another, in the platform frame."""
+    rotation = here.platform_rotation
+    turn = rotation_log(rotation.T @ there.platform_rotation)
+    shift = rotation.T @ (there.platform_position - here.platform_position)
+    return np.concatenate([turn, shift])[here.robot.platform_axes]
+
+
+def difference(function, size):
+    """Central difference of order four of a function of one number."""
+    return (8 * (function(size) - function(-size)) - (function(2 * size) - function(-2 * size))) / (
+        12 * size
+    )
+
+
+def close(found, expected):
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * scale)
+
+
+@pytest.fixture(scope="module", params=sorted(shipped_robots()))
+def here(request):
+    return placed(request.param)
+
+
+def test_motor_columns_are_those_of_full_solves(here):
+    model = kinemato_statics(here)
+    size = 2e-4 * here.robot.arrays.unit[here.robot.motor_indices]
+    for motor in range(here.robot.motor_count):
+        step = np.eye(here.robot.motor_count)[motor]
+
+        def there(amount, step=step):
+            return solve_forward(here.robot, here.motors + amount * step, start=here)
+
+        for name, value in (
+            ("platform_by_motors", lambda e: body_twist(here, e)),
+            ("efforts_by_motors", lambda e: e.efforts - here.efforts),
+            ("legs_by_motors", lambda e: e.leg_coordinates - here.leg_coordinates),
+            ("multipliers_by_motors", lambda e: e.multipliers - here.multipliers),
+        ):
+            column = difference(lambda a, value=value, t=there: value(t(a)), size[motor])
+            scale = np.abs(getattr(model, name)).max()
+            np.testing.assert_allclose(
+                getattr(model, name)[:, motor], column, rtol=0, atol=1e-6 * scale, err_msg=name
+            )
+
+
+def test_wrench_columns_are_those_of_full_solves(here):
+    model, robot = kinemato_statics(here), here.robot
+    turn = np.zeros((6, 6))
+    turn[:3, :3] = turn[3:, 3:] = here.platform_rotation
+    columns, efforts = [], []
+    for axis in robot.platform_axes:
+        size = 1e-3 * robot.arrays.energy_unit
+        wrench = turn[:, axis]
+
+        def there(amount, wrench=wrench):
+            loads = here.loads.with_(wrench_world=here.loads.wrench_world + amount * wrench)
+            return solve_forward(robot, here.motors, start=here, loads=loads)
+
+        columns.append(difference(lambda a, t=there: body_twist(here, t(a)), size))
+        efforts.append(difference(lambda a, t=there: t(a).efforts, size))
+    close(model.platform_by_wrench, np.transpose(columns))
+    close(model.efforts_by_wrench, np.transpose(efforts))
+
+
+def test_compliance_is_symmetric_and_motors_only_add_to_it(here):
+    model = kinemato_statics(here)
+    held = model.compliance()
+    close(held, held.T)
+    n = here.robot.motor_count
+    for stiffness in (1e9, 5.0):
+        yielding = model.compliance(np.full(n, stiffness))
+        close(yielding, yielding.T)
+        loops = model.efforts_by_motors + np.diag(np.full(n, stiffness))
+        if np.linalg.eigvalsh(0.5 * (loops + loops.T)).min() > 0.0:  # the motors hold the rods
+            assert np.linalg.eigvalsh(yielding - held).min() > -1e-9 * np.abs(held).max()
+    close(model.compliance(np.full(n, 1e12)), held)
+    np.testing.assert_allclose(
+        model.stiffness() @ held, np.eye(len(held)), atol=1e-7 * np.linalg.cond(held)
+    )
+
+
+def test_compliance_at_constant_effort_is_that_of_the_condensed_stiffness(here):
+    """Eliminate the motors from the stiffness of motors and platform together."""
+    model, n = kinemato_statics(here), here.robot.motor_count
+    by_platform = np.linalg.inv(model.platform_by_wrench)
+    coupling = -by_platform @ model.platform_by_motors
+    motors = model.efforts_by_motors - coupling.T @ model.platform_by_motors
+    whole = np.block([[motors, coupling.T], [coupling, by_platform]])
+    compliance = np.linalg.inv(whole)[n:, n:]
+    close(model.compliance(np.zeros(n)), compliance)
+
+
+def test_reciprocity_of_motors_and_platform(here):
+    """dtau_a/dw_p = -(dSigma_p/dq_a)^T, and dtau_a/dq_a is symmetric."""
+    model = kinemato_statics(here)
+    close(model.efforts_by_wrench, -model.platform_by_motors.T)
+    close(model.efforts_by_motors, model.efforts_by_motors.T)
+    softening = np.linalg.eigvalsh(0.5 * (model.efforts_by_motors + model.efforts_by_motors.T))
+    assert here.index_free == here.index_locked + int(np.sum(softening < 0.0))
+
+
+def test_the_papers_matrices_hold_for_any_motion(here):
+    """A dq_a + P dSigma_p + E dq_e = W dw for the responses to motors and to wrenches."""
+    model, robot = kinemato_statics(here), here.robot
+    a, p, e, w = model.matrices()
+    n, unit = robot.motor_count, robot.arrays.unit
+    r = n + len(robot.elastic_indices) + len(robot.platform_indices)
+    assert (len(a), len(p), len(e), len(w)) == (r, r, r, r)
+    energy = robot.arrays.energy_unit
+    motors, platform = unit[robot.motor_indices], unit[robot.platform_indices]
+    left = (
+        a
+        + p @ (model.platform_by_motors / platform[:, None] * motors)
+        + e @ (model.legs_by_motors / unit[robot.elastic_indices][:, None] * motors)
+    )
+    right = w[:, :n] @ (model.efforts_by_motors * motors[:, None] * motors / energy)
+    np.testing.assert_allclose(left, right, atol=1e-8 * max(np.abs(right).max(), 1.0))
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
+def test_the_prediction_error_falls_as_the_square_of_the_step(name):
+    here = placed(name)
+    model, direction = kinemato_statics(here), np.array(STEPS[name])
+    errors = []
+    for size in (0.2, 0.1, 0.05):
+        there = solve_forward(here.robot, here.motors + size * direction, start=here)
+        predicted = model.platform_by_motors @ (size * direction)
+        errors.append(np.linalg.norm(body_twist(here, there) - predicted))
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
+    assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.1)
+
+
+def test_the_inverse_singularity_of_the_six_rfs_path():
+    """Near t = 48 of Eq. (53) the indicator changes sign; motor 6 moves nothing."""
+    robot = load_robot("six_rfs")
+    first = np.array([5.86, 5.56, 5.86, 5.46, 5.86, 5.26])
+    last = np.array([7.95, 7.65, 4.29, 3.89, 3.77, 3.17])
+
+    def at(t, start):
+        return solve_forward(robot, first + (last - first) * t / 50, start=start)
+
+    here, signs = robot.home, []
+    for t in range(51):
+        here = at(t, here)
+        signs.append(kinemato_statics(here).singularity("inverse").sign)
+    changes = [t for t in range(50) if signs[t] != signs[t + 1]]
+    assert changes == [47]
+    low, high, here = 47.0, 48.0, at(47.0, here)
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        here = at(middle, here)
+        if kinemato_statics(here).singularity("inverse").sign == signs[47]:
+            low = middle
+        else:
+            high = middle
+    singular = kinemato_statics(here).singularity("inverse")
+    assert singular.smallest < 1e-8
+    assert low == pytest.approx(47.814, abs=2e-3)
+    direction = np.abs(singular.motors) / np.linalg.norm(singular.motors)
+    assert robot.motor_names[int(direction.argmax())] == "motor6"
+    assert direction.max() > 0.9
+    np.testing.assert_allclose(singular.platform, 0.0, atol=1e-12)
+
+
+def test_the_forward_problem_is_singular_where_locked_stability_is_lost():
+    robot = load_robot("rfrfr", modes=12)
+    here = solve_inverse(robot, [0.0, 0.1], start=solve_inverse(robot, [0.0, 0.8]))
+    signs, values = [], []
+    for y in (0.05, 0.0358, 0.0356, 0.02):
+        here = solve_inverse(robot, [0.0, y], start=here)
+        forward = kinemato_statics(here).singularity("forward")
+        signs.append(forward.sign)
+        values.append(forward.smallest)
+    assert signs[0] == signs[1] == -signs[2] == -signs[3]
+    assert max(values[1:3]) < 0.05 * min(values[0], values[3])
+
+
+def test_the_characteristic_length_decides_and_units_do_not():
+    here = placed("six_rfs")
+    model = kinemato_statics(here)
+    default = model.singularity("inverse")
+    assert model.singularity("inverse", 1.0).smallest == pytest.approx(default.smallest, rel=1e-9)
+    assert model.singularity("inverse", 0.1).smallest != pytest.approx(default.smallest, rel=1e-2)
