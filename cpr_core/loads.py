@@ -110,6 +110,17 @@ class Loads:
             changes["points"] = tuple(points)
         return replace(self, **changes)
 
+    def scaled(self, factor: float) -> Loads:
+        """All loads times a factor."""
+        return Loads(
+            gravity=factor * self.gravity,
+            rod_force=factor * self.rod_force,
+            wrench_world=factor * self.wrench_world,
+            wrench_body=factor * self.wrench_body,
+            distributed=tuple(replace(f, force=factor * f.force) for f in self.distributed),
+            points=tuple(replace(f, force=factor * f.force) for f in self.points),
+        )
+
     def conservative(self, planar: bool) -> bool:
         """Whether all loads have a potential, so that energy decides stability (Section V-D).
 
