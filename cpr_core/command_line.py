@@ -7,20 +7,31 @@ import json
 import math
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from . import __version__
 from .description import shipped_robots
 from .equilibrium import Equilibrium
 from .errors import CprError, DescriptionError, InvalidRequest
-from .geometrico_statics import pose_meaning, solve_forward, solve_inverse
+from .geometrico_statics import solve_forward, solve_inverse
+from .kinemato_statics import kinemato_statics
 from .loads import Loads
+from .reports import (
+    equilibrium_as_dict,
+    equilibrium_as_text,
+    kinemato_statics_as_dict,
+    kinemato_statics_as_text,
+    stability_as_dict,
+    stability_as_text,
+)
 from .robot import Robot, load_robot
 
 __all__ = ["main"]
 
 _NEGATIVE_NUMBER = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|^-(inf|nan)$", re.IGNORECASE)
+
+Report = Callable[[Equilibrium, argparse.Namespace], str]
 
 EXIT_NO_SOLUTION = 1
 EXIT_BAD_ARGUMENTS = 2
@@ -31,42 +42,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         robot = load_robot(options.robot, modes=options.modes)
-        result = options.solve(robot, options)
+        print(options.report(_solved(robot, options), options))
     except CprError as error:
         return _report_error(error, options.json)
-    if options.json:
-        print(json.dumps(equilibrium_as_dict(result), indent=2, allow_nan=False))
-    else:
-        print(_equilibrium_as_text(result))
     return 0
-
-
-def equilibrium_as_dict(equilibrium: Equilibrium) -> dict[str, Any]:
-    """An equilibrium as plain values, SI units; what a JSON value cannot hold becomes None."""
-    robot = equilibrium.robot
-    locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
-    return {
-        "robot": robot.description.name,
-        "converged": equilibrium.converged,
-        "residual": equilibrium.residual,
-        "iterations": equilibrium.iterations,
-        "motor_names": list(robot.motor_names),
-        "motors": equilibrium.motors.tolist(),
-        "efforts": equilibrium.efforts.tolist(),
-        "platform": {
-            "position": equilibrium.platform_position.tolist(),
-            "quaternion_wxyz": equilibrium.platform_quaternion.tolist(),
-        },
-        "leg_coordinates": equilibrium.leg_coordinates.tolist(),
-        "multipliers": equilibrium.multipliers.tolist(),
-        "energy": equilibrium.energy,
-        "index_locked": locked.index,
-        "index_free": free.index,
-        "smallest_eigenvalue_locked": float(locked.eigenvalues[0]),
-        "smallest_eigenvalue_free": float(free.eigenvalues[0]),
-        "margin_locked": None if math.isnan(locked.margin) else locked.margin,
-        "energy_criterion_applies": locked.energy_criterion_applies,
-    }
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -79,27 +58,61 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     forward = commands.add_parser("forward", help="motor positions to platform pose")
-    forward.set_defaults(solve=_forward)
-    _add_common(forward)
-    forward.add_argument(
-        "--motors", nargs="+", type=float, required=True, metavar="Q", help="motor positions"
-    )
+    _add_common(forward, _report_equilibrium)
+    _add_motors(forward, required=True)
 
     inverse = commands.add_parser("inverse", help="platform pose to motor positions")
-    inverse.set_defaults(solve=_inverse)
-    _add_common(inverse)
-    inverse.add_argument(
-        "--pose",
-        nargs="+",
-        type=float,
-        required=True,
-        metavar="C",
-        help="controlled coordinates in the order of the description; full pose: x y z qw qx qy qz",
+    _add_common(inverse, _report_equilibrium)
+    _add_pose(inverse, required=True)
+
+    stability = commands.add_parser("stability", help="spectrum of the reduced Hessian")
+    _add_common(stability, _report_stability)
+    _add_place(stability)
+    stability.add_argument(
+        "--motors-are",
+        choices=["locked", "free"],
+        default="locked",
+        help="held in position (default), or at constant effort",
+    )
+
+    kinemato = commands.add_parser("kinemato", help="Jacobians, compliance, singularities")
+    _add_common(kinemato, _report_kinemato_statics)
+    _add_place(kinemato)
+    kinemato.add_argument(
+        "--characteristic-length",
+        type=_length,
+        metavar="L",
+        help="weighs rotations against lengths in singular values, m; else the mean rod length",
     )
     return parser
 
 
-def _add_common(parser: argparse.ArgumentParser) -> None:
+def _add_place(parser: argparse.ArgumentParser) -> None:
+    """Where: at motors, at a pose, or at home."""
+    place = parser.add_mutually_exclusive_group()
+    _add_motors(place)
+    _add_pose(place)
+
+
+def _add_motors(parser: argparse._ActionsContainer, required: bool = False) -> None:
+    parser.add_argument(
+        "--motors", nargs="+", type=float, required=required, metavar="Q", help="motor positions"
+    )
+
+
+def _add_pose(parser: argparse._ActionsContainer, required: bool = False) -> None:
+    parser.add_argument(
+        "--pose",
+        nargs="+",
+        type=float,
+        required=required,
+        metavar="C",
+        help="controlled coordinates in the order of the description; full pose: x y z qw qx qy qz",
+    )
+
+
+def _add_common(parser: argparse.ArgumentParser, report: Report) -> None:
+    parser.set_defaults(report=report, motors=None, pose=None)
     # argparse takes -1e-3 for an option; it knows negative numbers without an exponent only.
     parser._negative_number_matcher = _NEGATIVE_NUMBER
     parser.add_argument("robot", metavar="ROBOT", help="YAML file or name of a shipped robot")
@@ -114,7 +127,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
         nargs=6,
         type=float,
         metavar=("MX", "MY", "MZ", "FX", "FY", "FZ"),
-        help="on the platform origin, fixed in space, N m and N; else none",
+        help="on the platform origin, fixed in space, N m and N; else the file's",
     )
     parser.add_argument("--json", action="store_true", help="print JSON")
 
@@ -127,12 +140,43 @@ def _mode_count(text: str) -> int:
     return int(text)
 
 
-def _forward(robot: Robot, options: argparse.Namespace) -> Equilibrium:
-    return solve_forward(robot, options.motors, loads=_loads(robot, options))
+def _length(text: str) -> float:
+    length = float(text)
+    if not 0.0 < length < math.inf:
+        raise argparse.ArgumentTypeError(f"expected a positive length, got {text}")
+    return length
 
 
-def _inverse(robot: Robot, options: argparse.Namespace) -> Equilibrium:
-    return solve_inverse(robot, options.pose, loads=_loads(robot, options))
+def _solved(robot: Robot, options: argparse.Namespace) -> Equilibrium:
+    """The equilibrium a command is about."""
+    loads = _loads(robot, options)
+    if options.pose is not None:
+        return solve_inverse(robot, options.pose, loads=loads)
+    motors = robot.home.motors if options.motors is None else options.motors
+    return solve_forward(robot, motors, loads=loads)
+
+
+def _report_equilibrium(equilibrium: Equilibrium, options: argparse.Namespace) -> str:
+    if options.json:
+        return _as_json(equilibrium_as_dict(equilibrium))
+    return equilibrium_as_text(equilibrium)
+
+
+def _report_stability(equilibrium: Equilibrium, options: argparse.Namespace) -> str:
+    if options.json:
+        return _as_json(stability_as_dict(equilibrium, options.motors_are))
+    return stability_as_text(equilibrium, options.motors_are)
+
+
+def _report_kinemato_statics(equilibrium: Equilibrium, options: argparse.Namespace) -> str:
+    model, length = kinemato_statics(equilibrium), options.characteristic_length
+    if options.json:
+        return _as_json(kinemato_statics_as_dict(model, length))
+    return kinemato_statics_as_text(model, length)
+
+
+def _as_json(values: dict[str, Any]) -> str:
+    return json.dumps(values, indent=2, allow_nan=False)
 
 
 def _loads(robot: Robot, options: argparse.Namespace) -> Loads | None:
@@ -148,34 +192,6 @@ def _report_error(error: CprError, as_json: bool) -> int:
         print(f"cpr: error: {error}", file=sys.stderr)
     bad = isinstance(error, InvalidRequest | DescriptionError)
     return EXIT_BAD_ARGUMENTS if bad else EXIT_NO_SOLUTION
-
-
-def _equilibrium_as_text(equilibrium: Equilibrium) -> str:
-    robot = equilibrium.robot
-    lines = [f"{robot.description.name}: equilibrium, residual {equilibrium.residual:.1e}"]
-    for leg in robot.description.legs:
-        if leg.motor_name is not None:
-            row = robot.motor_names.index(leg.motor_name)
-            effort_unit = "N m" if leg.motor.unit == "rad" else "N"
-            lines.append(
-                f"  {leg.motor_name:<12} {equilibrium.motors[row]:14.10f} {leg.motor.unit:<3} "
-                f"{equilibrium.efforts[row]:14.10f} {effort_unit}"
-            )
-    position = " ".join(f"{value:14.10f}" for value in equilibrium.platform_position)
-    lines.append(f"  platform     {position} m")
-    if not robot.description.point_platform:
-        quaternion = " ".join(f"{value:14.10f}" for value in equilibrium.platform_quaternion)
-        lines.append(f"  quaternion   {quaternion} (w x y z)")
-    locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
-    verdict = "stable" if locked.index == 0 else "UNSTABLE"
-    if not locked.energy_criterion_applies:
-        verdict = "stability not decided by energy: a non-conservative load acts"
-    lines.append(
-        f"  {verdict} with motors held (index {locked.index}, margin {locked.margin:.4f}); "
-        f"index {free.index} at constant effort"
-    )
-    lines.append(f"  controlled   {' '.join(pose_meaning(robot))}")
-    return "\n".join(lines)
 
 
 if __name__ == "__main__":

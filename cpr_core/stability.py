@@ -30,6 +30,9 @@ class Spectrum:
     Attributes:
         motors_are: Reading of the motors.
         eigenvalues: All eigenvalues, ascending [J].
+        motions: Their eigenvectors as motions of the whole robot, columns in state order, (N, ...):
+            motors [rad, m], platform in the world [rad, m], leg coordinates [1/m]; rows of
+            multipliers are zero.
         margin: Smallest eigenvalue of H_r relative to the elastic stiffness on the same motions,
             ``min v^T H_r v / v^T K_r v``, dimensionless: 1 without loads and forces, 0 where stability
             is lost. NaN where some motion costs no elastic energy (possible with free motors).
@@ -38,6 +41,7 @@ class Spectrum:
 
     motors_are: MotorReading
     eigenvalues: Floats
+    motions: Floats
     margin: float
     energy_criterion_applies: bool
 
@@ -71,9 +75,13 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
     null_space = motions @ null_space_of(constraints)
     hessian = tangent[np.ix_(moving, moving)]
     reduced = null_space.T @ (0.5 * (hessian + hessian.T)) @ null_space
+    eigenvalues, directions = linalg.eigh(reduced)
+    whole = np.zeros((len(tangent), len(eigenvalues)))
+    whole[moving] = null_space @ directions
     return Spectrum(
         motors_are=motors_are,
-        eigenvalues=linalg.eigvalsh(reduced),
+        eigenvalues=eigenvalues,
+        motions=whole,
         margin=_margin(equilibrium, moving, null_space, reduced),
         energy_criterion_applies=equilibrium.loads.conservative(robot.planar),
     )

@@ -1,0 +1,79 @@
+"""The commands `stability` and `kinemato`: the numbers of the library, as text and as JSON."""
+
+import json
+
+import numpy as np
+import pytest
+
+from cpr_core import kinemato_statics, load_robot, solve_forward, solve_inverse, spectrum
+from cpr_core.command_line import main
+from cpr_core.description import shipped_robots
+
+
+def run(capsys, *arguments):
+    status = main([str(argument) for argument in arguments])
+    return status, capsys.readouterr().out
+
+
+def values(capsys, *arguments):
+    status, output = run(capsys, *arguments, "--json")
+    assert status == 0
+    return json.loads(output)
+
+
+@pytest.mark.parametrize("motors_are", ["locked", "free"])
+def test_stability_is_that_of_the_library(capsys, motors_are):
+    robot = load_robot("rfrfr", modes=12)
+    expected = spectrum(solve_inverse(robot, [0.0, 0.0]), motors_are)
+    found = values(
+        capsys, "stability", "rfrfr", "--pose", 0, 0, "--modes", 12, "--motors-are", motors_are
+    )
+    assert found["index"] == expected.index
+    assert found["stable"] is False
+    assert found["margin"] == pytest.approx(expected.margin)
+    np.testing.assert_allclose(found["eigenvalues"], expected.eigenvalues[:6])
+    held = np.abs(found["softest_motion"]["motors"]).max() == 0.0
+    assert held is (motors_are == "locked")
+
+
+def test_a_moment_leaves_stability_undecided(capsys):
+    found = values(capsys, "stability", "six_rfs", "--wrench", 0, 0, 0.01, 0, 0, 0)
+    assert found["stable"] is None
+    assert found["energy_criterion_applies"] is False
+    assert (
+        "not decided by energy"
+        in run(capsys, "stability", "six_rfs", "--wrench", 0, 0, 0.01, 0, 0, 0)[1]
+    )
+
+
+@pytest.mark.parametrize("name", sorted(shipped_robots()))
+def test_kinemato_is_that_of_the_library(capsys, name):
+    robot = load_robot(name)
+    model = kinemato_statics(solve_forward(robot, robot.home.motors))
+    found = values(capsys, "kinemato", name)
+    np.testing.assert_allclose(found["platform_by_motors"], model.platform_by_motors)
+    np.testing.assert_allclose(found["compliance_motors_held"], model.compliance())
+    assert len(found["platform_coordinates"]) == len(robot.platform_axes)
+    for problem, singularity in found["singularities"].items():
+        assert singularity["smallest_singular_value"] == pytest.approx(
+            model.singularity(problem).smallest
+        )
+    status, text = run(capsys, "kinemato", name)
+    assert status == 0
+    for motor in robot.motor_names:
+        assert motor in text
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("kinemato", "six_rfs", "--characteristic-length", "0"),
+        ("kinemato", "six_rfs", "--characteristic-length", "inf"),
+        ("stability", "six_rfs", "--motors-are", "loose"),
+        ("stability", "rfrfr", "--pose", "0", "0.8", "--motors", "2.59", "0.55"),
+    ],
+)
+def test_bad_arguments_end_with_two(arguments):
+    with pytest.raises(SystemExit) as caught:
+        main(list(arguments))
+    assert caught.value.code == 2
