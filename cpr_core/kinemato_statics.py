@@ -16,12 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from .equilibrium import Equilibrium
+from .errors import InvalidRequest
 from .lie import roll_pitch_yaw
 from .model import tangent_at
 from .stability import null_space_of
 from .validation import checked_vector
 
-__all__ = ["KinematoStatics", "Singularity", "kinemato_statics"]
+__all__ = ["Increments", "KinematoStatics", "Singularity", "kinemato_statics"]
 
 Floats = NDArray[np.float64]
 
@@ -62,6 +63,23 @@ class Singularity:
     def inverse_condition_number(self) -> float:
         """Smallest over largest singular value."""
         return float(self.singular_values[0] / self.singular_values[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Increments:
+    """Small changes that belong together.
+
+    Attributes:
+        motors: dq_a, (n,) [rad or m].
+        efforts: dtau_a, (n,) [N m or N].
+        platform: dSigma_p, body twist, (platform,) [rad, m].
+        wrench: dw_p, body wrench, (platform,) [N m, N].
+    """
+
+    motors: Floats
+    efforts: Floats
+    platform: Floats
+    wrench: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +143,56 @@ class KinematoStatics:
     def efforts_by_wrench(self) -> Floats:
         """Effort sensitivity ``dtau_a/dw_p`` with the motors held, (n, platform)."""
         return self._response[1][:, self.equilibrium.robot.motor_count :]
+
+    def predict_forward(self, motors: ArrayLike, wrench: ArrayLike | None = None) -> Increments:
+        """Eq. (45): motor and wrench increments given.
+
+        Args:
+            motors: dq_a, (n,).
+            wrench: dw_p, body wrench, (platform,); default none.
+
+        Raises:
+            InvalidRequest: A vector of the wrong length.
+        """
+        given, load = self._given_motors(motors), self._given_platform("wrench", wrench)
+        return Increments(
+            motors=given,
+            efforts=self.efforts_by_motors @ given + self.efforts_by_wrench @ load,
+            platform=self.platform_by_motors @ given + self.platform_by_wrench @ load,
+            wrench=load,
+        )
+
+    def predict_inverse(self, platform: ArrayLike, wrench: ArrayLike | None = None) -> Increments:
+        """Controlled platform and wrench increments given; the motors follow.
+
+        Args:
+            platform: dSigma_p, body twist, (platform,); only the controlled coordinates are read.
+            wrench: dw_p, body wrench, (platform,); default none.
+
+        Raises:
+            InvalidRequest: A vector of the wrong length, or an inverse singularity.
+        """
+        robot = self.equilibrium.robot
+        wanted = self._given_platform("platform", platform)
+        load = self._given_platform("wrench", wrench)
+        held = np.isin(robot.platform_axes, robot.controlled_axes)
+        controlled = linalg.inv(self._coordinate_motions())[held]
+        jacobian = controlled @ self.platform_by_motors
+        scale = robot.arrays.unit[robot.motor_indices]
+        if held.sum() != robot.motor_count or np.linalg.cond(jacobian * scale) > 1e12:
+            raise InvalidRequest(
+                "platform", "expected a regular inverse problem, this is an inverse singularity"
+            )
+        motors = linalg.solve(jacobian, controlled @ (wanted - self.platform_by_wrench @ load))
+        return self.predict_forward(motors, load)
+
+    def _given_motors(self, values: ArrayLike) -> Floats:
+        names = self.equilibrium.robot.motor_names
+        return checked_vector("motors", values, len(names), " ".join(names))
+
+    def _given_platform(self, name: str, values: ArrayLike | None) -> Floats:
+        size = len(self.equilibrium.robot.platform_axes)
+        return np.zeros(size) if values is None else checked_vector(name, values, size)
 
     def compliance(self, motor_stiffness: ArrayLike | None = None) -> Floats:
         """Compliance ``dSigma_p/dw_p`` of the platform, (platform, platform).
@@ -206,21 +274,26 @@ class KinematoStatics:
 
         ``lengths`` are the units of the platform coordinates, (platform,).
         """
-        equilibrium, robot = self.equilibrium, self.equilibrium.robot
-        axes, turn = robot.platform_axes, _platform_turn(equilibrium)
+        robot = self.equilibrium.robot
+        axes = robot.platform_axes
         if problem == "forward":
             return np.diag(lengths)
         if problem == "inverse_by_effort":
             return np.zeros((len(axes), 0))
-        motions = np.eye(len(axes))
+        uncontrolled = ~np.isin(axes, robot.controlled_axes)
+        return self._coordinate_motions()[:, uncontrolled] * lengths[uncontrolled]
+
+    def _coordinate_motions(self) -> Floats:
+        """Body twists of the platform coordinates of the inverse problem, as columns."""
+        equilibrium, robot = self.equilibrium, self.equilibrium.robot
+        motions = np.eye(len(robot.platform_axes))
         if robot.controls_angles:
             rotation = equilibrium.platform_rotation
             yaw = roll_pitch_yaw(rotation)[2]
             motions[:3, :3] = np.column_stack(
                 [rotation[:, 0], [-np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]]
             )
-        uncontrolled = ~np.isin(axes, robot.controlled_axes)
-        return (turn.T @ motions)[:, uncontrolled] * lengths[uncontrolled]
+        return _platform_turn(equilibrium).T @ motions
 
     def _sign(self, problem: Problem) -> int:
         """Sign of the determinant of the problem's own equations: free of the basis Z."""

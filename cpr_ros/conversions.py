@@ -8,7 +8,16 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode
-from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Vector3, Wrench, WrenchStamped
+from geometry_msgs.msg import (
+    Point,
+    Pose,
+    PoseStamped,
+    Quaternion,
+    Twist,
+    Vector3,
+    Wrench,
+    WrenchStamped,
+)
 from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
@@ -28,7 +37,10 @@ __all__ = [
     "motors_from_joint_state",
     "platform_pose",
     "pose_from_message",
+    "twist_message",
+    "twist_vector",
     "with_wrench",
+    "wrench_vector",
 ]
 
 Floats = NDArray[np.float64]
@@ -126,7 +138,7 @@ def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames) -> Loads:
             f"wrench.header.frame_id: expected {frames.base!r} (fixed in space) or "
             f"{frames.platform!r} (turning with the platform), got {frame!r}",
         )
-    wrench, nothing = _wrench_vector(message.wrench), np.zeros(6)
+    wrench, nothing = wrench_vector(message.wrench), np.zeros(6)
     if frame == frames.base:
         return loads.with_(wrench_world=wrench, wrench_body=nothing)
     return loads.with_(wrench_world=nothing, wrench_body=wrench)
@@ -147,8 +159,8 @@ def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equil
     # Forces on the rods are the description's; a message does not carry them.
     loads = robot.default_loads.with_(
         gravity=[gravity.x, gravity.y, gravity.z],
-        wrench_world=_wrench_vector(message.wrench_in_base),
-        wrench_body=_wrench_vector(message.wrench_in_platform),
+        wrench_world=wrench_vector(message.wrench_in_base),
+        wrench_body=wrench_vector(message.wrench_in_platform),
     )
     position, orientation = message.platform_in_base.position, message.platform_in_base.orientation
     return restore_equilibrium(
@@ -206,6 +218,17 @@ def platform_pose(equilibrium: Equilibrium, frames: Frames, stamp: Time) -> Pose
     return PoseStamped(header=Header(stamp=stamp, frame_id=frames.base), pose=_pose(equilibrium))
 
 
+def twist_message(twist: Floats) -> Twist:
+    """A twist [omega; v], (6,), as a message."""
+    return Twist(linear=_vector3(twist[3:]), angular=_vector3(twist[:3]))
+
+
+def twist_vector(twist: Twist) -> Floats:
+    """A message as a twist [omega; v], (6,)."""
+    parts = (twist.angular, twist.linear)
+    return np.array([value for part in parts for value in (part.x, part.y, part.z)])
+
+
 def _pose(equilibrium: Equilibrium) -> Pose:
     x, y, z = equilibrium.platform_position.tolist()
     qw, qx, qy, qz = equilibrium.platform_quaternion.tolist()
@@ -221,6 +244,7 @@ def _wrench(wrench: Floats) -> Wrench:
     return Wrench(force=_vector3(wrench[3:]), torque=_vector3(wrench[:3]))
 
 
-def _wrench_vector(wrench: Wrench) -> Floats:
+def wrench_vector(wrench: Wrench) -> Floats:
+    """A message as a wrench [m; f], (6,)."""
     parts = (wrench.torque, wrench.force)
     return np.array([value for part in parts for value in (part.x, part.y, part.z)])

@@ -10,7 +10,7 @@ from typing import Any
 
 import rclpy
 from cpr_msgs.msg import StabilityMetrics
-from cpr_msgs.srv import SolveForward, SolveInverse
+from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
 from geometry_msgs.msg import PoseStamped
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.exceptions import ParameterException
@@ -19,8 +19,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 
-from cpr_core import CprError, load_robot
+from cpr_core import CprError, Equilibrium, load_robot
 
+from .analysis import fill_kinemato_statics, fill_prediction, fill_stability
 from .conversions import Frames, equilibrium_to_message, joint_state, platform_pose
 from .error_codes import error_code, success
 from .parameters import declare, thresholds_problem
@@ -63,6 +64,12 @@ class CprNode(Node):
         self.stability = self.create_publisher(StabilityMetrics, "~/stability", 10)
         self.create_service(SolveForward, "~/solve_forward", self._on_forward)
         self.create_service(SolveInverse, "~/solve_inverse", self._on_inverse)
+        for kind, name, fill in (
+            (GetKinematoStatics, "get_kinemato_statics", fill_kinemato_statics),
+            (Predict, "predict", fill_prediction),
+            (CheckStability, "check_stability", fill_stability),
+        ):
+            self.create_service(kind, f"~/{name}", self._about_an_equilibrium(fill))
         self.create_timer(1.0 / parameters.state_rate, self._publish_state)
         self.create_timer(1.0 / parameters.stability_rate, self._publish_stability)
         self.add_on_set_parameters_callback(self._on_parameters)
@@ -71,20 +78,34 @@ class CprNode(Node):
     def _on_forward(
         self, request: SolveForward.Request, response: SolveForward.Response
     ) -> SolveForward.Response:
-        return self._answer(lambda: self.solver.forward(request), response)
+        return self._answer(lambda: self._fill(self.solver.forward(request), response), response)
 
     def _on_inverse(
         self, request: SolveInverse.Request, response: SolveInverse.Response
     ) -> SolveInverse.Response:
-        return self._answer(lambda: self.solver.inverse(request), response)
+        return self._answer(lambda: self._fill(self.solver.inverse(request), response), response)
 
-    def _answer(self, solve: Callable[[], Solution], response: Any) -> Any:
+    def _about_an_equilibrium(
+        self, fill: Callable[[Equilibrium, Any, Any], None]
+    ) -> Callable[[Any, Any], Any]:
+        """Callback of a service that asks about one equilibrium."""
+
+        def callback(request: Any, response: Any) -> Any:
+            return self._answer(
+                lambda: fill(self.solver.equilibrium_of(request), request, response), response
+            )
+
+        return callback
+
+    def _fill(self, solution: Solution, response: Any) -> None:
+        response.solution = equilibrium_to_message(
+            solution.equilibrium, self.frames, self._stamp(), solution.solve_time
+        )
+
+    def _answer(self, fill: Callable[[], None], response: Any) -> Any:
         """Fill a response. An exception must not leave a callback: the client would wait for ever."""
         try:
-            solution = solve()
-            response.solution = equilibrium_to_message(
-                solution.equilibrium, self.frames, self._stamp(), solution.solve_time
-            )
+            fill()
             response.error_code = success()
         except Exception as error:
             response.error_code = error_code(error)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from cpr_msgs.msg import ErrorCode
-from cpr_msgs.srv import SolveForward, SolveInverse
+from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
 
 from cpr_core import (
     Equilibrium,
@@ -82,6 +82,25 @@ class Solver:
         start, loads = self._start_and_loads(request)
         solution = _timed(lambda: solve_inverse(self.robot, pose, start=start, loads=loads))
         return self._applied(solution, request.apply)
+
+    def equilibrium_of(
+        self, request: GetKinematoStatics.Request | Predict.Request | CheckStability.Request
+    ) -> Equilibrium:
+        """The equilibrium a question is about.
+
+        Raises:
+            CprError: None, or the given one is none.
+        """
+        if request.at == request.AT_CURRENT:
+            return self.current.equilibrium
+        if request.at == request.AT_HOME:
+            return self.robot.home
+        if request.at == request.AT_GIVEN:
+            return equilibrium_from_message(self.robot, request.equilibrium)
+        raise RequestError(
+            ErrorCode.INVALID_ROBOT_STATE,
+            f"at: expected AT_CURRENT 0, AT_HOME 1 or AT_GIVEN 2, got {request.at}",
+        )
 
     def _start_and_loads(
         self, request: SolveForward.Request | SolveInverse.Request

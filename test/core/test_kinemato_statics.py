@@ -158,6 +158,30 @@ def test_the_prediction_error_falls_as_the_square_of_the_step(name):
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.1)
 
 
+def test_predictions_invert_each_other(here):
+    model, robot = kinemato_statics(here), here.robot
+    motors = 1e-3 * np.array(STEPS[robot.description.name])
+    wrench = 1e-4 * np.arange(1.0, 1.0 + len(robot.platform_axes))
+    forward = model.predict_forward(motors, wrench)
+    back = model.predict_inverse(forward.platform, wrench)
+    for name in ("motors", "efforts", "platform", "wrench"):
+        np.testing.assert_allclose(
+            getattr(back, name), getattr(forward, name), rtol=1e-6, atol=1e-12, err_msg=name
+        )
+
+
+def test_the_inverse_prediction_is_the_slope_of_inverse_solves():
+    here = solve_inverse(load_robot("three_rfs"), [0.72, 0.1, -0.05])
+    step = np.array([0.001, 0.002, -0.001])
+
+    def there(amount):
+        return solve_inverse(here.robot, np.array([0.72, 0.1, -0.05]) + amount * step, start=here)
+
+    motion = difference(lambda a: body_twist(here, there(a)), 0.1)
+    motors = difference(lambda a: there(a).motors - here.motors, 0.1)
+    close(kinemato_statics(here).predict_inverse(motion).motors, motors)
+
+
 def test_the_inverse_singularity_of_the_six_rfs_path():
     """Near t = 48 of Eq. (53) the indicator changes sign; motor 6 moves nothing."""
     robot = load_robot("six_rfs")
