@@ -192,12 +192,14 @@ class _Path:
         self.target.impose(
             self.start, fraction, Imposed(state[motor_index:], efforts, rotation, position)
         )
+        if np.any(state[robot.length_indices] <= 0.0):
+            return None, 0
         loads = self.loads_at(fraction)
         status, iterations, largest, energy = newton(
             robot.arrays, loads, state, rotation, position, self.columns, self.rows, self.angles,
             efforts, RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION, self.residual, self.tangent, self.work,
         )  # fmt: skip
-        if status != CONVERGED:
+        if status != CONVERGED or np.any(state[robot.length_indices] <= 0.0):
             return None, iterations
         result = Equilibrium(
             robot=robot,

@@ -106,7 +106,7 @@ def _trace(
         raise InvalidRequest(
             "loads", "expected loads with a potential: energy decides nothing here"
         )
-    smallest = float(spectrum(start, motors_are).eigenvalues[0])
+    smallest = spectrum(start, motors_are).smallest
     if smallest <= 0.0:
         raise InvalidRequest(
             "equilibrium", f"expected a stable one, its smallest eigenvalue is {smallest:.3g} J"
@@ -116,7 +116,7 @@ def _trace(
         target = min(low + step, limit) if np.isinf(high) else 0.5 * (low + high)
         try:
             there = solve_forward(robot, start.motors, start=here, loads=loads(target))
-            eigenvalue = float(spectrum(there, motors_are).eigenvalues[0])
+            eigenvalue = spectrum(there, motors_are).smallest
         except NoSolution:
             high, beyond = target, "fold"
             continue

@@ -19,7 +19,7 @@ import yaml
 from numpy.typing import NDArray
 
 from . import joints, motors
-from .errors import CprError, DescriptionError
+from .errors import CprError, DescriptionError, InvalidRequest
 from .lie import rotation_from_quaternion
 from .loads import DistributedForce, Loads, PointForce
 from .rod import UNIFORM, Profile, Rod, StrainModes
@@ -149,7 +149,11 @@ class RobotDescription:
     def with_modes(self, modes: int) -> RobotDescription:
         """The same robot with another number of modes in every direction that has any."""
         if modes < 1:
-            raise CprError(f"modes: expected at least 1, got {modes}")
+            raise InvalidRequest("modes", f"expected at least 1, got {modes}")
+        if any(isinstance(leg.modes.basis, BSplines) for leg in self.legs):
+            raise InvalidRequest(
+                "modes", "B-splines have as many modes as degree and knots say: change those"
+            )
 
         def counts(leg: LegDescription) -> tuple[int, int, int]:
             torsion, bending_2, bending_3 = (modes if count else 0 for count in leg.modes.counts)
@@ -277,7 +281,10 @@ def _check_schema(source: str, content: Any) -> None:
             finite = False
         if not finite:
             raise DescriptionError(source, path, f"expected a finite number, got {number!s:.40}")
-    error = jsonschema.exceptions.best_match(_validator().iter_errors(content))
+    errors = list(_validator().iter_errors(content))
+    # A misspelt field is also a missing one: say the misspelt name.
+    unknown = [error for error in errors if error.validator == "additionalProperties"]
+    error = jsonschema.exceptions.best_match(unknown or errors)
     if error is None:
         return
     path = ""
@@ -314,6 +321,8 @@ def _explain(error: Any) -> str:
             return f"expected one of {', '.join(map(str, limit))}, got {found!r}{about}"
         case "type":
             return f"expected {limit}, got {found!r}{about}"
+        case "exclusiveMaximum":
+            return f"expected a number below {limit}, got {found}{about}"
         case "exclusiveMinimum":
             return f"expected a number above {limit}, got {found}{about}"
         case "minimum" | "maximum":
@@ -443,6 +452,10 @@ class _Builder:
                 f"{field}.motor.type",
                 "an extensible leg needs a uniform rod (profile, rest_curvature)",
             )
+        if leg["motor"].get("spin") and leg["tip"]["type"] == "spherical":
+            raise self.fail(
+                f"{field}.motor.spin", "nothing would hold the rod against turning about itself"
+            )
         strain = leg.get("strain", self.content.get("strain", {}))
         return LegDescription(
             name=leg.get("name", f"leg{index + 1}"),
@@ -450,7 +463,9 @@ class _Builder:
             rod=rod,
             modes=self.modes(f"{field}.strain" if "strain" in leg else "strain", strain),
             base_position=self.vector(f"{field}.base.position", leg["base"]["position"]),
-            base_rotation=self.base_rotation(f"{field}.base", leg["base"], motor),
+            base_rotation=self.base_rotation(
+                f"{field}.base", leg["base"], motor, leg["tip"]["type"] == "spherical"
+            ),
             motor=motor,
             joint=self.joint(f"{field}.tip", leg["tip"]),
             limits=self.limits(f"{field}.motor.limits", leg["motor"].get("limits", {}), motor),
@@ -606,7 +621,9 @@ class _Builder:
             raise self.fail(where, f"expected a direction across the tangent, got {value}")
         return normal
 
-    def base_rotation(self, field: str, base: dict[str, Any], motor: motors.Motor) -> Floats:
+    def base_rotation(
+        self, field: str, base: dict[str, Any], motor: motors.Motor, free_tip: bool
+    ) -> Floats:
         tangent = self.axis(f"{field}.tangent", base["tangent"])
         if self.planar:
             self.vector(f"{field}.tangent", base["tangent"])
@@ -616,10 +633,11 @@ class _Builder:
         elif "normal" in base:
             normal = self.across(f"{field}.normal", base["normal"], tangent)
         else:
-            axis = motor.turn_axis(np.eye(3)) or motor.shift_axis or (0.0, 0.0, 0.0)
-            normal = np.array(axis)
+            normal = np.array(getattr(motor, "axis", np.zeros(3)))
             if np.linalg.norm(normal) < 0.5 or abs(normal @ tangent) > 1e-6:
-                normal = np.linalg.svd(tangent[None, :])[2][1]
+                if not free_tip:
+                    raise self.fail(field, "missing field 'normal'")
+                normal = np.linalg.svd(tangent[None, :])[2][1]  # any one: no joint asks for it
         return _frame(tangent, normal)
 
     def home(self, legs: tuple[LegDescription, ...]) -> HomeGuess:
@@ -630,6 +648,11 @@ class _Builder:
                 "home.motors",
                 f"expected {motor_count} numbers, one per motor, got {len(home['motors'])}",
             )
+        for motor, leg in zip(
+            home["motors"], [leg for leg in legs if leg.motor_name is not None], strict=True
+        ):
+            if leg.motor.extensible and motor <= 0.0:
+                raise self.fail("home.motors", f"expected positive rod lengths, got {motor}")
         if len(home["strain"]) != len(legs):
             raise self.fail(
                 "home.strain",

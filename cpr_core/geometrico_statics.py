@@ -13,6 +13,7 @@ from .arrays import workspace
 from .continuation import EffortTarget, MotorTarget, PlatformTarget, Target, follow
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
 from .errors import (
+    DescriptionError,
     InvalidRequest,
     MotorLimitExceeded,
     NoForwardSolution,
@@ -206,8 +207,13 @@ def solve_home(robot: Robot) -> Equilibrium:
     unloaded = refine(robot, loads, state, rotation, position, iterations=200, contraction=1.0)
     if not unloaded.converged:
         raise NoForwardSolution(
-            f"{robot.description.source}: home: the rough home leads to no equilibrium "
-            f"(dimensionless residual {unloaded.residual:.2g} after {unloaded.iterations} steps)",
+            f"{robot.description.source}: home: the rough home leads to no equilibrium: "
+            f"{_worst_gap(robot, value.residual)}; "
+            + (
+                "a leg is straight, or some motion is held by nothing"
+                if unloaded.iterations == 0
+                else f"given up after {unloaded.iterations} steps"
+            ),
             0.0,
             None,
         )
@@ -219,7 +225,27 @@ def solve_home(robot: Robot) -> Equilibrium:
                 0.0,
                 None,
             )
-    return solve_forward(robot, guess.motors, start=unloaded, loads=robot.default_loads)
+    try:
+        return solve_forward(robot, guess.motors, start=unloaded, loads=robot.default_loads)
+    except (MotorLimitExceeded, NoSolution) as error:
+        raise DescriptionError(robot.description.source, "home", str(error)) from None
+
+
+def _worst_gap(robot: Robot, residual: Floats) -> str:
+    """Where a rough home fits worst."""
+    held, worst, text = len(robot.arrays.position_axes), -1.0, ""
+    for here, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
+        first = here["multiplier_index"]
+        gap = float(np.linalg.norm(residual[first : first + held]))
+        turn = float(
+            np.linalg.norm(residual[first + held : first + held + here["orientation_count"]])
+        )
+        if gap / leg.rod.length + turn > worst:
+            worst = gap / leg.rod.length + turn
+            text = f"there {leg.name} misses its tip joint by {gap:.3g} m"
+            if here["orientation_count"]:
+                text += f" and {turn:.3g} (sine) in orientation"
+    return text
 
 
 def restore_equilibrium(

@@ -25,6 +25,11 @@ _PROBLEMS: tuple[Problem, ...] = ("forward", "inverse", "inverse_by_effort")
 _TWIST = ("omega_x", "omega_y", "omega_z", "v_x", "v_y", "v_z")
 
 
+def _finite(value: float) -> float | None:
+    """What JSON can hold."""
+    return value if math.isfinite(value) else None
+
+
 def equilibrium_as_dict(equilibrium: Equilibrium) -> dict[str, Any]:
     """An equilibrium as plain values, SI units; what a JSON value cannot hold becomes None."""
     robot = equilibrium.robot
@@ -46,9 +51,9 @@ def equilibrium_as_dict(equilibrium: Equilibrium) -> dict[str, Any]:
         "energy": equilibrium.energy,
         "index_locked": locked.index,
         "index_free": free.index,
-        "smallest_eigenvalue_locked": float(locked.eigenvalues[0]),
-        "smallest_eigenvalue_free": float(free.eigenvalues[0]),
-        "margin_locked": None if math.isnan(locked.margin) else locked.margin,
+        "smallest_eigenvalue_locked": _finite(locked.smallest),
+        "smallest_eigenvalue_free": _finite(free.smallest),
+        "margin_locked": _finite(locked.margin),
         "energy_criterion_applies": locked.energy_criterion_applies,
     }
 
@@ -73,7 +78,8 @@ def equilibrium_as_text(equilibrium: Equilibrium) -> str:
     locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
     verdict = "stable" if locked.index == 0 else "UNSTABLE"
     if not locked.energy_criterion_applies:
-        verdict = "stability not decided by energy: a non-conservative load acts"
+        lines.append("  stability not decided by energy: a non-conservative load acts")
+        verdict = "by its energy alone " + verdict
     lines.append(
         f"  {verdict} with motors held (index {locked.index}, margin {locked.margin:.4f}); "
         f"index {free.index} at constant effort"
@@ -85,7 +91,7 @@ def equilibrium_as_text(equilibrium: Equilibrium) -> str:
 def stability_as_dict(equilibrium: Equilibrium, motors_are: MotorReading) -> dict[str, Any]:
     """Stability of an equilibrium: the spectrum of H_r and its smallest eigenvector as a motion."""
     robot, found = equilibrium.robot, spectrum(equilibrium, motors_are)
-    motion = found.motions[:, 0]
+    motion = found.motions[:, 0] if len(found.eigenvalues) else np.zeros(len(found.motions))
     return {
         "robot": robot.description.name,
         "motors": equilibrium.motors.tolist(),
@@ -93,7 +99,7 @@ def stability_as_dict(equilibrium: Equilibrium, motors_are: MotorReading) -> dic
         "stable": found.index == 0 if found.energy_criterion_applies else None,
         "index": found.index,
         "eigenvalues": found.eigenvalues[:6].tolist(),
-        "margin": None if math.isnan(found.margin) else found.margin,
+        "margin": _finite(found.margin),
         "inverse_condition_number": found.inverse_condition_number,
         "energy_criterion_applies": found.energy_criterion_applies,
         "softest_motion": {

@@ -121,6 +121,12 @@ class Robot:
         return self.arrays.motor_index + np.arange(self.motor_count)
 
     @cached_property
+    def length_indices(self) -> Integers:
+        """State indices of rod lengths (extensible legs)."""
+        legs = self.arrays.legs
+        return legs["translation_index"][legs["extensible"] == 1]
+
+    @cached_property
     def platform_indices(self) -> Integers:
         """State indices of the platform twist."""
         return self.arrays.platform_index + np.arange(len(self.platform_axes))

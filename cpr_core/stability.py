@@ -35,7 +35,8 @@ class Spectrum:
             multipliers are zero.
         margin: Smallest eigenvalue of H_r relative to the elastic stiffness on the same motions,
             ``min v^T H_r v / v^T K_r v``, dimensionless: 1 without loads and forces, 0 where stability
-            is lost. NaN where some motion costs no elastic energy (possible with free motors).
+            is lost, more than 1 under tension. NaN where some motion costs no elastic energy (possible
+            with free motors); infinite where the constraints leave nothing to move.
         energy_criterion_applies: False where a non-conservative load acts.
     """
 
@@ -47,14 +48,20 @@ class Spectrum:
 
     @property
     def index(self) -> int:
-        """Number of negative eigenvalues."""
-        return int(np.sum(self.eigenvalues < 0.0))
+        """Number of negative eigenvalues; those that vanish to rounding are not counted."""
+        sizes = np.abs(self.eigenvalues)
+        return int(np.sum(self.eigenvalues < -1e-11 * sizes.max(initial=0.0)))
+
+    @property
+    def smallest(self) -> float:
+        """Smallest eigenvalue [J]; infinite where the constraints leave nothing to move."""
+        return float(self.eigenvalues.min(initial=np.inf))
 
     @property
     def inverse_condition_number(self) -> float:
         """Smallest over largest absolute eigenvalue, as in Figs. 6 and 12."""
         sizes = np.abs(self.eigenvalues)
-        return float(sizes.min() / sizes.max())
+        return float(sizes.min() / sizes.max()) if len(sizes) else 1.0
 
 
 def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> Spectrum:
@@ -99,6 +106,8 @@ def _margin(
 ) -> float:
     elastic = _elastic_hessian(equilibrium)
     projected = null_space.T @ elastic[np.ix_(moving, moving)] @ null_space
+    if not len(projected):
+        return float("inf")
     smallest = linalg.eigvalsh(projected, subset_by_index=[0, 0])[0]
     if smallest <= 1e-12 * np.trace(projected):
         return float("nan")

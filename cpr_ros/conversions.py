@@ -59,8 +59,15 @@ class Frames:
     platform: str
 
 
-def motors_from_joint_state(robot: Robot, message: JointState) -> tuple[bool, Floats]:
+def motors_from_joint_state(
+    robot: Robot, message: JointState, where: str = "motors"
+) -> tuple[bool, Floats]:
     """Motor values in motor order.
+
+    Args:
+        robot: The robot.
+        message: Motors by name.
+        where: Name of the field in error messages.
 
     Returns:
         Whether they are efforts (no positions given), and the values, (n,).
@@ -72,19 +79,19 @@ def motors_from_joint_state(robot: Robot, message: JointState) -> tuple[bool, Fl
     names, expected = list(message.name), list(robot.motor_names)
     needed = f"expected every motor once ({', '.join(expected)})"
     if not names:
-        raise InvalidRequest("motors.name", f"{needed}, got no name")
+        raise InvalidRequest(f"{where}.name", f"{needed}, got no name")
     unknown = [name for name in names if name not in expected]
     missing = [name for name in expected if name not in names]
     twice = sorted({name for name in names if names.count(name) > 1})
     for kind, which in (("unknown", unknown), ("twice", twice), ("missing", missing)):
         if which:
-            raise InvalidRequest("motors.name", f"{needed}; {kind}: {', '.join(which)}")
+            raise InvalidRequest(f"{where}.name", f"{needed}; {kind}: {', '.join(which)}")
     by_effort = not message.position
     field = "effort" if by_effort else "position"
     values = message.effort if by_effort else message.position
     if by_effort and not values:
-        raise InvalidRequest("motors.position", f"expected {len(names)} numbers, got none")
-    vector = checked_vector(f"motors.{field}", values, len(names), " ".join(names))
+        raise InvalidRequest(f"{where}.position", f"expected {len(names)} numbers, got none")
+    vector = checked_vector(f"{where}.{field}", values, len(names), " ".join(names))
     return by_effort, vector[[names.index(name) for name in expected]]
 
 
@@ -152,9 +159,9 @@ def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equil
         NonFiniteInput: A NaN or an infinity.
         InvalidQuaternion: No rotation.
     """
-    by_effort, motors = motors_from_joint_state(robot, message.motors)
+    by_effort, motors = motors_from_joint_state(robot, message.motors, "equilibrium.motors")
     if by_effort:
-        raise InvalidRequest("start_equilibrium.motors.position", "expected positions, got none")
+        raise InvalidRequest("equilibrium.motors.position", "expected positions, got none")
     gravity = message.gravity
     # Forces on the rods are the description's; a message does not carry them.
     loads = robot.default_loads.with_(
@@ -194,8 +201,8 @@ def equilibrium_to_message(
         iterations=equilibrium.iterations,
         index_locked=locked.index,
         index_free=free.index,
-        smallest_eigenvalue_locked=float(locked.eigenvalues[0]),
-        smallest_eigenvalue_free=float(free.eigenvalues[0]),
+        smallest_eigenvalue_locked=locked.smallest,
+        smallest_eigenvalue_free=free.smallest,
         margin=locked.margin,
         energy=equilibrium.energy,
         solve_time=solve_time,

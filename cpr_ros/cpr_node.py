@@ -51,13 +51,16 @@ class CprNode(Node):
         logger = self.get_logger()
         robot = load_robot(parameters.robot, modes=parameters.modes or None)
         logger.info(f"{robot.description.source}: motors {', '.join(robot.motor_names)}")
-        logger.info("finding home; after an installation the kernels are compiled, about a minute")
+        logger.info("finding home (after an installation the kernels are compiled, half a minute)")
         begin = time.monotonic()
         self.solver = Solver(robot, self.frames)
         home = self.solver.current.equilibrium
         # Everything a request needs is compiled now, not when a client waits.
         equilibrium_to_message(home, self.frames, self._stamp(), 0.0)
         logger.info(f"at home after {time.monotonic() - begin:.1f} s, index {home.index_locked}")
+
+        if home.index_locked > 0:
+            logger.warning("home is unstable: does every leg bow to the side it should?")
 
         self.joint_states = self.create_publisher(JointState, "joint_states", 10)
         self.platform_pose = self.create_publisher(PoseStamped, "~/platform_pose", 10)

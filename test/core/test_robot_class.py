@@ -8,10 +8,12 @@ import yaml
 from scipy.integrate import quad
 
 from cpr_core import (
+    CprError,
     DescriptionError,
     InvalidRequest,
     Loads,
     MotorLimitExceeded,
+    NoForwardSolution,
     Robot,
     load_robot,
     solve_forward,
@@ -183,7 +185,7 @@ def test_the_basis_does_not_matter_for_the_same_polynomials(name, basis):
 
 
 def test_splines_with_knots_approach_the_same_solution():
-    content = yaml.safe_load(shipped_robots()["six_rfs"].read_text().replace("e9 ", ".0e+9 "))
+    content = content_of("six_rfs")
     content["strain"] = {"basis": "bsplines", "degree": 4, "knots": [0.2, 0.4, 0.6, 0.8]}
     content["strain"]["torsion"] = 0
     found, expected = moved(load_robot(content)), moved(load_robot("six_rfs", modes=12))
@@ -228,7 +230,7 @@ def test_tilt_is_controlled_exactly_and_the_rest_follows():
     "controlled", [["z", "pitch", "yaw"], ["x", "roll", "yaw"], ["x", "y", "yaw"]]
 )
 def test_any_angles_can_be_chosen(controlled):
-    content = yaml.safe_load(shipped_robots()["three_rfs"].read_text().replace("e9 ", ".0e+9 "))
+    content = content_of("three_rfs")
     content["controlled"] = controlled
     robot = load_robot(content)
     # Off the symmetric home, where yaw answers to no motor to first order.
@@ -245,16 +247,66 @@ def test_motors_beyond_their_limits_are_refused():
         solve_forward(robot, [4.1, 5.4, 5.4])
     assert (caught.value.motor, caught.value.quantity) == ("motor1", "position")
     assert caught.value.limits == (4.2, 6.2)
-    with pytest.raises(MotorLimitExceeded, match="effort"):
-        pressed = robot.default_loads.with_(wrench_world=[0, 0, 0, 0, 0, -30.0])
-        weak = replace(
+    weak = Robot(
+        replace(
             robot.description,
             legs=tuple(
-                replace(leg, limits=replace(leg.limits, effort=0.3))
+                replace(leg, limits=replace(leg.limits, effort=0.48))
                 for leg in robot.description.legs
             ),
         )
-        solve_forward(Robot(weak), [5.4] * 3, loads=pressed.with_(wrench_world=np.zeros(6)))
+    )
+    with pytest.raises(MotorLimitExceeded, match="effort"):
+        solve_forward(weak, [5.6, 5.6, 5.6])
+
+
+def test_rod_lengths_stay_positive():
+    content = content_of("gough_stewart")
+    for leg in content["legs"]:
+        del leg["motor"]["limits"]
+    robot = load_robot(content)
+    with pytest.raises(NoForwardSolution, match="followed over"):
+        solve_forward(robot, [-0.3] * 6)
+    content["home"]["motors"] = [0.0] * 6
+    with pytest.raises(DescriptionError, match=r"home\.motors: expected positive rod lengths"):
+        load_robot(content)
+
+
+def test_a_robot_that_cannot_move_is_stable():
+    """One mode a leg: with the motors held the constraints leave nothing to move."""
+    rigid = load_robot("rfrfr", modes=1).home
+    assert len(rigid.spectrum_locked.eigenvalues) == 0
+    assert rigid.index_locked == 0
+    assert rigid.spectrum_locked.margin == rigid.spectrum_locked.smallest == np.inf
+
+
+def test_rounding_is_no_instability():
+    """Two prismatic motors along one line shift the whole robot: a neutral motion."""
+    content = content_of("rfrfr")
+    for leg, slope in zip(content["legs"], (2.59, 0.55), strict=True):
+        leg["motor"] = {"type": "prismatic", "axis": [1, 0, 0]}
+        leg["base"]["tangent"] = [float(np.cos(slope)), float(np.sin(slope)), 0]
+    content["home"]["motors"] = [0.0, 0.0]
+    robot = load_robot(content)
+    for shift in (0.0, 0.01, 0.02, 0.03):
+        assert solve_forward(robot, [shift, shift]).index_free == 0
+
+
+def test_homes_that_do_not_fit_say_where():
+    content = content_of("six_rfs")
+    for number, leg in enumerate(content["legs"]):
+        leg["tip"]["position"] = [20.0 * (-1) ** number, 0, 0]
+    robot = load_robot(content)
+    with pytest.raises(CprError, match=r"home: .* leg\d misses its tip joint by \d+(\.\d)? m"):
+        solve_forward(robot, content["home"]["motors"])
+    content = content_of("three_rfs")
+    content["legs"][0]["motor"]["limits"] = {"position": [0, 1]}
+    with pytest.raises(DescriptionError, match=r"home: motor1: position 5\.4 rad is outside"):
+        solve_forward(load_robot(content), [5.4] * 3)
+
+
+def content_of(name):
+    return yaml.safe_load(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
 
 
 def cantilever(**rod):
@@ -375,7 +427,7 @@ def test_forces_at_other_places_than_stations_are_refused():
 
 
 def test_more_motors_than_coordinates_are_refused_by_the_inverse_problem():
-    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text().replace("e9 ", ".0e+9 "))
+    content = content_of("rfrfr")
     content["legs"].append(
         content["legs"][0] | {"base": {"position": [-0.1, 0, 0], "tangent": [1, 0, 0]}}
     )
@@ -391,6 +443,21 @@ def test_more_motors_than_coordinates_are_refused_by_the_inverse_problem():
 
 
 BAD = {
+    "spin that nothing holds": (
+        "legs[0].motor.spin",
+        lambda c: c["legs"][0].update(
+            motor={"type": "extensible", "spin": True},
+            tip={"type": "spherical", "position": [0, 0, 0]},
+        ),
+    ),
+    "misspelt field": (
+        "rod",
+        lambda c: c["rod"].update(lenght=c["rod"].pop("length")),
+    ),
+    "force at the tip": (
+        "loads.points[0].at",
+        lambda c: c["loads"]["points"][0].update(at=1),
+    ),
     "dangling leg": ("loads.points[0].leg", lambda c: c["loads"]["points"][0].update(leg="arm")),
     "tube without wall": (
         "rod.section.inner_radius",
@@ -480,7 +547,7 @@ def test_bad_descriptions_name_the_field(case):
 
 @pytest.mark.parametrize("tip", [{"type": "fixed", "tangent": [1, 0, 0]}, {"type": "revolute"}])
 def test_spatial_tips_need_their_directions(tip):
-    content = yaml.safe_load(shipped_robots()["three_rfs"].read_text().replace("e9 ", ".0e+9 "))
+    content = content_of("three_rfs")
     content["legs"][1]["tip"] = {"position": [0, 0.1, 0], **tip}
     with pytest.raises(DescriptionError, match=r"legs\[1\]\.tip: missing field '(normal|axis)'"):
         load_robot(content)
