@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from . import __version__
-from .description import shipped_robots
+from .description_file import shipped_robots
 from .equilibrium import Equilibrium
 from .errors import CprError, DescriptionError, InvalidRequest
 from .geometrico_statics import solve_forward, solve_inverse

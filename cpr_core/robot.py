@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import LEG, LoadArrays, RobotArrays
-from .description import RobotDescription, read_description
+from .description import RobotDescription
+from .description_file import read_description
 from .errors import InvalidRequest
 from .loads import Loads
 from .quadrature import RodGrid, rod_grid

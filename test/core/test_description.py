@@ -10,7 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from cpr_core.description import RobotDescription, read_description, shipped_robots
+from cpr_core.description import RobotDescription
+from cpr_core.description_file import read_description, shipped_robots
 from cpr_core.errors import CprError, DescriptionError
 from cpr_core.geometrico_statics import solve_forward
 from cpr_core.lie import rotation_exp

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cpr_core import load_robot, solve_forward, solve_inverse
-from cpr_core.description import shipped_robots
+from cpr_core.description_file import shipped_robots
 from cpr_core.kinemato_statics import kinemato_statics
 from cpr_core.lie import rotation_log
 

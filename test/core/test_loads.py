@@ -8,7 +8,7 @@ import pytest
 import yaml
 from numpy.testing import assert_allclose
 
-from cpr_core.description import shipped_robots
+from cpr_core.description_file import shipped_robots
 from cpr_core.errors import CprError, InvalidRequest, NonFiniteInput
 from cpr_core.loads import Loads, checked_vector
 from cpr_core.robot import load_robot

@@ -7,7 +7,7 @@ import pytest
 
 from cpr_core import kinemato_statics, load_robot, solve_forward, solve_inverse, spectrum
 from cpr_core.command_line import main
-from cpr_core.description import shipped_robots
+from cpr_core.description_file import shipped_robots
 
 
 def run(capsys, *arguments):

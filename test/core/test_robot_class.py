@@ -20,7 +20,8 @@ from cpr_core import (
     solve_forward_by_effort,
     solve_inverse,
 )
-from cpr_core.description import HomeGuess, shipped_robots
+from cpr_core.description import HomeGuess
+from cpr_core.description_file import shipped_robots
 from cpr_core.geometrico_statics import pose_meaning
 from cpr_core.lie import roll_pitch_yaw, rotation_exp
 from cpr_core.loads import DistributedForce, PointForce
