@@ -1,8 +1,9 @@
 """From one equilibrium to a requested one, along a straight path in what the request imposes.
 
-The whole way is tried in one step first. A step is accepted only if every Newton correction
-contracts, so the solution belongs to the branch of the start; otherwise the step is halved. A request
-that cannot be reached this way is an error, never another branch.
+A way of up to half a radian or half a rod length is tried in one step, a longer one in several. A
+step is accepted only if every Newton correction contracts, so the solution belongs to the branch of
+the start; otherwise the step is halved. A request that cannot be reached this way is an error, never
+another branch.
 """
 
 from __future__ import annotations
@@ -30,6 +31,11 @@ CONTRACTION = 0.5
 ITERATIONS = 12
 #: Smallest path step before the path is given up, as a fraction of the way.
 SMALLEST_STEP = 1e-4
+#: Longest path step in what is imposed, in radians and rod lengths. A motor several turns away looks
+#: near to Newton's method, yet the rod has to be wound there.
+LONGEST_STEP = 0.5
+#: Requests farther away than so many longest steps are refused at once.
+MOST_STEPS = 1000
 
 
 class Imposed:
@@ -56,6 +62,10 @@ class Target(Protocol):
     #: Key of ``Robot.problems``.
     problem: ClassVar[str]
 
+    def distance(self, start: Equilibrium) -> float:
+        """How far it is from the start to here, in radians and rod lengths."""
+        ...
+
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Write what holds at a fraction of the way from the start."""
         ...
@@ -72,6 +82,11 @@ class MotorTarget:
     motors: Floats
     problem: ClassVar[str] = "motors"
 
+    def distance(self, start: Equilibrium) -> float:
+        """Largest change of a motor."""
+        unit = start.robot.arrays.unit[start.robot.motor_indices]
+        return float(np.max(np.abs(self.motors - start.motors) / unit, initial=0.0))
+
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the motor positions."""
         values.motors[:] = (1.0 - fraction) * start.motors + fraction * self.motors
@@ -87,6 +102,10 @@ class EffortTarget:
 
     efforts: Floats
     problem: ClassVar[str] = "efforts"
+
+    def distance(self, start: Equilibrium) -> float:
+        """Nothing: efforts have no turns, Newton's method sees how far they are."""
+        return 0.0
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the efforts."""
@@ -105,6 +124,11 @@ class PlatformTarget:
     rotation: Floats
     position: Floats
     problem: ClassVar[str] = "platform"
+
+    def distance(self, start: Equilibrium) -> float:
+        """Distance of the positions."""
+        length = float(np.mean(start.robot.arrays.legs["length"]))
+        return float(np.max(np.abs(self.position - start.platform_position))) / length
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the position and in single angles, about one axis in the whole orientation."""
@@ -145,21 +169,25 @@ def follow(start: Equilibrium, target: Target, loads: Loads) -> Equilibrium:
         NoSolution: With the fraction of the way and the last equilibrium on it.
     """
     path = _Path(start, target, loads)
-    reached, step, here, iterations = 0.0, 1.0, start, 0
+    steps = target.distance(start) / LONGEST_STEP
+    if not steps <= MOST_STEPS:
+        raise NoSolution("it is too far away to be followed there", 0.0, start)
+    longest = 1.0 / max(1.0, steps)
+    reached, step, here, iterations = 0.0, longest, start, 0
     while reached < 1.0:
         ahead = min(1.0, reached + step)
         result, used = path.step(here, ahead)
         iterations += used
         if result is None:
             step = 0.5 * (ahead - reached)
-            if step < SMALLEST_STEP:
+            if step < SMALLEST_STEP * longest:
                 raise NoSolution(
-                    f"no equilibrium found beyond {reached:.4f} of the way from the start",
+                    "no equilibrium is near the last one on the way",
                     reached,
                     here,
                 )
             continue
-        here, step, reached = result, 2.0 * (ahead - reached), ahead
+        here, step, reached = result, min(longest, 2.0 * (ahead - reached)), ahead
     return here if here.iterations == iterations else replace(here, iterations=iterations)
 
 

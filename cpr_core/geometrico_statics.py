@@ -354,7 +354,7 @@ def _followed(
         motors = ", ".join(f"{value:.4g}" for value in last.motors)
         position = ", ".join(f"{value:.4g}" for value in last.platform_position)
         raise error(
-            f"{what}: not reached from the start: its branch could be followed over "
+            f"{what}: not reached from the start, {failure}: its branch could be followed over "
             f"{100.0 * failure.fraction:.2f} % of the way, to motors ({motors}) "
             f"and platform position ({position})",
             failure.fraction,

@@ -314,7 +314,13 @@ class KinematoStatics:
         """Natural units of the states and of energy for a characteristic length."""
         arrays = self.equilibrium.robot.arrays
         natural = float(np.mean(arrays.legs["length"]))
-        ratio = (characteristic_length or natural) / natural
+        length = natural if characteristic_length is None else characteristic_length
+        if not 1e-6 * natural <= length <= 1e6 * natural:
+            raise InvalidRequest(
+                "characteristic_length",
+                f"expected a length between {1e-6 * natural:g} and {1e6 * natural:g} m, got {length:g}",
+            )
+        ratio = length / natural
         robot, unit = self.equilibrium.robot, arrays.unit.copy()
         energy_unit = arrays.energy_unit / ratio
         for here in arrays.legs:

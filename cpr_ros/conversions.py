@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,9 +81,10 @@ def motors_from_joint_state(
     needed = f"expected every motor once ({', '.join(expected)})"
     if not names:
         raise InvalidRequest(f"{where}.name", f"{needed}, got no name")
-    unknown = [name for name in names if name not in expected]
-    missing = [name for name in expected if name not in names]
-    twice = sorted({name for name in names if names.count(name) > 1})
+    counts = Counter(names)
+    unknown = [name for name in counts if name not in expected]
+    missing = [name for name in expected if name not in counts]
+    twice = [name for name, count in counts.items() if count > 1]
     for kind, which in (("unknown", unknown), ("twice", twice), ("missing", missing)):
         if which:
             raise InvalidRequest(f"{where}.name", f"{needed}; {kind}: {', '.join(which)}")

@@ -16,6 +16,8 @@ from cpr_core import (
 
 __all__ = ["RequestError", "error_code", "success"]
 
+_LONGEST_MESSAGE = 1000
+
 
 class RequestError(CprError):
     """A request the node refuses by itself.
@@ -48,10 +50,13 @@ def success() -> ErrorCode:
 
 def error_code(error: Exception) -> ErrorCode:
     """The code of an error; FAILURE for one that nobody foresaw."""
+    text = str(error)
+    if len(text) > _LONGEST_MESSAGE:  # it may repeat what was sent
+        text = f"{text[:_LONGEST_MESSAGE]}..."
     if isinstance(error, RequestError):
-        return ErrorCode(val=error.val, message=str(error))
+        return ErrorCode(val=error.val, message=text)
     for kind, val in _CODES:
         if isinstance(error, kind):
-            return ErrorCode(val=val, message=str(error))
+            return ErrorCode(val=val, message=text)
     name = type(error).__name__
-    return ErrorCode(val=ErrorCode.FAILURE, message=f"internal error: {name}: {error}")
+    return ErrorCode(val=ErrorCode.FAILURE, message=f"internal error: {name}: {text}")
