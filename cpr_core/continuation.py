@@ -84,8 +84,9 @@ class MotorTarget:
 
     def distance(self, start: Equilibrium) -> float:
         """Largest change of a motor."""
-        unit = start.robot.arrays.unit[start.robot.motor_indices]
-        return float(np.max(np.abs(self.motors - start.motors) / unit, initial=0.0))
+        if not self.motors.size:
+            return 0.0
+        return float(np.abs((self.motors - start.motors) / start.robot.motor_units).max())
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the motor positions."""
@@ -220,14 +221,15 @@ class _Path:
         self.target.impose(
             self.start, fraction, Imposed(state[motor_index:], efforts, rotation, position)
         )
-        if np.any(state[robot.length_indices] <= 0.0):
+        lengths = robot.length_indices
+        if lengths.size and state[lengths].min() <= 0.0:
             return None, 0
         loads = self.loads_at(fraction)
         status, iterations, largest, energy = newton(
             robot.arrays, loads, state, rotation, position, self.columns, self.rows, self.angles,
             efforts, RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION, self.residual, self.tangent, self.work,
         )  # fmt: skip
-        if status != CONVERGED or np.any(state[robot.length_indices] <= 0.0):
+        if status != CONVERGED or (lengths.size and state[lengths].min() <= 0.0):
             return None, iterations
         result = Equilibrium(
             robot=robot,

@@ -370,8 +370,8 @@ def check_limits(equilibrium: Equilibrium) -> None:
     Raises:
         MotorLimitExceeded: The first motor beyond its position range or its effort.
     """
-    legs = [leg for leg in equilibrium.robot.description.legs if leg.motor_name is not None]
-    for leg, position, effort in zip(legs, equilibrium.motors, equilibrium.efforts, strict=True):
+    for motor, leg in equilibrium.robot.limited_motors:
+        position, effort = equilibrium.motors[motor], equilibrium.efforts[motor]
         limits, name, unit = leg.limits, str(leg.motor_name), leg.motor.unit
         if not limits.lower <= position <= limits.upper:
             raise MotorLimitExceeded(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import LEG, LoadArrays, RobotArrays
-from .description import RobotDescription
+from .description import LegDescription, RobotDescription
 from .description_file import read_description
 from .errors import InvalidRequest
 from .loads import Loads
+from .motors import MotorLimits
 from .quadrature import RodGrid, rod_grid
 
 if TYPE_CHECKING:
@@ -120,6 +121,21 @@ class Robot:
     def motor_indices(self) -> Integers:
         """State indices of the motors."""
         return self.arrays.motor_index + np.arange(self.motor_count)
+
+    @cached_property
+    def motor_units(self) -> Floats:
+        """Natural units of the motors, (n,)."""
+        return self.arrays.unit[self.motor_indices]
+
+    @cached_property
+    def limited_motors(self) -> tuple[tuple[int, LegDescription], ...]:
+        """Motors that have limits of position or effort, by number, and their legs."""
+        legs = [leg for leg in self.description.legs if leg.motor_name is not None]
+        return tuple(
+            (motor, leg)
+            for motor, leg in enumerate(legs)
+            if replace(leg.limits, speed=math.inf) != MotorLimits()
+        )
 
     @cached_property
     def length_indices(self) -> Integers:
