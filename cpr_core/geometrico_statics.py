@@ -281,14 +281,25 @@ def restore_equilibrium(
         state[indices] = checked_vector(name, values, len(indices))
     rotation = np.array(platform_rotation, float)
     position = np.array(checked_vector("platform_position", platform_position, 3))
+    _check_freedom(robot, rotation, position)
     found = refine(robot, loads, state, rotation, position, iterations=6, contraction=0.5)
-    if not found.converged:
+    if not found.converged or np.any(found.state[robot.length_indices] <= 0.0):
         raise InvalidRequest(
             "start",
             f"expected an equilibrium of {robot.description.name} under its loads; these numbers "
             "belong to another robot, other loads or another number of modes",
         )
     return found
+
+
+def _check_freedom(robot: Robot, rotation: Floats, position: Floats) -> None:
+    """Whether a planar platform is in its plane, and a point without orientation."""
+    if not robot.planar:
+        return
+    if abs(position[2]) > 1e-9 or abs(rotation[2, 2] - 1.0) > 1e-9:
+        raise InvalidRequest("platform", "expected z = 0 and a rotation about z for a planar robot")
+    if robot.description.point_platform and np.abs(rotation - np.eye(3)).max() > 1e-9:
+        raise InvalidRequest("platform", "expected no rotation: the platform is a point")
 
 
 def refine(

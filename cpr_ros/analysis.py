@@ -76,6 +76,12 @@ def fill_prediction(
             ErrorCode.INVALID_ROBOT_STATE,
             f"problem: expected FORWARD 0 or INVERSE 1, got {request.problem}",
         )
+    parts = (found.motors, found.efforts, found.platform)
+    if not all(np.all(np.isfinite(part)) for part in parts):
+        raise RequestError(
+            ErrorCode.INVALID_ROBOT_STATE,
+            "increments: expected small ones, these are beyond numbers",
+        )
     response.motor_increments = found.motors.tolist()
     response.effort_increments = found.efforts.tolist()
     response.platform_increment = twist_message(_whole(robot, found.platform))

@@ -230,3 +230,19 @@ def test_an_equilibrium_is_restored_from_its_numbers(robot):
         restore(np.zeros(len(kept.leg_coordinates)))
     with pytest.raises(InvalidRequest, match="leg_coordinates"):
         restore(kept.leg_coordinates[1:])
+
+
+def test_a_planar_equilibrium_is_restored_in_its_plane_only():
+    kept = load_robot("rfrfr").home
+    turned = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    for rotation, shift in ((np.eye(3), [0, 0, 0.001]), (turned, [0, 0, 0])):
+        with pytest.raises(InvalidRequest, match="planar robot"):
+            restore_equilibrium(
+                kept.robot,
+                kept.loads,
+                kept.motors,
+                kept.leg_coordinates,
+                kept.multipliers,
+                rotation,
+                kept.platform_position + shift,
+            )
