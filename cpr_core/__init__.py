@@ -1,5 +1,6 @@
 """Statics, kinemato-statics and stability of continuum parallel robots."""
 
+from .critical_load import CriticalLoad, critical_load, critical_load_factor
 from .equilibrium import Equilibrium
 from .errors import (
     CprError,
@@ -28,6 +29,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "CprError",
+    "CriticalLoad",
     "DescriptionError",
     "DistributedForce",
     "Equilibrium",
@@ -45,6 +47,8 @@ __all__ = [
     "Robot",
     "Singularity",
     "Spectrum",
+    "critical_load",
+    "critical_load_factor",
     "kinemato_statics",
     "leg_shapes",
     "load_robot",

@@ -186,6 +186,63 @@ class KinematoStatics:
         motors = linalg.solve(jacobian, controlled @ (wanted - self.platform_by_wrench @ load))
         return self.predict_forward(motors, load)
 
+    def solve(
+        self,
+        *,
+        motors: ArrayLike | None = None,
+        platform: ArrayLike | None = None,
+        efforts: ArrayLike | None = None,
+        wrench: ArrayLike | None = None,
+    ) -> Increments:
+        """Eq. (42) for any admissible choice of given increments.
+
+        Args:
+            motors: dq_a, (n,).
+            platform: dSigma_p, body twist, (platform,).
+            efforts: dtau_a, (n,).
+            wrench: dw_p, body wrench, (platform,).
+
+        In each, NaN stands for a number to be found; so does a vector that is not given. As many
+        numbers have to be given as there are motors and platform coordinates.
+
+        Raises:
+            InvalidRequest: Wrong lengths, too many or too few numbers, or a singular choice.
+        """
+        robot = self.equilibrium.robot
+        n, size = robot.motor_count, len(robot.platform_axes)
+        unit, energy_unit = self._units(None)
+        units = np.concatenate([unit[robot.motor_indices], unit[robot.platform_indices]])
+        units = np.concatenate([units, energy_unit / units])
+        parts = []
+        for name, values, length in (
+            ("motors", motors, n),
+            ("platform", platform, size),
+            ("efforts", efforts, n),
+            ("wrench", wrench, size),
+        ):
+            part = np.full(length, np.nan) if values is None else np.array(values, dtype=float)
+            if part.shape != (length,) or np.any(np.isinf(part)):
+                raise InvalidRequest(name, f"expected {length} numbers or NaN, got {values!r:.200}")
+            parts.append(part)
+        given = np.concatenate(parts) / units
+        unknown = np.isnan(given)
+        if unknown.sum() != n + size:
+            raise InvalidRequest(
+                "increments",
+                f"expected {n + size} given numbers, one per motor and platform coordinate, "
+                f"got {int((~unknown).sum())}",
+            )
+        a, p, e, w = self.matrices()
+        columns = np.hstack([a, p, -w])
+        matrix = np.hstack([columns[:, unknown], e])
+        if np.linalg.cond(matrix) > 1e12:
+            raise InvalidRequest("increments", "these do not determine the others (a singularity)")
+        found = linalg.solve(matrix, -columns[:, ~unknown] @ given[~unknown])
+        given[unknown] = found[: n + size]
+        ends = np.cumsum([n, size, n])
+        moved, turned, pushed, loaded = np.split(given * units, ends)
+        return Increments(motors=moved, platform=turned, efforts=pushed, wrench=loaded)
+
     def _given_motors(self, values: ArrayLike) -> Floats:
         names = self.equilibrium.robot.motor_names
         return checked_vector("motors", values, len(names), " ".join(names))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cpr_core import load_robot, solve_forward, solve_inverse
+from cpr_core import InvalidRequest, load_robot, solve_forward, solve_inverse
 from cpr_core.description_file import shipped_robots
 from cpr_core.kinemato_statics import kinemato_statics
 from cpr_core.lie import rotation_log
@@ -168,6 +168,35 @@ def test_predictions_invert_each_other(here):
         np.testing.assert_allclose(
             getattr(back, name), getattr(forward, name), rtol=1e-6, atol=1e-12, err_msg=name
         )
+
+
+def test_any_admissible_choice_of_increments_gives_the_same_motion(here):
+    """Eqs. (45) and (46), and mixtures of them, from one consistent set of increments."""
+    model, n = kinemato_statics(here), here.robot.motor_count
+    motors = 1e-3 * np.array(STEPS[here.robot.description.name])
+    wrench = 1e-4 * np.arange(1.0, 1.0 + len(here.robot.platform_axes))
+    known = model.predict_forward(motors, wrench)
+    half = known.motors.copy()
+    half[n // 2 :] = np.nan
+    other_half = known.efforts.copy()
+    other_half[: n // 2] = np.nan
+    choices = (
+        {"motors": known.motors, "wrench": known.wrench},
+        {"platform": known.platform, "efforts": known.efforts},
+        {"motors": half, "efforts": other_half, "wrench": known.wrench},
+        {"motors": known.motors, "platform": known.platform},
+    )
+    for choice in choices:
+        found = model.solve(**choice)
+        for name in ("motors", "efforts", "platform", "wrench"):
+            expected = getattr(known, name)
+            np.testing.assert_allclose(
+                getattr(found, name), expected, rtol=0, atol=1e-6 * np.abs(expected).max()
+            )
+    with pytest.raises(InvalidRequest, match="given numbers"):
+        model.solve(motors=known.motors)
+    with pytest.raises(InvalidRequest, match="motors: expected"):
+        model.solve(motors=[1.0] * (n + 1), wrench=known.wrench)
 
 
 def test_the_inverse_prediction_is_the_slope_of_inverse_solves():

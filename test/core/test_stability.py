@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 from cpr_core import Loads, load_robot, solve_forward, solve_inverse, spectrum
+from cpr_core.lie import quaternion_from_rotation, rotation_exp
 
 
 def on_the_axis(robot, y, start):
@@ -26,6 +27,28 @@ def test_locked_crossings_of_the_rfrfr_robot_on_its_axis():
     robot = load_robot("rfrfr", modes=12)
     assert crossing(robot, 0.1, 0.0, 0) == pytest.approx(0.03571, abs=5e-5)
     assert crossing(robot, -0.03, -0.1, 1) == pytest.approx(-0.05740, abs=5e-5)
+
+
+def test_crossings_converge_to_those_of_continuous_rods():
+    """Continuous rods (test_conjugate_points.py): 0.035710941 and -0.057398930."""
+    robot = load_robot("rfrfr", modes=16)
+    assert crossing(robot, 0.1, 0.0, 0) == pytest.approx(0.035710941, abs=1e-6)
+    assert crossing(robot, -0.03, -0.1, 1) == pytest.approx(-0.057398930, abs=1e-6)
+
+
+def test_the_six_rfs_slice_loses_stability_where_continuous_rods_do():
+    """z = 0.635 m, ZYZ Euler angles (pi/8, pi/3, 0), x = -0.4: index 0 to 1 at y = 0.16700."""
+    robot = load_robot("six_rfs", modes=12)
+    turn = rotation_exp([0, 0, np.pi / 8]) @ rotation_exp([0, np.pi / 3, 0])
+    quaternion = quaternion_from_rotation(turn)
+
+    def at(y, start):
+        return solve_inverse(robot, [-0.4, y, 0.635, *quaternion], start=start)
+
+    start = at(0.1, None)
+    assert (start.index_locked, at(0.2, start).index_locked) == (0, 1)
+    found = brentq(lambda y: at(y, start).spectrum_locked.smallest, 0.1, 0.2, xtol=1e-8)
+    assert found == pytest.approx(0.167003, abs=5e-5)
 
 
 def test_index_counts_the_negative_eigenvalues():

@@ -1,0 +1,1 @@
+"""Reference methods that share no kernel with the strain-mode model they check."""

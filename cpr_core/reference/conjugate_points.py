@@ -1,0 +1,273 @@
+"""Conjugate points of rods and of robots of rods (Till & Rucker), an independent test of stability.
+
+Cut every rod at the same normalised arc length u and clamp it there. Equilibrium is stable with
+motors locked where no u in (0, 1) lets the tip parts [u, 1] move: the number of such u, with
+multiplicity, is the number of negative eigenvalues of H_r (Morse index).
+
+A variation of the tip parts is given by its terminal data, the platform's twist and the turn and
+force variation of every tip (a spherical tip takes no moment), subject to the linearised balance of
+the platform. Integrated towards the base by (b) of ``continuous_rods``, they make at u the columns of
+
+    Y = (dp, dtheta),   Z = (dn, dm - dtheta x m / 2)
+
+leg by leg, as many as there are rows: Y(u) = b(u) is square and det b(u) = 0 at a conjugate point.
+
+Y and Z are conjugate: Y^T Z is symmetric (the tests check it). So with orthonormal columns W = Y + i Z
+is unitary, and the eigenvalues of W W^T do not depend on the basis. An eigenvalue -1 is a singular
+value 0 of b(u), of the same multiplicity, and eigenvalues pass -1 in one direction only (the Maslov
+index). So conjugate points between two sections are counted by how many eigenvalues went through -1,
+and no double zero, where det b(u) has no sign change, can be missed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg, optimize
+
+from ..errors import InvalidRequest
+from ..lie import skew
+from .continuous_rods import (
+    STEPS,
+    ContinuousEquilibrium,
+    RodTrajectory,
+    balance_rows,
+    force,
+    integrate,
+    moment,
+    transition,
+)
+
+__all__ = ["JacobiFields", "conjugate_points", "robot_fields", "rod_fields"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+#: Cells of (0, 1) in which conjugate points are looked for first.
+CELLS = 64
+#: Tip parts shorter than this are not looked at: so short a rod does not buckle.
+SHORTEST = 0.01
+#: Cells are split until the phases together turn by less than this [rad], so that none is lost in 2 pi.
+LARGEST_TURN = 0.8
+#: Conjugate points closer than this in u are one of higher multiplicity.
+COINCIDENT = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class JacobiFields:
+    """All variations of the tip parts of rods that obey the terminal conditions.
+
+    Attributes:
+        rods: The rods from tip to base.
+        terminal: Terminal data (dp, dtheta, dm, dn) rod by rod, a column for every variation, (12 L, n).
+        position_rows: Components of (dp, dtheta) there are, in every rod; n = L len(position_rows).
+    """
+
+    rods: tuple[RodTrajectory, ...] = field(repr=False)
+    terminal: Floats = field(repr=False)
+    position_rows: Integers
+
+    def at(self, u: float) -> tuple[Floats, Floats]:
+        """Y = b(u) and Z at a section, dimensionless, (n, n) each."""
+        places, wrenches = [], []
+        for number, rod in enumerate(self.rods):
+            state = rod.at(1.0 - u)
+            fields = transition(state) @ self.terminal[12 * number : 12 * number + 12]
+            # - dtheta x m / 2 = m x dtheta / 2
+            couple = fields[6:9] + 0.5 * skew(moment(state)) @ fields[3:6]
+            length = abs(rod.step) * (len(rod.states) - 1)
+            stiffness = rod.rigidities[2] / length
+            place = np.vstack([fields[:3] / length, fields[3:6]])
+            wrench = np.vstack([fields[9:] * length, couple]) / stiffness
+            # A common unit of work keeps Y and Z conjugate where rods differ.
+            places.append(place[self.position_rows])
+            wrenches.append(wrench[self.position_rows] * (stiffness / self.work_unit))
+        return np.vstack(places), np.vstack(wrenches)
+
+    @property
+    def work_unit(self) -> float:
+        """E J / l of the first rod [J]."""
+        rod = self.rods[0]
+        return float(rod.rigidities[2] / (abs(rod.step) * (len(rod.states) - 1)))
+
+    def determinant(self, u: float) -> float:
+        """Determinant of b(u), positive near the tip: negative after an odd number of zeros."""
+        return float(linalg.det(self.at(u)[0])) * self._orientation
+
+    @cached_property
+    def _orientation(self) -> float:
+        """Sign near the tip; it depends on the basis of the terminal data."""
+        return float(np.sign(linalg.det(self.at(1.0 - SHORTEST)[0])))
+
+    def singular_values(self, u: float) -> Floats:
+        """Singular values of b(u) on orthonormal variations, descending, in [0, 1], (n,)."""
+        return linalg.svdvals(linalg.qr(np.vstack(self.at(u)), mode="economic")[0][: self.size])
+
+    @property
+    def size(self) -> int:
+        """Number n of independent variations."""
+        return self.terminal.shape[1]
+
+    def phases(self, u: float) -> Floats:
+        """Arguments in (-pi, pi] of the eigenvalues of W W^T; pi where b(u) is singular, (n,)."""
+        return _phases(*self.at(u))
+
+    def signature(self, u: float) -> tuple[float, float]:
+        """Sum of the phases and the determinant of b(u)."""
+        b, z = self.at(u)
+        return float(_phases(b, z).sum()), float(linalg.det(b)) * self._orientation
+
+
+def _phases(b: Floats, z: Floats) -> Floats:
+    orthonormal = linalg.qr(np.vstack([b, z]), mode="economic")[0]
+    unitary = orthonormal[: len(b)] + 1j * orthonormal[len(b) :]
+    return np.angle(linalg.eigvals(unitary @ unitary.T))
+
+
+def robot_fields(solution: ContinuousEquilibrium) -> JacobiFields:
+    """Variations of a robot: all legs share the platform, motors locked.
+
+    Raises:
+        InvalidRequest: A load without potential: then there is no energy to have an index.
+    """
+    robot, loads = solution.robot, solution.loads
+    if not loads.conservative(robot.planar):
+        raise InvalidRequest("loads", "expected loads that have a potential")
+    legs, rotation = robot.description.legs, solution.platform_rotation
+    count = len(legs)
+    tips = [rod.states[-1] for rod in solution.legs]
+    # Unknowns: platform twist (6), then the force variation of every tip (3 each), then its turn.
+    terminal = np.zeros((12 * count, 6 + 6 * count))
+    for number, leg in enumerate(legs):
+        x, y, z = rotation @ leg.joint.position
+        first, here = 12 * number, 3 * number
+        terminal[first : first + 3, :3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+        terminal[first : first + 3, 3:6] = np.eye(3)
+        terminal[first + 9 : first + 12, 6 + here : 9 + here] = np.eye(3)
+        turn = 6 + 3 * count + here
+        terminal[first + 3 : first + 6, turn : turn + 3] = np.eye(3)
+    balance = np.zeros((6, 6 + 6 * count))
+    balance[:, : 6 + 3 * count] = balance_rows(
+        robot, loads, rotation, np.array([force(tip) for tip in tips])
+    )
+    # Every row in its unit, or the null space would not be orthogonal to rounding.
+    length, stiffness = legs[0].rod.length, legs[0].rod.rigidities[2]
+    unit = np.ones(6 + 6 * count)
+    unit[3:6] = length
+    unit[6 : 6 + 3 * count] = stiffness / length**2
+    rows, moving = np.arange(6), np.arange(6 + 6 * count)
+    in_plane = np.arange(6)
+    if robot.planar:
+        rows = robot.platform_axes
+        forces = 6 + (3 * np.arange(count)[:, None] + [0, 1]).ravel()
+        turns = 6 + 3 * count + 3 * np.arange(count) + 2
+        moving = np.concatenate([rows, forces, turns])
+        in_plane = np.array([0, 1, 5])
+    free = linalg.null_space((balance * unit)[np.ix_(rows, moving)])
+    terminal = (terminal * unit)[:, moving] @ free
+    if terminal.shape[1] != count * len(in_plane):
+        raise InvalidRequest("robot", "the platform is held by dependent forces")
+    rods = tuple(
+        integrate(
+            (tip[:3], tip[3:12], tip[12:15], tip[15:18]),
+            -leg.rod.length,
+            leg.rod.rigidities,
+            rod.distributed,
+            solution.steps,
+        )
+        for leg, rod, tip in zip(legs, solution.legs, tips, strict=True)
+    )
+    return JacobiFields(rods, terminal, in_plane)
+
+
+def rod_fields(
+    tip: tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike],
+    length: float,
+    rigidities: Floats,
+    free: Sequence[int],
+    distributed: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    planar: bool = False,
+    steps: int = STEPS,
+) -> JacobiFields:
+    """Variations of a single rod, clamped at the section.
+
+    Args:
+        tip: Position [m], frame, internal moment [N m] and force [N] at the tip, in the world, (3,),
+            (3, 3), (3,), (3,).
+        length: Length l [m].
+        rigidities: H_a, (3,) [N m^2].
+        free: The components of (dp, dtheta, dm, dn), out of 0..11, the tip joint leaves free: six, in
+            the plane three. The tip moment has to vanish unless dtheta is held.
+        distributed: Force per length, fixed in the world, (3,) [N/m].
+        planar: Whether the rod varies in the plane z = 0 only.
+        steps: Runge-Kutta steps.
+    """
+    rod = integrate(tip, -length, rigidities, distributed, steps)
+    length_unit, couple = length, rigidities[2] / length
+    unit = np.repeat([length_unit, 1.0, couple, couple / length], 3)
+    rows = np.array([0, 1, 5] if planar else range(6))
+    return JacobiFields((rod,), (np.eye(12) * unit)[:, list(free)], rows)
+
+
+def conjugate_points(solution: ContinuousEquilibrium | JacobiFields) -> tuple[float, ...]:
+    """Conjugate points in (0, 1), ascending; double ones twice.
+
+    Args:
+        solution: An equilibrium of a robot, or the variations of rods.
+
+    Raises:
+        InvalidRequest: A load without potential.
+        ArithmeticError: Phases and determinant disagree: the rods are not integrated well enough.
+    """
+    fields = solution if isinstance(solution, JacobiFields) else robot_fields(solution)
+    sections = np.linspace(0.0, 1.0 - SHORTEST, CELLS + 1)
+    signatures = [fields.signature(u) for u in sections]
+    found: list[float] = []
+    for k in range(CELLS):
+        found += _between(fields, *sections[k : k + 2], *signatures[k : k + 2])
+    return tuple(found)
+
+
+def _between(
+    fields: JacobiFields,
+    low: float,
+    high: float,
+    at_low: tuple[float, float],
+    at_high: tuple[float, float],
+) -> list[float]:
+    """Conjugate points between two sections, from the signatures there.
+
+    The sum of the phases turns continuously, but for the 2 pi it falls or rises by where a phase goes
+    through pi.
+    """
+    step = at_high[0] - at_low[0]
+    count = round(step / (2.0 * np.pi))
+    wide = high - low > COINCIDENT
+    if wide and (count not in (0, 1) or abs(step - 2.0 * np.pi * count) > LARGEST_TURN):
+        middle = 0.5 * (low + high)
+        at_middle = fields.signature(middle)
+        return _between(fields, low, middle, at_low, at_middle) + _between(
+            fields, middle, high, at_middle, at_high
+        )
+    if not wide:
+        if count < 0:
+            raise ArithmeticError(f"a phase turns backwards through pi at u = {low:.6f}")
+        if count == 0:
+            return []
+        nearest = optimize.minimize_scalar(
+            lambda u: fields.singular_values(u)[-1],
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-12},
+        )
+        return [float(nearest.x)] * count
+    if (at_low[1] * at_high[1] < 0.0) != (count == 1):
+        raise ArithmeticError(f"phases and determinant disagree on ({low:.6f}, {high:.6f})")
+    if count == 0:
+        return []
+    return [float(optimize.brentq(fields.determinant, low, high, xtol=1e-13))]
