@@ -282,14 +282,24 @@ def restore_equilibrium(
     rotation = np.array(platform_rotation, float)
     position = np.array(checked_vector("platform_position", platform_position, 3))
     _check_freedom(robot, rotation, position)
+    given = state / robot.arrays.unit, rotation.copy(), position / _mean_length(robot)
     found = refine(robot, loads, state, rotation, position, iterations=6, contraction=0.5)
-    if not found.converged or np.any(found.state[robot.length_indices] <= 0.0):
+    result = state / robot.arrays.unit, rotation, position / _mean_length(robot)
+    same = all(
+        np.allclose(first, last, rtol=1e-3, atol=1e-3)
+        for first, last in zip(given, result, strict=True)
+    )
+    if not same or not found.converged or np.any(found.state[robot.length_indices] <= 0.0):
         raise InvalidRequest(
             "start",
             f"expected an equilibrium of {robot.description.name} under its loads; these numbers "
             "belong to another robot, other loads or another number of modes",
         )
     return found
+
+
+def _mean_length(robot: Robot) -> float:
+    return float(np.mean(robot.arrays.legs["length"]))
 
 
 def _check_freedom(robot: Robot, rotation: Floats, position: Floats) -> None:

@@ -17,6 +17,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
 from cpr_core import CprError, Equilibrium, load_robot
@@ -29,6 +30,9 @@ from .solver import Solution, Solver
 from .stability_stream import Thresholds, stability_metrics
 
 __all__ = ["CprNode", "main"]
+
+#: A burst of requests waits in line; the default of ten would drop the others without a word.
+SERVICE_QOS = QoSProfile(depth=1000)
 
 
 class CprNode(Node):
@@ -43,6 +47,10 @@ class CprNode(Node):
         super().__init__("cpr_node")
         parameters = declare(self)
         self.frames = Frames(parameters.base_frame, parameters.platform_frame)
+        if self.frames.base == self.frames.platform:
+            raise CprError(
+                f"expected two frames, base_frame and platform_frame are {self.frames.base}"
+            )
         self.thresholds = self._thresholds({})
         problem = thresholds_problem(self.thresholds.warning, self.thresholds.stop)
         if problem:
@@ -65,14 +73,18 @@ class CprNode(Node):
         self.joint_states = self.create_publisher(JointState, "joint_states", 10)
         self.platform_pose = self.create_publisher(PoseStamped, "~/platform_pose", 10)
         self.stability = self.create_publisher(StabilityMetrics, "~/stability", 10)
-        self.create_service(SolveForward, "~/solve_forward", self._on_forward)
-        self.create_service(SolveInverse, "~/solve_inverse", self._on_inverse)
-        for kind, name, fill in (
-            (GetKinematoStatics, "get_kinemato_statics", fill_kinemato_statics),
-            (Predict, "predict", fill_prediction),
-            (CheckStability, "check_stability", fill_stability),
+        for kind, name, callback in (
+            (SolveForward, "solve_forward", self._on_forward),
+            (SolveInverse, "solve_inverse", self._on_inverse),
+            (
+                GetKinematoStatics,
+                "get_kinemato_statics",
+                self._about_an_equilibrium(fill_kinemato_statics),
+            ),
+            (Predict, "predict", self._about_an_equilibrium(fill_prediction)),
+            (CheckStability, "check_stability", self._about_an_equilibrium(fill_stability)),
         ):
-            self.create_service(kind, f"~/{name}", self._about_an_equilibrium(fill))
+            self.create_service(kind, f"~/{name}", callback, qos_profile=SERVICE_QOS)
         self.create_timer(1.0 / parameters.state_rate, self._publish_state)
         self.create_timer(1.0 / parameters.stability_rate, self._publish_stability)
         self.add_on_set_parameters_callback(self._on_parameters)
@@ -153,24 +165,44 @@ class CprNode(Node):
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; exit status 0, or 1 if it cannot start."""
-    rclpy.init(args=arguments)
+    try:
+        rclpy.init(args=arguments)
+    except Exception as error:
+        print(f"cpr_node: {error}", file=sys.stderr)
+        return 1
     executor = SingleThreadedExecutor()
     node = None
     try:
         node = CprNode()
         executor.add_node(node)
-        executor.spin()
+        _spin(node, executor)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except (CprError, ParameterException) as error:
         print(f"cpr_node: {error}", file=sys.stderr)
         return 1
+    except Exception:
+        if rclpy.ok():
+            raise
+        # A signal took the context away while the node was starting.
     finally:
         executor.shutdown()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _spin(node: CprNode, executor: SingleThreadedExecutor) -> None:
+    """Spin as long as ROS runs; no message of a client may end the node."""
+    while rclpy.ok():
+        try:
+            executor.spin_once()
+        except (KeyboardInterrupt, ExternalShutdownException):
+            raise
+        except Exception:  # rclpy raises for malformed parameter messages, for one
+            if rclpy.ok():
+                node.get_logger().error(traceback.format_exc())
 
 
 if __name__ == "__main__":

@@ -14,11 +14,21 @@ def test_a_signal_ends_the_node_cleanly(tmp_path, how):
     assert "Traceback" not in process.output()
 
 
+def test_sigterm_during_the_start_ends_the_node_cleanly(tmp_path):
+    for text in ("motors motor1", "finding home", "at home after"):
+        process = NodeProcess(tmp_path / "node.log", free_domain(), ["-p", "robot:=six_rfs"])
+        process.wait_for_log(text)
+        assert process.stop(signal.SIGTERM) == 0, process.output()
+        assert "Traceback" not in process.output()
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
         (["-p", "robot:=no_such_robot"], "no such file, nor a shipped robot"),
         (["-p", "robot:=rfrfr", "-p", "margin_stop:=0.5"], "expected margin_stop below"),
+        (["-p", "robot:=rfrfr", "-p", "base_frame:=platform"], "expected two frames"),
+        (["-p", "nonsense"], "nonsense"),
         (["-p", "robot:=rfrfr", "-p", "modes:=500"], "modes"),
         (["-p", "robot:=rfrfr", "-p", "modes:=three"], "modes"),
     ],

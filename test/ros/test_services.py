@@ -7,6 +7,7 @@ import pytest
 from cpr_msgs.msg import Equilibrium, ErrorCode
 from cpr_msgs.srv import SolveForward, SolveInverse
 from geometry_msgs.msg import PoseStamped
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
 import cpr_core
@@ -270,3 +271,29 @@ def assert_still_answers(running):
     answer = inverse(running, planar_target(0, 0.8))
     assert_success(answer)
     np.testing.assert_allclose(answer.solution.motors.position, [2.7677872, 0.3738055], atol=1e-4)
+
+
+def test_a_motor_a_turn_away_is_no_short_way(rfrfr):
+    """The rods would have to be wound there; the branch ends before."""
+    answer = forward(rfrfr, forward_request(["motor1", "motor2"], [2.59 + 2.0 * math.pi, 0.55]))
+    assert answer.error_code.val == ErrorCode.NOT_CONVERGED
+    far = forward(rfrfr, forward_request(["motor1", "motor2"], [1e20, 0.55], apply=True))
+    assert far.error_code.val == ErrorCode.NOT_CONVERGED
+    assert "too far" in far.error_code.message
+
+
+def test_a_burst_of_requests_is_answered_whole(rfrfr):
+    client = rfrfr.client.node.create_client(
+        SolveInverse, "/cpr_node/solve_inverse", qos_profile=QoSProfile(depth=1000)
+    )
+    assert client.wait_for_service(20.0)
+    futures = [client.call_async(planar_target(0.0, 0.8)) for _ in range(300)]
+    rfrfr.client.spin_until(lambda: all(future.done() for future in futures), timeout=60.0)
+    assert all(future.result().error_code.val == ErrorCode.SUCCESS for future in futures)
+
+
+def test_long_names_are_refused_fast_and_briefly(rfrfr):
+    names = [f"m{k}" for k in range(10_000)]
+    answer = forward(rfrfr, forward_request(names, [0.0] * len(names)))
+    assert answer.error_code.val == ErrorCode.INVALID_ROBOT_STATE
+    assert len(answer.error_code.message) < 1100
