@@ -128,8 +128,8 @@ class PlatformTarget:
 
     def distance(self, start: Equilibrium) -> float:
         """Distance of the positions."""
-        length = float(np.mean(start.robot.arrays.legs["length"]))
-        return float(np.max(np.abs(self.position - start.platform_position))) / length
+        moved = float(np.max(np.abs(self.position - start.platform_position)))
+        return moved / start.robot.mean_length
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the position and in single angles, about one axis in the whole orientation."""

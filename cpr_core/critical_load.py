@@ -80,8 +80,7 @@ def critical_load(
     norm = float(np.linalg.norm(axis))
     if norm < 1e-12:
         raise InvalidRequest("direction", f"expected a direction, got {axis.tolist()}")
-    arrays = equilibrium.robot.arrays
-    natural = arrays.energy_unit / float(np.mean(arrays.legs["length"]))
+    natural = equilibrium.robot.arrays.energy_unit / equilibrium.robot.mean_length
     start = equilibrium.loads
 
     def loads(force: float) -> Loads:

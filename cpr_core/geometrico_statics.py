@@ -282,9 +282,9 @@ def restore_equilibrium(
     rotation = np.array(platform_rotation, float)
     position = np.array(checked_vector("platform_position", platform_position, 3))
     _check_freedom(robot, rotation, position)
-    given = state / robot.arrays.unit, rotation.copy(), position / _mean_length(robot)
+    given = state / robot.arrays.unit, rotation.copy(), position / robot.mean_length
     found = refine(robot, loads, state, rotation, position, iterations=6, contraction=0.5)
-    result = state / robot.arrays.unit, rotation, position / _mean_length(robot)
+    result = state / robot.arrays.unit, rotation, position / robot.mean_length
     same = all(
         np.allclose(first, last, rtol=1e-3, atol=1e-3)
         for first, last in zip(given, result, strict=True)
@@ -296,10 +296,6 @@ def restore_equilibrium(
             "belong to another robot, other loads or another number of modes",
         )
     return found
-
-
-def _mean_length(robot: Robot) -> float:
-    return float(np.mean(robot.arrays.legs["length"]))
 
 
 def _check_freedom(robot: Robot, rotation: Floats, position: Floats) -> None:

@@ -370,7 +370,7 @@ class KinematoStatics:
     def _units(self, characteristic_length: float | None) -> tuple[Floats, float]:
         """Natural units of the states and of energy for a characteristic length."""
         arrays = self.equilibrium.robot.arrays
-        natural = float(np.mean(arrays.legs["length"]))
+        natural = self.equilibrium.robot.mean_length
         length = natural if characteristic_length is None else characteristic_length
         if not 1e-6 * natural <= length <= 1e6 * natural:
             raise InvalidRequest(

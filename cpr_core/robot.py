@@ -81,6 +81,11 @@ class Robot:
         return len(self.motor_names)
 
     @cached_property
+    def mean_length(self) -> float:
+        """Mean (nominal) rod length, the natural unit of length [m]."""
+        return float(np.mean([leg.rod.length for leg in self.description.legs]))
+
+    @cached_property
     def platform_axes(self) -> Integers:
         """Components of the world twist [omega; v] the platform has."""
         if not self.planar:
@@ -310,7 +315,7 @@ def _robot_arrays(robot: Robot) -> RobotArrays:
     step_values = np.zeros((count, widest, 3, steps))
     stiffness = np.zeros((count, widest, widest))
     rest_moment = np.zeros((count, widest))
-    length_unit = float(np.mean([leg.rod.length for leg in description.legs]))
+    length_unit = robot.mean_length
     energy_unit = float(np.mean([leg.rod.rigidities.max() for leg in description.legs]))
     energy_unit /= length_unit
 

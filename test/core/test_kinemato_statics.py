@@ -2,19 +2,12 @@
 
 import numpy as np
 import pytest
+from shipped_steps import STEPS
 
 from cpr_core import InvalidRequest, load_robot, solve_forward, solve_inverse
 from cpr_core.description_file import shipped_robots
 from cpr_core.kinemato_statics import kinemato_statics
 from cpr_core.lie import rotation_log
-
-STEPS = {
-    "gough_stewart": [0.01, -0.005, 0.0, 0.015, 0.0, 0.01],
-    "planar_body": [0.1, -0.05, 0.05],
-    "rfrfr": [0.1, -0.1],
-    "six_rfs": [0.2, -0.1, 0.15, 0.1, -0.2, 0.05],
-    "three_rfs": [0.1, -0.05, 0.05],
-}
 
 
 def placed(name):

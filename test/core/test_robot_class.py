@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import yaml
 from scipy.integrate import quad
+from shipped_steps import STEPS
 
 from cpr_core import (
     CprError,
@@ -28,13 +29,6 @@ from cpr_core.loads import DistributedForce, PointForce
 from cpr_core.model import tangent_at
 from cpr_core.motors import Extensible, Prismatic, Revolute
 
-STEPS = {
-    "gough_stewart": [0.01, -0.005, 0.0, 0.015, 0.0, 0.01],
-    "planar_body": [0.1, -0.05, 0.05],
-    "rfrfr": [0.1, -0.1],
-    "six_rfs": [0.2, -0.1, 0.15, 0.1, -0.2, 0.05],
-    "three_rfs": [0.1, -0.05, 0.05],
-}
 HEAVY = {True: [0.5, -2.0, 0.0], False: [0.5, -1.0, -9.81]}
 
 
