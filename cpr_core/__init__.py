@@ -12,7 +12,12 @@ from .errors import (
     NoInverseSolution,
     NonFiniteInput,
     NoSolution,
+    NotReached,
+    StrainLimitExceeded,
+    TimeLimitExceeded,
+    UnstableEquilibrium,
 )
+from .events import PathEvent
 from .geometrico_statics import (
     restore_equilibrium,
     solve_forward,
@@ -24,6 +29,7 @@ from .loads import DistributedForce, Loads, PointForce
 from .robot import Robot, load_robot
 from .shape import LegShape, leg_shapes
 from .stability import Spectrum, spectrum
+from .strain_limits import bending_strains
 
 __version__ = "0.1.0"
 
@@ -43,10 +49,16 @@ __all__ = [
     "NoInverseSolution",
     "NoSolution",
     "NonFiniteInput",
+    "NotReached",
+    "PathEvent",
     "PointForce",
     "Robot",
     "Singularity",
     "Spectrum",
+    "StrainLimitExceeded",
+    "TimeLimitExceeded",
+    "UnstableEquilibrium",
+    "bending_strains",
     "critical_load",
     "critical_load_factor",
     "kinemato_statics",

@@ -14,7 +14,14 @@ __all__ = ["KERNEL_MODULES", "compiled"]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 #: Modules whose functions call each other in compiled code.
-KERNEL_MODULES = ("lie", "leg_kernel", "model_kernel", "condensation_kernel", "newton_kernel")
+KERNEL_MODULES = (
+    "lie",
+    "leg_kernel",
+    "model_kernel",
+    "condensation_kernel",
+    "inertia_kernel",
+    "newton_kernel",
+)
 #: What else the compiled code depends on: how it is compiled and what its data look like.
 _CONTEXT_MODULES = ("compiled", "arrays")
 

@@ -1,246 +1,357 @@
 """From one equilibrium to a requested one, along a straight path in what the request imposes.
 
 A way of up to half a radian or half a rod length is tried in one step, a longer one in several. A
-step is accepted only if every Newton correction contracts, so the solution belongs to the branch of
-the start; otherwise the step is halved. A request that cannot be reached this way is an error, never
-another branch.
+step is accepted if every Newton correction contracts and the signs of the tangent (stability index,
+determinant of the problem) are those of the point before. Where a sign changes, a limit is passed or no
+step succeeds, the place is found by bisection, to 1e-9 of the way, and tells what it is: an event of the
+branch, or a jump, which is not taken. Near a fold the branch is followed by its arc length.
 """
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .arrays import LoadArrays, workspace
-from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
-from .errors import NoSolution
-from .lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_log
+from .equilibrium import Equilibrium
+from .events import EventKind, PathEvent
+from .limits import Violation, limit_error
 from .loads import Loads
-from .newton_kernel import CONVERGED, newton
+from .path import Path, Point, Tangent
+from .targets import Target
 
-__all__ = ["EffortTarget", "MotorTarget", "PlatformTarget", "Target", "follow"]
+__all__ = ["Walk", "follow"]
 
-Floats = NDArray[np.float64]
-
-#: A correction must be smaller than this times the one before.
-CONTRACTION = 0.5
-#: Newton steps of one path step.
-ITERATIONS = 12
-#: Smallest path step before the path is given up, as a fraction of the way.
-SMALLEST_STEP = 1e-4
+#: Smallest path step before the branch is followed by arc length, as a fraction of a full step.
+SMALLEST_STEP = 1e-3
 #: Longest path step in what is imposed, in radians and rod lengths. A motor several turns away looks
 #: near to Newton's method, yet the rod has to be wound there.
 LONGEST_STEP = 0.5
 #: Requests farther away than so many longest steps are refused at once.
 MOST_STEPS = 1000
-
-
-class Imposed:
-    """Values a problem is solved for, all arrays written in place.
-
-    Attributes:
-        motors: Motor positions, (n,).
-        efforts: Motor efforts, (n,); used where they are imposed.
-        rotation: Platform rotation, (3, 3).
-        position: Platform position, (3,) [m].
-    """
-
-    __slots__ = ("efforts", "motors", "position", "rotation")
-
-    def __init__(self, motors: Floats, efforts: Floats, rotation: Floats, position: Floats) -> None:
-        """Take the arrays over."""
-        self.motors, self.efforts = motors, efforts
-        self.rotation, self.position = rotation, position
-
-
-class Target(Protocol):
-    """What a problem imposes, and the straight path there."""
-
-    #: Key of ``Robot.problems``.
-    problem: ClassVar[str]
-
-    def distance(self, start: Equilibrium) -> float:
-        """How far it is from the start to here, in radians and rod lengths."""
-        ...
-
-    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
-        """Write what holds at a fraction of the way from the start."""
-        ...
+#: Events are located to this fraction of the way.
+LOCATION = 1e-9
+#: Arc lengths of the dimensionless state: first, longest and smallest step.
+FIRST_ARC, LONGEST_ARC, SMALLEST_ARC = 0.05, 0.5, 1e-7
+#: Arc length before and after an event at which its kind is told: at a fold itself both the direction
+#: and the determinant vanish to rounding.
+ASIDE = 1e-3
+#: Steps by arc length of one request.
+MOST_ARCS = 2000
+#: Two solutions less than LOCATION apart belong together if the state moves less than this between
+#: them, dimensionless; near a fold it moves with the root of the fraction.
+SAME_PLACE = 1e-2
 
 
 @dataclass(frozen=True, eq=False)
-class MotorTarget:
-    """Motor positions: the forward problem.
+class Walk:
+    """How far a branch was followed.
 
     Attributes:
-        motors: (n,) [rad or m].
+        last: Where it was followed to; the target itself if nothing stopped it.
+        events: What was passed, in order; the last one stopped the walk if ``stopped``.
+        stopped: What stopped it short of the target.
+        violation: The limit that stopped it, if it was one, and the equilibrium just beyond.
+        points: The points that were kept.
     """
 
-    motors: Floats
-    problem: ClassVar[str] = "motors"
-
-    def distance(self, start: Equilibrium) -> float:
-        """Largest change of a motor."""
-        if not self.motors.size:
-            return 0.0
-        return float(np.abs((self.motors - start.motors) / start.robot.motor_units).max())
-
-    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
-        """Straight in the motor positions."""
-        values.motors[:] = (1.0 - fraction) * start.motors + fraction * self.motors
+    last: Equilibrium
+    events: tuple[PathEvent, ...]
+    stopped: PathEvent | None
+    violation: tuple[Violation, Equilibrium] | None
+    points: tuple[Point, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class EffortTarget:
-    """Motor efforts: the forward problem by effort.
-
-    Attributes:
-        efforts: (n,) [N m or N].
-    """
-
-    efforts: Floats
-    problem: ClassVar[str] = "efforts"
-
-    def distance(self, start: Equilibrium) -> float:
-        """Nothing: efforts have no turns, Newton's method sees how far they are."""
-        return 0.0
-
-    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
-        """Straight in the efforts."""
-        values.efforts[:] = (1.0 - fraction) * start.efforts + fraction * self.efforts
-
-
-@dataclass(frozen=True, eq=False)
-class PlatformTarget:
-    """Controlled platform coordinates: the inverse problem.
-
-    Attributes:
-        rotation: Platform rotation, (3, 3); read where the orientation is controlled.
-        position: Platform position, (3,) [m]; read where it is controlled.
-    """
-
-    rotation: Floats
-    position: Floats
-    problem: ClassVar[str] = "platform"
-
-    def distance(self, start: Equilibrium) -> float:
-        """Distance of the positions."""
-        moved = float(np.max(np.abs(self.position - start.platform_position)))
-        return moved / start.robot.mean_length
-
-    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
-        """Straight in the position and in single angles, about one axis in the whole orientation."""
-        axes = start.robot.controlled_axes
-        held = axes[axes >= 3] - 3
-        between = (1.0 - fraction) * start.platform_position + fraction * self.position
-        values.position[held] = between[held]
-        if start.robot.controls_angles:
-            values.rotation[:] = self._angles_between(start, fraction, values.rotation)
-        elif len(held) < len(axes):
-            turn = rotation_log(self.rotation @ start.platform_rotation.T)
-            values.rotation[:] = rotation_exp(fraction * turn) @ start.platform_rotation
-
-    def _angles_between(self, start: Equilibrium, fraction: float, rotation: Floats) -> Floats:
-        """The controlled angles on the short way, the others as they are."""
-        first = roll_pitch_yaw(start.platform_rotation)
-        turn = roll_pitch_yaw(self.rotation) - first
-        turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
-        axes = start.robot.controlled_axes
-        held = axes[axes < 3]
-        angles = roll_pitch_yaw(rotation)
-        angles[held] = (first + fraction * turn)[held]
-        return rotation_from_angles(*angles)
-
-
-def follow(start: Equilibrium, target: Target, loads: Loads) -> Equilibrium:
-    """Follow the branch of an equilibrium until a target is met.
+def follow(
+    start: Equilibrium,
+    target: Target,
+    loads: Loads,
+    *,
+    stable_only: bool = False,
+    past_folds: bool = False,
+    singularities: bool = False,
+    keep: tuple[float, ...] = (),
+    time_limit: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Walk:
+    """Follow the branch of an equilibrium until a target is met or an event stops the way.
 
     Args:
         start: Equilibrium to start from.
         target: What to impose.
         loads: Loads to arrive with; they change along the way as well.
+        stable_only: Stop where the stability index grows above zero.
+        past_folds: Follow the branch around folds, by arc length all along, until it leaves the
+            interval of fractions from 0 to 1; all points are kept.
+        singularities: Locate inverse singularities on the way of motors or efforts too.
+        keep: Fractions, increasing, whose points are kept.
+        time_limit: Give up after this time [s].
+        progress: Called with the fraction reached.
 
     Returns:
-        The equilibrium on the same branch.
-
-    Raises:
-        NoSolution: With the fraction of the way and the last equilibrium on it.
+        How far the branch was followed; nothing is raised.
     """
-    path = _Path(start, target, loads)
-    steps = target.distance(start) / LONGEST_STEP
-    if not steps <= MOST_STEPS:
-        raise NoSolution("it is too far away to be followed there", 0.0, start)
-    longest = 1.0 / max(1.0, steps)
-    reached, step, here, iterations = 0.0, longest, start, 0
-    while reached < 1.0:
-        ahead = min(1.0, reached + step)
-        result, used = path.step(here, ahead)
-        iterations += used
-        if result is None:
-            step = 0.5 * (ahead - reached)
-            if step < SMALLEST_STEP * longest:
-                raise NoSolution(
-                    "no equilibrium is near the last one on the way",
-                    reached,
-                    here,
-                )
-            continue
-        here, step, reached = result, min(longest, 2.0 * (ahead - reached)), ahead
-    return here if here.iterations == iterations else replace(here, iterations=iterations)
+    return _Walker(
+        Path(start, target, loads), target, stable_only, past_folds, singularities, keep,
+        time_limit, progress,
+    ).walk()  # fmt: skip
 
 
-class _Path:
-    """The straight path to a target and one solve on it."""
+class _Walker:
+    """One walk: what was passed so far, and what to do next."""
 
-    def __init__(self, start: Equilibrium, target: Target, loads: Loads) -> None:
-        robot = start.robot
-        self.robot, self.start, self.target, self.loads = robot, start, target, loads
-        self.loads_change = loads is not start.loads
-        self.last_loads = robot.load_arrays(loads) if self.loads_change else start.load_arrays
-        self.columns, self.rows = robot.problems[target.problem]
-        self.angles = target.problem == "platform" and robot.controls_angles
-        size = len(robot.arrays.unit)
-        self.residual, self.tangent = np.empty(size), np.zeros((size, size))
-        self.work = workspace(robot.arrays)
+    def __init__(
+        self,
+        path: Path,
+        target: Target,
+        stable_only: bool,
+        past_folds: bool,
+        singularities: bool,
+        keep: tuple[float, ...],
+        time_limit: float | None,
+        progress: Callable[[float], None] | None,
+    ) -> None:
+        self.path, self.steps = path, target.distance(path.start) / LONGEST_STEP
+        self.stable_only, self.past_folds = stable_only, past_folds
+        self.singularities = singularities and path.problem != "platform"
+        self.keep, self.progress = list(keep), progress
+        self.deadline = np.inf if time_limit is None else time.perf_counter() + time_limit
+        self.events: list[PathEvent] = []
+        self.points: list[Point] = []
+        self.violation: tuple[Violation, Equilibrium] | None = None
 
-    def loads_at(self, fraction: float) -> LoadArrays:
-        """Loads part of the way; all entries are linear in what is given."""
-        if not self.loads_change or fraction == 1.0:
-            return self.last_loads
-        pairs = zip(self.start.load_arrays, self.last_loads, strict=True)
-        return LoadArrays(*[(1.0 - fraction) * first + fraction * last for first, last in pairs])
+    def walk(self) -> Walk:
+        """Go until the end."""
+        here = self.path.begin()
+        self._keep(here)
+        if not self.steps <= MOST_STEPS:
+            return self._end(here, "lost", "it is too far away to be followed there")
+        if self.stable_only and (here.index > 0 or not self.path.conservative):
+            text = (
+                f"the start is unstable, index {here.index}"
+                if here.index > 0
+                else "stability is not decided by energy under these loads"
+            )
+            return self._end(here, "stability", text)
+        if self.past_folds:
+            return self._by_arc_length(here) or self._done(self.points[-1])
+        return self._by_fraction(here)
 
-    def step(self, here: Equilibrium, fraction: float) -> tuple[Equilibrium | None, int]:
-        """Solve at a fraction of the way, starting from an equilibrium before it."""
-        robot, motor_index = self.robot, self.robot.arrays.motor_index
-        state, efforts = here.state.copy(), np.zeros(robot.motor_count)
-        rotation, position = here.platform_rotation.copy(), here.platform_position.copy()
-        self.target.impose(
-            self.start, fraction, Imposed(state[motor_index:], efforts, rotation, position)
+    def _by_fraction(self, here: Point) -> Walk:
+        """Steps at given fractions; by arc length where they fail."""
+        longest = 1.0 / max(1.0, self.steps)
+        step = longest
+        while here.fraction < 1.0:
+            if time.perf_counter() > self.deadline:
+                return self._end(here, "time_limit", "the time allowed was over")
+            stop = self.keep[0] if self.keep else 1.0
+            ahead = min(1.0, stop, here.fraction + step)
+            there = self.path.at(here, ahead)
+            if there is None:
+                step = 0.5 * (ahead - here.fraction)
+                if step >= SMALLEST_STEP * longest:
+                    continue
+                walk = self._by_arc_length(here)
+                if walk is not None:
+                    return walk
+                here, step = self._arrived, 10.0 * SMALLEST_STEP * longest
+            elif self._differ(here, there):
+                low, high = self._bisected_by_fraction(here, ahead)
+                if high is None or not _same_place(low, high):  # the step had jumped over something
+                    walk = self._by_arc_length(low)
+                    if walk is not None:
+                        return walk
+                    here = self._arrived
+                else:
+                    if self._passed(low, high):
+                        return self._stopped(low)
+                    here = high
+                step = min(step, 10.0 * max(here.fraction - low.fraction, SMALLEST_STEP * longest))
+            else:
+                step = min(longest, 2.0 * max(ahead - here.fraction, step))
+                here = there
+            self._keep(here)
+        return self._done(here)
+
+    def _by_arc_length(self, here: Point) -> Walk | None:
+        """Steps by arc length, from a point beyond which no step at a fraction succeeds.
+
+        Returns:
+            The walk if it ends; None if steps at fractions can go on from ``_arrived``.
+        """
+        path, entry = self.path, here.fraction
+        tangent = path.tangent(here)
+        arc = FIRST_ARC
+        for _ in range(MOST_ARCS):
+            if time.perf_counter() > self.deadline:
+                return self._end(here, "time_limit", "the time allowed was over")
+
+            there = path.along(here, tangent, arc)
+            if there is None:
+                arc *= 0.5
+                if arc < SMALLEST_ARC:
+                    return self._end(here, "lost", "no equilibrium is near the last one on the way")
+                continue
+            if self._differ(here, there):
+                low, high = self._bisected_by_arc_length(here, tangent, arc, there)
+                if high is None or not _same_place(low, high):
+                    arc *= 0.25
+                    if arc < SMALLEST_ARC:
+                        return self._end(
+                            low, "lost", "no equilibrium is near the last one on the way"
+                        )
+                    continue
+                if self._passed(low, high):
+                    return self._stopped(low)
+                there = high
+            tangent = path.tangent(there, tangent)
+            here = replace(there, forward=tangent.fraction > 0.0)
+            self._keep(here, every=self.past_folds)
+            arc = min(LONGEST_ARC, 1.5 * arc)
+            if self.past_folds:
+                if not 0.0 <= here.fraction < 1.0:
+                    return None
+            elif here.fraction >= 1.0 or (
+                here.fraction > entry and self._regular(here, tangent, entry)
+            ):
+                if here.fraction >= 1.0:  # past the target: one step back to it
+                    back = path.at(here, 1.0)
+                    if back is None:
+                        arc *= 0.1
+                        continue
+                    here = back
+                self._arrived = here
+                return None
+        return self._end(here, "lost", f"it is farther than {MOST_ARCS} steps along the branch")
+
+    def _regular(self, here: Point, tangent: Tangent, entry: float) -> bool:
+        """Whether a step at a fraction is possible again, as long as the one that had failed."""
+        longest = 1.0 / max(1.0, self.steps)
+        ahead = min(1.0, here.fraction + 10.0 * SMALLEST_STEP * longest)
+        there = self.path.at(here, ahead) if tangent.fraction > 0.0 else None
+        return there is not None and not self._differ(here, there)
+
+    def _differ(self, low: Point, high: Point) -> bool:
+        """Whether something happens between two points."""
+        return (
+            low.index != high.index
+            or low.sign != high.sign
+            or not high.violations <= low.violations
+            or (self.singularities and low.inverse_sign != high.inverse_sign)
         )
-        lengths = robot.length_indices
-        if lengths.size and state[lengths].min() <= 0.0:
-            return None, 0
-        loads = self.loads_at(fraction)
-        status, iterations, largest, energy = newton(
-            robot.arrays, loads, state, rotation, position, self.columns, self.rows, self.angles,
-            efforts, RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION, self.residual, self.tangent, self.work,
-        )  # fmt: skip
-        if status != CONVERGED or (lengths.size and state[lengths].min() <= 0.0):
-            return None, iterations
-        result = Equilibrium(
-            robot=robot,
-            loads=self.loads,
-            state=state,
-            platform_rotation=rotation,
-            platform_position=position,
-            efforts=self.residual[motor_index:].copy(),
-            residual=largest,
-            iterations=iterations,
-            energy=energy,
-            load_arrays=loads,
+
+    def _bisected_by_fraction(self, low: Point, last: float) -> tuple[Point, Point | None]:
+        """The two points around the first change before a fraction, next to each other."""
+        while last - low.fraction > LOCATION:
+            middle = 0.5 * (low.fraction + last)
+            there = self.path.at(low, middle)
+            if there is None or self._differ(low, there):
+                last = middle
+            else:
+                low = there
+        return low, self.path.at(low, last)
+
+    def _bisected_by_arc_length(
+        self, here: Point, tangent: Tangent, last: float, high: Point | None
+    ) -> tuple[Point, Point | None]:
+        """The same along the tangent of a point, with the direction of the branch on both sides."""
+        low, first = here, 0.0
+        while last - first > LOCATION and (
+            high is None or abs(high.fraction - low.fraction) > LOCATION
+        ):
+            middle = 0.5 * (first + last)
+            there = self.path.along(here, tangent, middle)
+            if there is None or self._differ(low, there):
+                high, last = there, middle
+            else:
+                low, first = there, middle
+        if high is None:
+            return low, None
+        sides = []
+        for point, aside in ((low, first - ASIDE), (high, last + ASIDE)):
+            there = self.path.along(here, tangent, aside) or point
+            onward = self.path.tangent(there, tangent).fraction > 0.0
+            sides.append(replace(point, forward=onward))
+        return sides[0], sides[1]
+
+    def _passed(self, low: Point, high: Point) -> bool:
+        """Note what happens between two neighbours; whether it stops the walk."""
+        kind, text = self._kind(low, high)
+        if kind is None:
+            return False
+        self.events.append(
+            PathEvent(
+                kind=kind,
+                fraction=low.fraction,
+                equilibrium=low.equilibrium,
+                index_before=low.index,
+                index_after=high.index,
+                message=text,
+            )
         )
-        return result, iterations
+        if kind in ("motor_limit", "effort_limit", "strain_limit"):
+            return True
+        if self.stable_only and high.index > 0:
+            return True
+        return kind == "fold" and not self.past_folds
+
+    def _kind(self, low: Point, high: Point) -> tuple[EventKind | None, str]:
+        new = high.violations - low.violations
+        if new:
+            violation = min(new, key=lambda one: (one.number, one.kind))
+            self.violation = violation, high.equilibrium
+            return violation.kind, str(limit_error(high.equilibrium, violation))
+        change = f"index {low.index} -> {high.index}"
+        if low.forward != high.forward:
+            return "fold", f"the branch turns back ({change})"
+        if low.side != high.side:
+            return "bifurcation", f"another branch crosses ({change})"
+        if low.index != high.index:
+            gained = "lost" if high.index > low.index else "gained"
+            return "stability", f"stability is {gained} ({change})"
+        if self.singularities and low.inverse_sign != high.inverse_sign:
+            return "singularity", "an inverse singularity is passed"
+        return None, ""
+
+    def _keep(self, here: Point, every: bool = False) -> None:
+        """Keep a point that was asked for, and tell how far it is."""
+        if every or (self.keep and here.fraction >= self.keep[0] - 1e-15):
+            self.points.append(here)
+            while self.keep and self.keep[0] <= here.fraction + 1e-15:
+                self.keep.pop(0)
+        if self.progress is not None:
+            self.progress(here.fraction)
+
+    def _end(self, here: Point, kind: EventKind, text: str) -> Walk:
+        self.events.append(
+            PathEvent(kind, here.fraction, here.equilibrium, here.index, here.index, text)
+        )
+        return self._stopped(here)
+
+    def _stopped(self, here: Point) -> Walk:
+        return replace(self._done(here), stopped=self.events[-1])
+
+    def _done(self, here: Point) -> Walk:
+        last = here.equilibrium
+        if last.iterations != self.path.iterations:
+            last = replace(last, iterations=self.path.iterations)
+        return Walk(
+            last=last,
+            events=tuple(self.events),
+            stopped=None,
+            violation=self.violation,
+            points=tuple(self.points),
+        )
+
+
+def _same_place(low: Point, high: Point) -> bool:
+    """Whether two points that should be next to each other are."""
+    one, two = low.equilibrium, high.equilibrium
+    moved = (one.state - two.state) / one.robot.arrays.unit
+    turned = one.platform_rotation - two.platform_rotation
+    shifted = (one.platform_position - two.platform_position) / one.robot.mean_length
+    return all(
+        float(np.abs(change).max(initial=0.0)) < SAME_PLACE for change in (moved, turned, shifted)
+    )

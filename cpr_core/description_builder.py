@@ -191,7 +191,12 @@ class DescriptionBuilder:
             if "profile" in rod
             else UNIFORM,
             rest_curvature=_series(rest),
+            yield_strain=float(rod.get("yield_strain", np.inf)),
         )
+        if "yield_strain" in rod and made.section.bending_strain(np.ones(1), np.ones(1))[0] == 0.0:
+            raise self.fail(
+                f"{where}.section", "missing field 'outer_radius': it has a yield_strain"
+            )
         if not _can_be_computed(made):
             raise self.fail(
                 where, "expected sizes and moduli of a rod: its stiffness is beyond all numbers"

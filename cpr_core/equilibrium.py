@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import LoadArrays
+from .inertia import Inertia
 from .lie import quaternion_from_rotation
 from .loads import Loads
 from .robot import Robot
@@ -40,6 +41,7 @@ class Equilibrium:
         iterations: Newton steps from the start, all path steps together.
         energy: Potential energy without the work of motors and non-conservative loads [J].
         load_arrays: The loads as the kernels see them.
+        inertia: Stability indices and the side of the inverse singularity.
     """
 
     robot: Robot
@@ -52,6 +54,7 @@ class Equilibrium:
     iterations: int
     energy: float
     load_arrays: LoadArrays = field(repr=False)
+    inertia: Inertia
 
     def __post_init__(self) -> None:
         for array in (self.state, self.platform_rotation, self.platform_position, self.efforts):
@@ -99,9 +102,9 @@ class Equilibrium:
     @property
     def index_locked(self) -> int:
         """Negative eigenvalues of H_r, motors held: 0 is stable."""
-        return self.spectrum_locked.index
+        return self.inertia.index_locked
 
     @property
     def index_free(self) -> int:
         """Negative eigenvalues of H_r, motors at constant effort: 0 is stable."""
-        return self.spectrum_free.index
+        return self.inertia.index_free

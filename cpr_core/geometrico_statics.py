@@ -2,34 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from .arrays import workspace
-from .continuation import EffortTarget, MotorTarget, PlatformTarget, Target, follow
+from .continuation import Walk, follow
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
 from .errors import (
     DescriptionError,
     InvalidRequest,
-    MotorLimitExceeded,
     NoForwardSolution,
     NoInverseSolution,
-    NoSolution,
+    NotReached,
+    TimeLimitExceeded,
+    UnstableEquilibrium,
 )
+from .events import PathEvent
+from .inertia import inertia_of
 from .lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
+from .limits import check_limits, limit_error
 from .loads import Loads
 from .model import evaluate
 from .newton_kernel import newton
 from .robot import Robot
 from .shape import leg_shapes
+from .targets import EffortTarget, MotorTarget, PlatformTarget, Target
 from .validation import checked_vector
 
 __all__ = [
-    "check_limits",
     "pose_meaning",
     "restore_equilibrium",
     "solve_forward",
@@ -47,6 +49,8 @@ def solve_forward(
     *,
     start: Equilibrium | None = None,
     loads: Loads | None = None,
+    stable_only: bool = False,
+    time_limit: float | None = None,
 ) -> Equilibrium:
     """Forward problem: the equilibrium at given motor positions.
 
@@ -55,16 +59,21 @@ def solve_forward(
         motors: Motor positions q_a in motor order, (n,) [rad or m].
         start: Equilibrium whose branch is followed; default the robot's home.
         loads: Loads; default those of the start.
+        stable_only: Refuse to pass or reach an unstable equilibrium.
+        time_limit: Give up after this time [s]; default never.
 
     Raises:
         InvalidRequest: Wrong number of motors, or loads that do not fit the robot.
         NonFiniteInput: A NaN or an infinity.
         NoForwardSolution: The branch of the start does not reach that far.
-        MotorLimitExceeded: A motor would be beyond its position range or effort.
+        MotorLimitExceeded: A motor would be beyond its position range or effort on the way.
+        StrainLimitExceeded: A rod would yield on the way.
+        UnstableEquilibrium: Stability ends on the way, and only stable equilibria were asked for.
+        TimeLimitExceeded: The time allowed was over.
     """
     values = _motor_vector(robot, "motors", motors)
     start = _checked_start(robot, start)
-    return _followed(start, MotorTarget(values), loads, NoForwardSolution, "motors")
+    return _followed(start, MotorTarget(values), loads, "motors", stable_only, time_limit)
 
 
 def solve_forward_by_effort(
@@ -73,6 +82,8 @@ def solve_forward_by_effort(
     *,
     start: Equilibrium | None = None,
     loads: Loads | None = None,
+    stable_only: bool = False,
+    time_limit: float | None = None,
 ) -> Equilibrium:
     """Forward problem by effort: the equilibrium under given motor efforts.
 
@@ -81,16 +92,21 @@ def solve_forward_by_effort(
         efforts: Motor efforts tau_a in motor order, (n,) [N m or N].
         start: Equilibrium whose branch is followed; default the robot's home.
         loads: Loads; default those of the start.
+        stable_only: Refuse to pass or reach an unstable equilibrium.
+        time_limit: Give up after this time [s]; default never.
 
     Raises:
         InvalidRequest: Wrong number of efforts, or loads that do not fit the robot.
         NonFiniteInput: A NaN or an infinity.
         NoForwardSolution: The branch of the start does not reach that far.
-        MotorLimitExceeded: A motor would be beyond its position range or effort.
+        MotorLimitExceeded: A motor would be beyond its position range or effort on the way.
+        StrainLimitExceeded: A rod would yield on the way.
+        UnstableEquilibrium: Stability ends on the way, and only stable equilibria were asked for.
+        TimeLimitExceeded: The time allowed was over.
     """
     values = _motor_vector(robot, "efforts", efforts)
     start = _checked_start(robot, start)
-    return _followed(start, EffortTarget(values), loads, NoForwardSolution, "efforts")
+    return _followed(start, EffortTarget(values), loads, "efforts", stable_only, time_limit)
 
 
 def solve_inverse(
@@ -99,6 +115,8 @@ def solve_inverse(
     *,
     start: Equilibrium | None = None,
     loads: Loads | None = None,
+    stable_only: bool = False,
+    time_limit: float | None = None,
 ) -> Equilibrium:
     """Inverse problem: the motors that hold the controlled platform coordinates at given values.
 
@@ -110,13 +128,18 @@ def solve_inverse(
             planar angle from the x axis.
         start: Equilibrium whose branch is followed; default the robot's home.
         loads: Loads; default those of the start.
+        stable_only: Refuse to pass or reach an unstable equilibrium.
+        time_limit: Give up after this time [s]; default never.
 
     Raises:
         InvalidRequest: Wrong number of coordinates, or loads that do not fit the robot.
         InvalidQuaternion: A quaternion far from unit length.
         NonFiniteInput: A NaN or an infinity.
         NoInverseSolution: The pose is not reached from the start.
-        MotorLimitExceeded: A motor would be beyond its position range or effort.
+        MotorLimitExceeded: A motor would be beyond its position range or effort on the way.
+        StrainLimitExceeded: A rod would yield on the way.
+        UnstableEquilibrium: Stability ends on the way, and only stable equilibria were asked for.
+        TimeLimitExceeded: The time allowed was over.
     """
     if not robot.description.controlled:
         raise InvalidRequest(
@@ -126,7 +149,9 @@ def solve_inverse(
         )
     start = _checked_start(robot, start)
     position, rotation = split_pose(start, pose)
-    return _followed(start, PlatformTarget(rotation, position), loads, NoInverseSolution, "pose")
+    return _followed(
+        start, PlatformTarget(rotation, position), loads, "pose", stable_only, time_limit
+    )
 
 
 def pose_meaning(robot: Robot) -> tuple[str, ...]:
@@ -227,7 +252,7 @@ def solve_home(robot: Robot) -> Equilibrium:
             )
     try:
         return solve_forward(robot, guess.motors, start=unloaded, loads=robot.default_loads)
-    except (MotorLimitExceeded, NoSolution) as error:
+    except NotReached as error:
         raise DescriptionError(robot.description.source, "home", str(error)) from None
 
 
@@ -342,6 +367,7 @@ def refine(
         iterations=steps,
         energy=energy,
         load_arrays=load_arrays,
+        inertia=inertia_of(robot, tangent, rotation),
     )
 
 
@@ -361,44 +387,39 @@ def _followed(
     start: Equilibrium,
     target: Target,
     loads: Loads | None,
-    error: Callable[..., NoSolution],
     what: str,
+    stable_only: bool,
+    time_limit: float | None,
 ) -> Equilibrium:
-    try:
-        result = follow(start, target, start.loads if loads is None else loads)
-    except NoSolution as failure:
-        last = failure.last or start
-        motors = ", ".join(f"{value:.4g}" for value in last.motors)
-        position = ", ".join(f"{value:.4g}" for value in last.platform_position)
-        raise error(
-            f"{what}: not reached from the start, {failure}: its branch could be followed over "
-            f"{100.0 * failure.fraction:.2f} % of the way, to motors ({motors}) "
-            f"and platform position ({position})",
-            failure.fraction,
-            last,
-        ) from None
-    check_limits(result)
-    return result
+    walk = follow(
+        start,
+        target,
+        start.loads if loads is None else loads,
+        stable_only=stable_only,
+        time_limit=time_limit,
+    )
+    if walk.stopped is not None:
+        raise _not_reached(walk.stopped, walk, what, target)
+    check_limits(walk.last)
+    return walk.last
 
 
-def check_limits(equilibrium: Equilibrium) -> None:
-    """Whether the motors can be at an equilibrium and hold it.
-
-    Raises:
-        MotorLimitExceeded: The first motor beyond its position range or its effort.
-    """
-    for motor, leg in equilibrium.robot.limited_motors:
-        position, effort = equilibrium.motors[motor], equilibrium.efforts[motor]
-        limits, name, unit = leg.limits, str(leg.motor_name), leg.motor.unit
-        if not limits.lower <= position <= limits.upper:
-            raise MotorLimitExceeded(
-                name, "position", float(position), (limits.lower, limits.upper), unit
-            )
-        if abs(effort) > limits.effort:
-            raise MotorLimitExceeded(
-                name,
-                "effort",
-                float(effort),
-                (-limits.effort, limits.effort),
-                "N m" if unit == "rad" else "N",
-            )
+def _not_reached(event: PathEvent, walk: Walk, what: str, target: Target) -> NotReached:
+    """The error of a walk that was stopped."""
+    if walk.violation is not None:
+        violation, beyond = walk.violation
+        requested = target.motors if isinstance(target, MotorTarget) else None
+        return limit_error(beyond, violation, event.fraction, event, requested)
+    motors = ", ".join(f"{value:.4g}" for value in walk.last.motors)
+    position = ", ".join(f"{value:.4g}" for value in walk.last.platform_position)
+    text = (
+        f"{what}: not reached from the start, {event.message}: its branch could be followed over "
+        f"{100.0 * event.fraction:.2f} % of the way, to motors ({motors}) "
+        f"and platform position ({position})"
+    )
+    if event.kind == "time_limit":
+        return TimeLimitExceeded(text, event.fraction, walk.last, event)
+    if event.index_after > 0 and event.kind in ("stability", "bifurcation"):
+        return UnstableEquilibrium(text, event.fraction, walk.last, event)
+    failure = NoInverseSolution if what == "pose" else NoForwardSolution
+    return failure(text, event.fraction, walk.last, event)

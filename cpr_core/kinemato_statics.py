@@ -17,7 +17,7 @@ from scipy import linalg
 
 from .equilibrium import Equilibrium
 from .errors import InvalidRequest
-from .lie import roll_pitch_yaw
+from .lie import angle_motions
 from .model import tangent_at
 from .stability import null_space_of
 from .validation import checked_vector
@@ -345,11 +345,7 @@ class KinematoStatics:
         equilibrium, robot = self.equilibrium, self.equilibrium.robot
         motions = np.eye(len(robot.platform_axes))
         if robot.controls_angles:
-            rotation = equilibrium.platform_rotation
-            yaw = roll_pitch_yaw(rotation)[2]
-            motions[:3, :3] = np.column_stack(
-                [rotation[:, 0], [-np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]]
-            )
+            motions[:3, :3] = angle_motions(equilibrium.platform_rotation)
         return _platform_turn(equilibrium).T @ motions
 
     def _sign(self, problem: Problem) -> int:

@@ -12,6 +12,7 @@ from .errors import InvalidQuaternion
 from .validation import checked_vector
 
 __all__ = [
+    "angle_motions",
     "multiply",
     "quaternion_from_rotation",
     "roll_pitch_yaw",
@@ -128,6 +129,13 @@ def rotation_from_angles(roll: float, pitch: float, yaw: float) -> NDArray[np.fl
     rotation = np.empty((3, 3))
     rotation_from_angles_into(roll, pitch, yaw, rotation)
     return rotation
+
+
+def angle_motions(rotation: ArrayLike) -> NDArray[np.float64]:
+    """World rotations of unit roll, pitch and yaw rates at a rotation, as columns, (3, 3)."""
+    matrix = np.asarray(rotation, float)
+    yaw = math.atan2(matrix[1, 0], matrix[0, 0])
+    return np.column_stack([matrix[:, 0], [-math.sin(yaw), math.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
 
 
 def skew(vector: ArrayLike) -> NDArray[np.float64]:

@@ -121,6 +121,22 @@ class Loads:
             points=tuple(replace(f, force=factor * f.force) for f in self.points),
         )
 
+    def toward(self, other: Loads, fraction: float) -> Loads:
+        """Loads part of the way to others; forces on rods are those of both, weighed."""
+        if other is self or fraction == 0.0:
+            return self
+        if fraction == 1.0:
+            return other
+        mine, theirs = self.scaled(1.0 - fraction), other.scaled(fraction)
+        return Loads(
+            gravity=mine.gravity + theirs.gravity,
+            rod_force=mine.rod_force + theirs.rod_force,
+            wrench_world=mine.wrench_world + theirs.wrench_world,
+            wrench_body=mine.wrench_body + theirs.wrench_body,
+            distributed=mine.distributed + theirs.distributed,
+            points=mine.points + theirs.points,
+        )
+
     def conservative(self, planar: bool) -> bool:
         """Whether all loads have a potential, so that energy decides stability (Section V-D).
 

@@ -143,6 +143,30 @@ class Robot:
         )
 
     @cached_property
+    def strain_limits(self) -> Floats:
+        """Bending strain every leg bears (its yield strain), infinite where not given, (L,)."""
+        return np.array([leg.rod.yield_strain for leg in self.description.legs])
+
+    @cached_property
+    def limits_strain(self) -> bool:
+        """Whether any rod has a yield strain."""
+        return bool(np.isfinite(self.strain_limits).any())
+
+    @cached_property
+    def curvature_stations(self) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+        """Per leg, at both ends and the nodes (P,): curvature by strain coordinate (P, 3, m); at rest.
+
+        The curvature at rest is (P, 3) [1/m].
+        """
+        sigma = np.concatenate([[0.0], self.grid.nodes, [1.0]])
+        legs = self.description.legs
+        values = tuple(
+            leg.modes.values(sigma)[:, None, :] * (np.arange(3)[:, None] == leg.modes.directions)
+            for leg in legs
+        )
+        return values, tuple(leg.rod.rest_curvature_at(sigma) for leg in legs)
+
+    @cached_property
     def length_indices(self) -> Integers:
         """State indices of rod lengths (extensible legs)."""
         legs = self.arrays.legs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -88,6 +89,7 @@ class Rod:
         density: Mass density rho [kg/m^3].
         profile: Factors on stiffness and mass along the rod.
         rest_curvature: Strain at rest by component, Legendre series in 2 s/l - 1, (any length,) [1/m].
+        yield_strain: Bending strain the material bears; infinite where it is not given.
     """
 
     length: float
@@ -97,6 +99,7 @@ class Rod:
     density: float = 0.0
     profile: Profile = UNIFORM
     rest_curvature: tuple[Floats, Floats, Floats] = (_NONE, _NONE, _NONE)
+    yield_strain: float = math.inf
 
     @property
     def mass_per_length(self) -> float:

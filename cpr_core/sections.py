@@ -9,6 +9,9 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 __all__ = [
     "SECTIONS",
     "AnnularSection",
@@ -17,6 +20,8 @@ __all__ = [
     "RectangularSection",
     "Section",
 ]
+
+Floats = NDArray[np.float64]
 
 
 class Section(Protocol):
@@ -28,6 +33,10 @@ class Section(Protocol):
 
     def mass_per_length(self, density: float) -> float:
         """Mass per length, rho A [kg/m]."""
+        ...
+
+    def bending_strain(self, bending_2: Floats, bending_3: Floats) -> Floats:
+        """Largest strain across the section for curvatures about d2 and d3 [1/m]; dimensionless."""
         ...
 
 
@@ -75,6 +84,10 @@ class CircularSection(_Solid):
         bending = 0.25 * math.pi * self.radius**4
         return 2.0 * bending, bending, bending
 
+    def bending_strain(self, bending_2: Floats, bending_3: Floats) -> Floats:
+        """At the outer radius."""
+        return np.asarray(self.radius * np.hypot(bending_2, bending_3))
+
 
 @dataclass(frozen=True)
 class AnnularSection(_Solid):
@@ -98,6 +111,10 @@ class AnnularSection(_Solid):
         """Outer circle minus inner circle."""
         bending = 0.25 * math.pi * (self.radius**4 - self.inner_radius**4)
         return 2.0 * bending, bending, bending
+
+    def bending_strain(self, bending_2: Floats, bending_3: Floats) -> Floats:
+        """At the outer radius."""
+        return np.asarray(self.radius * np.hypot(bending_2, bending_3))
 
 
 @dataclass(frozen=True)
@@ -127,6 +144,12 @@ class RectangularSection(_Solid):
         torsion = long * short**3 / 3.0 * (1.0 - 192.0 / math.pi**5 * short / long * series)
         return torsion, self.width * self.height**3 / 12.0, self.height * self.width**3 / 12.0
 
+    def bending_strain(self, bending_2: Floats, bending_3: Floats) -> Floats:
+        """At a corner."""
+        return np.asarray(
+            0.5 * self.height * np.abs(bending_2) + 0.5 * self.width * np.abs(bending_3)
+        )
+
 
 @dataclass(frozen=True)
 class GivenSection:
@@ -137,12 +160,14 @@ class GivenSection:
         bending_2: E J2 [N m^2].
         bending_3: E J3 [N m^2].
         mass: Mass per length [kg/m].
+        outer_radius: Distance of the outermost fibre from the centre line [m]; 0 if not known.
     """
 
     torsion: float
     bending_2: float
     bending_3: float
     mass: float = 0.0
+    outer_radius: float = 0.0
 
     def rigidities(self, young_modulus: float, shear_modulus: float) -> tuple[float, float, float]:
         """As given; the moduli are not used."""
@@ -151,6 +176,10 @@ class GivenSection:
     def mass_per_length(self, density: float) -> float:
         """As given."""
         return self.mass
+
+    def bending_strain(self, bending_2: Floats, bending_3: Floats) -> Floats:
+        """At the outer radius."""
+        return np.asarray(self.outer_radius * np.hypot(bending_2, bending_3))
 
 
 #: Sections by the name used in descriptions.

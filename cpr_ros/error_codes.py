@@ -12,6 +12,9 @@ from cpr_core import (
     NoForwardSolution,
     NoInverseSolution,
     NonFiniteInput,
+    StrainLimitExceeded,
+    TimeLimitExceeded,
+    UnstableEquilibrium,
 )
 
 __all__ = ["RequestError", "error_code", "success"]
@@ -38,6 +41,9 @@ _CODES: tuple[tuple[type[CprError], int], ...] = (
     (InvalidQuaternion, ErrorCode.INVALID_QUATERNION),
     (InvalidRequest, ErrorCode.INVALID_ROBOT_STATE),
     (MotorLimitExceeded, ErrorCode.MOTOR_LIMIT),
+    (StrainLimitExceeded, ErrorCode.STRAIN_LIMIT),
+    (UnstableEquilibrium, ErrorCode.UNSTABLE_EQUILIBRIUM),
+    (TimeLimitExceeded, ErrorCode.TIMED_OUT),
     (NoInverseSolution, ErrorCode.NO_IK_SOLUTION),
     (NoForwardSolution, ErrorCode.NOT_CONVERGED),
 )

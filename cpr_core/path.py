@@ -1,0 +1,357 @@
+"""A straight path in what a request imposes, and the solves on it.
+
+A path is a curve F(x, t) = 0 of the unknowns x and the fraction t of the way. It is solved in two ways:
+at a given fraction (`Path.at`), which is fast, and at a given arc length along the curve
+(`Path.along`), which also works where the curve turns back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from .arrays import LoadArrays, workspace
+from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
+from .inertia import inertia_of
+from .lie import angle_motions, rotation_exp
+from .limits import Violation, violations
+from .loads import Loads
+from .model_kernel import evaluate_model
+from .newton_kernel import CONVERGED, newton
+from .targets import Imposed, Target
+
+__all__ = ["Path", "Point"]
+
+Floats = NDArray[np.float64]
+
+#: A correction must be smaller than this times the one before.
+CONTRACTION = 0.5
+#: Newton steps of one path step.
+ITERATIONS = 12
+#: Step of the fraction by which the rate of the residual is found, central differences.
+_RATE_STEP = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A solution on a path.
+
+    Attributes:
+        fraction: Fraction of the way.
+        equilibrium: The equilibrium there.
+        index: Stability index, of the motors as the problem has them; 0 where energy decides nothing.
+        sign: Sign of the determinant of the problem.
+        inverse_sign: Sign of the determinant of the inverse problem.
+        violations: Limits that do not hold.
+        forward: Whether the branch leads on to larger fractions here.
+    """
+
+    fraction: float
+    equilibrium: Equilibrium
+    index: int
+    sign: int
+    inverse_sign: int
+    violations: frozenset[Violation]
+    forward: bool = True
+
+    @property
+    def side(self) -> int:
+        """Side of a bifurcation: a fold changes the determinant and the direction, so not this."""
+        return self.sign if self.forward else -self.sign
+
+
+@dataclass(frozen=True, eq=False)
+class Tangent:
+    """Unit tangent of the curve at a point, dimensionless.
+
+    Attributes:
+        unknowns: Change of the unknowns per arc length, legs first, (M,).
+        fraction: Change of the fraction per arc length.
+    """
+
+    unknowns: Floats
+    fraction: float
+
+    def reversed(self) -> Tangent:
+        """The other way."""
+        return Tangent(-self.unknowns, -self.fraction)
+
+
+class Path:
+    """The straight path from an equilibrium to a target, the loads changing along with it.
+
+    Attributes:
+        start: Equilibrium at fraction 0.
+        iterations: Newton steps used so far.
+    """
+
+    def __init__(self, start: Equilibrium, target: Target, loads: Loads) -> None:
+        """Prepare the solves; nothing is solved yet."""
+        robot = start.robot
+        self.start, self.iterations = start, 0
+        self._robot, self._target, self._loads = robot, target, loads
+        self._loads_change = loads is not start.loads
+        self._last_loads = robot.load_arrays(loads) if self._loads_change else start.load_arrays
+        self.conservative = loads.conservative(robot.planar) and (
+            not self._loads_change or start.loads.conservative(robot.planar)
+        )
+        self._columns, self._rows = robot.problems[target.problem]
+        self._angles = target.problem == "platform" and robot.controls_angles
+        size = len(robot.arrays.unit)
+        self._residual, self._tangent = np.empty(size), np.zeros((size, size))
+        self._work = workspace(robot.arrays)
+
+    @property
+    def problem(self) -> str:
+        """Key of ``Robot.problems``."""
+        return self._target.problem
+
+    def begin(self) -> Point:
+        """The start as a point of the path."""
+        if not self.conservative:
+            self._evaluate(
+                self.start.state.copy(), self.start.platform_rotation.copy(),
+                self.start.platform_position.copy(), self.start.load_arrays,
+            )  # fmt: skip
+        return self._point(0.0, self.start)
+
+    def at(self, here: Point, fraction: float) -> Point | None:
+        """The solution at a fraction, by Newton's method from a point nearby.
+
+        Returns:
+            None if a correction did not contract: then the fraction is too far from the point.
+        """
+        robot, motor_index = self._robot, self._robot.arrays.motor_index
+        state, rotation, position, efforts = self._imposed(here.equilibrium, fraction)
+        lengths = robot.length_indices
+        if lengths.size and state[lengths].min() <= 0.0:
+            return None
+        loads = self._loads_at(fraction)
+        status, iterations, largest, energy = newton(
+            robot.arrays, loads, state, rotation, position, self._columns, self._rows, self._angles,
+            efforts, RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION, self._residual, self._tangent,
+            self._work,
+        )  # fmt: skip
+        self.iterations += iterations
+        if status != CONVERGED or (lengths.size and state[lengths].min() <= 0.0):
+            return None
+        found = Equilibrium(
+            robot=robot,
+            loads=self._loads_between(fraction),
+            state=state,
+            platform_rotation=rotation,
+            platform_position=position,
+            efforts=self._residual[motor_index:].copy(),
+            residual=largest,
+            iterations=iterations,
+            energy=energy,
+            load_arrays=loads,
+            inertia=inertia_of(robot, self._tangent, rotation),
+        )
+        return self._point(fraction, found)
+
+    def tangent(self, here: Point, before: Tangent | None = None) -> Tangent:
+        """Tangent of the curve at a point.
+
+        Args:
+            here: A point.
+            before: Tangent at the point before, which tells the direction; default to larger fractions.
+        """
+        matrix, rate = self._linearised(here)
+        if before is None:
+            last = np.zeros(len(rate) + 1)
+            last[-1] = 1.0
+        else:
+            last = np.append(before.unknowns, before.fraction)
+        curve = np.column_stack([matrix, rate])
+        try:
+            found = np.linalg.solve(np.vstack([curve, last]), np.eye(len(last))[-1])
+        except np.linalg.LinAlgError:
+            found = np.full(len(last), np.inf)
+        found /= np.linalg.norm(found)
+        if not np.abs(curve @ found).max() < 1e-6 * np.abs(curve).max():
+            # The last direction is across the curve (exactly on a fold), or two branches cross.
+            found = linalg.svd(curve)[2][-1]
+            found *= 1.0 if found @ last >= 0.0 else -1.0
+        return Tangent(found[:-1], float(found[-1]))
+
+    def along(self, here: Point, tangent: Tangent, arc_length: float) -> Point | None:
+        """The solution at an arc length from a point, in the plane across its tangent.
+
+        Returns:
+            None if a correction did not contract.
+        """
+        robot = self._robot
+        state = here.equilibrium.state.copy()
+        rotation = here.equilibrium.platform_rotation.copy()
+        position = here.equilibrium.platform_position.copy()
+        across = np.append(tangent.unknowns, tangent.fraction)
+        moved = arc_length * across  # since the point
+        fraction = here.fraction + moved[-1]
+        self._move(state, rotation, position, moved[:-1])
+        last = np.inf
+        lengths = robot.length_indices
+        for iteration in range(ITERATIONS):
+            loads = self._loads_at(fraction)
+            efforts = self._impose(state, rotation, position, fraction)
+            if lengths.size and state[lengths].min() <= 0.0:
+                return None
+            energy = self._evaluate(state, rotation, position, loads)
+            residual = self._scaled_residual(efforts)
+            largest = float(np.abs(residual).max())
+            if not np.isfinite(largest):
+                return None
+            if largest < RESIDUAL_TOLERANCE:
+                found = Equilibrium(
+                    robot=robot,
+                    loads=self._loads_between(fraction),
+                    state=state,
+                    platform_rotation=rotation,
+                    platform_position=position,
+                    efforts=self._residual[robot.arrays.motor_index :].copy(),
+                    residual=largest,
+                    iterations=iteration,
+                    energy=energy,
+                    load_arrays=loads,
+                    inertia=inertia_of(robot, self._tangent, rotation),
+                )
+                return self._point(fraction, found)
+            matrix = self._scaled_tangent(rotation)
+            rate = self._rate(state, rotation, position, fraction)
+            try:
+                change = np.linalg.solve(
+                    np.vstack([np.column_stack([matrix, rate]), across]),
+                    -np.append(residual, across @ moved - arc_length),
+                )
+            except np.linalg.LinAlgError:
+                return None
+            self.iterations += 1
+            length = float(np.linalg.norm(change))
+            if length > CONTRACTION * min(last, 2.0 * abs(arc_length)) and length > 1e-9:
+                return None
+            last = length
+            moved += change
+            fraction = here.fraction + moved[-1]
+            self._move(state, rotation, position, change[:-1])
+        return None
+
+    def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
+        inertia, problem = equilibrium.inertia, self._target.problem
+        index = inertia.index_free if problem == "efforts" else inertia.index_locked
+        if not self.conservative:
+            sign = int(np.linalg.slogdet(self._scaled_tangent(equilibrium.platform_rotation))[0])
+        elif problem == "platform":
+            sign = inertia.inverse_sign
+        else:
+            sign = -1 if index % 2 else 1
+        return Point(
+            fraction=fraction,
+            equilibrium=equilibrium,
+            index=index if self.conservative else 0,
+            sign=sign,
+            inverse_sign=inertia.inverse_sign if self.conservative else 0,
+            violations=violations(equilibrium),
+        )
+
+    def _loads_at(self, fraction: float) -> LoadArrays:
+        """Loads part of the way; all entries are linear in what is given."""
+        if not self._loads_change or fraction == 1.0:
+            return self._last_loads
+        pairs = zip(self.start.load_arrays, self._last_loads, strict=True)
+        return LoadArrays(*[(1.0 - fraction) * first + fraction * last for first, last in pairs])
+
+    def _loads_between(self, fraction: float) -> Loads:
+        return self.start.loads.toward(self._loads, fraction) if self._loads_change else self._loads
+
+    def _imposed(self, here: Equilibrium, fraction: float) -> tuple[Floats, Floats, Floats, Floats]:
+        """State, rotation and position with what is imposed at a fraction, and imposed efforts."""
+        state = here.state.copy()
+        rotation, position = here.platform_rotation.copy(), here.platform_position.copy()
+        return state, rotation, position, self._impose(state, rotation, position, fraction)
+
+    def _impose(self, state: Floats, rotation: Floats, position: Floats, fraction: float) -> Floats:
+        """Write what is imposed at a fraction; returns the imposed efforts."""
+        efforts = np.zeros(self._robot.motor_count)
+        motors = state[self._robot.arrays.motor_index :]
+        self._target.impose(self.start, fraction, Imposed(motors, efforts, rotation, position))
+        return efforts
+
+    def _evaluate(
+        self, state: Floats, rotation: Floats, position: Floats, loads: LoadArrays
+    ) -> float:
+        """Residual and tangent at any state; returns the energy."""
+        return float(
+            evaluate_model(
+                self._robot.arrays,
+                loads,
+                state,
+                rotation,
+                position,
+                self._residual,
+                self._tangent,
+                self._work,
+            )
+        )
+
+    def _scaled_residual(self, efforts: Floats) -> Floats:
+        """Dimensionless residual of the problem, legs first."""
+        arrays = self._robot.arrays
+        residual = self._residual.copy()
+        residual[arrays.motor_index :] -= efforts
+        residual *= arrays.unit / arrays.energy_unit
+        return np.concatenate([residual[: arrays.platform_index], residual[self._rows]])
+
+    def _scaled_tangent(self, rotation: Floats) -> Floats:
+        """Dimensionless matrix of the problem, legs first, (M, M)."""
+        arrays, legs = self._robot.arrays, np.arange(self._robot.arrays.platform_index)
+        tangent = self._tangent
+        if self._angles:
+            turns = self._robot.platform_indices[:3]
+            tangent = tangent.copy()
+            tangent[:, turns] = tangent[:, turns] @ angle_motions(rotation)
+        rows = np.concatenate([legs, self._rows])
+        columns = np.concatenate([legs, self._columns])
+        scaled = tangent[np.ix_(rows, columns)]
+        return np.asarray(
+            scaled * arrays.unit[rows, None] * arrays.unit[columns] / arrays.energy_unit
+        )
+
+    def _linearised(self, here: Point) -> tuple[Floats, Floats]:
+        """Matrix of the problem at a point and rate of its residual with the fraction."""
+        state, rotation, position, _ = self._imposed(here.equilibrium, here.fraction)
+        rate = self._rate(state, rotation, position, here.fraction)
+        self._evaluate(state, rotation, position, here.equilibrium.load_arrays)
+        return self._scaled_tangent(rotation), rate
+
+    def _rate(self, state: Floats, rotation: Floats, position: Floats, fraction: float) -> Floats:
+        """Rate of the dimensionless residual with the fraction, the unknowns held.
+
+        Central differences of what is imposed: exact where it is linear in the residual (loads,
+        efforts), good to 1e-9 elsewhere; only predictions and directions depend on it.
+        """
+        sides = []
+        for change in (_RATE_STEP, -_RATE_STEP):
+            parts = state.copy(), rotation.copy(), position.copy()
+            efforts = self._impose(*parts, fraction + change)
+            self._evaluate(*parts, self._loads_at(fraction + change))
+            sides.append(self._scaled_residual(efforts))
+        return (sides[0] - sides[1]) / (2.0 * _RATE_STEP)
+
+    def _move(self, state: Floats, rotation: Floats, position: Floats, change: Floats) -> None:
+        """Add a dimensionless change of the unknowns, in place."""
+        robot, inner = self._robot, self._robot.arrays.platform_index
+        whole = np.zeros(len(state))
+        whole[:inner] = change[:inner]
+        whole[self._columns] = change[inner:]
+        whole *= robot.arrays.unit
+        twist = np.zeros(6)
+        twist[robot.platform_axes] = whole[robot.platform_indices]
+        if self._angles:
+            twist[:3] = angle_motions(rotation) @ twist[:3]
+        rotation[:] = rotation_exp(twist[:3]) @ rotation
+        position += twist[3:]
+        whole[robot.platform_indices] = 0.0
+        state += whole

@@ -1,0 +1,32 @@
+"""How far the rods are from yielding: bending strains at the surface, and what the material bears."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .equilibrium import Equilibrium
+
+__all__ = ["bending_strains"]
+
+Floats = NDArray[np.float64]
+
+
+def bending_strains(equilibrium: Equilibrium) -> Floats:
+    """Largest bending strain of every leg, (L,), dimensionless.
+
+    The strain of the outermost fibre, curvature (less the one at rest) times its distance from the
+    centre line, at the quadrature nodes and at both ends. Torsion and tension are not counted. Where a
+    profile changes the stiffness, the section is still the one of the description.
+    """
+    robot, state = equilibrium.robot, equilibrium.state
+    largest = np.empty(len(robot.description.legs))
+    for number, (here, leg, values, rest) in enumerate(
+        zip(robot.arrays.legs, robot.description.legs, *robot.curvature_stations, strict=True)
+    ):
+        strain = state[here["strain_index"] : here["strain_index"] + here["strain_count"]]
+        curvature = np.einsum("pcm,m->pc", values, strain) - rest
+        if here["extensible"]:
+            curvature *= here["length"] / state[here["translation_index"]]
+        largest[number] = leg.rod.section.bending_strain(curvature[:, 1], curvature[:, 2]).max()
+    return largest

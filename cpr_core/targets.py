@@ -1,0 +1,138 @@
+"""What a problem imposes, and the straight path to it from an equilibrium."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .equilibrium import Equilibrium
+from .lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_log
+
+__all__ = ["EffortTarget", "Imposed", "MotorTarget", "PlatformTarget", "ProblemName", "Target"]
+
+Floats = NDArray[np.float64]
+
+#: Keys of ``Robot.problems``.
+ProblemName = Literal["motors", "efforts", "platform"]
+
+
+class Imposed:
+    """Values a problem is solved for, all arrays written in place.
+
+    Attributes:
+        motors: Motor positions, (n,).
+        efforts: Motor efforts, (n,); used where they are imposed.
+        rotation: Platform rotation, (3, 3).
+        position: Platform position, (3,) [m].
+    """
+
+    __slots__ = ("efforts", "motors", "position", "rotation")
+
+    def __init__(self, motors: Floats, efforts: Floats, rotation: Floats, position: Floats) -> None:
+        """Take the arrays over."""
+        self.motors, self.efforts = motors, efforts
+        self.rotation, self.position = rotation, position
+
+
+class Target(Protocol):
+    """What a problem imposes, and the straight path there."""
+
+    #: Key of ``Robot.problems``.
+    problem: ClassVar[ProblemName]
+
+    def distance(self, start: Equilibrium) -> float:
+        """How far it is from the start to here, in radians and rod lengths."""
+        ...
+
+    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+        """Write what holds at a fraction of the way from the start."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class MotorTarget:
+    """Motor positions: the forward problem.
+
+    Attributes:
+        motors: (n,) [rad or m].
+    """
+
+    motors: Floats
+    problem: ClassVar[ProblemName] = "motors"
+
+    def distance(self, start: Equilibrium) -> float:
+        """Largest change of a motor."""
+        if not self.motors.size:
+            return 0.0
+        return float(np.abs((self.motors - start.motors) / start.robot.motor_units).max())
+
+    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+        """Straight in the motor positions."""
+        values.motors[:] = (1.0 - fraction) * start.motors + fraction * self.motors
+
+
+@dataclass(frozen=True, eq=False)
+class EffortTarget:
+    """Motor efforts: the forward problem by effort.
+
+    Attributes:
+        efforts: (n,) [N m or N].
+    """
+
+    efforts: Floats
+    problem: ClassVar[ProblemName] = "efforts"
+
+    def distance(self, start: Equilibrium) -> float:
+        """Nothing: efforts have no turns, Newton's method sees how far they are."""
+        return 0.0
+
+    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+        """Straight in the efforts."""
+        values.efforts[:] = (1.0 - fraction) * start.efforts + fraction * self.efforts
+
+
+@dataclass(frozen=True, eq=False)
+class PlatformTarget:
+    """Controlled platform coordinates: the inverse problem.
+
+    Attributes:
+        rotation: Platform rotation, (3, 3); read where the orientation is controlled.
+        position: Platform position, (3,) [m]; read where it is controlled.
+    """
+
+    rotation: Floats
+    position: Floats
+    problem: ClassVar[ProblemName] = "platform"
+
+    def distance(self, start: Equilibrium) -> float:
+        """Distance of the positions, or angle between the orientations where it is larger."""
+        moved = float(np.max(np.abs(self.position - start.platform_position)))
+        cosine = 0.5 * (float(np.sum(self.rotation * start.platform_rotation)) - 1.0)
+        turned = float(np.arccos(min(1.0, max(-1.0, cosine))))
+        return max(moved / start.robot.mean_length, turned)
+
+    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+        """Straight in the position and in single angles, about one axis in the whole orientation."""
+        axes = start.robot.controlled_axes
+        held = axes[axes >= 3] - 3
+        between = (1.0 - fraction) * start.platform_position + fraction * self.position
+        values.position[held] = between[held]
+        if start.robot.controls_angles:
+            values.rotation[:] = self._angles_between(start, fraction, values.rotation)
+        elif len(held) < len(axes):
+            turn = rotation_log(self.rotation @ start.platform_rotation.T)
+            values.rotation[:] = rotation_exp(fraction * turn) @ start.platform_rotation
+
+    def _angles_between(self, start: Equilibrium, fraction: float, rotation: Floats) -> Floats:
+        """The controlled angles on the short way, the others as they are."""
+        first = roll_pitch_yaw(start.platform_rotation)
+        turn = roll_pitch_yaw(self.rotation) - first
+        turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
+        axes = start.robot.controlled_axes
+        held = axes[axes < 3]
+        angles = roll_pitch_yaw(rotation)
+        angles[held] = (first + fraction * turn)[held]
+        return rotation_from_angles(*angles)
