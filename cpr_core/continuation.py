@@ -14,10 +14,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import optimize
 
 from .equilibrium import Equilibrium
 from .events import EventKind, PathEvent
-from .limits import Violation, limit_error
+from .limits import Limit, limit_error
 from .loads import Loads
 from .path import Path, Point, Tangent
 from .targets import Target
@@ -35,14 +36,18 @@ MOST_STEPS = 1000
 LOCATION = 1e-9
 #: Arc lengths of the dimensionless state: first, longest and smallest step.
 FIRST_ARC, LONGEST_ARC, SMALLEST_ARC = 0.05, 0.5, 1e-7
+#: Cosine of the largest turn of the branch within a step by arc length.
+STRAIGHT = 0.95
 #: Arc length before and after an event at which its kind is told: at a fold itself both the direction
 #: and the determinant vanish to rounding.
 ASIDE = 1e-3
+#: Smallest singular value of a dimensionless problem where branches may cross.
+SINGULAR = 1e-5
 #: Steps by arc length of one request.
 MOST_ARCS = 2000
-#: Two solutions less than LOCATION apart belong together if the state moves less than this between
-#: them, dimensionless; near a fold it moves with the root of the fraction.
-SAME_PLACE = 1e-2
+#: Two solutions found by bisection are neighbours on a branch if the state moves less than this between
+#: them, dimensionless. Branches that come nearer to each other are taken to cross.
+SAME_PLACE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +65,7 @@ class Walk:
     last: Equilibrium
     events: tuple[PathEvent, ...]
     stopped: PathEvent | None
-    violation: tuple[Violation, Equilibrium] | None
+    violation: tuple[Limit, Equilibrium] | None
     points: tuple[Point, ...]
 
 
@@ -120,7 +125,7 @@ class _Walker:
         self.deadline = np.inf if time_limit is None else time.perf_counter() + time_limit
         self.events: list[PathEvent] = []
         self.points: list[Point] = []
-        self.violation: tuple[Violation, Equilibrium] | None = None
+        self.violation: tuple[Limit, Equilibrium] | None = None
 
     def walk(self) -> Walk:
         """Go until the end."""
@@ -149,7 +154,7 @@ class _Walker:
             stop = self.keep[0] if self.keep else 1.0
             ahead = min(1.0, stop, here.fraction + step)
             there = self.path.at(here, ahead)
-            if there is None:
+            if there is None or there.sign != here.sign:  # a fold's other arm may be very near
                 step = 0.5 * (ahead - here.fraction)
                 if step >= SMALLEST_STEP * longest:
                     continue
@@ -157,13 +162,21 @@ class _Walker:
                 if walk is not None:
                     return walk
                 here, step = self._arrived, 10.0 * SMALLEST_STEP * longest
+            elif here.grazes(there) and not self._differ(here, there):
+                step = 0.5 * (ahead - here.fraction)
+                continue
             elif self._differ(here, there):
                 low, high = self._bisected_by_fraction(here, ahead)
-                if high is None or not _same_place(low, high):  # the step had jumped over something
-                    walk = self._by_arc_length(low)
-                    if walk is not None:
-                        return walk
-                    here = self._arrived
+                if high is None or _distance(low, high) > SAME_PLACE:
+                    if self._several_cross(low, there):  # as on symmetric paths of symmetric robots
+                        if self._passed(low, there):
+                            return self._stopped(low)
+                        here = there
+                    else:  # the step had jumped over something
+                        walk = self._by_arc_length(low)
+                        if walk is not None:
+                            return walk
+                        here = self._arrived
                 else:
                     if self._passed(low, high):
                         return self._stopped(low)
@@ -174,6 +187,10 @@ class _Walker:
                 here = there
             self._keep(here)
         return self._done(here)
+
+    def _several_cross(self, low: Point, there: Point) -> bool:
+        """Whether eigenvalues pass zero together: near that, no single solution can be followed."""
+        return self.path.problem != "platform" and low.index != there.index
 
     def _by_arc_length(self, here: Point) -> Walk | None:
         """Steps by arc length, from a point beyond which no step at a fraction succeeds.
@@ -188,45 +205,60 @@ class _Walker:
             if time.perf_counter() > self.deadline:
                 return self._end(here, "time_limit", "the time allowed was over")
 
-            there = path.along(here, tangent, arc)
+            there, end = self._along(here, tangent, arc), None
+            if there is not None and not 0.0 <= there.fraction < 1.0:
+                end = 1.0 if there.fraction >= 1.0 else 0.0
+                if here.fraction != end:
+                    arc = self._landing(here, tangent, arc, end)
+                    there = self._along(here, tangent, arc)
             if there is None:
                 arc *= 0.5
                 if arc < SMALLEST_ARC:
-                    return self._end(here, "lost", "no equilibrium is near the last one on the way")
+                    return self._lost(here)
                 continue
             if self._differ(here, there):
-                low, high = self._bisected_by_arc_length(here, tangent, arc, there)
-                if high is None or not _same_place(low, high):
+                found = self._bisected_by_arc_length(here, tangent, arc, there)
+                if found is None:  # the step had jumped to another branch
                     arc *= 0.25
                     if arc < SMALLEST_ARC:
-                        return self._end(
-                            low, "lost", "no equilibrium is near the last one on the way"
-                        )
+                        return self._lost(here)
                     continue
+                low, high = found
                 if self._passed(low, high):
                     return self._stopped(low)
-                there = high
-            tangent = path.tangent(there, tangent)
-            here = replace(there, forward=tangent.fraction > 0.0)
+                if self._differ(high, there):  # something more happens within the step
+                    there, end = high, None
+            here, tangent = there, path.tangent(there, tangent)
             self._keep(here, every=self.past_folds)
             arc = min(LONGEST_ARC, 1.5 * arc)
-            if self.past_folds:
-                if not 0.0 <= here.fraction < 1.0:
-                    return None
-            elif here.fraction >= 1.0 or (
-                here.fraction > entry and self._regular(here, tangent, entry)
-            ):
-                if here.fraction >= 1.0:  # past the target: one step back to it
-                    back = path.at(here, 1.0)
-                    if back is None:
-                        arc *= 0.1
-                        continue
-                    here = back
+            if end is not None:
+                self._arrived = path.at(here, end) or here
+                return None
+            if not self.past_folds and here.fraction > entry and self._regular(here, tangent):
                 self._arrived = here
                 return None
         return self._end(here, "lost", f"it is farther than {MOST_ARCS} steps along the branch")
 
-    def _regular(self, here: Point, tangent: Tangent, entry: float) -> bool:
+    def _along(self, here: Point, tangent: Tangent, arc: float) -> Point | None:
+        """The point at an arc length, with its direction; None where the branch turns too much."""
+        there = self.path.along(here, tangent, arc)
+        if there is None:
+            return None
+        onward = self.path.tangent(there, tangent)
+        if tangent.cosine(onward) < STRAIGHT:
+            return None
+        return replace(there, forward=onward.fraction > 0.0)
+
+    def _landing(self, here: Point, tangent: Tangent, arc: float, end: float) -> float:
+        """Arc length, up to the given one, at which the branch is at a fraction."""
+
+        def beyond(arc_length: float) -> float:
+            there = self.path.along(here, tangent, arc_length) if arc_length > 0.0 else here
+            return np.nan if there is None else there.fraction - end
+
+        return float(optimize.brentq(beyond, 0.0, arc, xtol=1e-13))
+
+    def _regular(self, here: Point, tangent: Tangent) -> bool:
         """Whether a step at a fraction is possible again, as long as the one that had failed."""
         longest = 1.0 / max(1.0, self.steps)
         ahead = min(1.0, here.fraction + 10.0 * SMALLEST_STEP * longest)
@@ -238,7 +270,8 @@ class _Walker:
         return (
             low.index != high.index
             or low.sign != high.sign
-            or not high.violations <= low.violations
+            or low.forward != high.forward
+            or not high.violated <= low.violated
             or (self.singularities and low.inverse_sign != high.inverse_sign)
         )
 
@@ -254,26 +287,34 @@ class _Walker:
         return low, self.path.at(low, last)
 
     def _bisected_by_arc_length(
-        self, here: Point, tangent: Tangent, last: float, high: Point | None
-    ) -> tuple[Point, Point | None]:
-        """The same along the tangent of a point, with the direction of the branch on both sides."""
+        self, here: Point, tangent: Tangent, last: float, high: Point
+    ) -> tuple[Point, Point] | None:
+        """The same along the tangent of a point, with the direction of the branch on both sides.
+
+        Returns:
+            None if the two points are not on one branch.
+        """
         low, first = here, 0.0
-        while last - first > LOCATION and (
-            high is None or abs(high.fraction - low.fraction) > LOCATION
-        ):
+        while last - first > LOCATION:
             middle = 0.5 * (first + last)
-            there = self.path.along(here, tangent, middle)
-            if there is None or self._differ(low, there):
+            there = self._along(here, tangent, middle)
+            if there is None or _distance(low, there) > 2.0 * (middle - first):
+                break  # next to a crossing of branches the solution is not known any better
+            if self._differ(low, there):
                 high, last = there, middle
             else:
                 low, first = there, middle
-        if high is None:
-            return low, None
+        if (
+            _distance(low, high) > max(SAME_PLACE, 2.0 * (last - first))
+            or last - first > SAME_PLACE
+        ):
+            return None
+        if low.sign != high.sign:
+            low = replace(low, fraction=self.path.crossing(low, high))
         sides = []
         for point, aside in ((low, first - ASIDE), (high, last + ASIDE)):
-            there = self.path.along(here, tangent, aside) or point
-            onward = self.path.tangent(there, tangent).fraction > 0.0
-            sides.append(replace(point, forward=onward))
+            there = self._along(here, tangent, aside) or point
+            sides.append(replace(point, forward=there.forward, sign=there.sign, index=there.index))
         return sides[0], sides[1]
 
     def _passed(self, low: Point, high: Point) -> bool:
@@ -298,7 +339,7 @@ class _Walker:
         return kind == "fold" and not self.past_folds
 
     def _kind(self, low: Point, high: Point) -> tuple[EventKind | None, str]:
-        new = high.violations - low.violations
+        new = high.violated - low.violated
         if new:
             violation = min(new, key=lambda one: (one.number, one.kind))
             self.violation = violation, high.equilibrium
@@ -308,6 +349,8 @@ class _Walker:
             return "fold", f"the branch turns back ({change})"
         if low.side != high.side:
             return "bifurcation", f"another branch crosses ({change})"
+        if low.index != high.index and self.path.problem != "platform":
+            return "bifurcation", f"several branches cross ({change})"
         if low.index != high.index:
             gained = "lost" if high.index > low.index else "gained"
             return "stability", f"stability is {gained} ({change})"
@@ -323,6 +366,11 @@ class _Walker:
                 self.keep.pop(0)
         if self.progress is not None:
             self.progress(here.fraction)
+
+    def _lost(self, here: Point) -> Walk:
+        if self.path.smallest_singular_value(here) < SINGULAR:
+            return self._end(here, "bifurcation", "branches cross, none of them goes straight on")
+        return self._end(here, "lost", "no equilibrium is near the last one on the way")
 
     def _end(self, here: Point, kind: EventKind, text: str) -> Walk:
         self.events.append(
@@ -346,12 +394,12 @@ class _Walker:
         )
 
 
-def _same_place(low: Point, high: Point) -> bool:
-    """Whether two points that should be next to each other are."""
+def _distance(low: Point, high: Point) -> float:
+    """Largest dimensionless change of the state between two points."""
     one, two = low.equilibrium, high.equilibrium
-    moved = (one.state - two.state) / one.robot.arrays.unit
-    turned = one.platform_rotation - two.platform_rotation
-    shifted = (one.platform_position - two.platform_position) / one.robot.mean_length
-    return all(
-        float(np.abs(change).max(initial=0.0)) < SAME_PLACE for change in (moved, turned, shifted)
+    changes = (
+        (one.state - two.state) / one.robot.arrays.unit,
+        one.platform_rotation - two.platform_rotation,
+        (one.platform_position - two.platform_position) / one.robot.mean_length,
     )
+    return max(float(np.abs(change).max(initial=0.0)) for change in changes)

@@ -316,6 +316,8 @@ def evaluate_leg(
         i = position_axes[row]
         j, n = (i + 1) % 3, (i + 2) % 3
         _couple(tangent, slot[3 + i], multiplier + row, 1.0)
+        # Written although it is zero: with roll, pitch, yaw as unknowns the three columns are mixed.
+        _couple(tangent, slot[i], multiplier + row, 0.0)
         _couple(tangent, slot[j], multiplier + row, lever[n])
         _couple(tangent, slot[n], multiplier + row, -lever[j])
     for row in range(orientation_count):

@@ -10,18 +10,19 @@ from numpy.typing import NDArray
 from .equilibrium import Equilibrium
 from .errors import MotorLimitExceeded, NotReached, StrainLimitExceeded
 from .events import PathEvent
+from .robot import Robot
 from .strain_limits import bending_strains
 
-__all__ = ["Violation", "check_limits", "limit_error", "violations"]
+__all__ = ["Limit", "check_limits", "limit_error", "limits_of", "margins", "violated"]
 
 Floats = NDArray[np.float64]
 
-#: Overshoot that is rounding, relative.
-_ROUNDING = 1e-12
+#: Overshoot within the accuracy of a solution, of the margins.
+_ROUNDING = 1e-9
 
 
-class Violation(NamedTuple):
-    """A limit that does not hold.
+class Limit(NamedTuple):
+    """A limit a robot has.
 
     Attributes:
         kind: Which one.
@@ -32,25 +33,50 @@ class Violation(NamedTuple):
     number: int
 
 
-def violations(equilibrium: Equilibrium) -> frozenset[Violation]:
-    """Limits of motors (position, effort) and rods (bending strain) that do not hold."""
-    robot, found = equilibrium.robot, set()
+def limits_of(robot: Robot) -> tuple[Limit, ...]:
+    """All limits of a robot, in the order of ``margins``."""
+    found = []
     for motor, leg in robot.limited_motors:
-        position, limits = equilibrium.motors[motor], leg.limits
-        slack = _ROUNDING * max(1.0, abs(position))
-        if not limits.lower - slack <= position <= limits.upper + slack:
-            found.add(Violation("motor_limit", motor))
-        if not abs(equilibrium.efforts[motor]) <= limits.effort * (1.0 + _ROUNDING):
-            found.add(Violation("effort_limit", motor))
+        if np.isfinite([leg.limits.lower, leg.limits.upper]).any():
+            found.append(Limit("motor_limit", motor))
+        if np.isfinite(leg.limits.effort):
+            found.append(Limit("effort_limit", motor))
+    found += [
+        Limit("strain_limit", leg) for leg in np.flatnonzero(np.isfinite(robot.strain_limits))
+    ]
+    return tuple(found)
+
+
+def margins(equilibrium: Equilibrium) -> Floats:
+    """How far every limit is, negative where it does not hold.
+
+    Positions count in radians and rod lengths, efforts and strains relative to their limits.
+    """
+    robot, found = equilibrium.robot, []
+    for motor, leg in robot.limited_motors:
+        position, effort, limits = equilibrium.motors[motor], equilibrium.efforts[motor], leg.limits
+        if np.isfinite([limits.lower, limits.upper]).any():
+            inside = min(position - limits.lower, limits.upper - position)
+            found.append(inside / robot.motor_units[motor])
+        if np.isfinite(limits.effort):
+            found.append(1.0 - abs(effort) / limits.effort)
     if robot.limits_strain:
-        beyond = bending_strains(equilibrium) > robot.strain_limits * (1.0 + _ROUNDING)
-        found |= {Violation("strain_limit", int(leg)) for leg in np.flatnonzero(beyond)}
-    return frozenset(found)
+        left = 1.0 - bending_strains(equilibrium) / robot.strain_limits
+        found += left[np.isfinite(robot.strain_limits)].tolist()
+    return np.array(found)
+
+
+def violated(robot: Robot, margin: Floats) -> frozenset[Limit]:
+    """The limits that do not hold."""
+    if not margin.size or margin.min() >= -_ROUNDING:
+        return frozenset()
+    limits = limits_of(robot)
+    return frozenset(limits[number] for number in np.flatnonzero(margin < -_ROUNDING))
 
 
 def limit_error(
     equilibrium: Equilibrium,
-    violation: Violation,
+    limit: Limit,
     fraction: float = 1.0,
     event: PathEvent | None = None,
     requested: Floats | None = None,
@@ -59,23 +85,23 @@ def limit_error(
 
     Args:
         equilibrium: Where it does not hold.
-        violation: Which one.
+        limit: Which one.
         fraction: Fraction of the way where it ceases to hold.
         event: The same as an event of a path.
         requested: Motor positions that were asked for, if they were.
     """
     robot, last = equilibrium.robot, event.equilibrium if event else equilibrium
-    if violation.kind == "strain_limit":
-        leg = robot.description.legs[violation.number]
-        value = float(bending_strains(equilibrium)[violation.number])
+    if limit.kind == "strain_limit":
+        leg = robot.description.legs[limit.number]
+        value = float(bending_strains(equilibrium)[limit.number])
         return StrainLimitExceeded(leg.name, value, leg.rod.yield_strain, fraction, last, event)
-    leg = dict(robot.limited_motors)[violation.number]
+    leg = dict(robot.limited_motors)[limit.number]
     name, unit, limits = str(leg.motor_name), leg.motor.unit, leg.limits
-    if violation.kind == "motor_limit":
+    if limit.kind == "motor_limit":
         motors = equilibrium.motors if requested is None else requested
-        value, interval = float(motors[violation.number]), (limits.lower, limits.upper)
+        value, interval = float(motors[limit.number]), (limits.lower, limits.upper)
         return MotorLimitExceeded(name, "position", value, interval, unit, fraction, last, event)
-    value, interval = float(equilibrium.efforts[violation.number]), (-limits.effort, limits.effort)
+    value, interval = float(equilibrium.efforts[limit.number]), (-limits.effort, limits.effort)
     unit = "N m" if unit == "rad" else "N"
     return MotorLimitExceeded(name, "effort", value, interval, unit, fraction, last, event)
 
@@ -87,6 +113,6 @@ def check_limits(equilibrium: Equilibrium) -> None:
         MotorLimitExceeded: A motor beyond its position range or its effort.
         StrainLimitExceeded: A rod beyond its yield strain.
     """
-    found = violations(equilibrium)
+    found = violated(equilibrium.robot, margins(equilibrium))
     if found:
         raise limit_error(equilibrium, min(found, key=lambda one: (one.number, one.kind)))

@@ -17,7 +17,7 @@ from .arrays import LoadArrays, workspace
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
 from .inertia import inertia_of
 from .lie import angle_motions, rotation_exp
-from .limits import Violation, violations
+from .limits import Limit, margins, violated
 from .loads import Loads
 from .model_kernel import evaluate_model
 from .newton_kernel import CONVERGED, newton
@@ -27,8 +27,16 @@ __all__ = ["Path", "Point"]
 
 Floats = NDArray[np.float64]
 
-#: A correction must be smaller than this times the one before.
-CONTRACTION = 0.5
+#: A correction must be smaller than this times the one before: by Kantorovich's theorem the solution
+#: then moves continuously from the last one to this one.
+CONTRACTION = 0.25
+#: A point predicted along a tangent is at most so far from the curve, per arc length of the step.
+PREDICTION = 0.25
+#: Residual below which a point found by arc length is not corrected once more: where branches cross, an
+#: error is divided by the distance from the crossing.
+POLISHED = 1e-14
+#: Steps that change a margin by less are not divided to find out whether its limit is passed within.
+SMALLEST_GRAZE = 1e-3
 #: Newton steps of one path step.
 ITERATIONS = 12
 #: Step of the fraction by which the rate of the residual is found, central differences.
@@ -45,7 +53,8 @@ class Point:
         index: Stability index, of the motors as the problem has them; 0 where energy decides nothing.
         sign: Sign of the determinant of the problem.
         inverse_sign: Sign of the determinant of the inverse problem.
-        violations: Limits that do not hold.
+        margins: How far the limits are, (K,).
+        violated: Limits that do not hold.
         forward: Whether the branch leads on to larger fractions here.
     """
 
@@ -54,8 +63,17 @@ class Point:
     index: int
     sign: int
     inverse_sign: int
-    violations: frozenset[Violation]
+    margins: Floats
+    violated: frozenset[Limit]
     forward: bool = True
+
+    def grazes(self, other: Point) -> bool:
+        """Whether a limit may be passed, and be kept again, between this point and another."""
+        if not self.margins.size:
+            return False
+        change = np.abs(other.margins - self.margins)
+        near = np.minimum(np.abs(self.margins), np.abs(other.margins)) < change
+        return bool(np.any(near & (change > SMALLEST_GRAZE)))
 
     @property
     def side(self) -> int:
@@ -75,9 +93,9 @@ class Tangent:
     unknowns: Floats
     fraction: float
 
-    def reversed(self) -> Tangent:
-        """The other way."""
-        return Tangent(-self.unknowns, -self.fraction)
+    def cosine(self, other: Tangent) -> float:
+        """Cosine of the angle between two tangents."""
+        return float(self.unknowns @ other.unknowns) + self.fraction * other.fraction
 
 
 class Path:
@@ -153,6 +171,19 @@ class Path:
         )
         return self._point(fraction, found)
 
+    def crossing(self, low: Point, high: Point) -> float:
+        """Fraction where the determinant of the problem vanishes between two neighbours, linearly."""
+        logarithms = []
+        for point in (low, high):
+            matrix, _ = self._linearised(point)
+            logarithms.append(float(np.linalg.slogdet(matrix)[1]))
+        weight = 1.0 / (1.0 + np.exp(min(700.0, logarithms[1] - logarithms[0])))
+        return low.fraction + weight * (high.fraction - low.fraction)
+
+    def smallest_singular_value(self, here: Point) -> float:
+        """Of the dimensionless matrix of the problem at a point."""
+        return float(linalg.svdvals(self._linearised(here)[0])[-1])
+
     def tangent(self, here: Point, before: Tangent | None = None) -> Tangent:
         """Tangent of the curve at a point.
 
@@ -192,7 +223,8 @@ class Path:
         moved = arc_length * across  # since the point
         fraction = here.fraction + moved[-1]
         self._move(state, rotation, position, moved[:-1])
-        last = np.inf
+        polished = False
+        last = 2.0 * PREDICTION * abs(arc_length)
         lengths = robot.length_indices
         for iteration in range(ITERATIONS):
             loads = self._loads_at(fraction)
@@ -204,7 +236,7 @@ class Path:
             largest = float(np.abs(residual).max())
             if not np.isfinite(largest):
                 return None
-            if largest < RESIDUAL_TOLERANCE:
+            if largest < POLISHED or (largest < RESIDUAL_TOLERANCE and polished):
                 found = Equilibrium(
                     robot=robot,
                     loads=self._loads_between(fraction),
@@ -219,6 +251,7 @@ class Path:
                     inertia=inertia_of(robot, self._tangent, rotation),
                 )
                 return self._point(fraction, found)
+            polished = largest < RESIDUAL_TOLERANCE
             matrix = self._scaled_tangent(rotation)
             rate = self._rate(state, rotation, position, fraction)
             try:
@@ -230,7 +263,7 @@ class Path:
                 return None
             self.iterations += 1
             length = float(np.linalg.norm(change))
-            if length > CONTRACTION * min(last, 2.0 * abs(arc_length)) and length > 1e-9:
+            if length > CONTRACTION * last and length > 1e-9:
                 return None
             last = length
             moved += change
@@ -240,6 +273,7 @@ class Path:
 
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
         inertia, problem = equilibrium.inertia, self._target.problem
+        margin = margins(equilibrium)
         index = inertia.index_free if problem == "efforts" else inertia.index_locked
         if not self.conservative:
             sign = int(np.linalg.slogdet(self._scaled_tangent(equilibrium.platform_rotation))[0])
@@ -253,7 +287,8 @@ class Path:
             index=index if self.conservative else 0,
             sign=sign,
             inverse_sign=inertia.inverse_sign if self.conservative else 0,
-            violations=violations(equilibrium),
+            margins=margin,
+            violated=violated(self._robot, margin),
         )
 
     def _loads_at(self, fraction: float) -> LoadArrays:
