@@ -198,7 +198,7 @@ class _Walker:
         Returns:
             The walk if it ends; None if steps at fractions can go on from ``_arrived``.
         """
-        path, entry = self.path, here.fraction
+        path, first = self.path, here
         tangent = path.tangent(here)
         arc = FIRST_ARC
         for _ in range(MOST_ARCS):
@@ -214,14 +214,14 @@ class _Walker:
             if there is None:
                 arc *= 0.5
                 if arc < SMALLEST_ARC:
-                    return self._lost(here)
+                    return self._lost(first, here)
                 continue
             if self._differ(here, there):
                 found = self._bisected_by_arc_length(here, tangent, arc, there)
                 if found is None:  # the step had jumped to another branch
                     arc *= 0.25
                     if arc < SMALLEST_ARC:
-                        return self._lost(here)
+                        return self._lost(first, here)
                     continue
                 low, high = found
                 if self._passed(low, high):
@@ -234,7 +234,11 @@ class _Walker:
             if end is not None:
                 self._arrived = path.at(here, end) or here
                 return None
-            if not self.past_folds and here.fraction > entry and self._regular(here, tangent):
+            if (
+                not self.past_folds
+                and here.fraction > first.fraction
+                and self._regular(here, tangent)
+            ):
                 self._arrived = here
                 return None
         return self._end(here, "lost", f"it is farther than {MOST_ARCS} steps along the branch")
@@ -367,10 +371,12 @@ class _Walker:
         if self.progress is not None:
             self.progress(here.fraction)
 
-    def _lost(self, here: Point) -> Walk:
-        if self.path.smallest_singular_value(here) < SINGULAR:
-            return self._end(here, "bifurcation", "branches cross, none of them goes straight on")
-        return self._end(here, "lost", "no equilibrium is near the last one on the way")
+    def _lost(self, first: Point, here: Point) -> Walk:
+        """End where no step succeeds; at a crossing with the last equilibrium that is well known."""
+        if self.path.smallest_singular_value(here) > SINGULAR:
+            return self._end(here, "lost", "no equilibrium is near the last one on the way")
+        text = "branches cross, none of them goes straight on"
+        return self._end(replace(here, equilibrium=first.equilibrium), "bifurcation", text)
 
     def _end(self, here: Point, kind: EventKind, text: str) -> Walk:
         self.events.append(

@@ -59,19 +59,23 @@ class LegDescription:
 
 @dataclass(frozen=True, eq=False)
 class HomeGuess:
-    """Rough equilibrium without loads, from which the home equilibrium is found.
+    """What is known of the home equilibrium; the rest is found by assembling the robot.
 
     Attributes:
         motors: Motor positions, (n,); these are exact.
-        platform_position: (3,) [m].
-        platform_rotation: (3, 3).
-        strain: For every leg and every strain component Legendre coefficients of the curvature [1/m].
+        platform_position: Roughly, (3,) [m]; None: not known.
+        platform_rotation: Roughly, (3, 3).
+        strain: For every leg and every strain component Legendre coefficients of the curvature [1/m]
+            without loads: close enough for Newton's method. None: not known.
+        bow: For every leg the side to which its middle stands out, a vector in the world, (3,); None
+            where it is not known.
     """
 
     motors: Floats
-    platform_position: Floats
+    platform_position: Floats | None
     platform_rotation: Floats
-    strain: tuple[tuple[Floats, Floats, Floats], ...]
+    strain: tuple[tuple[Floats, Floats, Floats], ...] | None
+    bow: tuple[Floats | None, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

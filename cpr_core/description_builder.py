@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from . import joints, motors
 from .description import CONTROLLED_COORDINATES, HomeGuess, LegDescription, RobotDescription
 from .errors import CprError, DescriptionError
-from .lie import rotation_from_quaternion
+from .lie import rotation_exp, rotation_from_quaternion
 from .loads import DistributedForce, Loads, PointForce
 from .rod import UNIFORM, Profile, Rod, StrainModes
 from .sections import SECTIONS
@@ -363,18 +363,21 @@ class DescriptionBuilder:
         ):
             if leg.motor.extensible and motor <= 0.0:
                 raise self.fail("home.motors", f"expected positive rod lengths, got {motor}")
-        if len(home["strain"]) != len(legs):
+        if not {"bow", "platform", "strain"} & set(home):
+            raise self.fail("home", "expected bow (the side of every rod) or a rough platform pose")
+        strain = home.get("strain")
+        if strain is not None and len(strain) != len(legs):
             raise self.fail(
-                "home.strain",
-                f"expected {len(legs)} entries, one per leg, got {len(home['strain'])}",
+                "home.strain", f"expected {len(legs)} entries, one per leg, got {len(strain)}"
             )
-        for index, strain in enumerate(home["strain"]):
-            if self.planar and ("torsion" in strain or "bending_2" in strain):
+        for index, series in enumerate(strain or []):
+            if self.planar and ("torsion" in series or "bending_2" in series):
                 raise self.fail(
                     f"home.strain[{index}]",
                     "a planar robot bends about d3 only: expected bending_3",
                 )
-        quaternion = home["platform"].get("quaternion_wxyz", [1.0, 0.0, 0.0, 0.0])
+        platform = home.get("platform", {})
+        quaternion = platform.get("quaternion_wxyz", [1.0, 0.0, 0.0, 0.0])
         try:
             rotation = rotation_from_quaternion(quaternion)
         except CprError as error:
@@ -388,12 +391,53 @@ class DescriptionBuilder:
             and self.content["platform"]["shape"] == "point"
         ):
             rotation = np.eye(3)
+        motors = np.array(home["motors"], float)
         return HomeGuess(
-            motors=np.array(home["motors"], float),
-            platform_position=self.vector("home.platform.position", home["platform"]["position"]),
+            motors=motors,
+            platform_position=self.vector("home.platform.position", platform["position"])
+            if platform
+            else None,
             platform_rotation=rotation,
-            strain=tuple(_series(leg) for leg in home["strain"]),
+            strain=None if strain is None else tuple(_series(leg) for leg in strain),
+            bow=self.bow(home.get("bow", [None] * len(legs)), legs, motors),
         )
+
+    def bow(
+        self, given: Any, legs: tuple[LegDescription, ...], motors: Floats
+    ) -> tuple[Floats | None, ...]:
+        """Sides to which the rods bow, in the world."""
+        every = [given] * len(legs) if isinstance(given, str) else given
+        if len(every) != len(legs):
+            raise self.fail("home.bow", f"expected {len(legs)} sides, got {len(every)}")
+        middle = np.mean([leg.base_position for leg in legs], axis=0)
+        positions = iter(motors)
+        found: list[Floats | None] = []
+        for index, (side, leg) in enumerate(zip(every, legs, strict=True)):
+            field = f"home.bow[{index}]"
+            tangent, left = leg.base_rotation[:, 0], leg.base_rotation[:, 1]
+            if leg.motor_name is not None:
+                position = next(positions)
+                axis = leg.motor.turn_axis(leg.base_rotation)
+                if axis is not None and leg.motor.actuated == "turn":
+                    turn = rotation_exp(np.array(axis) * position)
+                    tangent, left = turn @ tangent, turn @ left
+            if side is None:
+                found.append(None)
+                continue
+            if side in ("left", "right"):
+                if not self.planar:
+                    raise self.fail(field, f"expected outward, inward or a vector, got {side!r}")
+                vector = left if side == "left" else -left
+            elif side in ("outward", "inward"):
+                vector = leg.base_position - middle
+                vector = vector if side == "outward" else -vector
+            else:
+                vector = self.vector(field, side)
+            across = vector - (vector @ tangent) * tangent
+            if np.linalg.norm(across) < 1e-6 * max(1.0, float(np.linalg.norm(vector))):
+                raise self.fail(field, "expected a side across the tangent of the rod at its base")
+            found.append(across / np.linalg.norm(across))
+        return tuple(found)
 
     def check_controlled(self, description: RobotDescription) -> None:
         """Whether the inverse problem is a square one."""

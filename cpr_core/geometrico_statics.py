@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
-from scipy import linalg
 
 from .arrays import workspace
 from .continuation import Walk, follow
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
 from .errors import (
-    DescriptionError,
     InvalidRequest,
     NoForwardSolution,
     NoInverseSolution,
@@ -24,20 +21,20 @@ from .inertia import inertia_of
 from .lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
 from .limits import check_limits, limit_error
 from .loads import Loads
-from .model import evaluate
 from .newton_kernel import newton
 from .robot import Robot
-from .shape import leg_shapes
 from .targets import EffortTarget, MotorTarget, PlatformTarget, Target
 from .validation import checked_vector
 
 __all__ = [
+    "checked_start",
     "pose_meaning",
+    "refine",
     "restore_equilibrium",
     "solve_forward",
     "solve_forward_by_effort",
-    "solve_home",
     "solve_inverse",
+    "target_of",
 ]
 
 Floats = NDArray[np.float64]
@@ -71,9 +68,8 @@ def solve_forward(
         UnstableEquilibrium: Stability ends on the way, and only stable equilibria were asked for.
         TimeLimitExceeded: The time allowed was over.
     """
-    values = _motor_vector(robot, "motors", motors)
-    start = _checked_start(robot, start)
-    return _followed(start, MotorTarget(values), loads, "motors", stable_only, time_limit)
+    start = checked_start(robot, start)
+    return _followed(start, "motors", motors, loads, stable_only, time_limit)
 
 
 def solve_forward_by_effort(
@@ -104,9 +100,8 @@ def solve_forward_by_effort(
         UnstableEquilibrium: Stability ends on the way, and only stable equilibria were asked for.
         TimeLimitExceeded: The time allowed was over.
     """
-    values = _motor_vector(robot, "efforts", efforts)
-    start = _checked_start(robot, start)
-    return _followed(start, EffortTarget(values), loads, "efforts", stable_only, time_limit)
+    start = checked_start(robot, start)
+    return _followed(start, "efforts", efforts, loads, stable_only, time_limit)
 
 
 def solve_inverse(
@@ -141,17 +136,36 @@ def solve_inverse(
         UnstableEquilibrium: Stability ends on the way, and only stable equilibria were asked for.
         TimeLimitExceeded: The time allowed was over.
     """
+    start = checked_start(robot, start)
+    return _followed(start, "pose", pose, loads, stable_only, time_limit)
+
+
+def target_of(start: Equilibrium, what: str, values: ArrayLike) -> Target:
+    """The target a request means.
+
+    Args:
+        start: Equilibrium to start from.
+        what: ``motors``, ``pose`` or ``efforts``.
+        values: Numbers of the request.
+
+    Raises:
+        InvalidRequest: Wrong number of values, or a robot without inverse problem.
+        InvalidQuaternion: A quaternion far from unit length.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    robot = start.robot
+    if what == "motors":
+        return MotorTarget(_motor_vector(robot, what, values))
+    if what == "efforts":
+        return EffortTarget(_motor_vector(robot, what, values))
     if not robot.description.controlled:
         raise InvalidRequest(
             "pose",
             f"the inverse problem of {robot.description.name} has no single solution: it has "
             f"{robot.motor_count} motors for {len(robot.platform_axes)} platform coordinates",
         )
-    start = _checked_start(robot, start)
-    position, rotation = split_pose(start, pose)
-    return _followed(
-        start, PlatformTarget(rotation, position), loads, "pose", stable_only, time_limit
-    )
+    position, rotation = split_pose(start, values)
+    return PlatformTarget(rotation, position)
 
 
 def pose_meaning(robot: Robot) -> tuple[str, ...]:
@@ -184,93 +198,6 @@ def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
         cosine, sine = np.cos(values["angle"]), np.sin(values["angle"])
         rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     return position, rotation
-
-
-def solve_home(robot: Robot) -> Equilibrium:
-    """Home equilibrium: the rough one of the description, refined, then loaded.
-
-    Raises:
-        NoForwardSolution: The rough home leads to no equilibrium, or the loads cannot be borne.
-    """
-    guess, arrays = robot.description.home, robot.arrays
-    loads = Loads.none()
-    load_arrays = robot.load_arrays(loads)
-    state = np.zeros(len(arrays.unit))
-    state[robot.motor_indices] = guess.motors
-    for number, leg in enumerate(robot.description.legs):
-        first = arrays.legs[number]["strain_index"]
-        sigma, weights = robot.grid.nodes, robot.grid.weights
-        target = np.zeros((len(sigma), 3))
-        for component, coefficients in enumerate(guess.strain[number]):
-            if len(coefficients):
-                target[:, component] = legendre.legval(2.0 * sigma - 1.0, coefficients)
-        values, directions = leg.modes.values(sigma), leg.modes.directions
-        scale = np.sqrt(weights)[:, None]
-        for component in range(3):
-            mine = np.flatnonzero(directions == component)
-            if len(mine):
-                state[first + mine] = np.linalg.lstsq(
-                    scale * values[:, mine], scale[:, 0] * target[:, component], rcond=None
-                )[0]
-    rotation = guess.platform_rotation.copy()
-    position = guess.platform_position.copy()
-
-    # The residual is linear in the multipliers: the best ones for the rough shape.
-    rows = np.concatenate([robot.elastic_indices, robot.platform_indices])
-    value = evaluate(robot, load_arrays, state, rotation, position)
-    columns = robot.multiplier_indices
-    scale = arrays.unit[rows]
-    state[columns] = (
-        arrays.unit[columns]
-        * (
-            linalg.lstsq(
-                scale[:, None] * value.tangent[np.ix_(rows, columns)] * arrays.unit[columns],
-                -scale * value.residual[rows],
-            )[0]
-        )
-    )
-    unloaded = refine(robot, loads, state, rotation, position, iterations=200, contraction=1.0)
-    if not unloaded.converged:
-        raise NoForwardSolution(
-            f"{robot.description.source}: home: the rough home leads to no equilibrium: "
-            f"{_worst_gap(robot, value.residual)}; "
-            + (
-                "a leg is straight, or some motion is held by nothing"
-                if unloaded.iterations == 0
-                else f"given up after {unloaded.iterations} steps"
-            ),
-            0.0,
-            None,
-        )
-    for leg, shape in zip(robot.description.legs, leg_shapes(unloaded, 8), strict=True):
-        if leg.joint.turned_over(unloaded.platform_rotation, shape.rotation[-1]):
-            raise NoForwardSolution(
-                f"{robot.description.source}: home: the rough home leads to an equilibrium with the tip "
-                f"joint of {leg.name} turned over; give a better shape under home.strain",
-                0.0,
-                None,
-            )
-    try:
-        return solve_forward(robot, guess.motors, start=unloaded, loads=robot.default_loads)
-    except NotReached as error:
-        raise DescriptionError(robot.description.source, "home", str(error)) from None
-
-
-def _worst_gap(robot: Robot, residual: Floats) -> str:
-    """Where a rough home fits worst."""
-    held, worst, text = len(robot.arrays.position_axes), -1.0, ""
-    for here, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
-        first = here["multiplier_index"]
-        gap = float(np.linalg.norm(residual[first : first + held]))
-        turn = float(
-            np.linalg.norm(residual[first + held : first + held + here["orientation_count"]])
-        )
-        if gap / leg.rod.length + turn > worst:
-            worst = gap / leg.rod.length + turn
-            text = f"there {leg.name} misses its tip joint by {gap:.3g} m"
-            if here["orientation_count"]:
-                text += f" and {turn:.3g} (sine) in orientation"
-    return text
 
 
 def restore_equilibrium(
@@ -375,7 +302,12 @@ def _motor_vector(robot: Robot, name: str, values: ArrayLike) -> Floats:
     return checked_vector(name, values, robot.motor_count, " ".join(robot.motor_names))
 
 
-def _checked_start(robot: Robot, start: Equilibrium | None) -> Equilibrium:
+def checked_start(robot: Robot, start: Equilibrium | None) -> Equilibrium:
+    """The start of a request; home where none is given.
+
+    Raises:
+        InvalidRequest: A start of another robot.
+    """
     if start is None:
         return robot.home
     if start.robot is not robot:
@@ -385,12 +317,13 @@ def _checked_start(robot: Robot, start: Equilibrium | None) -> Equilibrium:
 
 def _followed(
     start: Equilibrium,
-    target: Target,
-    loads: Loads | None,
     what: str,
+    values: ArrayLike,
+    loads: Loads | None,
     stable_only: bool,
     time_limit: float | None,
 ) -> Equilibrium:
+    target = target_of(start, what, values)
     walk = follow(
         start,
         target,

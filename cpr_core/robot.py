@@ -249,7 +249,7 @@ class Robot:
         Raises:
             NoSolution: The rough home of the description leads to no equilibrium.
         """
-        from .geometrico_statics import solve_home
+        from .home import solve_home
 
         return solve_home(self)
 

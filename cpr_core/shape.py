@@ -11,8 +11,9 @@ from .equilibrium import Equilibrium
 from .leg_kernel import rotation_steps
 from .lie import rotation_exp
 from .quadrature import rod_grid
+from .robot import Robot
 
-__all__ = ["LegShape", "leg_shapes"]
+__all__ = ["LegShape", "leg_shapes", "tip_positions"]
 
 Floats = NDArray[np.float64]
 
@@ -36,7 +37,15 @@ class LegShape:
 
 def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ...]:
     """Shape of every leg at ``points`` points (at least 4), base and tip included."""
-    robot, state = equilibrium.robot, equilibrium.state
+    return _shapes(equilibrium.robot, equilibrium.state, points)
+
+
+def tip_positions(robot: Robot, state: Floats) -> Floats:
+    """Rod tips in the world in any state (N,), in equilibrium or not, (L, 3) [m]."""
+    return np.array([shape.position[-1] for shape in _shapes(robot, state, 16)])
+
+
+def _shapes(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
     grid = rod_grid(points - 2)
     sigma = np.concatenate([[0.0], grid.nodes, [1.0]])
     shapes = []

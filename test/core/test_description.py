@@ -30,6 +30,18 @@ def plain(text):
 
 
 CONTENTS = {name: plain(TEXTS[name]) for name in ROBOTS}
+#: Everything that may be said of a home.
+CONTENTS["rfrfr"]["home"] |= {
+    "platform": {"position": [0.0, 0.84, 0]},
+    "strain": [{"bending_3": [-2.0, 0.0]}, {"bending_3": [2.0, 0.0]}],
+}
+CONTENTS["six_rfs"]["home"] |= {
+    "platform": {
+        "position": [0.036, 0.013, 0.845],
+        "quaternion_wxyz": [0.9434, -0.0406, -0.0496, 0.3255],
+    },
+    "strain": [{"bending_2": [-2.0]} for _ in range(6)],
+}
 #: A planar robot with a platform that turns.
 CONTENTS["planar_body"] = copy.deepcopy(CONTENTS["rfrfr"]) | {"platform": {"shape": "body"}}
 
@@ -262,7 +274,7 @@ REQUIRED += [
     ("legs", 1, "tip", "type"),
     ("legs", 1, "tip", "position"),
 ]
-REQUIRED += [("home", part) for part in ("motors", "platform", "strain")]
+REQUIRED += [("home", "motors")]
 REQUIRED += [("home", "platform", "position"), ("legs", 0, "motor", "type")]
 
 

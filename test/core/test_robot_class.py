@@ -122,9 +122,12 @@ def turned_description(description, turn, shift):
         ),
         home=HomeGuess(
             motors=home.motors,
-            platform_position=turn @ home.platform_position + shift,
+            platform_position=None
+            if home.platform_position is None
+            else turn @ home.platform_position + shift,
             platform_rotation=turn @ home.platform_rotation,
             strain=home.strain,
+            bow=tuple(None if side is None else turn @ side for side in home.bow),
         ),
         loads=description.loads.with_(gravity=turn @ description.gravity),
     )
@@ -427,7 +430,6 @@ def test_more_motors_than_coordinates_are_refused_by_the_inverse_problem():
         content["legs"][0] | {"base": {"position": [-0.1, 0, 0], "tangent": [1, 0, 0]}}
     )
     content["home"]["motors"].append(2.5)
-    content["home"]["strain"].append(content["home"]["strain"][0])
     with pytest.raises(DescriptionError, match="expected none: 3 motors for 2"):
         load_robot(content)
     content["controlled"] = []
@@ -579,7 +581,7 @@ def test_numbers_are_read_as_they_look(yaml_file):
 def test_planar_homes_bend_in_the_plane(yaml_file):
     text = shipped_robots()["rfrfr"].read_text()
     with pytest.raises(DescriptionError, match=r"home\.strain\[0\]: a planar robot bends"):
-        load_robot(yaml_file(text.replace("bending_3: [-2.0, 0.0]", "bending_2: [-2.0]")))
+        load_robot(yaml_file(text.replace("bow: outward", "strain: [{bending_2: [-2.0]}, {}]")))
 
 
 def test_a_folder_is_no_description(tmp_path):

@@ -1,0 +1,178 @@
+"""The home equilibrium: the one a robot begins with, found from what its description knows of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+from scipy import linalg
+
+from .assembly import Shape, assemble, bowed_strain, settle, turned_over
+from .description import HomeGuess
+from .equilibrium import Equilibrium
+from .errors import DescriptionError, MotorLimitExceeded, NoForwardSolution, NotReached
+from .geometrico_statics import refine, solve_forward
+from .limits import check_limits
+from .loads import Loads
+from .model import evaluate
+from .robot import Robot
+from .shape import tip_positions
+
+__all__ = ["solve_home"]
+
+Floats = NDArray[np.float64]
+
+
+def solve_home(robot: Robot) -> Equilibrium:
+    """Home equilibrium: assembled without loads, then loaded.
+
+    Raises:
+        NoForwardSolution: No equilibrium was found.
+        DescriptionError: The loads cannot be borne, or a limit does not hold at home.
+    """
+    guess, source = robot.description.home, robot.description.source
+    if guess.strain is not None:
+        unloaded = _from_strain(robot, guess, guess.strain)
+    else:
+        unloaded = _assembled(robot, guess)
+    leg = turned_over(unloaded)
+    if leg is not None:
+        raise NoForwardSolution(
+            f"{source}: home: it leads to an equilibrium with the tip joint of {leg} turned over; give "
+            "a better platform pose, bow or strain",
+            0.0,
+            None,
+        )
+    try:
+        return solve_forward(robot, guess.motors, start=unloaded, loads=robot.default_loads)
+    except MotorLimitExceeded as error:
+        raise DescriptionError(source, "home", str(error)) from None
+    except NotReached as error:
+        loaded = _settled(robot, unloaded)
+        if loaded is None:
+            raise DescriptionError(source, "home", str(error)) from None
+        return loaded
+
+
+def _assembled(robot: Robot, guess: HomeGuess) -> Equilibrium:
+    """From motors with the sides of the rods or a rough platform pose."""
+    state = bowed_strain(robot, guess.motors, guess.bow)
+    rotation = guess.platform_rotation
+    if guess.platform_position is not None:
+        shape = Shape(state, rotation, guess.platform_position)
+    else:
+        joints = np.array([leg.joint.position for leg in robot.description.legs]) @ rotation.T
+        middle = np.mean(tip_positions(robot, state) - joints, axis=0)
+        shape = Shape(state, rotation, middle)
+    found = assemble(robot, shape, Loads.none(), guess.platform_position is not None)
+    if not found.converged:
+        raise NoForwardSolution(
+            f"{robot.description.source}: home: the robot cannot be assembled at these motors: "
+            f"{_worst_gap(robot, found)}",
+            0.0,
+            None,
+        )
+    return found
+
+
+def _settled(robot: Robot, unloaded: Equilibrium) -> Equilibrium | None:
+    """Where the robot comes to rest under its loads, if growing loads make it snap."""
+    loads = robot.default_loads
+    if not loads.conservative(robot.planar):
+        return None
+    shape = Shape(unloaded.state, unloaded.platform_rotation, unloaded.platform_position)
+    found = settle(robot, shape, loads)
+    if not found.converged or found.index_locked > 0 or turned_over(found) is not None:
+        return None
+    try:
+        check_limits(found)
+    except NotReached:
+        return None
+    return found
+
+
+def _from_strain(
+    robot: Robot, guess: HomeGuess, strain: tuple[tuple[Floats, Floats, Floats], ...]
+) -> Equilibrium:
+    """From a shape that is known well: Newton's method keeps to it, stable or not."""
+    arrays, loads = robot.arrays, Loads.none()
+    state = np.zeros(len(arrays.unit))
+    state[robot.motor_indices] = guess.motors
+    for number, leg in enumerate(robot.description.legs):
+        first = arrays.legs[number]["strain_index"]
+        sigma, weights = robot.grid.nodes, robot.grid.weights
+        target = np.zeros((len(sigma), 3))
+        for component, coefficients in enumerate(strain[number]):
+            if len(coefficients):
+                target[:, component] = legendre.legval(2.0 * sigma - 1.0, coefficients)
+        values, directions = leg.modes.values(sigma), leg.modes.directions
+        scale = np.sqrt(weights)[:, None]
+        for component in range(3):
+            mine = np.flatnonzero(directions == component)
+            if len(mine):
+                state[first + mine] = np.linalg.lstsq(
+                    scale * values[:, mine], scale[:, 0] * target[:, component], rcond=None
+                )[0]
+    rotation = guess.platform_rotation.copy()
+    position = (
+        guess.platform_position.copy()
+        if guess.platform_position is not None
+        else np.mean(
+            tip_positions(robot, state)
+            - np.array([leg.joint.position for leg in robot.description.legs]) @ rotation.T,
+            axis=0,
+        )
+    )
+
+    # The residual is linear in the multipliers: the best ones for the rough shape.
+    rows = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    value = evaluate(robot, robot.load_arrays(loads), state, rotation, position)
+    columns = robot.multiplier_indices
+    scale = arrays.unit[rows]
+    state[columns] = (
+        arrays.unit[columns]
+        * (
+            linalg.lstsq(
+                scale[:, None] * value.tangent[np.ix_(rows, columns)] * arrays.unit[columns],
+                -scale * value.residual[rows],
+            )[0]
+        )
+    )
+    found = refine(robot, loads, state, rotation, position, iterations=200, contraction=1.0)
+    if found.converged:
+        return found
+    raise NoForwardSolution(
+        f"{robot.description.source}: home: the strain given leads to no equilibrium: "
+        f"{_worst_gap_of(robot, value.residual)}; "
+        + (
+            "a leg is straight, or some motion is held by nothing"
+            if found.iterations == 0
+            else f"given up after {found.iterations} steps"
+        ),
+        0.0,
+        None,
+    )
+
+
+def _worst_gap(robot: Robot, found: Equilibrium) -> str:
+    value = evaluate(
+        robot, found.load_arrays, found.state, found.platform_rotation, found.platform_position
+    )
+    return _worst_gap_of(robot, value.residual)
+
+
+def _worst_gap_of(robot: Robot, residual: Floats) -> str:
+    """Where a shape fits worst."""
+    held, worst, text = len(robot.arrays.position_axes), -1.0, ""
+    for here, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
+        first = here["multiplier_index"]
+        gap = float(np.linalg.norm(residual[first : first + held]))
+        turn = float(
+            np.linalg.norm(residual[first + held : first + held + here["orientation_count"]])
+        )
+        if gap / leg.rod.length + turn > worst:
+            worst = gap / leg.rod.length + turn
+            text = f"there {leg.name} misses its tip joint by {gap:.3g} m"
+            if here["orientation_count"]:
+                text += f" and {turn:.3g} (sine) in orientation"
+    return text
