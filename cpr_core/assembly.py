@@ -22,7 +22,7 @@ from .model import ModelValue, evaluate
 from .robot import Robot
 from .shape import leg_shapes
 
-__all__ = ["Shape", "assemble", "bowed_strain", "settle", "turned_over"]
+__all__ = ["Shape", "assemble", "bowed_strain", "moved_shape", "settle", "turned_over"]
 
 Floats = NDArray[np.float64]
 
@@ -116,7 +116,7 @@ def settle(
         # A saddle: along its softest motion the energy falls, to the one side or the other.
         side = 0.3 if kick % 2 == 0 else -0.3
         motion = found.spectrum_locked.motions[:, 0]
-        shape = _moved(
+        shape = moved_shape(
             robot,
             Shape(found.state.copy(), found.platform_rotation, found.platform_position),
             moving,
@@ -200,7 +200,7 @@ def _descended(
         step *= min(1.0, _LONGEST_DESCENT / float(np.linalg.norm(step)))
         change, factor = axes @ step, 1.0
         while factor > 1e-6:
-            trial = _moved(robot, shape, moving, factor * change)
+            trial = moved_shape(robot, shape, moving, factor * change)
             trial_energy, trial_value = _with_springs(robot, loads, trial, stiffness)
             if trial_energy < energy + 1e-4 * factor * float(along @ step):
                 break
@@ -211,7 +211,7 @@ def _descended(
     return shape
 
 
-def _moved(robot: Robot, shape: Shape, moving: NDArray[np.int64], change: Floats) -> Shape:
+def moved_shape(robot: Robot, shape: Shape, moving: NDArray[np.int64], change: Floats) -> Shape:
     """A shape after a dimensionless change of some of its coordinates."""
     whole = np.zeros(len(shape.state))
     whole[moving] = change * robot.arrays.unit[moving]

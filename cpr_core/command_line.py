@@ -17,6 +17,7 @@ from .errors import CprError, DescriptionError, InvalidRequest
 from .geometrico_statics import solve_forward, solve_inverse
 from .kinemato_statics import kinemato_statics
 from .loads import Loads
+from .path_commands import add_equilibria_options, add_trace_options
 from .reports import (
     equilibrium_as_dict,
     equilibrium_as_text,
@@ -42,6 +43,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         robot = load_robot(options.robot, modes=options.modes)
+        if options.report is None:
+            text, done = options.run(robot, _loads(robot, options), options)
+            print(text)
+            return 0 if done else EXIT_NO_SOLUTION
         print(options.report(_solved(robot, options), options))
     except CprError as error:
         return _report_error(error, options.json)
@@ -84,6 +89,14 @@ def _parser() -> argparse.ArgumentParser:
         metavar="L",
         help="weighs rotations against lengths in singular values, m; else the mean rod length",
     )
+    trace = commands.add_parser("trace", help="a path of equilibria, and what happens on it")
+    _add_common(trace, None)
+    add_trace_options(trace)
+
+    equilibria = commands.add_parser("equilibria", help="all equilibria at given motors")
+    _add_common(equilibria, None)
+    _add_motors(equilibria)
+    add_equilibria_options(equilibria)
     return parser
 
 
@@ -111,7 +124,7 @@ def _add_pose(parser: argparse._ActionsContainer, required: bool = False) -> Non
     )
 
 
-def _add_common(parser: argparse.ArgumentParser, report: Report) -> None:
+def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
     parser.set_defaults(report=report, motors=None, pose=None)
     # argparse takes -1e-3 for an option; it knows negative numbers without an exponent only.
     parser._negative_number_matcher = _NEGATIVE_NUMBER
