@@ -385,7 +385,7 @@ class _Walker:
         return self._stopped(here)
 
     def _stopped(self, here: Point) -> Walk:
-        return replace(self._done(here), stopped=self.events[-1])
+        return replace(self._done(here), last=self.events[-1].equilibrium, stopped=self.events[-1])
 
     def _done(self, here: Point) -> Walk:
         last = here.equilibrium

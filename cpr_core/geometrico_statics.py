@@ -352,7 +352,7 @@ def _not_reached(event: PathEvent, walk: Walk, what: str, target: Target) -> Not
     )
     if event.kind == "time_limit":
         return TimeLimitExceeded(text, event.fraction, walk.last, event)
-    if event.index_after > 0 and event.kind in ("stability", "bifurcation"):
+    if event.kind == "stability" or (event.kind == "bifurcation" and event.index_after > 0):
         return UnstableEquilibrium(text, event.fraction, walk.last, event)
     failure = NoInverseSolution if what == "pose" else NoForwardSolution
     return failure(text, event.fraction, walk.last, event)

@@ -1,0 +1,241 @@
+"""Walks: the same end however it is reached, events where they are, limits, time."""
+
+import numpy as np
+import pytest
+from robustness import _distance, _regularity
+
+from cpr_core import (
+    InvalidRequest,
+    Loads,
+    MotorLimitExceeded,
+    NoForwardSolution,
+    StrainLimitExceeded,
+    TimeLimitExceeded,
+    UnstableEquilibrium,
+    bending_strains,
+    critical_load,
+    load_robot,
+    solve_forward,
+    solve_forward_by_effort,
+    solve_inverse,
+)
+from cpr_core.continuation import follow
+from cpr_core.description_file import shipped_robots
+from cpr_core.targets import MotorTarget
+
+PATHS = {
+    "rfrfr": ([2.59, 0.55], [5.76, 3.67]),
+    "six_rfs": ([5.86, 5.56, 5.86, 5.46, 5.86, 5.26], [7.95, 7.65, 4.29, 3.89, 3.77, 3.17]),
+}
+GRAVITY = {"rfrfr": [0.0, -9.81, 0.0], "six_rfs": [0.0, 0.0, -9.81]}
+
+
+def walked(robot, start, target, requests):
+    """Straight to motors in a number of requests."""
+    first = start.motors
+    here = start
+    for number in range(1, requests + 1):
+        fraction = number / requests
+        here = solve_forward(
+            robot, (1.0 - fraction) * first + fraction * np.array(target), start=here
+        )
+    return here
+
+
+@pytest.mark.parametrize("heavy", [False, True])
+@pytest.mark.parametrize("name", PATHS)
+def test_paper_paths_end_the_same_however_many_requests_they_take(name, heavy):
+    robot = load_robot(name)
+    first, last = PATHS[name]
+    loads = Loads.none().with_(gravity=GRAVITY[name]) if heavy else None
+    start = solve_forward(robot, first, loads=loads)
+    ends = [walked(robot, start, last, requests) for requests in (50, 5, 1)]
+    for end in ends[1:]:
+        assert _distance(end, ends[0]) < 1e-9
+    for requests in (50, 5, 1):
+        assert _distance(walked(robot, ends[0], first, requests), start) < 1e-9
+
+
+@pytest.mark.parametrize("modes", [5, 12])
+def test_the_rfrfr_robot_loses_stability_twice_on_its_way_down(modes):
+    robot = load_robot("rfrfr", modes=modes)
+    start = solve_inverse(robot, [0.0, 0.8])
+    target = [0.0, -0.2]
+    assert solve_inverse(robot, target, start=start).index_locked == 2
+    with pytest.raises(UnstableEquilibrium, match="stability is lost") as caught:
+        solve_inverse(robot, target, start=start, stable_only=True)
+    event = caught.value.event
+    assert (event.kind, event.index_before, event.index_after) == ("stability", 0, 1)
+    assert caught.value.last is event.equilibrium
+    assert event.equilibrium.index_locked == 0
+    # Where the smallest eigenvalue vanishes, by a root search that knows nothing of events.
+    low, high = event.fraction - 1e-4, event.fraction + 1e-4
+
+    def smallest(fraction):
+        place = [0.0, 0.8 - fraction]
+        return solve_inverse(robot, place, start=start).spectrum_locked.smallest
+
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if smallest(middle) > 0.0 else (low, middle)
+    assert event.fraction == pytest.approx(low, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "three_rfs"])
+def test_a_load_beyond_the_critical_one_stops_at_the_fold(name):
+    robot = load_robot(name)
+    down = [0.0, -1.0, 0.0] if robot.planar else [0.0, 0.0, -1.0]
+    start = solve_forward(robot, robot.home.motors + 0.02 * np.arange(robot.motor_count))
+    critical = critical_load(start, down)
+    assert critical.kind == "fold"
+    wrench = start.loads.wrench_world + np.concatenate(
+        [np.zeros(3), 1.7 * critical.value * np.array(down)]
+    )
+    with pytest.raises(NoForwardSolution, match="the branch turns back") as caught:
+        solve_forward(
+            robot, start.motors, start=start, loads=start.loads.with_(wrench_world=wrench)
+        )
+    event = caught.value.event
+    assert event.kind == "fold"
+    assert 1.7 * event.fraction == pytest.approx(1.0, abs=3e-8)
+    # The last equilibrium belongs to the loads it says, and can be gone on from.
+    last = event.equilibrium
+    np.testing.assert_allclose(
+        last.loads.wrench_world[3:] - start.loads.wrench_world[3:],
+        critical.value * np.array(down),
+        rtol=1e-7,
+    )
+    assert (
+        _distance(solve_forward(robot, start.motors, start=last, loads=start.loads), start) < 1e-7
+    )
+
+
+def test_a_column_meets_a_bifurcation_not_a_fold():
+    """The straight column under its axial load: the branch goes on, unstable."""
+    from test_analytic import AT_TIP, BENDING, LENGTH, column
+
+    from cpr_core import joints, motors
+
+    robot = column(motors.Welded(), joints.Fixed(AT_TIP), modes=8)
+    critical = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2
+    loads = Loads.none().with_(wrench_world=[0, 0, 0, -2.0 * critical, 0, 0])
+    walk = follow(robot.home, MotorTarget(np.zeros(0)), loads)
+    assert walk.stopped is None
+    kinds = {event.kind for event in walk.events}
+    assert kinds == {"bifurcation"}
+    assert walk.events[0].fraction == pytest.approx(0.5, abs=1e-6)
+    assert walk.last.index_locked > 0
+    with pytest.raises(UnstableEquilibrium, match="cross") as caught:
+        solve_forward(robot, [], loads=loads, stable_only=True)
+    assert caught.value.fraction == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_folds_by_effort_are_where_the_free_robot_loses_stability(name):
+    """Motors moved far, their efforts asked for from home; every stop is near a singular problem."""
+    robot = load_robot(name)
+    random = np.random.default_rng(7)
+    folds = 0
+    for _ in range(20):
+        away = random.uniform(-0.3, 0.3, robot.motor_count) * robot.motor_units
+        try:
+            efforts = solve_forward(robot, robot.home.motors + away).efforts
+            solve_forward_by_effort(robot, efforts)
+        except NoForwardSolution as end:
+            folds += 1
+            assert end.event.kind in ("fold", "bifurcation")
+            assert _regularity(end.last, "efforts") < 1e-2 * _regularity(robot.home, "efforts")
+        except MotorLimitExceeded:
+            continue
+    assert folds >= 0
+
+
+def test_motor_limits_end_a_way_where_they_are_reached():
+    robot = load_robot("planar_body")
+    with pytest.raises(MotorLimitExceeded, match=r"motor\d: position .* of the way") as caught:
+        solve_inverse(robot, [0.005, 0.0, 0.0])
+    error = caught.value
+    lower, upper = error.limits
+    number = robot.motor_names.index(error.motor)
+    reached = error.last.motors[number]
+    assert lower - 1e-9 <= reached <= upper + 1e-9
+    assert min(reached - lower, upper - reached) < 1e-6
+    assert error.event.kind == "motor_limit"
+    with pytest.raises(MotorLimitExceeded, match=r"motor2: position 2 rad is outside") as caught:
+        solve_forward(robot, [0.5, 2.0, 0.5])
+    assert caught.value.fraction == pytest.approx(1.0 / 1.5, abs=1e-8)
+
+
+def test_a_limit_passed_within_a_step_is_seen():
+    """The target keeps the limit, the way to it does not."""
+    robot = load_robot("planar_body")
+    start = solve_forward(robot, [1.49, 0.5, 0.5])
+    end = solve_forward(robot, [1.49, -0.5, 0.9])
+    pose = [*end.platform_position[:2], np.arctan2(*end.platform_rotation[[1, 0], 0])]
+    dense = [
+        solve_inverse_unlimited(start, pose, fraction).motors[0]
+        for fraction in np.linspace(0, 1, 101)
+    ]
+    assert max(dense) > 1.5
+    with pytest.raises(MotorLimitExceeded, match="motor1: position"):
+        solve_inverse(robot, pose, start=start)
+
+
+def solve_inverse_unlimited(start, pose, fraction):
+    """Part of the way to a pose, by a robot without limits."""
+    import yaml
+
+    text = shipped_robots()["planar_body"].read_text().replace("e9 ", ".0e+9 ")
+    content = yaml.safe_load(text)
+    for leg in content["legs"]:
+        del leg["motor"]["limits"]
+    free = load_robot(content)
+    here = solve_forward(free, start.motors)
+    first = np.array([*here.platform_position[:2], np.arctan2(*here.platform_rotation[[1, 0], 0])])
+    return solve_inverse(free, (1.0 - fraction) * first + fraction * np.array(pose), start=here)
+
+
+def test_rods_end_a_way_where_they_would_yield():
+    import yaml
+
+    text = shipped_robots()["rfrfr"].read_text().replace("e9 ", ".0e+9 ")
+    content = yaml.safe_load(text)
+    content["rod"]["yield_strain"] = 0.005
+    robot = load_robot(content)
+    with pytest.raises(StrainLimitExceeded, match=r"leg\d: bending strain 0\.005") as caught:
+        solve_forward(robot, [4.5, -1.5])
+    error = caught.value
+    assert error.event.kind == "strain_limit"
+    assert bending_strains(error.last).max() == pytest.approx(0.005, rel=1e-6)
+    beyond = error.last.motors + 1e-3 * (np.array([4.5, -1.5]) - robot.home.motors)
+    free = load_robot("rfrfr")
+    assert bending_strains(solve_forward(free, beyond)).max() > 0.005
+
+
+def test_a_time_limit_is_kept_and_says_how_far_it_came():
+    robot = load_robot("six_rfs")
+    with pytest.raises(TimeLimitExceeded, match="the time allowed was over") as caught:
+        solve_forward(robot, robot.home.motors + 300.0, time_limit=0.02)
+    assert 0.0 < caught.value.fraction < 1.0
+    assert caught.value.event.kind == "time_limit"
+
+
+def test_stable_only_starts_from_something_stable():
+    robot = load_robot("rfrfr")
+    unstable = solve_inverse(robot, [0.0, -0.2], start=solve_inverse(robot, [0.0, 0.8]))
+    with pytest.raises(UnstableEquilibrium, match="the start is unstable"):
+        solve_inverse(robot, [0.0, -0.3], start=unstable, stable_only=True)
+
+
+def test_loads_without_potential_decide_no_stability():
+    robot = load_robot("six_rfs")
+    turning = Loads.none().with_(wrench_world=[0, 0, 0.01, 0, 0, 0])
+    there = solve_forward(robot, robot.home.motors + 0.1, loads=turning)
+    assert there.converged
+    with pytest.raises(UnstableEquilibrium, match="not decided by energy"):
+        solve_forward(robot, robot.home.motors + 0.1, loads=turning, stable_only=True)
+
+
+def test_starts_of_another_robot_are_refused():
+    with pytest.raises(InvalidRequest, match="same robot"):
+        solve_forward(load_robot("rfrfr"), [2.6, 0.5], start=load_robot("rfrfr").home)

@@ -1,0 +1,130 @@
+"""Commands ``cpr trace`` and ``cpr equilibria``."""
+
+import json
+
+import numpy as np
+import pytest
+
+from cpr_core.command_line import main
+
+
+def run(capsys, *arguments):
+    status = main([str(argument) for argument in arguments])
+    output = capsys.readouterr()
+    return status, output.out, output.err
+
+
+def test_trace_prints_events_and_end(capsys):
+    status, text, _ = run(
+        capsys,
+        "trace",
+        "rfrfr",
+        "--given",
+        "pose",
+        "--from",
+        0,
+        0.8,
+        "--to",
+        0,
+        -0.2,
+        "--modes",
+        12,
+    )
+    assert status == 0
+    assert "51 equilibria, the target is reached" in text
+    assert text.count("stability is lost") == 2
+    assert "at 0.764298" in text
+    assert "index 2" in text
+
+
+def test_trace_as_json(capsys):
+    status, text, _ = run(capsys, "trace", "rfrfr", "--to", 5.76, 3.67, "--points", 5, "--json")
+    values = json.loads(text)
+    assert status == 0
+    assert values["reached"] is True
+    np.testing.assert_allclose(values["fractions"], np.linspace(0, 1, 5))
+    assert np.shape(values["platform_positions"]) == (5, 3)
+    np.testing.assert_allclose(values["motors"][-1], [5.76, 3.67])
+
+
+def test_trace_by_efforts_and_under_gravity(capsys):
+    status, text, _ = run(
+        capsys, "trace", "rfrfr", "--given", "efforts", "--to", 0.5, -0.5, "--gravity", 0, -9.81, 0
+    )
+    assert status == 0
+    assert "the target is reached" in text
+
+
+def test_a_stopped_trace_says_so(capsys):
+    status, text, _ = run(
+        capsys, "trace", "rfrfr", "--given", "pose", "--to", 0, -0.2, "--stable-only", "--json"
+    )
+    values = json.loads(text)
+    assert status == 1
+    assert values["reached"] is False
+    assert values["events"][-1]["kind"] == "stability"
+    assert values["events"][-1]["index_after"] == 1
+
+
+def test_bad_targets_are_refused(capsys):
+    status, _, error = run(capsys, "trace", "rfrfr", "--to", 1.0)
+    assert status == 2
+    assert "motors: expected 2 numbers" in error
+    status, _, error = run(capsys, "trace", "rfrfr", "--to", 1, 2, "--points", 1)
+    assert status == 2
+    assert "points: expected at least 2" in error
+
+
+def test_equilibria_are_listed_by_energy(capsys):
+    status, text, _ = run(capsys, "equilibria", "rfrfr", "--starts", 100)
+    assert status == 0
+    lines = text.splitlines()
+    assert "equilibria" in lines[0]
+    energies = [float(line.split()[0]) for line in lines[2:]]
+    assert energies == sorted(energies)
+    assert energies[0] == pytest.approx(0.754803, abs=1e-6)
+    assert lines[2].endswith("branch of home")
+
+
+def test_equilibria_as_json(capsys):
+    status, text, _ = run(
+        capsys, "equilibria", "rfrfr", "--starts", 50, "--motors", 2.8, 0.4, "--json"
+    )
+    values = json.loads(text)
+    assert status == 0
+    assert values["equilibria"][0]["from_home"] is True
+    assert values["equilibria"][0]["index_locked"] == 0
+
+
+@pytest.mark.parametrize("kind", ["png", "svg"])
+def test_pictures(capsys, tmp_path, kind):
+    path = tmp_path / f"trace.{kind}"
+    run(capsys, "trace", "rfrfr", "--given", "pose", "--to", 0, -0.2, "--plot", path)
+    many = tmp_path / f"many.{kind}"
+    run(capsys, "equilibria", "rfrfr", "--starts", 50, "--plot", many)
+    for file in (path, many):
+        assert file.stat().st_size > 10_000
+    spatial = tmp_path / f"spatial.{kind}"
+    motors = [5.9, 5.5, 5.9, 5.4, 5.9, 5.2]
+    run(capsys, "trace", "six_rfs", "--to", *motors, "--points", 3, "--plot", spatial)
+    assert spatial.stat().st_size > 10_000
+
+
+def test_a_path_past_folds_is_drawn_by_steps(capsys, tmp_path):
+    file = tmp_path / "folds.png"
+    status, text, _ = run(
+        capsys,
+        "trace",
+        "rfrfr",
+        "--given",
+        "efforts",
+        "--to",
+        2.0,
+        -2.0,
+        "--past-folds",
+        "--plot",
+        file,
+    )
+    assert file.stat().st_size > 10_000
+    assert status in (0, 1)
+    assert "equilibria" in text
