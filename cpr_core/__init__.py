@@ -18,6 +18,7 @@ from .errors import (
     UnstableEquilibrium,
 )
 from .events import PathEvent
+from .find_equilibria import FoundEquilibrium, find_equilibria
 from .geometrico_statics import (
     restore_equilibrium,
     solve_forward,
@@ -30,6 +31,7 @@ from .robot import Robot, load_robot
 from .shape import LegShape, leg_shapes
 from .stability import Spectrum, spectrum
 from .strain_limits import bending_strains
+from .trace import Trace, trace
 
 __version__ = "0.1.0"
 
@@ -39,6 +41,7 @@ __all__ = [
     "DescriptionError",
     "DistributedForce",
     "Equilibrium",
+    "FoundEquilibrium",
     "InvalidQuaternion",
     "InvalidRequest",
     "KinematoStatics",
@@ -57,10 +60,12 @@ __all__ = [
     "Spectrum",
     "StrainLimitExceeded",
     "TimeLimitExceeded",
+    "Trace",
     "UnstableEquilibrium",
     "bending_strains",
     "critical_load",
     "critical_load_factor",
+    "find_equilibria",
     "kinemato_statics",
     "leg_shapes",
     "load_robot",
@@ -69,4 +74,5 @@ __all__ = [
     "solve_forward_by_effort",
     "solve_inverse",
     "spectrum",
+    "trace",
 ]
