@@ -1,0 +1,165 @@
+"""Home from little: motors and the side of the rods, or a rough pose of the platform."""
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from robustness import _distance, _residual
+
+from cpr_core import CprError, DescriptionError, load_robot, solve_forward
+from cpr_core.assembly import turned_over
+from cpr_core.description_file import shipped_robots
+
+
+def content_of(name):
+    return yaml.safe_load(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
+
+
+@pytest.mark.parametrize("modes", [3, 5, 8, 12])
+@pytest.mark.parametrize("name", shipped_robots())
+def test_every_shipped_robot_comes_to_rest_in_a_stable_equilibrium(name, modes):
+    home = load_robot(name, modes=modes).home
+    assert _residual(home) < 1e-10
+    assert home.index_locked == 0
+    assert turned_over(home) is None
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "three_rfs", "planar_body"])
+def test_a_rough_pose_leads_to_the_same_home_as_the_sides(name):
+    home = load_robot(name).home
+    content = content_of(name)
+    w, x, y, z = home.platform_quaternion
+    place = home.platform_position + [0.03, -0.02, 0.0 if home.robot.planar else 0.02]
+    content["home"] = {
+        "motors": home.motors.tolist(),
+        "platform": {"position": place.tolist()},
+    }
+    if name == "six_rfs":
+        content["home"]["platform"]["quaternion_wxyz"] = [0.9434, -0.0406, -0.0496, 0.3255]
+    if name == "planar_body":
+        content["home"]["platform"]["quaternion_wxyz"] = [float(w), float(x), float(y), float(z)]
+    assert _distance(load_robot(content).home, home) < 1e-8
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "three_rfs"])
+def test_sides_may_be_vectors_one_per_leg(name):
+    content = content_of(name)
+    middle = np.mean([leg["base"]["position"] for leg in content["legs"]], axis=0)
+    content["home"]["bow"] = [
+        [*(np.array(leg["base"]["position"]) - middle).tolist()] for leg in content["legs"]
+    ]
+    assert _distance(load_robot(content).home, load_robot(name).home) < 1e-12
+
+
+def test_left_and_right_are_the_mirror_images_of_each_other():
+    content = content_of("planar_body")
+    content["home"] = {"motors": [-0.5] * 3, "bow": "right"}
+    left, right = load_robot("planar_body").home, load_robot(content).home
+    assert right.energy == pytest.approx(left.energy, abs=1e-9)
+    np.testing.assert_allclose(right.platform_rotation, left.platform_rotation.T, atol=1e-8)
+
+
+def test_the_other_side_is_another_equilibrium():
+    content = content_of("rfrfr")
+    content["home"] = {"motors": [0.9, 2.2], "bow": ["left", "right"]}
+    inward = load_robot(content).home
+    content["home"]["bow"] = ["right", "left"]
+    outward = load_robot(content).home
+    assert inward.index_locked == outward.index_locked == 0
+    assert _residual(inward) < 1e-10
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    st.integers(2, 6),
+    st.floats(0.1, 0.4),
+    st.floats(0.03, 0.2),
+    st.floats(0.6, 1.5),
+    st.floats(0.3, 1.4),
+    st.booleans(),
+)
+def test_rings_of_legs_are_assembled(legs, base, platform, length, lean, heavy):
+    """Legs around a circle that lean outward and bow outward, any number and size."""
+    angles = 2.0 * np.pi * np.arange(legs + 1) / (legs + 1)
+    content = {
+        "name": "ring",
+        "space": "spatial",
+        "rod": {
+            "length": length,
+            "section": {"shape": "circular", "radius": 0.001},
+            "young_modulus": 210e9,
+            "shear_modulus": 82e9,
+            "density": 7800,
+        },
+        "gravity": [0, 0, -9.81 if heavy else 0],
+        "legs": [
+            {
+                "base": {
+                    "position": [base * np.cos(a), base * np.sin(a), 0.0],
+                    "tangent": [np.cos(a), np.sin(a), 0.0],
+                },
+                "motor": {"type": "revolute", "axis": [-np.sin(a), np.cos(a), 0.0]},
+                "tip": {
+                    "type": "spherical",
+                    "position": [platform * np.cos(a), platform * np.sin(a), 0.0],
+                },
+            }
+            for a in angles
+        ],
+        "controlled": [],
+        "home": {"motors": [-lean] * (legs + 1), "bow": "outward"},
+    }
+    for leg in content["legs"]:
+        leg["base"]["position"] = [float(value) for value in leg["base"]["position"]]
+        leg["base"]["tangent"] = [float(value) for value in leg["base"]["tangent"]]
+        leg["motor"]["axis"] = [float(value) for value in leg["motor"]["axis"]]
+        leg["tip"]["position"] = [float(value) for value in leg["tip"]["position"]]
+    count = legs + 1
+    if count <= 6:
+        content["controlled"] = ["z", "roll", "pitch", "x", "y", "yaw"][:count]
+    home = load_robot(content).home
+    assert _residual(home) < 1e-10
+    assert home.index_locked == 0
+
+
+def test_a_robot_that_snaps_under_its_loads_comes_to_rest_below():
+    content = content_of("rfrfr")
+    content["platform"]["mass"] = 0.6
+    content["gravity"] = [0, -9.81, 0]
+    home = load_robot(content).home
+    assert _residual(home) < 1e-10
+    assert home.index_locked == 0
+    assert home.platform_position[1] < 0.4
+    with pytest.raises(CprError, match="turns back"):
+        solve_forward(
+            load_robot("rfrfr"),
+            [2.59, 0.55],
+            loads=home.loads.with_(wrench_world=[0, 0, 0, 0, -0.6 * 9.81, 0]),
+        )
+
+
+@pytest.mark.parametrize(
+    ("home", "field", "text"),
+    [
+        ({}, "home", "expected bow"),
+        ({"bow": "up"}, "home.bow", "up"),
+        ({"bow": ["outward"]}, "home.bow", "expected 2 sides, got 1"),
+        ({"bow": [[0, 0, 1], "outward"]}, "home.bow[0]", "z"),
+        ({"bow": [[0, 0, 0], "outward"]}, "home.bow[0]", "across the tangent"),
+    ],
+)
+def test_bad_sides_are_refused(home, field, text):
+    content = content_of("rfrfr")
+    content["home"] = {"motors": [2.59, 0.55]} | home
+    with pytest.raises(DescriptionError) as caught:
+        load_robot(content)
+    assert caught.value.field.startswith(field)
+    assert text in str(caught.value)
+
+
+def test_left_and_right_are_for_the_plane():
+    content = content_of("six_rfs")
+    content["home"]["bow"] = "left"
+    with pytest.raises(DescriptionError, match="expected outward, inward or a vector, got 'left'"):
+        load_robot(content)

@@ -1,0 +1,72 @@
+"""Solves on a path: at fractions and by arc length, tangents against differences."""
+
+import numpy as np
+import pytest
+from robustness import RANGES, _distance, _given
+
+from cpr_core import load_robot, solve_forward
+from cpr_core.description_file import shipped_robots
+from cpr_core.geometrico_statics import target_of
+from cpr_core.path import Path
+
+PROBLEMS = ["motors", "pose", "efforts"]
+
+
+def path_of(name, problem, loaded=False):
+    robot = load_robot(name)
+    pattern = np.resize([0.2, -0.1, 0.15, 0.1, -0.2], robot.motor_count)
+    there = solve_forward(robot, robot.home.motors + pattern * RANGES[name] * 0.2)
+    loads = robot.home.loads
+    if loaded:
+        force = 0.1 * robot.arrays.energy_unit / robot.mean_length
+        loads = loads.with_(wrench_world=[0, 0, 0, force, -force, 0])
+    return Path(robot.home, target_of(robot.home, problem, _given(there, problem)), loads)
+
+
+@pytest.mark.parametrize("loaded", [False, True])
+@pytest.mark.parametrize("problem", PROBLEMS)
+@pytest.mark.parametrize("name", shipped_robots())
+def test_tangents_are_those_of_differences(name, problem, loaded):
+    path = path_of(name, problem, loaded)
+    middle = path.begin()
+    for fraction in (0.1, 0.2, 0.3):
+        middle = path.at(middle, fraction)
+    step = 1e-4
+    before, after = path.at(middle, 0.3 - step), path.at(middle, 0.3 + step)
+    rate = path.tangent(middle)
+    unit = middle.equilibrium.robot.arrays.unit
+    inner = middle.equilibrium.robot.arrays.platform_index
+    change = (after.equilibrium.state - before.equilibrium.state)[:inner] / unit[:inner]
+    expected = change / (2.0 * step)
+    found = rate.unknowns[:inner] / rate.fraction
+    np.testing.assert_allclose(found, expected, atol=2e-5 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+@pytest.mark.parametrize("name", shipped_robots())
+def test_points_by_arc_length_lie_on_the_path(name, problem):
+    path = path_of(name, problem)
+    here = path.begin()
+    tangent = path.tangent(here)
+    found = path.along(here, tangent, 0.02)
+    assert found is not None
+    direct = path.at(here, found.fraction)
+    assert _distance(found.equilibrium, direct.equilibrium) < 1e-7
+    assert path.tangent(found, tangent).cosine(tangent) > 0.9
+    back = path.along(found, path.tangent(found, tangent), -0.02)
+    assert abs(back.fraction) < 1e-2
+
+
+def test_starts_are_points_of_their_paths():
+    path = path_of("six_rfs", "pose")
+    begin = path.begin()
+    assert begin.fraction == 0.0
+    assert begin.equilibrium is path.start
+    assert (begin.index, begin.sign) == (0, begin.inverse_sign)
+
+
+def test_far_fractions_are_refused_not_jumped_to():
+    robot = load_robot("six_rfs")
+    target = target_of(robot.home, "motors", robot.home.motors + [2, -2, 2, -2, 2, -2])
+    path = Path(robot.home, target, robot.home.loads)
+    assert path.at(path.begin(), 1.0) is None

@@ -1,0 +1,79 @@
+"""Bending strains: curvature times the distance of the outermost fibre."""
+
+import numpy as np
+import pytest
+import yaml
+
+from cpr_core import DescriptionError, bending_strains, leg_shapes, load_robot, solve_forward
+from cpr_core.description_file import shipped_robots
+from cpr_core.sections import AnnularSection, CircularSection, GivenSection, RectangularSection
+
+
+def content_of(name):
+    return yaml.safe_load(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_they_are_the_largest_curvature_along_the_leg(name):
+    robot = load_robot(name)
+    expected = [
+        0.001 * np.hypot(shape.curvature[:, 1], shape.curvature[:, 2]).max()
+        for shape in leg_shapes(robot.home, 400)
+    ]
+    # The quadrature nodes may miss the top of a smooth curve by little.
+    np.testing.assert_allclose(bending_strains(robot.home), expected, rtol=2e-2)
+
+
+def test_stress_free_curvature_is_no_strain():
+    content = content_of("rfrfr")
+    content["rod"]["rest_curvature"] = {"bending_3": [0.7]}
+    robot = load_robot(content)
+    bent = [
+        0.001 * np.abs(shape.curvature[:, 2] - 0.7).max() for shape in leg_shapes(robot.home, 400)
+    ]
+    np.testing.assert_allclose(bending_strains(robot.home), bent, rtol=2e-2)
+
+
+@pytest.mark.parametrize(
+    ("section", "expected"),
+    [
+        (CircularSection(0.002), 0.002 * 5.0),
+        (AnnularSection(0.003, 0.001), 0.003 * 5.0),
+        (RectangularSection(width=0.01, height=0.002), 0.001 * 3.0 + 0.005 * 4.0),
+        (GivenSection(1.0, 1.0, 1.0, outer_radius=0.004), 0.004 * 5.0),
+    ],
+)
+def test_sections(section, expected):
+    strain = section.bending_strain(np.array([3.0, -3.0]), np.array([-4.0, 4.0]))
+    np.testing.assert_allclose(strain, expected)
+
+
+def test_rods_of_extensible_legs_bend_less_when_they_are_longer():
+    robot = load_robot("gough_stewart")
+    expected = [
+        0.001 * np.hypot(shape.curvature[:, 1], shape.curvature[:, 2]).max()
+        for shape in leg_shapes(solve_forward(robot, robot.home.motors + 0.05), 400)
+    ]
+    longer = solve_forward(robot, robot.home.motors + 0.05)
+    np.testing.assert_allclose(bending_strains(longer), expected, rtol=2e-2)
+
+
+def test_a_yield_strain_needs_a_known_thickness():
+    content = content_of("rfrfr")
+    content["rod"] = {
+        "length": 1.0,
+        "section": {"shape": "given", "torsion": 0.1, "bending_2": 0.165, "bending_3": 0.165},
+        "yield_strain": 0.01,
+    }
+    with pytest.raises(DescriptionError, match=r"rod\.section: missing field 'outer_radius'"):
+        load_robot(content)
+    content["rod"]["section"]["outer_radius"] = 0.001
+    assert load_robot(content).strain_limits.tolist() == [0.01, 0.01]
+
+
+@pytest.mark.parametrize("wrong", [0.0, -0.01, "much"])
+def test_a_yield_strain_is_a_positive_number(wrong):
+    content = content_of("rfrfr")
+    content["rod"]["yield_strain"] = wrong
+    with pytest.raises(DescriptionError, match=r"rod\.yield_strain"):
+        load_robot(content)
