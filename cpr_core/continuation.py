@@ -14,8 +14,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize
 
+from .bracketing import (
+    SAME_PLACE,
+    along,
+    bracket_by_arc_length,
+    bracket_by_fraction,
+    differ,
+    distance,
+    landing,
+)
 from .equilibrium import Equilibrium
 from .events import EventKind, PathEvent
 from .limits import Limit, limit_error
@@ -32,22 +40,12 @@ SMALLEST_STEP = 1e-3
 LONGEST_STEP = 0.5
 #: Requests farther away than so many longest steps are refused at once.
 MOST_STEPS = 1000
-#: Events are located to this fraction of the way.
-LOCATION = 1e-9
 #: Arc lengths of the dimensionless state: first, longest and smallest step.
 FIRST_ARC, LONGEST_ARC, SMALLEST_ARC = 0.05, 0.5, 1e-7
-#: Cosine of the largest turn of the branch within a step by arc length.
-STRAIGHT = 0.95
-#: Arc length before and after an event at which its kind is told: at a fold itself both the direction
-#: and the determinant vanish to rounding.
-ASIDE = 1e-3
 #: Smallest singular value of a dimensionless problem where branches may cross.
 SINGULAR = 1e-5
 #: Steps by arc length of one request.
 MOST_ARCS = 2000
-#: Two solutions found by bisection are neighbours on a branch if the state moves less than this between
-#: them, dimensionless. Branches that come nearer to each other are taken to cross.
-SAME_PLACE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +97,8 @@ def follow(
         How far the branch was followed; nothing is raised.
     """
     return _Walker(
-        Path(start, target, loads), target, stable_only, past_folds, singularities, keep,
-        time_limit, progress,
+        Path(start, target, loads, singularities), target, stable_only, past_folds, keep, time_limit,
+        progress,
     ).walk()  # fmt: skip
 
 
@@ -113,14 +111,12 @@ class _Walker:
         target: Target,
         stable_only: bool,
         past_folds: bool,
-        singularities: bool,
         keep: tuple[float, ...],
         time_limit: float | None,
         progress: Callable[[float], None] | None,
     ) -> None:
         self.path, self.steps = path, target.distance(path.start) / LONGEST_STEP
         self.stable_only, self.past_folds = stable_only, past_folds
-        self.singularities = singularities and path.problem != "platform"
         self.keep, self.progress = list(keep), progress
         self.deadline = np.inf if time_limit is None else time.perf_counter() + time_limit
         self.events: list[PathEvent] = []
@@ -140,9 +136,10 @@ class _Walker:
                 else "stability is not decided by energy under these loads"
             )
             return self._end(here, "stability", text)
-        if self.past_folds:
-            return self._by_arc_length(here) or self._done(self.points[-1])
-        return self._by_fraction(here)
+        if not self.past_folds:
+            return self._by_fraction(here)
+        end = self._by_arc_length(here)
+        return end if isinstance(end, Walk) else self._done(end)
 
     def _by_fraction(self, here: Point) -> Walk:
         """Steps at given fractions; by arc length where they fail."""
@@ -158,25 +155,25 @@ class _Walker:
                 step = 0.5 * (ahead - here.fraction)
                 if step >= SMALLEST_STEP * longest:
                     continue
-                walk = self._by_arc_length(here)
-                if walk is not None:
-                    return walk
-                here, step = self._arrived, 10.0 * SMALLEST_STEP * longest
-            elif here.grazes(there) and not self._differ(here, there):
+                onward = self._by_arc_length(here)
+                if isinstance(onward, Walk):
+                    return onward
+                here, step = onward, 10.0 * SMALLEST_STEP * longest
+            elif here.grazes(there) and not differ(here, there):
                 step = 0.5 * (ahead - here.fraction)
                 continue
-            elif self._differ(here, there):
-                low, high = self._bisected_by_fraction(here, ahead)
-                if high is None or _distance(low, high) > SAME_PLACE:
+            elif differ(here, there):
+                low, high = bracket_by_fraction(self.path, here, ahead)
+                if high is None or distance(low, high) > SAME_PLACE:
                     if self._several_cross(low, there):  # as on symmetric paths of symmetric robots
                         if self._passed(low, there):
                             return self._stopped(low)
                         here = there
                     else:  # the step had jumped over something
-                        walk = self._by_arc_length(low)
-                        if walk is not None:
-                            return walk
-                        here = self._arrived
+                        onward = self._by_arc_length(low)
+                        if isinstance(onward, Walk):
+                            return onward
+                        here = onward
                 else:
                     if self._passed(low, high):
                         return self._stopped(low)
@@ -192,11 +189,11 @@ class _Walker:
         """Whether eigenvalues pass zero together: near that, no single solution can be followed."""
         return self.path.problem != "platform" and low.index != there.index
 
-    def _by_arc_length(self, here: Point) -> Walk | None:
+    def _by_arc_length(self, here: Point) -> Walk | Point:
         """Steps by arc length, from a point beyond which no step at a fraction succeeds.
 
         Returns:
-            The walk if it ends; None if steps at fractions can go on from ``_arrived``.
+            The walk if it ends, else the point from where steps at fractions can go on.
         """
         path, first = self.path, here
         tangent = path.tangent(here)
@@ -205,19 +202,19 @@ class _Walker:
             if time.perf_counter() > self.deadline:
                 return self._end(here, "time_limit", "the time allowed was over")
 
-            there, end = self._along(here, tangent, arc), None
+            there, end = along(path, here, tangent, arc), None
             if there is not None and not 0.0 <= there.fraction < 1.0:
                 end = 1.0 if there.fraction >= 1.0 else 0.0
                 if here.fraction != end:
-                    arc = self._landing(here, tangent, arc, end)
-                    there = self._along(here, tangent, arc)
+                    arc = landing(path, here, tangent, arc, end)
+                    there = along(path, here, tangent, arc)
             if there is None:
                 arc *= 0.5
                 if arc < SMALLEST_ARC:
                     return self._lost(first, here)
                 continue
-            if self._differ(here, there):
-                found = self._bisected_by_arc_length(here, tangent, arc, there)
+            if differ(here, there):
+                found = bracket_by_arc_length(path, here, tangent, arc, there)
                 if found is None:  # the step had jumped to another branch
                     arc *= 0.25
                     if arc < SMALLEST_ARC:
@@ -226,100 +223,32 @@ class _Walker:
                 low, high = found
                 if self._passed(low, high):
                     return self._stopped(low)
-                if self._differ(high, there):  # something more happens within the step
+                if differ(high, there):  # something more happens within the step
                     there, end = high, None
             here, tangent = there, path.tangent(there, tangent)
             self._keep(here, every=self.past_folds)
             arc = min(LONGEST_ARC, 1.5 * arc)
             if end is not None:
-                self._arrived = path.at(here, end) or here
-                return None
+                here = path.at(here, end) or here
+                if end == 0.0:
+                    return self._end(here, "fold", "the branch leads back to where the way began")
+                if self.past_folds:
+                    self.points[-1] = here
+                return here
             if (
                 not self.past_folds
                 and here.fraction > first.fraction
                 and self._regular(here, tangent)
             ):
-                self._arrived = here
-                return None
+                return here
         return self._end(here, "lost", f"it is farther than {MOST_ARCS} steps along the branch")
-
-    def _along(self, here: Point, tangent: Tangent, arc: float) -> Point | None:
-        """The point at an arc length, with its direction; None where the branch turns too much."""
-        there = self.path.along(here, tangent, arc)
-        if there is None:
-            return None
-        onward = self.path.tangent(there, tangent)
-        if tangent.cosine(onward) < STRAIGHT:
-            return None
-        return replace(there, forward=onward.fraction > 0.0)
-
-    def _landing(self, here: Point, tangent: Tangent, arc: float, end: float) -> float:
-        """Arc length, up to the given one, at which the branch is at a fraction."""
-
-        def beyond(arc_length: float) -> float:
-            there = self.path.along(here, tangent, arc_length) if arc_length > 0.0 else here
-            return np.nan if there is None else there.fraction - end
-
-        return float(optimize.brentq(beyond, 0.0, arc, xtol=1e-13))
 
     def _regular(self, here: Point, tangent: Tangent) -> bool:
         """Whether a step at a fraction is possible again, as long as the one that had failed."""
         longest = 1.0 / max(1.0, self.steps)
         ahead = min(1.0, here.fraction + 10.0 * SMALLEST_STEP * longest)
         there = self.path.at(here, ahead) if tangent.fraction > 0.0 else None
-        return there is not None and not self._differ(here, there)
-
-    def _differ(self, low: Point, high: Point) -> bool:
-        """Whether something happens between two points."""
-        return (
-            low.index != high.index
-            or low.sign != high.sign
-            or low.forward != high.forward
-            or not high.violated <= low.violated
-            or (self.singularities and low.inverse_sign != high.inverse_sign)
-        )
-
-    def _bisected_by_fraction(self, low: Point, last: float) -> tuple[Point, Point | None]:
-        """The two points around the first change before a fraction, next to each other."""
-        while last - low.fraction > LOCATION:
-            middle = 0.5 * (low.fraction + last)
-            there = self.path.at(low, middle)
-            if there is None or self._differ(low, there):
-                last = middle
-            else:
-                low = there
-        return low, self.path.at(low, last)
-
-    def _bisected_by_arc_length(
-        self, here: Point, tangent: Tangent, last: float, high: Point
-    ) -> tuple[Point, Point] | None:
-        """The same along the tangent of a point, with the direction of the branch on both sides.
-
-        Returns:
-            None if the two points are not on one branch.
-        """
-        low, first = here, 0.0
-        while last - first > LOCATION:
-            middle = 0.5 * (first + last)
-            there = self._along(here, tangent, middle)
-            if there is None or _distance(low, there) > 2.0 * (middle - first):
-                break  # next to a crossing of branches the solution is not known any better
-            if self._differ(low, there):
-                high, last = there, middle
-            else:
-                low, first = there, middle
-        if (
-            _distance(low, high) > max(SAME_PLACE, 2.0 * (last - first))
-            or last - first > SAME_PLACE
-        ):
-            return None
-        if low.sign != high.sign:
-            low = replace(low, fraction=self.path.crossing(low, high))
-        sides = []
-        for point, aside in ((low, first - ASIDE), (high, last + ASIDE)):
-            there = self._along(here, tangent, aside) or point
-            sides.append(replace(point, forward=there.forward, sign=there.sign, index=there.index))
-        return sides[0], sides[1]
+        return there is not None and not differ(here, there)
 
     def _passed(self, low: Point, high: Point) -> bool:
         """Note what happens between two neighbours; whether it stops the walk."""
@@ -358,7 +287,7 @@ class _Walker:
         if low.index != high.index:
             gained = "lost" if high.index > low.index else "gained"
             return "stability", f"stability is {gained} ({change})"
-        if self.singularities and low.inverse_sign != high.inverse_sign:
+        if low.inverse_sign != high.inverse_sign:
             return "singularity", "an inverse singularity is passed"
         return None, ""
 
@@ -398,14 +327,3 @@ class _Walker:
             violation=self.violation,
             points=tuple(self.points),
         )
-
-
-def _distance(low: Point, high: Point) -> float:
-    """Largest dimensionless change of the state between two points."""
-    one, two = low.equilibrium, high.equilibrium
-    changes = (
-        (one.state - two.state) / one.robot.arrays.unit,
-        one.platform_rotation - two.platform_rotation,
-        (one.platform_position - two.platform_position) / one.robot.mean_length,
-    )
-    return max(float(np.abs(change).max(initial=0.0)) for change in changes)

@@ -52,7 +52,7 @@ class Point:
         equilibrium: The equilibrium there.
         index: Stability index, of the motors as the problem has them; 0 where energy decides nothing.
         sign: Sign of the determinant of the problem.
-        inverse_sign: Sign of the determinant of the inverse problem.
+        inverse_sign: Sign of the determinant of the inverse problem; 0 where it is not watched.
         margins: How far the limits are, (K,).
         violated: Limits that do not hold.
         forward: Whether the branch leads on to larger fractions here.
@@ -106,11 +106,21 @@ class Path:
         iterations: Newton steps used so far.
     """
 
-    def __init__(self, start: Equilibrium, target: Target, loads: Loads) -> None:
-        """Prepare the solves; nothing is solved yet."""
+    def __init__(
+        self, start: Equilibrium, target: Target, loads: Loads, singularities: bool = False
+    ) -> None:
+        """Prepare the solves; nothing is solved yet.
+
+        Args:
+            start: Equilibrium at fraction 0.
+            target: What is imposed at fraction 1.
+            loads: Loads there.
+            singularities: Tell the sides of inverse singularities on the way of motors or efforts.
+        """
         robot = start.robot
         self.start, self.iterations = start, 0
         self._robot, self._target, self._loads = robot, target, loads
+        self._singularities = singularities and target.problem != "platform"
         self._loads_change = loads is not start.loads
         self._last_loads = robot.load_arrays(loads) if self._loads_change else start.load_arrays
         self.conservative = loads.conservative(robot.planar) and (
@@ -286,7 +296,7 @@ class Path:
             equilibrium=equilibrium,
             index=index if self.conservative else 0,
             sign=sign,
-            inverse_sign=inertia.inverse_sign if self.conservative else 0,
+            inverse_sign=inertia.inverse_sign if self.conservative and self._singularities else 0,
             margins=margin,
             violated=violated(self._robot, margin),
         )

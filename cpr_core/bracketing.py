@@ -1,0 +1,126 @@
+"""Where on a path something happens: the two points next to a change, by bisection."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import optimize
+
+from .path import Path, Point, Tangent
+
+__all__ = [
+    "SAME_PLACE",
+    "along",
+    "bracket_by_arc_length",
+    "bracket_by_fraction",
+    "differ",
+    "distance",
+    "landing",
+]
+
+#: Events are located to this fraction of the way.
+LOCATION = 1e-9
+#: Two solutions found by bisection are neighbours on a branch if the state moves less than this between
+#: them, dimensionless. Branches that come nearer to each other are taken to cross.
+SAME_PLACE = 1e-5
+#: Cosine of the largest turn of the branch within a step by arc length.
+STRAIGHT = 0.95
+#: Arc length before and after an event at which its kind is told: at a fold itself both the direction
+#: and the determinant vanish to rounding.
+ASIDE = 1e-3
+
+
+def differ(low: Point, high: Point) -> bool:
+    """Whether something happens between two points of a path."""
+    return (
+        low.index != high.index
+        or low.sign != high.sign
+        or low.forward != high.forward
+        or not high.violated <= low.violated
+        or low.inverse_sign != high.inverse_sign
+    )
+
+
+def along(path: Path, here: Point, tangent: Tangent, arc: float) -> Point | None:
+    """The point at an arc length, with its direction; None where the branch turns too much."""
+    there = path.along(here, tangent, arc)
+    if there is None:
+        return None
+    onward = path.tangent(there, tangent)
+    if tangent.cosine(onward) < STRAIGHT:
+        return None
+    return replace(there, forward=onward.fraction > 0.0)
+
+
+def landing(path: Path, here: Point, tangent: Tangent, arc: float, end: float) -> float:
+    """Arc length, up to the given one, at which the branch is at a fraction."""
+
+    def beyond(arc_length: float) -> float:
+        there = path.along(here, tangent, arc_length) if arc_length > 0.0 else here
+        return np.nan if there is None else there.fraction - end
+
+    return float(optimize.brentq(beyond, 0.0, arc, xtol=1e-13))
+
+
+def bracket_by_fraction(path: Path, low: Point, last: float) -> tuple[Point, Point | None]:
+    """The two points around the first change before a fraction, next to each other.
+
+    Returns:
+        The point before it and the one behind it; None in its place if no solution is near there.
+    """
+    while last - low.fraction > LOCATION:
+        middle = 0.5 * (low.fraction + last)
+        there = path.at(low, middle)
+        if there is None or differ(low, there):
+            last = middle
+        else:
+            low = there
+    return low, path.at(low, last)
+
+
+def bracket_by_arc_length(
+    path: Path, here: Point, tangent: Tangent, last: float, high: Point
+) -> tuple[Point, Point] | None:
+    """The same along the tangent of a point, with the direction of the branch on both sides.
+
+    Args:
+        path: The path.
+        here: Point before the change.
+        tangent: Its tangent.
+        last: Arc length from there of a point behind the change.
+        high: That point.
+
+    Returns:
+        The two points; None if they are not on one branch.
+    """
+    low, first = here, 0.0
+    while last - first > LOCATION:
+        middle = 0.5 * (first + last)
+        there = along(path, here, tangent, middle)
+        if there is None or distance(low, there) > 2.0 * (middle - first):
+            break  # next to a crossing of branches the solution is not known any better
+        if differ(low, there):
+            high, last = there, middle
+        else:
+            low, first = there, middle
+    if last - first > SAME_PLACE or distance(low, high) > max(SAME_PLACE, 2.0 * (last - first)):
+        return None
+    if low.sign != high.sign:
+        low = replace(low, fraction=path.crossing(low, high))
+    sides = []
+    for point, aside in ((low, first - ASIDE), (high, last + ASIDE)):
+        there = along(path, here, tangent, aside) or point
+        sides.append(replace(point, forward=there.forward, sign=there.sign, index=there.index))
+    return sides[0], sides[1]
+
+
+def distance(low: Point, high: Point) -> float:
+    """Largest dimensionless change of the state between two points."""
+    one, two = low.equilibrium, high.equilibrium
+    changes = (
+        (one.state - two.state) / one.robot.arrays.unit,
+        one.platform_rotation - two.platform_rotation,
+        (one.platform_position - two.platform_position) / one.robot.mean_length,
+    )
+    return max(float(np.abs(change).max(initial=0.0)) for change in changes)
