@@ -44,8 +44,8 @@ MOST_STEPS = 1000
 FIRST_ARC, LONGEST_ARC, SMALLEST_ARC = 0.05, 0.5, 1e-7
 #: Smallest singular value of a dimensionless problem where branches may cross.
 SINGULAR = 1e-5
-#: Steps by arc length of one request.
-MOST_ARCS = 2000
+#: Steps by arc length around one place, and past folds.
+MOST_ARCS, MOST_ARCS_PAST_FOLDS = 300, 3000
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +198,8 @@ class _Walker:
         path, first = self.path, here
         tangent = path.tangent(here)
         arc = FIRST_ARC
-        for _ in range(MOST_ARCS):
+        most = MOST_ARCS_PAST_FOLDS if self.past_folds else MOST_ARCS
+        for _ in range(most):
             if time.perf_counter() > self.deadline:
                 return self._end(here, "time_limit", "the time allowed was over")
 
@@ -241,7 +242,7 @@ class _Walker:
                 and self._regular(here, tangent)
             ):
                 return here
-        return self._end(here, "lost", f"it is farther than {MOST_ARCS} steps along the branch")
+        return self._end(here, "lost", f"it is farther than {most} steps along the branch")
 
     def _regular(self, here: Point, tangent: Tangent) -> bool:
         """Whether a step at a fraction is possible again, as long as the one that had failed."""
