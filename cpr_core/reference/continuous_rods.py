@@ -414,7 +414,8 @@ def _shooting(
 
 
 def _motor_axes(robot: Robot) -> Floats:
-    return np.array([leg.motor.axis for leg in robot.description.legs], float)  # type: ignore[attr-defined]
+    axes = [leg.motor.axis for leg in robot.description.legs]  # type: ignore[attr-defined]
+    return np.array(axes, np.float64)
 
 
 def _density(robot: Robot, loads: Loads) -> Floats:

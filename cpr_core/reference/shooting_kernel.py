@@ -13,7 +13,8 @@ E J / l, forces in E J / l^2.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -35,7 +36,7 @@ CONTRACTION = 0.5
 COLUMNS = 8
 
 
-def kernel(function):  # type: ignore[no-untyped-def]
+def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function of this module, and keep the machine code on disk."""
     return numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)(function)
 
@@ -107,7 +108,7 @@ class _Linear(NamedTuple):
 
 @kernel
 def _spatial_slope(y, compliance, nx, ny, nz, slope):
-    """p' = t, t' = m x t / E J, m' = n x t, and their variations in columns."""
+    """Slopes p' = t, t' = m x t / E J, m' = n x t, and their variations in columns."""
     tx, ty, tz, mx, my, mz = y[3], y[4], y[5], y[6], y[7], y[8]
     slope[0], slope[1], slope[2] = tx, ty, tz
     slope[3] = compliance * (my * tz - mz * ty)
@@ -139,7 +140,7 @@ def _spatial_slope(y, compliance, nx, ny, nz, slope):
 
 @kernel
 def _planar_slope(y, compliance, nx, ny, slope):
-    """x' = cos, y' = sin, angle' = m / E J, m' = (n x t)_z; columns moment, two of force, motor."""
+    """Slopes of x, y, angle and moment; columns by the moment, two of the force, the motor."""
     c, s = math.cos(y[2]), math.sin(y[2])
     slope[0], slope[1] = c, s
     slope[2] = compliance * y[3]
@@ -232,7 +233,7 @@ def _eliminate(matrix, right, size, columns):
 
 @kernel
 def _add_cross(factor, a, b, result):
-    """result += factor a x b."""
+    """Add ``factor a x b``."""
     result[0] += factor * (a[1] * b[2] - a[2] * b[1])
     result[1] += factor * (a[2] * b[0] - a[0] * b[2])
     result[2] += factor * (a[0] * b[1] - a[1] * b[0])
@@ -240,7 +241,7 @@ def _add_cross(factor, a, b, result):
 
 @kernel
 def _add_product(factor, a, b, result):
-    """result += factor a^ b^, with a^ b^ = b a^T - (a . b) 1."""
+    """Add ``factor a^ b^``, which is ``factor (b a^T - (a . b) 1)``."""
     dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     for i in range(3):
         for j in range(3):
@@ -250,7 +251,7 @@ def _add_product(factor, a, b, result):
 
 @kernel
 def _add_skew(factor, a, result):
-    """result += factor a^."""
+    """Add ``factor a^``."""
     result[0, 1] -= factor * a[2]
     result[0, 2] += factor * a[1]
     result[1, 0] += factor * a[2]
@@ -316,9 +317,7 @@ def _evaluate(robot, state, linear):
     largest, total = 0.0, 0.0  # a maximum passes over a NaN, a sum does not
     for number in range(legs):
         wrench, axis = state.wrenches[number], robot.motor_axis[number]
-        _turn(
-            axis * state.motors[number], robot.base_tangent[number].copy().reshape(3, 1), tangent
-        )
+        _turn(axis * state.motors[number], robot.base_tangent[number].copy().reshape(3, 1), tangent)
         rod[:] = 0.0
         if planar:
             rod[0], rod[1] = robot.base_position[number, 0], robot.base_position[number, 1]
@@ -423,11 +422,7 @@ def _move(robot, state, linear, motors_held, imposed, share, correct):
             change = -correct * leg[0] - leg[1 + free] * turns[number]
             for j in range(free):
                 change -= leg[1 + j] * twist[robot.axes[j]]
-            if planar:
-                target = 2 if row == 0 else 2 + row
-            else:
-                target = row
-            state.wrenches[number, target] += change
+            state.wrenches[number, 2 + row if planar else row] += change
             squared += change * change
         state.motors[number] += turns[number]
         squared += turns[number] ** 2
