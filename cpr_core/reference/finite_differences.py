@@ -155,6 +155,10 @@ class FiniteDifferences:
         tangent = sparse.csc_matrix((data[self._order], *self._pattern), (self._size, self._size))
         return residual, tangent
 
+    def correction(self, tangent: sparse.csc_matrix, residual: Floats) -> Floats:
+        """Newton correction. Multipliers and P come last: in this order the factors stay sparse."""
+        return splu(tangent, permc_spec="NATURAL").solve(residual)
+
     def newton(
         self, motors: Floats, unknowns: Floats, tolerance: float, contraction: float
     ) -> tuple[Floats, float, int]:
@@ -165,8 +169,7 @@ class FiniteDifferences:
             largest = float(np.abs(residual).max())
             if largest < tolerance or iteration == CORRECTIONS:
                 break
-            # Multipliers and P come last: eliminated in this order the factors stay sparse.
-            change = splu(tangent, permc_spec="NATURAL").solve(residual)
+            change = self.correction(tangent, residual)
             correction = float(np.linalg.norm(change))
             if not correction < contraction * length:
                 break

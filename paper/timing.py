@@ -1,0 +1,223 @@
+"""Computation times of all models on the motor paths: Tables III and VI."""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core import NoSolution, solve_forward
+from cpr_core.equilibrium import RESIDUAL_TOLERANCE
+from cpr_core.reference.continuous_rods import ShootingMethod, follow_motors
+from cpr_core.reference.finite_differences import (
+    FiniteDifferenceEquilibrium,
+    follow_finite_differences,
+    solve_finite_differences,
+)
+from cpr_core.reference.literal_procedure import follow_literally, solve_literally
+
+from .cases import Case
+
+__all__ = [
+    "CONFIGURATIONS",
+    "EXACT_METHOD",
+    "Measurement",
+    "Model",
+    "comparable_method",
+    "dense_factorization",
+    "machine",
+    "measure",
+    "models_of",
+]
+
+#: n_c of Tables III and VI.
+CONFIGURATIONS = (50, 30, 15, 10, 5)
+MODES = 5
+ELEMENTS = 1000
+#: Setting of Mod. #2 with errors of 1e-10 m and below.
+EXACT_METHOD = ShootingMethod("DOP853", 16, RESIDUAL_TOLERANCE)
+#: Position error above which a model is said to have left the branch [m].
+LOST = 0.01
+
+Path_ = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Model:
+    """A model that follows a motor path.
+
+    Attributes:
+        key: Short name.
+        title: What it is.
+        run: Follows a path (K, n) from t = 0; returns the points.
+        slow: Whether one run takes seconds: then it is repeated less.
+    """
+
+    key: str
+    title: str
+    run: Callable[[Path_], Sequence]
+    slow: bool = False
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Time of a model for n_c + 1 configurations.
+
+    Attributes:
+        model: Key of the model.
+        count: n_c.
+        seconds: Median of the repeats.
+        spread: Largest over smallest of the repeats.
+        repeats: Number of repeats.
+        mean_error: Mean position error against continuous rods [m].
+        iterations: Newton or Levenberg-Marquardt steps per configuration.
+    """
+
+    model: str
+    count: int
+    seconds: float
+    spread: float
+    repeats: int
+    mean_error: float
+    iterations: float
+
+
+def models_of(case: Case, comparable: ShootingMethod) -> tuple[Model, ...]:
+    """All models of a case. Their starting points are solved here, not in the measured time."""
+    robot = case.robot(MODES)
+    continuous = case.continuous_home()
+    literal = solve_literally(robot.home)
+
+    def modes(path: Path_) -> Sequence:
+        here, points = robot.home, []
+        for motors in path:
+            here = solve_forward(robot, motors, start=here)
+            points.append(here)
+        return points
+
+    def shooting(method: ShootingMethod) -> Callable[[Path_], Sequence]:
+        return lambda path: follow_motors(continuous, path, method=method)
+
+    def title(method: ShootingMethod) -> str:
+        return f"continuous rods by shooting, {method.tableau} with {method.steps} steps a rod"
+
+    models = [
+        Model("#1", f"strain modes, {MODES} per bending direction, this library", modes),
+        Model("#2", title(comparable), shooting(comparable)),
+        Model("#2 exact", title(EXACT_METHOD), shooting(EXACT_METHOD)),
+    ]
+    if case.robot(MODES).planar:
+        elements = solve_finite_differences(continuous, ELEMENTS)
+        models.append(
+            Model(
+                "#3",
+                f"finite differences, {ELEMENTS} elements a rod, sparse LU",
+                lambda path: follow_finite_differences(elements, path),
+                slow=True,
+            )
+        )
+    models.append(
+        Model(
+            "#0",
+            f"the paper's procedure taken literally, {MODES} modes",
+            lambda path: follow_literally(literal, path),
+            slow=True,
+        )
+    )
+    return tuple(models)
+
+
+def comparable_method(case: Case) -> ShootingMethod:
+    """The cheapest setting of Mod. #2 whose mean error is no larger than that of our 5 modes."""
+    exact = case.continuous_path()
+    wanted = _mean_error(case.modes_path(MODES), exact)
+    start, path = case.continuous_home(), case.path()
+    cheapest, best = EXACT_METHOD, np.inf
+    for tableau in ("RK4", "DOPRI5", "DOP853"):
+        for steps in range(2, 65):
+            method = ShootingMethod(tableau, steps, RESIDUAL_TOLERANCE)
+            try:
+                found = follow_motors(start, path, method=method)
+            except NoSolution:
+                continue
+            if _mean_error(found, exact) <= wanted:
+                seconds = np.median(
+                    [_time(lambda m=method: follow_motors(start, path, method=m)) for _ in range(9)]
+                )
+                if seconds < best:
+                    cheapest, best = method, float(seconds)
+                break
+    return cheapest
+
+
+def measure(model: Model, case: Case, count: int, repeats: int) -> Measurement | None:
+    """Time a model; None where it leaves the branch on so coarse a path."""
+    path = case.path(count)
+    try:
+        points = model.run(path)  # also warms up
+    except NoSolution:
+        return None
+    exact = case.continuous_path(count)
+    worst = max(
+        np.linalg.norm(a.platform_position - b.platform_position)
+        for a, b in zip(points, exact, strict=True)
+    )
+    if worst > LOST:
+        return None
+    seconds = [_time(lambda: model.run(path)) for _ in range(repeats)]
+    return Measurement(
+        model=model.key,
+        count=count,
+        seconds=float(np.median(seconds)),
+        spread=max(seconds) / min(seconds),
+        repeats=repeats,
+        mean_error=_mean_error(points, exact),
+        iterations=float(np.mean([point.iterations for point in points])),
+    )
+
+
+def dense_factorization(case: Case) -> tuple[float, float]:
+    """Seconds to solve one Newton step of Mod. #3 with dense and with sparse matrices."""
+    start: FiniteDifferenceEquilibrium = solve_finite_differences(case.continuous_home(), ELEMENTS)
+    model = start.model
+    residual, tangent = model.evaluate(start.motors, start.unknowns)
+    dense = tangent.toarray()
+    return (
+        float(np.median([_time(lambda: np.linalg.solve(dense, residual)) for _ in range(3)])),
+        float(np.median([_time(lambda: model.correction(tangent, residual)) for _ in range(9)])),
+    )
+
+
+def machine() -> str:
+    """Processor and number of cores."""
+    name = platform.processor() or platform.machine()
+    information = Path("/proc/cpuinfo")
+    if information.exists():
+        for line in information.read_text().splitlines():
+            if line.startswith("model name"):
+                name = line.split(":", 1)[1].strip()
+                break
+    return f"{name}, {os.cpu_count()} cores"
+
+
+def _time(run: Callable[[], object]) -> float:
+    begin = time.perf_counter()
+    run()
+    return time.perf_counter() - begin
+
+
+def _mean_error(points: Sequence, exact: Sequence) -> float:
+    return float(
+        np.mean(
+            [
+                np.linalg.norm(a.platform_position - b.platform_position)
+                for a, b in zip(points, exact, strict=True)
+            ]
+        )
+    )
