@@ -98,21 +98,24 @@ def inverse_errors_of_rfrfr(modes: int) -> InverseErrors:
     return InverseErrors(np.array(errors), 51, tuple(indices))
 
 
-def inverse_errors_of_six_rfs(modes: int = 5) -> InverseErrors:
-    """At the poses of Mod. #2 on the motor path, each from the pose before."""
-    robot = SIX_RFS.robot(modes)
-    errors, indices, here = [], [], robot.home
-    for exact in SIX_RFS.continuous_path():
-        pose = [*exact.platform_position, *exact.platform_quaternion]
-        try:
-            here = solve_inverse(robot, pose, start=here)
-        except NoSolution:
-            # Across the singularity: reached with the motors, then put to the pose.
-            near = solve_forward(robot, exact.motors, start=here)
-            here = solve_inverse(robot, pose, start=near)
-        errors.append(_millidegrees(here, exact))
-        indices.append(here.index_locked)
-    return InverseErrors(np.array(errors), 51, tuple(indices))
+def inverse_errors_of_six_rfs(modes: int = 5) -> tuple[InverseErrors, InverseErrors]:
+    """At the poses of Mod. #2 on the motor path.
+
+    Beyond the inverse singularity of the path every pose has two solutions nearby. The first result
+    starts each solve from the forward solution of that pose, on the side of the path; the second from
+    the inverse solution of the pose before, which stays on the side before the singularity.
+    """
+    exact = SIX_RFS.continuous_path()
+    sides = []
+    for of_path in (True, False):
+        errors, indices, here = [], [], SIX_RFS.robot(modes).home
+        for guess, wanted in zip(SIX_RFS.modes_path(modes), exact, strict=True):
+            pose = [*wanted.platform_position, *wanted.platform_quaternion]
+            here = solve_inverse(guess.robot, pose, start=guess if of_path else here)
+            errors.append(_millidegrees(here, wanted))
+            indices.append(here.index_locked)
+        sides.append(InverseErrors(np.array(errors), len(exact), tuple(indices)))
+    return sides[0], sides[1]
 
 
 def _millidegrees(found: Equilibrium, exact: ContinuousEquilibrium) -> Floats:

@@ -201,9 +201,9 @@ def draw_line(folder: Path, name: str, title: str, line: Line, shown: int) -> No
 
 
 def draw_determinants(folder: Path, name: str, title: str, line: Line) -> None:
-    """det b(u) along the rods at the points X_i (Figs. 8 and 14)."""
+    """Determinants det b(u) along the rods at the points X_i (Figs. 8 and 14)."""
     count = len(line.marked)
-    figure, panels = _new(6.4, 1.5 * count + 0.6, nrows=count, sharex=True)
+    figure, panels = _new(6.4, 1.7 * count + 0.8, nrows=count, sharex=True)
     for number, (axes, point) in enumerate(zip(panels, line.marked, strict=True)):
         unit = np.abs(point.determinants).max()
         axes.plot(point.sections, point.determinants / unit, color=COLOURS[0])
@@ -222,7 +222,7 @@ def draw_determinants(folder: Path, name: str, title: str, line: Line) -> None:
         )
         found = ", ".join(f"u = {u:.3f}" for u in zeros) or "none"
         axes.set_yscale("symlog", linthresh=1e-2)
-        axes.set_yticks([-1.0, 0.0, 1.0])
+        axes.set_yticks([-1.0, 0.0, 1.0], ["-1", "0", "1"])
         axes.set_title(
             f"X$_{number + 1}$: {line.axis} = {point.value:.5f} m; conjugate points: {found}",
             fontsize=9,

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 __all__ = [
-    "TABLE_I_MOTORS",
-    "TABLE_I_POSITION",
     "TABLE_II",
     "TABLE_III",
     "TABLE_IV_ANGLE",
     "TABLE_IV_POSITION",
+    "TABLE_I_MOTORS",
+    "TABLE_I_POSITION",
     "TABLE_V",
     "TABLE_VI",
 ]

@@ -236,9 +236,9 @@ def workspace_of(name: str, modes: int, spacing: float) -> Workspace:
     """Sweep the workspace of the RFRFR robot, or the slice of the 6-RFS robot."""
     study = _STUDIES[name]
     if name == "rfrfr":
-        xs, ys = np.arange(-0.9, 0.9 + spacing, spacing), np.arange(-0.4, 1.1, spacing)
+        xs, ys = _grid(-0.9, 0.9, spacing), _grid(-0.4, 1.1, spacing)
     else:
-        xs, ys = np.arange(-0.6, 0.15, spacing), np.arange(-0.2, 0.4, spacing)
+        xs, ys = _grid(-0.6, 0.2, spacing), _grid(-0.4, 0.5, spacing)
     start = _at(study, study.case.robot(modes).home, study.ends[0])
     reached = sweep(start, study.pose, xs, ys)
     condition = np.full((len(ys), len(xs)), np.nan)
@@ -249,3 +249,7 @@ def workspace_of(name: str, modes: int, spacing: float) -> Workspace:
         smallest[j, i] = spectrum.smallest
         index[j, i] = spectrum.index
     return Workspace(xs, ys, condition, smallest, index)
+
+
+def _grid(low: float, high: float, spacing: float) -> Floats:
+    return low + spacing * np.arange(round((high - low) / spacing) + 1, dtype=np.float64)

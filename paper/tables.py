@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import published
 from .accuracy import InverseErrors
@@ -48,12 +50,21 @@ class Entry:
         return self.ours / float(self.paper) - 1.0
 
     @property
+    def least_deviation(self) -> float | None:
+        """Relative deviation from the nearest number that rounds to the printed one."""
+        if self.ours is None or not self.paper:
+            return None
+        paper, half = float(self.paper), self._half_digit
+        nearest = min(max(self.ours, paper - half), paper + half)
+        return self.ours / nearest - 1.0
+
+    @property
     def verdict(self) -> str:
-        """``agrees``: within the stated deviation or the paper's last digit; ``same size``: factor 2."""
-        deviation = self.deviation
-        if self.ours is None or deviation is None:
+        """``agrees``: within the stated deviation of what the paper rounds; ``same size``: factor 2."""
+        deviation, least = self.deviation, self.least_deviation
+        if deviation is None or least is None:
             return OWN
-        if abs(deviation) <= self.within or abs(self.ours - float(self.paper)) <= self._half_digit:
+        if abs(least) <= self.within:
             return AGREES
         return SAME_SIZE if 0.5 <= 1.0 + deviation <= 2.0 else DIFFERS
 
@@ -139,6 +150,8 @@ class Table:
                     writer.writerow(row)
 
 
+#: Errors by row, printed numbers by row, deviations up to which a mean, and a minimum or maximum, agree.
+Part = tuple[Mapping[int, NDArray[np.float64]], Mapping[int, tuple[str, ...]], float, float]
 #: Columns of the error tables, in the paper's order.
 STATISTICS = ("Min", "Max", "Mean")
 
@@ -152,7 +165,7 @@ def error_table(
     name: str,
     title: str,
     corner: str,
-    parts: dict[str, tuple[dict[int, np.ndarray], dict[int, tuple[str, ...]], float, float]],
+    parts: Mapping[str, Part],
     notes: tuple[str, ...] = (),
 ) -> Table:
     """A table of smallest, largest and mean errors.
@@ -201,10 +214,10 @@ def table_i(position: dict[int, np.ndarray], motors: dict[int, InverseErrors]) -
     )
 
 
-def table_v(errors: InverseErrors, away: np.ndarray, crossing: float) -> Table:
+def table_v(errors: InverseErrors, away: np.ndarray, criterion: str) -> Table:
     """Table V over all poses, and over those away from the inverse singularity."""
     columns = tuple(f"Mot#{motor + 1}" for motor in range(6))
-    reductions = {"Min": np.min, "Max": np.max, "Mean": np.mean}
+    reductions: dict[str, Callable] = {"Min": np.min, "Max": np.max, "Mean": np.mean}
     rows = []
     for label, poses in (("all poses", np.ones(len(away), bool)), ("away", away)):
         for statistic, reduce in reductions.items():
@@ -215,8 +228,8 @@ def table_v(errors: InverseErrors, away: np.ndarray, crossing: float) -> Table:
             )
             rows.append((f"{statistic}, {label}", entries))
     note = (
-        f"Away: the {int(away.sum())} poses before the inverse singularity, which is at t = "
-        f"{crossing:.3f} of 50 (12 modes); the paper's numbers are those of all its poses."
+        f"Away: {int(away.sum())} poses, {criterion}. The paper's numbers, repeated there in brackets, "
+        "are those of all its poses."
     )
     return Table(
         "Table V",
@@ -233,7 +246,7 @@ def _time_table(
     title: str,
     measured: dict[tuple[str, int], Measurement | None],
     models: tuple[str, ...],
-    printed: dict[int, tuple[str, ...]],
+    printed: Mapping[int, tuple[str, ...]],
     paper_models: tuple[str, ...],
     notes: tuple[str, ...],
 ) -> Table:

@@ -7,6 +7,7 @@ import platform
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -147,11 +148,10 @@ def comparable_method(case: Case) -> ShootingMethod:
             except NoSolution:
                 continue
             if _mean_error(found, exact) <= wanted:
-                seconds = np.median(
-                    [_time(lambda m=method: follow_motors(start, path, method=m)) for _ in range(9)]
-                )
+                run = partial(follow_motors, start, path, method=method)
+                seconds = float(np.median([_time(run) for _ in range(9)]))
                 if seconds < best:
-                    cheapest, best = method, float(seconds)
+                    cheapest, best = method, seconds
                 break
     return cheapest
 
