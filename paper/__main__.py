@@ -27,9 +27,8 @@ from .report import FIGURES, Evidence, write_report
 
 #: Inverse condition numbers below which Figs. 6 and 12 mark the workspace.
 NEAR_BORDER = 0.02
-#: A pose is away from the inverse singularity where the smallest singular value of the inverse problem
-#: is at least this times its median along the path.
-AWAY = 0.5
+#: Steps of the path from which on a pose is away from the inverse singularity.
+AWAY = 1.0
 
 
 @dataclass(frozen=True)
@@ -62,6 +61,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m paper", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="coarser figures, fewer repeats")
     parser.add_argument("--output", type=Path, default=Path("paper/results"), help="folder")
+    parser.add_argument("--publish", type=Path, help="folder that gets a copy of the report")
     options = parser.parse_args(arguments)
     begin, extent = time.monotonic(), QUICK if options.quick else FULL
     folder = options.output
@@ -84,6 +84,10 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"{'met    ' if claim.met else 'NOT MET'}  {claim.text}: {claim.found}")
     write_report(folder, run, checked, found, evidence)
     print(f"\nreport: {folder / 'REPORT.md'}")
+    if options.publish is not None:
+        options.publish.mkdir(parents=True, exist_ok=True)
+        for name in ("REPORT.md", *(f"{figure}.png" for figure in FIGURES)):
+            shutil.copy(folder / name, options.publish)
     return 0
 
 
@@ -111,8 +115,7 @@ def _compute(
     step("Table V")
     inverse, other_side = accuracy.inverse_errors_of_six_rfs()
     singular, crossing = accuracy.inverse_singularity()
-    least = AWAY * float(np.median(np.abs(singular)))
-    away = np.abs(singular) >= least
+    away = np.abs(np.arange(51) - crossing) > AWAY
 
     found = {
         "Table I": tables.table_i(planar, straight),
@@ -139,9 +142,7 @@ def _compute(
     found["Table V"] = tables.table_v(
         inverse,
         away,
-        "those where the smallest singular value of the inverse problem (12 modes) is at least "
-        f"{AWAY:g} times its median along the path, {least:.1e}; the singularity is at t = "
-        f"{crossing:.3f} of 50",
+        f"those more than {AWAY:g} step from the singularity, which is at t = {crossing:.3f} of 50",
     )
     found["Table VI"] = tables.table_vi(spatial_times, spatial_notes)
 
@@ -230,9 +231,9 @@ def _draw(
 ) -> None:
     for case, figure in ((RFRFR, "figure_4"), (SIX_RFS, "figure_10")):
         step(FIGURES[figure])
-        figures.draw_path(
-            folder, figure, f"{case.title} robot, path of Eq. (53)", case.modes_path(5, 10)
-        )
+        track = np.array([point.platform_position for point in case.continuous_path()])
+        title = f"{case.title} robot, path of Eq. (53), 5 modes"
+        figures.draw_path(folder, figure, title, case.modes_path(5, 10), track)
     modes, elements = "modes", "elements"
     against = "against continuous rods"
     for figure, title, label, errors, what in (

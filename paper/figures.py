@@ -48,8 +48,10 @@ def _save(figure: Any, folder: Path, name: str) -> None:
     plt.close(figure)
 
 
-def draw_path(folder: Path, name: str, title: str, points: Sequence[Equilibrium]) -> None:
-    """Configurations along a path (Figs. 4 and 10)."""
+def draw_path(
+    folder: Path, name: str, title: str, points: Sequence[Equilibrium], track: Floats
+) -> None:
+    """Configurations along a path, and all positions of P on it (Figs. 4 and 10)."""
     import matplotlib as mpl
 
     planar = points[0].robot.planar
@@ -59,8 +61,7 @@ def draw_path(folder: Path, name: str, title: str, points: Sequence[Equilibrium]
     last = len(points) - 1
     for t, point in enumerate(points):
         draw_equilibrium(axes, point, color=colours(t / last))
-    place = np.array([point.platform_position for point in points])
-    axes.plot(*place.T[: 2 if planar else 3], ":", color="black", linewidth=1.0, label="path of P")
+    axes.plot(*track.T[: 2 if planar else 3], ":", color="black", linewidth=1.0, label="path of P")
     axes.plot([], [], "o", color="black", markersize=4, label="motors A_i")
     set_equal_scale(axes)
     axes.legend(loc="upper left")
@@ -127,8 +128,15 @@ def draw_workspace(
     handles += axes.plot(*place.T, "-", color="black", linewidth=1.2, label="path tested")
     axes.plot(*place.T, "o", color="black", markersize=4)
     for number, (x, y) in enumerate(place):
+        right = number % 2 == 0  # neighbours are close together
         axes.annotate(
-            f"X$_{number + 1}$", (x, y), (5, 3), textcoords="offset points", weight="bold"
+            f"X$_{number + 1}$",
+            (x, y),
+            (9 if right else -9, 0),
+            textcoords="offset points",
+            horizontalalignment="left" if right else "right",
+            verticalalignment="center",
+            bbox={"boxstyle": "round,pad=0.1", "color": "white", "alpha": 0.8},
         )
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
@@ -212,14 +220,8 @@ def draw_determinants(folder: Path, name: str, title: str, line: Line) -> None:
         zeros = [u for u in point.conjugate if u > 1e-4]
         border = any(abs(point.value - crossing.eigenvalue) < 1e-12 for crossing in line.crossings)
         zeros = [0.0, *zeros] if border else zeros
-        axes.plot(
-            zeros,
-            np.zeros(len(zeros)),
-            "o",
-            color=COLOURS[1],
-            clip_on=False,
-            label="conjugate point",
-        )
+        if zeros:
+            axes.plot(zeros, np.zeros(len(zeros)), "o", color=COLOURS[1], clip_on=False)
         found = ", ".join(f"u = {u:.3f}" for u in zeros) or "none"
         axes.set_yscale("symlog", linthresh=1e-2)
         axes.set_yticks([-1.0, 0.0, 1.0], ["-1", "0", "1"])
@@ -229,6 +231,6 @@ def draw_determinants(folder: Path, name: str, title: str, line: Line) -> None:
         )
         axes.grid(alpha=0.3)
     panels[-1].set_xlabel("u = s / l")
-    figure.supylabel("det b$_\\lambda$(u) / largest")
+    figure.supylabel("det b$_\\lambda$(u) / largest (linear up to 0.01, logarithmic beyond)")
     figure.suptitle(title)
     _save(figure, folder, name)

@@ -184,7 +184,7 @@ def _table_v(evidence: Evidence) -> list[str]:
         "those of the pose nearest to it and depend on how near that is. Beyond it every pose has two "
         "solutions nearby; the table is for the one on the side of the path, while a solve that starts "
         "from the inverse solution of the pose before stays on the other side and errs by degrees (last "
-        "column). Minima are where an error changes its sign. Motor errors [mdeg], and smallest singular "
+        "column). Minima are where an error changes its sign. Motor errors [mdeg], smallest singular "
         "value of the inverse problem with the sign of its determinant:",
         "",
         "| t | singular value | Mot#1 | Mot#2 | Mot#3 | Mot#4 | Mot#5 | Mot#6 | other side, largest |",

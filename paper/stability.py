@@ -236,9 +236,9 @@ def workspace_of(name: str, modes: int, spacing: float) -> Workspace:
     """Sweep the workspace of the RFRFR robot, or the slice of the 6-RFS robot."""
     study = _STUDIES[name]
     if name == "rfrfr":
-        xs, ys = _grid(-0.9, 0.9, spacing), _grid(-0.4, 1.1, spacing)
+        xs, ys = _grid(-0.9, 0.9, spacing), _grid(-1.1, 1.1, spacing)
     else:
-        xs, ys = _grid(-0.6, 0.2, spacing), _grid(-0.4, 0.5, spacing)
+        xs, ys = _grid(-1.0, 1.0, spacing), _grid(-1.0, 1.0, spacing)
     start = _at(study, study.case.robot(modes).home, study.ends[0])
     reached = sweep(start, study.pose, xs, ys)
     condition = np.full((len(ys), len(xs)), np.nan)

@@ -83,8 +83,8 @@ class Entry:
 def number(value: float) -> str:
     """Three significant digits, powers of ten where a decimal point is far."""
     if value == 0.0 or 0.01 <= abs(value) < 1e4:
-        digits = max(0, 2 - int(np.floor(np.log10(abs(value))))) if value else 0
-        return f"{value:.{digits}f}"
+        digits = 2 - int(np.floor(np.log10(abs(value)))) if value else 0
+        return f"{value:.{max(0, digits)}f}"
     mantissa, exponent = f"{value:.2e}".split("e")
     return f"{mantissa}e{int(exponent)}"
 
