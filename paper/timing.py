@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from cpr_core import NoSolution, solve_forward
 from cpr_core.equilibrium import RESIDUAL_TOLERANCE
-from cpr_core.reference.continuous_rods import ShootingMethod, follow_motors
+from cpr_core.reference.continuous_rods import follow_motors
 from cpr_core.reference.finite_differences import (
     FiniteDifferenceEquilibrium,
     follow_finite_differences,
     solve_finite_differences,
 )
 from cpr_core.reference.literal_procedure import follow_literally, solve_literally
+from cpr_core.reference.shooting_robot import ShootingMethod
 
 from .cases import Case
 

@@ -31,8 +31,9 @@ from scipy import linalg, optimize
 
 from ..errors import InvalidRequest
 from ..lie import skew
-from .continuous_rods import ContinuousEquilibrium, balance_rows
+from .continuous_rods import ContinuousEquilibrium
 from .rod_integration import STEPS, RodTrajectory, force, integrate, moment, transition
+from .shooting_robot import balance_rows
 
 __all__ = ["JacobiFields", "conjugate_points", "robot_fields", "rod_fields"]
 

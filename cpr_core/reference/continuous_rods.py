@@ -14,26 +14,27 @@ from typing import Literal
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import DOP853, RK45
 from scipy.spatial.transform import Rotation
 
 from ..equilibrium import Equilibrium
-from ..errors import InvalidRequest, NoForwardSolution, NoInverseSolution
-from ..joints import Revolute as RevoluteJoint
-from ..joints import Spherical
+from ..errors import NoForwardSolution, NoInverseSolution
 from ..lie import quaternion_from_rotation
 from ..loads import Loads
-from ..motors import Revolute as RevoluteMotor
 from ..robot import Robot
 from ..validation import checked_vector
-from .rod_integration import STEPS, RodTrajectory, integrate_rod
-from .shooting_kernel import Shooting, ShootingState, balance, follow, refine
+from .rod_integration import RodTrajectory, integrate_rod
+from .shooting_kernel import ShootingState, follow, refine
+from .shooting_robot import (
+    ShootingMethod,
+    check_robot,
+    check_square,
+    force_per_length,
+    motor_axes,
+    shooting_of,
+)
 
 __all__ = [
-    "TABLEAUS",
     "ContinuousEquilibrium",
-    "ShootingMethod",
-    "balance_rows",
     "follow_motors",
     "follow_platform",
     "solve_continuous",
@@ -41,35 +42,6 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-
-#: Explicit Runge-Kutta methods: inner weights, outer weights; orders 4, 5 and 8.
-TABLEAUS: dict[str, tuple[Floats, Floats]] = {
-    "RK4": (
-        np.array([[0.0] * 4, [0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, 1.0, 0]]),
-        np.array([1.0, 2.0, 2.0, 1.0]) / 6.0,
-    ),
-    "DOPRI5": (np.ascontiguousarray(RK45.A), np.ascontiguousarray(RK45.B)),
-    "DOP853": (
-        np.ascontiguousarray(DOP853.A[: DOP853.n_stages, : DOP853.n_stages]),
-        np.ascontiguousarray(DOP853.B),
-    ),
-}
-
-
-@dataclass(frozen=True)
-class ShootingMethod:
-    """How the rods are integrated and when the shooting ends.
-
-    Attributes:
-        tableau: Name in ``TABLEAUS``.
-        steps: Steps along every rod.
-        tolerance: On the residual: lengths in rod lengths, moments in EI/l, forces in EI/l^2.
-    """
-
-    tableau: str = "DOP853"
-    steps: int = STEPS
-    tolerance: float = 1e-11
-
 
 ACCURATE = ShootingMethod()
 
@@ -117,7 +89,7 @@ class ContinuousEquilibrium:
     @cached_property
     def efforts(self) -> Floats:
         """Motor efforts tau_a on the rods, (n,) [N m]: the rod holds its base, the motor the rod."""
-        axes = _motor_axes(self.robot)
+        axes = motor_axes(self.robot)
         return -(axes * self.base_wrenches[:, :3]).sum(axis=1)
 
     @property
@@ -131,10 +103,10 @@ class ContinuousEquilibrium:
         rods = []
         for leg, axis, angle, wrench, density in zip(
             self.robot.description.legs,
-            _motor_axes(self.robot),
+            motor_axes(self.robot),
             self.motors,
             self.base_wrenches,
-            _density(self.robot, self.loads),
+            force_per_length(self.robot, self.loads),
             strict=True,
         ):
             frame = Rotation.from_rotvec(axis * angle).as_matrix() @ leg.base_rotation
@@ -162,11 +134,11 @@ def solve_continuous_home(
         NoForwardSolution: Newton's method does not reach the tolerance.
     """
     loads = robot.default_loads if loads is None else loads
-    _check(robot, loads)
+    check_robot(robot, loads)
     home = robot.description.home
     wrenches = np.zeros((robot.motor_count, 6))
     for number, (leg, axis, angle, strain) in enumerate(
-        zip(robot.description.legs, _motor_axes(robot), home.motors, home.strain, strict=True)
+        zip(robot.description.legs, motor_axes(robot), home.motors, home.strain, strict=True)
     ):
         curvature = [
             legendre.legval(0.0, series) if len(series) else 0.0 for series in strain
@@ -203,13 +175,13 @@ def solve_continuous(
         NoForwardSolution, NoInverseSolution: Newton's method does not reach the tolerance.
     """
     robot, loads = equilibrium.robot, equilibrium.loads
-    _check(robot, loads)
+    check_robot(robot, loads)
     if held == "platform":
-        _check_square(robot)
+        check_square(robot)
     axes = robot.arrays.position_axes
     tip_forces = np.zeros((robot.motor_count, 3))
     tip_forces[:, axes] = equilibrium.multipliers.reshape(-1, len(axes))
-    density = _density(robot, loads)
+    density = force_per_length(robot, loads)
     wrenches = np.array(
         [
             _base_wrench(equilibrium, number, tip_forces[number], density[number])
@@ -266,7 +238,7 @@ def follow_platform(
         NonFiniteInput: A NaN or an infinity.
         NoInverseSolution: The branch does not reach that far.
     """
-    _check_square(start.robot)
+    check_square(start.robot)
     places = np.array([checked_vector("position", place, 3) for place in np.asarray(positions)])
     turns = np.repeat(start.platform_rotation[None], len(places) + 1, axis=0)
     if rotations is not None:
@@ -278,24 +250,6 @@ def follow_platform(
     return _followed(start, changes, method or start.method, motors_held=False)
 
 
-def balance_rows(robot: Robot, loads: Loads, rotation: Floats, tip_forces: Floats) -> Floats:
-    """Derivative of moment and force on the platform by its world twist and the tip forces.
-
-    Args:
-        robot: The robot.
-        loads: The loads.
-        rotation: Platform rotation, (3, 3).
-        tip_forces: Forces on the rod tips, in the world, (L, 3) [N].
-
-    Returns:
-        (6, 6 + 3 L), in N m and N per rad, m and N.
-    """
-    tips = np.array([leg.joint.position for leg in robot.description.legs], float)
-    residual, rows = np.empty(6), np.empty((6, 6 + 3 * len(tips)))
-    balance(_platform_loads(robot, loads), tips, np.array(rotation), tip_forces, residual, rows)
-    return rows
-
-
 def _refined(
     robot: Robot,
     loads: Loads,
@@ -304,7 +258,7 @@ def _refined(
     *,
     motors_held: bool,
 ) -> ContinuousEquilibrium:
-    shooting, units = _shooting(robot, loads, method)
+    shooting, units = shooting_of(robot, loads, method)
     state = _dimensionless(rough, units)
     largest, iterations = refine(shooting, state, motors_held, method.tolerance, 60)
     if not largest < method.tolerance:
@@ -317,7 +271,7 @@ def _followed(
     start: ContinuousEquilibrium, changes: Floats, method: ShootingMethod, *, motors_held: bool
 ) -> tuple[ContinuousEquilibrium, ...]:
     robot, loads, count = start.robot, start.loads, len(changes)
-    shooting, units = _shooting(robot, loads, method)
+    shooting, units = shooting_of(robot, loads, method)
     state = _dimensionless(_state_of(start), units)
     legs = robot.motor_count
     states = ShootingState(
@@ -382,67 +336,6 @@ def _dimensionless(
     )
 
 
-def _shooting(
-    robot: Robot, loads: Loads, method: ShootingMethod
-) -> tuple[Shooting, tuple[float, Floats]]:
-    """The robot without dimensions, and the units of length and of wrenches (6,)."""
-    legs = robot.description.legs
-    length = robot.mean_length
-    stiffness = np.array([leg.rod.rigidities[2] for leg in legs])
-    moment = float(stiffness.mean()) / length
-    force = moment / length
-    nodes, weights = TABLEAUS[method.tableau]
-    platform_loads = _platform_loads(robot, loads)
-    platform_loads /= np.array([force, length, moment, force, moment, force])[:, None]
-    shooting = Shooting(
-        planar=robot.planar,
-        base_position=np.array([leg.base_position for leg in legs]) / length,
-        base_tangent=np.array([leg.base_rotation[:, 0] for leg in legs]),
-        motor_axis=_motor_axes(robot),
-        tip_position=np.array([leg.joint.position for leg in legs], float) / length,
-        length=np.array([leg.rod.length for leg in legs]) / length,
-        stiffness=stiffness / (moment * length),
-        distributed=_density(robot, loads) * (length / force),
-        platform_loads=platform_loads,
-        axes=robot.platform_axes,
-        nodes=nodes,
-        weights=weights,
-        abscissae=nodes.sum(axis=1),
-        steps=method.steps,
-    )
-    return shooting, (length, np.repeat([moment, force], 3))
-
-
-def _motor_axes(robot: Robot) -> Floats:
-    axes = [leg.motor.axis for leg in robot.description.legs]  # type: ignore[attr-defined]
-    return np.array(axes, np.float64)
-
-
-def _density(robot: Robot, loads: Loads) -> Floats:
-    """Force per length on every rod, in the world, (L, 3) [N/m]."""
-    return np.array(
-        [
-            leg.rod.mass_per_length * loads.gravity + loads.rod_force
-            for leg in robot.description.legs
-        ]
-    )
-
-
-def _platform_loads(robot: Robot, loads: Loads) -> Floats:
-    """As ``Shooting.platform_loads``, in SI units."""
-    description = robot.description
-    return np.array(
-        [
-            description.platform_mass * loads.gravity,
-            description.center_of_mass,
-            loads.wrench_world[:3],
-            loads.wrench_world[3:],
-            loads.wrench_body[:3],
-            loads.wrench_body[3:],
-        ]
-    )
-
-
 def _base_wrench(
     equilibrium: Equilibrium, number: int, tip_force: Floats, density: Floats
 ) -> Floats:
@@ -457,7 +350,7 @@ def _base_wrench(
     sigma = (np.arange(count) + 0.5) / count
     curvature = (leg.modes.values(sigma) * strain) @ np.eye(3)[leg.modes.directions]
     angle = equilibrium.motors[number]
-    frame = Rotation.from_rotvec(_motor_axes(robot)[number] * angle).as_matrix() @ leg.base_rotation
+    frame = Rotation.from_rotvec(motor_axes(robot)[number] * angle).as_matrix() @ leg.base_rotation
     tangents = np.empty((count, 3))
     for k, turn in enumerate(Rotation.from_rotvec(curvature * length / count).as_matrix()):
         tangents[k], frame = frame[:, 0], frame @ turn
@@ -466,25 +359,3 @@ def _base_wrench(
     at_base = np.cross(tip - leg.base_position, tip_force)
     at_base += np.cross(arms, density).sum(axis=0) * length / count
     return np.concatenate([at_base, tip_force + density * length])
-
-
-def _check_square(robot: Robot) -> None:
-    if robot.motor_count != len(robot.platform_axes):
-        raise InvalidRequest("held", "expected as many motors as platform coordinates")
-
-
-def _check(robot: Robot, loads: Loads) -> None:
-    for leg in robot.description.legs:
-        if not (isinstance(leg.motor, RevoluteMotor) and leg.motor_name is not None):
-            raise InvalidRequest("robot", f"{leg.name}: expected a revolute motor")
-        if not isinstance(leg.joint, Spherical) and not (
-            robot.planar and isinstance(leg.joint, RevoluteJoint)
-        ):
-            raise InvalidRequest("robot", f"{leg.name}: expected a tip joint that takes no moment")
-        if not leg.rod.uniform or any(np.any(series) for series in leg.rod.rest_curvature):
-            raise InvalidRequest("robot", f"{leg.name}: expected a uniform rod, straight at rest")
-        bending = leg.rod.rigidities[1:]
-        if not robot.planar and abs(bending[0] - bending[1]) > 1e-12 * bending[1]:
-            raise InvalidRequest("robot", f"{leg.name}: expected a rod equally stiff to all sides")
-    if loads.distributed or loads.points:
-        raise InvalidRequest("loads", "expected gravity, rod_force and platform wrenches only")

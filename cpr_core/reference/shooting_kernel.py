@@ -8,6 +8,9 @@ the base force and the motor are integrated together with them, so the Jacobian 
 Every leg gives its base wrench in terms of platform and motor increments; what is left is a system
 of the platform's size. All quantities are dimensionless: lengths in rod lengths l, moments in
 E J / l, forces in E J / l^2.
+
+All of it is one file: numba renews a cached function when its own file changes, not when that of a
+function it calls does.
 """
 
 from __future__ import annotations

@@ -19,14 +19,13 @@ from cpr_core import (
 from cpr_core.lie import rotation_exp
 from cpr_core.reference import continuous_rods
 from cpr_core.reference.continuous_rods import (
-    TABLEAUS,
-    ShootingMethod,
     follow_motors,
     follow_platform,
     solve_continuous,
     solve_continuous_home,
 )
 from cpr_core.reference.shooting_kernel import ShootingState, _evaluate, _workspace
+from cpr_core.reference.shooting_robot import TABLEAUS, ShootingMethod, shooting_of
 from cpr_core.sections import SECTIONS
 
 PATHS = {
@@ -77,7 +76,7 @@ def test_home_needs_no_strain_modes(name):
 def test_linearisation_agrees_with_differences(name, loads):
     robot = load_robot(name)
     start = solve_continuous_home(robot, loads=loads)
-    shooting, units = continuous_rods._shooting(robot, loads, start.method)
+    shooting, units = shooting_of(robot, loads, start.method)
     exact = continuous_rods._dimensionless(continuous_rods._state_of(start), units)
     here = _workspace(shooting)
     assert _evaluate(shooting, exact, here) < 1e-11

@@ -66,7 +66,7 @@ def test_table_v():
     ratios = of_path.errors[away].mean(axis=0) / means
     assert np.all((ratios > 0.5) & (ratios < 2.0))
     # Same solutions before the singularity, two sides of it afterwards.
-    assert_allclose(before.errors[:47], of_path.errors[:47], atol=1e-6)
+    assert_allclose(before.errors[:47], of_path.errors[:47], atol=1e-4)
     assert before.errors[49:].max(axis=1).min() > 10 * of_path.errors[49:].max()
 
 

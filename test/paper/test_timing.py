@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from cpr_core import NoForwardSolution
-from cpr_core.reference.continuous_rods import ShootingMethod, follow_motors
+from cpr_core.reference.continuous_rods import follow_motors
+from cpr_core.reference.shooting_robot import ShootingMethod
 from paper import timing
 from paper.cases import RFRFR
 from paper.claims import time_claims
