@@ -67,7 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
     folder = options.output
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    steps = 9 + sum(extent.points) + 9 * len(timing.CONFIGURATIONS)
+    steps = 9 + sum(extent.points) + 2 * len(timing.CONFIGURATIONS)
     with tqdm(total=steps, bar_format="{percentage:3.0f} % |{bar:30}| {elapsed}  {desc}") as bar:
         found, checked, evidence = _compute(folder, extent, bar)
     run = {
@@ -186,15 +186,17 @@ def _times(
     models = timing.models_of(case, comparable)
     measured: dict[tuple[str, int], timing.Measurement | None] = {}
     for count in timing.CONFIGURATIONS:
-        for model in models:
-            step(f"Table {'VI' if spatial else 'III'}, Mod. {model.key}, n_c = {count}")
-            if spatial and model.key == "#0" and count not in extent.literal_counts:
-                continue
-            repeats = extent.slow_repeats if model.slow else extent.repeats
-            measured[model.key, count] = timing.measure(model, case, count, repeats)
+        step(f"Table {'VI' if spatial else 'III'}, n_c = {count}")
+        chosen = [
+            model
+            for model in models
+            if not (spatial and model.key == "#0" and count not in extent.literal_counts)
+        ]
+        found = timing.measure(chosen, case, count, extent.repeats, extent.slow_repeats)
+        measured |= {(key, count): value for key, value in found.items()}
     notes = [
         f"Medians of {extent.repeats} repeats ({extent.slow_repeats} for #0 and #3) on "
-        f"{timing.machine()}; "
+        f"{timing.machine()}, models taking turns; "
         "residual below 1e-10 for all models; every configuration starts from the one before. "
         "Absolute times are not comparable with the paper's, ratios are.",
         "",

@@ -231,6 +231,6 @@ def draw_determinants(folder: Path, name: str, title: str, line: Line) -> None:
         )
         axes.grid(alpha=0.3)
     panels[-1].set_xlabel("u = s / l")
-    figure.supylabel("det b$_\\lambda$(u) / largest (linear up to 0.01, logarithmic beyond)")
+    figure.supylabel("det b$_\\lambda$(u) / largest (linear up to 0.01, then logarithmic)", size=9)
     figure.suptitle(title)
     _save(figure, folder, name)

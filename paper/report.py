@@ -41,7 +41,8 @@ class Evidence:
 
     Attributes:
         spatial_errors: Position error by modes on the 6-RFS path [mm].
-        reference_error: Integration error of Mod. #2, largest over both paths [lengths, rad].
+        reference_error: Gap of Mod. #2 with twice the integration steps, largest on both paths [rod
+            lengths].
         straight: Inverse errors on Eq. (54), by modes.
         home_motor_error: Motor errors at the first pose of Eq. (54), by modes [mdeg].
         home_position_error: Forward position error at t = 0 of Eq. (53), by modes [mm].
@@ -165,7 +166,8 @@ def _table_iv(evidence: Evidence) -> list[str]:
         "**Table IV, 5 modes, smallest position error.** "
         f"The paper prints {TABLE_IV_POSITION[5][0]} mm. "
         f"Found are {smallest} mm as the three smallest (at t = {int(errors.argmin())} first), with a "
-        f"reference good to {evidence.reference_error:.0e} rod lengths. Mean and maximum agree, and ten "
+        f"reference that closes to {evidence.reference_error:.0e} rod lengths with twice its integration "
+        "steps. Mean and maximum agree, and ten "
         "times the printed number is the one found: it looks like a slip for 3.0e-3.",
         "",
     ]

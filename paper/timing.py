@@ -157,30 +157,53 @@ def comparable_method(case: Case) -> ShootingMethod:
     return cheapest
 
 
-def measure(model: Model, case: Case, count: int, repeats: int) -> Measurement | None:
-    """Time a model; None where it leaves the branch on so coarse a path."""
-    path = case.path(count)
+def measure(
+    models: Sequence[Model], case: Case, count: int, repeats: int, slow_repeats: int
+) -> dict[str, Measurement | None]:
+    """Time models on a path, taking turns, so that what else the machine does befalls them all.
+
+    Args:
+        models: The models.
+        case: The case.
+        count: n_c.
+        repeats: Repeats of fast models.
+        slow_repeats: Repeats of slow ones.
+
+    Returns:
+        By key of the model; None where it leaves the branch on so coarse a path.
+    """
+    path, exact = case.path(count), case.continuous_path(count)
+    first, seconds = {}, {}
+    for model in models:
+        points = _followed(model, path, exact)  # also warms up
+        if points is not None:
+            first[model.key], seconds[model.key] = points, list[float]()
+    for turn in range(max(repeats, slow_repeats)):
+        for model in models:
+            if model.key in first and turn < (slow_repeats if model.slow else repeats):
+                seconds[model.key].append(_time(partial(model.run, path)))
+    found: dict[str, Measurement | None] = dict.fromkeys(model.key for model in models)
+    for key, points in first.items():
+        found[key] = Measurement(
+            model=key,
+            count=count,
+            seconds=float(np.median(seconds[key])),
+            spread=max(seconds[key]) / min(seconds[key]),
+            repeats=len(seconds[key]),
+            mean_error=_mean_error(points, exact),
+            iterations=float(np.mean([point.iterations for point in points])),
+        )
+    return found
+
+
+def _followed(model: Model, path: Path_, exact: Sequence) -> Sequence | None:
     try:
-        points = model.run(path)  # also warms up
+        points = model.run(path)
     except NoSolution:
         return None
-    exact = case.continuous_path(count)
-    worst = max(
-        np.linalg.norm(a.platform_position - b.platform_position)
-        for a, b in zip(points, exact, strict=True)
-    )
-    if worst > LOST:
-        return None
-    seconds = [_time(lambda: model.run(path)) for _ in range(repeats)]
-    return Measurement(
-        model=model.key,
-        count=count,
-        seconds=float(np.median(seconds)),
-        spread=max(seconds) / min(seconds),
-        repeats=repeats,
-        mean_error=_mean_error(points, exact),
-        iterations=float(np.mean([point.iterations for point in points])),
-    )
+    pairs = zip(points, exact, strict=True)
+    worst = max(np.linalg.norm(a.platform_position - b.platform_position) for a, b in pairs)
+    return points if worst <= LOST else None
 
 
 def dense_factorization(case: Case) -> tuple[float, float]:

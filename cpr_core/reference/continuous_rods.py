@@ -116,12 +116,11 @@ class ContinuousEquilibrium:
 
     @cached_property
     def integration_error(self) -> float:
-        """Largest change of position [lengths] or angle [rad] when solved with twice the steps."""
+        """Largest gap or imbalance, dimensionless, when integrated with twice the steps."""
         method = ShootingMethod(self.method.tableau, 2 * self.steps, self.method.tolerance)
-        finer = _refined(self.robot, self.loads, method, _state_of(self), motors_held=True)
-        moved = (finer.platform_position - self.platform_position) / self.robot.mean_length
-        turned = finer.platform_rotation - self.platform_rotation
-        return float(max(np.abs(moved).max(), np.abs(turned).max()))
+        shooting, units = shooting_of(self.robot, self.loads, method)
+        state = _dimensionless(_state_of(self), units)
+        return float(refine(shooting, state, True, method.tolerance, 0)[0])
 
 
 def solve_continuous_home(

@@ -163,3 +163,13 @@ def test_a_rod_stiffer_to_one_side_is_refused():
     legs = (replace(leg, rod=replace(leg.rod, section=section)), *description.legs[1:])
     with pytest.raises(InvalidRequest, match="leg1: expected a rod equally stiff"):
         solve_continuous_home(Robot(replace(description, legs=legs)))
+
+
+def test_integration_error_is_what_twice_the_steps_show():
+    robot = load_robot("six_rfs")
+    errors = [
+        solve_continuous_home(robot, method=ShootingMethod("RK4", steps)).integration_error
+        for steps in (16, 32)
+    ]
+    assert 1e-7 < errors[1] < errors[0] < 1e-3
+    assert 0.0 < solve_continuous_home(robot).integration_error < 1e-11

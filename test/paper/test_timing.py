@@ -21,10 +21,10 @@ def models():
 def test_every_model_follows_the_path(models):
     assert set(models) == {"#1", "#2", "#2 exact", "#3", "#0"}
     largest = {"#1": 1e-4, "#2": 1e-5, "#2 exact": 1e-10, "#3": 2e-3, "#0": 2e-4}
-    for key, model in models.items():
-        found = timing.measure(model, RFRFR, 10, 1)
+    for key, found in timing.measure(models.values(), RFRFR, 10, 2, 1).items():
         assert found is not None
-        assert (found.model, found.count, found.repeats) == (key, 10, 1)
+        assert (found.model, found.count) == (key, 10)
+        assert found.repeats == (1 if models[key].slow else 2)
         assert found.mean_error < largest[key]
         assert found.seconds > 0.0
         assert found.iterations > 1.0
@@ -37,8 +37,8 @@ def test_a_model_that_leaves_the_branch_is_not_measured(models):
     def nowhere(path):
         raise NoForwardSolution("lost", 0.0, None)
 
-    for run in (elsewhere, nowhere):
-        assert timing.measure(Model("lost", "", run), RFRFR, 10, 1) is None
+    lost = [Model("elsewhere", "", elsewhere), Model("nowhere", "", nowhere)]
+    assert timing.measure(lost, RFRFR, 10, 1, 1) == {"elsewhere": None, "nowhere": None}
 
 
 def test_the_comparable_setting_is_as_accurate_as_five_modes():
