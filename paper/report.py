@@ -166,9 +166,9 @@ def _table_iv(evidence: Evidence) -> list[str]:
         "**Table IV, 5 modes, smallest position error.** "
         f"The paper prints {TABLE_IV_POSITION[5][0]} mm. "
         f"Found are {smallest} mm as the three smallest (at t = {int(errors.argmin())} first), with a "
-        f"reference that closes to {evidence.reference_error:.0e} rod lengths with twice its integration "
-        "steps. Mean and maximum agree, and ten "
-        "times the printed number is the one found: it looks like a slip for 3.0e-3.",
+        f"reference that closes to {evidence.reference_error:.0e} rod lengths when integrated with "
+        "twice the steps. Mean and maximum agree, and ten times the printed number is the one found: it "
+        "looks like a slip for 3.0e-3.",
         "",
     ]
 
