@@ -167,20 +167,24 @@ def measure(
         case: The case.
         count: n_c.
         repeats: Repeats of fast models.
-        slow_repeats: Repeats of slow ones.
+        slow_repeats: Repeats of slow ones, the first run among them: they have nothing to warm up.
 
     Returns:
         By key of the model; None where it leaves the branch on so coarse a path.
     """
     path, exact = case.path(count), case.continuous_path(count)
-    first, seconds = {}, {}
+    first: dict[str, Sequence] = {}
+    seconds: dict[str, list[float]] = {}
     for model in models:
-        points = _followed(model, path, exact)  # also warms up
+        begin = time.perf_counter()
+        points = _followed(model, path, exact)
         if points is not None:
-            first[model.key], seconds[model.key] = points, list[float]()
-    for turn in range(max(repeats, slow_repeats)):
+            first[model.key] = points
+            seconds[model.key] = [time.perf_counter() - begin] if model.slow else []
+    for _ in range(max(repeats, slow_repeats)):
         for model in models:
-            if model.key in first and turn < (slow_repeats if model.slow else repeats):
+            wanted = slow_repeats if model.slow else repeats
+            if model.key in first and len(seconds[model.key]) < wanted:
                 seconds[model.key].append(_time(partial(model.run, path)))
     found: dict[str, Measurement | None] = dict.fromkeys(model.key for model in models)
     for key, points in first.items():
