@@ -67,7 +67,8 @@ def main(arguments: list[str] | None = None) -> int:
     folder = options.output
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    steps = 9 + sum(extent.points) + 2 * len(timing.CONFIGURATIONS)
+    slow_runs = 2 * len(timing.CONFIGURATIONS) + len(extent.literal_counts)
+    steps = 9 + sum(extent.points) + slow_runs * extent.slow_repeats
     with tqdm(total=steps, bar_format="{percentage:3.0f} % |{bar:30}| {elapsed}  {desc}") as bar:
         found, checked, evidence = _compute(folder, extent, bar)
     run = {
@@ -186,17 +187,19 @@ def _times(
     models = timing.models_of(case, comparable)
     measured: dict[tuple[str, int], timing.Measurement | None] = {}
     for count in timing.CONFIGURATIONS:
-        step(f"Table {'VI' if spatial else 'III'}, n_c = {count}")
         chosen = [
             model
             for model in models
             if not (spatial and model.key == "#0" and count not in extent.literal_counts)
         ]
-        found = timing.measure(chosen, case, count, extent.repeats, extent.slow_repeats)
+        text = f"Table {'VI' if spatial else 'III'}, n_c = {count}"
+        found = timing.measure(
+            chosen, case, count, extent.repeats, extent.slow_repeats, partial(step, text)
+        )
         measured |= {(key, count): value for key, value in found.items()}
     notes = [
         f"Medians of {extent.repeats} repeats ({extent.slow_repeats} for #0 and #3) on "
-        f"{timing.machine()}, models taking turns; "
+        f"one core of {timing.machine()}, processor time, models taking turns; "
         "residual below 1e-10 for all models; every configuration starts from the one before. "
         "Absolute times are not comparable with the paper's, ratios are.",
         "",

@@ -1,4 +1,8 @@
-"""Computation times of all models on the motor paths: Tables III and VI."""
+"""Computation times of all models on the motor paths: Tables III and VI.
+
+Measured is the processor time of this process on one core, so what else the machine does is not
+counted.
+"""
 
 from __future__ import annotations
 
@@ -74,7 +78,7 @@ class Measurement:
     Attributes:
         model: Key of the model.
         count: n_c.
-        seconds: Median of the repeats.
+        seconds: Median of the repeats, processor time.
         spread: Largest over smallest of the repeats.
         repeats: Number of repeats.
         mean_error: Mean position error against continuous rods [m].
@@ -158,9 +162,14 @@ def comparable_method(case: Case) -> ShootingMethod:
 
 
 def measure(
-    models: Sequence[Model], case: Case, count: int, repeats: int, slow_repeats: int
+    models: Sequence[Model],
+    case: Case,
+    count: int,
+    repeats: int,
+    slow_repeats: int,
+    progress: Callable[[], object] = lambda: None,
 ) -> dict[str, Measurement | None]:
-    """Time models on a path, taking turns, so that what else the machine does befalls them all.
+    """Time models on a path, taking turns, so that changes of the machine's pace befall them all.
 
     Args:
         models: The models.
@@ -168,6 +177,7 @@ def measure(
         count: n_c.
         repeats: Repeats of fast models.
         slow_repeats: Repeats of slow ones, the first run among them: they have nothing to warm up.
+        progress: Called after every run of a slow model.
 
     Returns:
         By key of the model; None where it leaves the branch on so coarse a path.
@@ -176,16 +186,20 @@ def measure(
     first: dict[str, Sequence] = {}
     seconds: dict[str, list[float]] = {}
     for model in models:
-        begin = time.perf_counter()
+        begin = time.process_time()
         points = _followed(model, path, exact)
         if points is not None:
             first[model.key] = points
-            seconds[model.key] = [time.perf_counter() - begin] if model.slow else []
+            seconds[model.key] = [time.process_time() - begin] if model.slow else []
+        if model.slow:
+            progress()
     for _ in range(max(repeats, slow_repeats)):
         for model in models:
             wanted = slow_repeats if model.slow else repeats
             if model.key in first and len(seconds[model.key]) < wanted:
                 seconds[model.key].append(_time(partial(model.run, path)))
+                if model.slow:
+                    progress()
     found: dict[str, Measurement | None] = dict.fromkeys(model.key for model in models)
     for key, points in first.items():
         found[key] = Measurement(
@@ -235,9 +249,9 @@ def machine() -> str:
 
 
 def _time(run: Callable[[], object]) -> float:
-    begin = time.perf_counter()
+    begin = time.process_time()
     run()
-    return time.perf_counter() - begin
+    return time.process_time() - begin
 
 
 def _mean_error(points: Sequence, exact: Sequence) -> float:
