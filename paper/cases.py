@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot, load_robot, solve_forward
-from cpr_core.lie import quaternion_from_rotation, rotation_exp
+from cpr_core.lie import quaternion_from_rotation, rotation_exp, rotation_from_quaternion
 from cpr_core.reference.continuous_rods import (
     ContinuousEquilibrium,
     follow_motors,
-    solve_continuous_home,
+    solve_continuous_rough,
 )
 
 __all__ = ["RFRFR", "SIX_RFS", "SLICE_ROTATION", "Case", "slice_pose"]
@@ -30,12 +30,16 @@ class Case:
         title: Name in the paper.
         first: Motor positions at t = 0 [rad].
         last: Motor positions at t = n_c [rad].
+        curvature: Rough curvature of the legs at t = 0, about d2 and d3, by leg [1/m].
+        place: Rough platform at t = 0: position [m] and quaternion w x y z.
     """
 
     name: str
     title: str
     first: tuple[float, ...]
     last: tuple[float, ...]
+    curvature: tuple[tuple[float, float], ...]
+    place: tuple[float, ...]
 
     def robot(self, modes: int) -> Robot:
         """The robot with so many modes per bending direction."""
@@ -71,7 +75,10 @@ def _robot(name: str, modes: int) -> Robot:
 
 @cache
 def _continuous_home(case: Case) -> ContinuousEquilibrium:
-    return solve_continuous_home(case.robot(5))
+    curvatures = np.column_stack([np.zeros(len(case.curvature)), case.curvature])
+    position, quaternion = np.array(case.place[:3]), np.array(case.place[3:])
+    rotation = rotation_from_quaternion(quaternion / np.linalg.norm(quaternion))
+    return solve_continuous_rough(case.robot(5), case.first, curvatures, position, rotation)
 
 
 @cache
@@ -79,12 +86,22 @@ def _continuous_path(case: Case, count: int) -> tuple[ContinuousEquilibrium, ...
     return follow_motors(case.continuous_home(), case.path(count))
 
 
-RFRFR = Case("rfrfr", "RFRFR", (2.59, 0.55), (5.76, 3.67))
+#: Both start with all legs bowed outward, as in Figs. 3 and 9.
+RFRFR = Case(
+    "rfrfr",
+    "RFRFR",
+    (2.59, 0.55),
+    (5.76, 3.67),
+    ((0.0, -2.0), (0.0, 2.0)),
+    (0.0, 0.84, 0.0, 1.0, 0.0, 0.0, 0.0),
+)
 SIX_RFS = Case(
     "six_rfs",
     "6-RFS",
     (5.86, 5.56, 5.86, 5.46, 5.86, 5.26),
     (7.95, 7.65, 4.29, 3.89, 3.77, 3.17),
+    ((-2.0, 0.0),) * 6,
+    (0.036, 0.013, 0.845, 0.9434, -0.0406, -0.0496, 0.3255),
 )
 
 #: Platform of Figs. 12 to 14: ZYZ Euler angles pi/8, pi/3, 0.

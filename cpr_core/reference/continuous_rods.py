@@ -12,7 +12,6 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
@@ -38,7 +37,7 @@ __all__ = [
     "follow_motors",
     "follow_platform",
     "solve_continuous",
-    "solve_continuous_home",
+    "solve_continuous_rough",
 ]
 
 Floats = NDArray[np.float64]
@@ -123,33 +122,49 @@ class ContinuousEquilibrium:
         return float(refine(shooting, state, True, method.tolerance, 0)[0])
 
 
-def solve_continuous_home(
-    robot: Robot, *, loads: Loads | None = None, method: ShootingMethod = ACCURATE
+def solve_continuous_rough(
+    robot: Robot,
+    motors: ArrayLike,
+    curvatures: ArrayLike,
+    platform_position: ArrayLike,
+    platform_rotation: ArrayLike | None = None,
+    *,
+    loads: Loads | None = None,
+    method: ShootingMethod = ACCURATE,
 ) -> ContinuousEquilibrium:
-    """The home equilibrium from the rough one of the description, without strain modes.
+    """An equilibrium from a rough idea of it; no strain mode plays a part.
+
+    Args:
+        robot: The robot.
+        motors: Motor positions, exact, (n,) [rad].
+        curvatures: Rough strain (torsion, bending about d2, d3) of every rod, (L, 3) [1/m].
+        platform_position: Rough position of the platform, (3,) [m].
+        platform_rotation: Rough rotation of the platform, (3, 3); default none.
+        loads: Loads; default those of the description.
+        method: Integration and tolerance.
 
     Raises:
-        InvalidRequest: The robot or a load is not of the kind this method knows.
+        InvalidRequest: The robot or a load is not of the kind this method knows; wrong lengths.
+        NonFiniteInput: A NaN or an infinity.
         NoForwardSolution: Newton's method does not reach the tolerance.
     """
     loads = robot.default_loads if loads is None else loads
     check_robot(robot, loads)
-    home = robot.description.home
-    wrenches = np.zeros((robot.motor_count, 6))
-    for number, (leg, axis, angle, strain) in enumerate(
-        zip(robot.description.legs, motor_axes(robot), home.motors, home.strain, strict=True)
+    count = robot.motor_count
+    angles = checked_vector("motors", motors, count)
+    strains = checked_vector("curvatures", np.ravel(curvatures), 3 * count).reshape(count, 3)
+    place = checked_vector("platform_position", platform_position, 3)
+    rotation = np.eye(3) if platform_rotation is None else np.array(platform_rotation, np.float64)
+    wrenches = np.zeros((count, 6))
+    for number, (leg, axis) in enumerate(
+        zip(robot.description.legs, motor_axes(robot), strict=True)
     ):
-        curvature = [
-            legendre.legval(0.0, series) if len(series) else 0.0 for series in strain
-        ]  # in the middle of the rod
-        frame = Rotation.from_rotvec(axis * angle).as_matrix() @ leg.base_rotation
-        wrenches[number, :3] = frame @ (leg.rod.rigidities * curvature)
-        # The end of a rod takes no moment: the force it needs has the arm from base to tip.
-        tip = home.platform_position + home.platform_rotation @ leg.joint.position
-        arm = tip - leg.base_position
+        frame = Rotation.from_rotvec(axis * angles[number]).as_matrix() @ leg.base_rotation
+        wrenches[number, :3] = frame @ (leg.rod.rigidities * strains[number])
+        # The tip takes no moment: the force has the arm from base to tip.
+        arm = place + rotation @ np.array(leg.joint.position) - leg.base_position
         wrenches[number, 3:] = np.cross(wrenches[number, :3], arm) / (arm @ arm)
-    rough = (np.array(home.motors, float), wrenches, home.platform_rotation, home.platform_position)
-    return _refined(robot, loads, method, rough, motors_held=True)
+    return _refined(robot, loads, method, (angles, wrenches, rotation, place), motors_held=True)
 
 
 def solve_continuous(

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from rough_homes import ROUGH, continuous_home
 from test_reference_paths import numbers, read, straight_path
 
 from cpr_core import (
@@ -22,7 +23,7 @@ from cpr_core.reference.continuous_rods import (
     follow_motors,
     follow_platform,
     solve_continuous,
-    solve_continuous_home,
+    solve_continuous_rough,
 )
 from cpr_core.reference.shooting_kernel import ShootingState, _evaluate, _workspace
 from cpr_core.reference.shooting_robot import TABLEAUS, ShootingMethod, shooting_of
@@ -38,7 +39,7 @@ GRAVITY = Loads.none().with_(gravity=[0.0, -9.81, 0.0])
 def path(name):
     file, motors, place = PATHS[name]
     rows = read(file)
-    home = solve_continuous_home(load_robot(name))
+    home = continuous_home(load_robot(name))
     return rows, place, follow_motors(home, straight_path(rows, motors))
 
 
@@ -65,7 +66,7 @@ def test_forward_and_inverse_paths_agree_with_the_reference(name):
 @pytest.mark.parametrize("name", PATHS)
 def test_home_needs_no_strain_modes(name):
     robot = load_robot(name)
-    alone, refined = solve_continuous_home(robot), solve_continuous(robot.home)
+    alone, refined = continuous_home(robot), solve_continuous(robot.home)
     assert_allclose(alone.platform_position, refined.platform_position, atol=1e-11)
     assert_allclose(alone.base_wrenches, refined.base_wrenches, atol=1e-10)
     assert alone.integration_error < 1e-11
@@ -75,7 +76,7 @@ def test_home_needs_no_strain_modes(name):
 @pytest.mark.parametrize("name", PATHS)
 def test_linearisation_agrees_with_differences(name, loads):
     robot = load_robot(name)
-    start = solve_continuous_home(robot, loads=loads)
+    start = continuous_home(robot, loads=loads)
     shooting, units = shooting_of(robot, loads, start.method)
     exact = continuous_rods._dimensionless(continuous_rods._state_of(start), units)
     here = _workspace(shooting)
@@ -129,7 +130,7 @@ def test_linearisation_agrees_with_differences(name, loads):
 def test_integrators_have_their_order(name, tableau, order):
     file, motors, _ = PATHS[name]
     targets = straight_path(read(file), motors)[::10]
-    start = solve_continuous_home(load_robot(name))
+    start = continuous_home(load_robot(name))
     exact = follow_motors(start, targets)
     errors = []
     for count in (4, 8) if tableau == "DOP853" else (16, 32):
@@ -143,7 +144,7 @@ def test_integrators_have_their_order(name, tableau, order):
 
 
 def test_what_cannot_be_reached_is_an_error():
-    home = solve_continuous_home(load_robot("rfrfr"))
+    home = continuous_home(load_robot("rfrfr"))
     with pytest.raises(NoInverseSolution, match="0 of 1"):
         follow_platform(home, [[3.0, 0.0, 0.0]])
     with pytest.raises(NoForwardSolution, match="of 2"):
@@ -152,8 +153,13 @@ def test_what_cannot_be_reached_is_an_error():
         follow_motors(home, [[1.0, 2.0, 3.0]])
     with pytest.raises(NonFiniteInput, match="position"):
         follow_platform(home, [[np.nan, 0.0, 0.0]])
+    robot, (curvatures, place, _) = home.robot, ROUGH["rfrfr"]
+    with pytest.raises(InvalidRequest, match="curvatures"):
+        solve_continuous_rough(robot, home.motors, curvatures[:1], place)
+    with pytest.raises(NonFiniteInput, match="platform_position"):
+        solve_continuous_rough(robot, home.motors, curvatures, [0.0, np.inf, 0.0])
     with pytest.raises(InvalidRequest, match="as many motors"):
-        follow_platform(solve_continuous_home(load_robot("three_rfs")), [[0.0, 0.0, 0.5]])
+        follow_platform(solve_continuous(load_robot("three_rfs").home), [[0.0, 0.0, 0.5]])
 
 
 def test_a_rod_stiffer_to_one_side_is_refused():
@@ -162,14 +168,14 @@ def test_a_rod_stiffer_to_one_side_is_refused():
     leg = description.legs[0]
     legs = (replace(leg, rod=replace(leg.rod, section=section)), *description.legs[1:])
     with pytest.raises(InvalidRequest, match="leg1: expected a rod equally stiff"):
-        solve_continuous_home(Robot(replace(description, legs=legs)))
+        continuous_home(Robot(replace(description, legs=legs)))
 
 
 def test_integration_error_is_what_twice_the_steps_show():
     robot = load_robot("six_rfs")
     errors = [
-        solve_continuous_home(robot, method=ShootingMethod("RK4", steps)).integration_error
+        continuous_home(robot, method=ShootingMethod("RK4", steps)).integration_error
         for steps in (16, 32)
     ]
     assert 1e-7 < errors[1] < errors[0] < 1e-3
-    assert 0.0 < solve_continuous_home(robot).integration_error < 1e-11
+    assert 0.0 < continuous_home(robot).integration_error < 1e-11

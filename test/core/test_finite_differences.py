@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from rough_homes import continuous_home
 from test_reference_paths import numbers, read
 
 from cpr_core import InvalidRequest, Loads, NoForwardSolution, load_robot
-from cpr_core.reference.continuous_rods import solve_continuous_home
 from cpr_core.reference.finite_differences import (
     follow_finite_differences,
     solve_finite_differences,
@@ -15,7 +15,7 @@ from cpr_core.reference.finite_differences import (
 
 @pytest.fixture(scope="module")
 def home():
-    return solve_continuous_home(load_robot("rfrfr"))
+    return continuous_home(load_robot("rfrfr"))
 
 
 @pytest.mark.parametrize(
@@ -64,10 +64,10 @@ def test_curvature_follows_the_moment(home):
 
 def test_what_it_does_not_cover_is_refused(home):
     with pytest.raises(InvalidRequest, match="planar robot"):
-        solve_finite_differences(solve_continuous_home(load_robot("six_rfs")), 50)
+        solve_finite_differences(continuous_home(load_robot("six_rfs")), 50)
     heavy = Loads.none().with_(gravity=[0.0, -9.81, 0.0])
     with pytest.raises(InvalidRequest, match="expected none"):
-        solve_finite_differences(solve_continuous_home(home.robot, loads=heavy), 50)
+        solve_finite_differences(continuous_home(home.robot, loads=heavy), 50)
     with pytest.raises(InvalidRequest, match="at least 2"):
         solve_finite_differences(home, 1)
     start = solve_finite_differences(home, 50)
