@@ -204,8 +204,8 @@ def _times(evidence: Evidence) -> list[str]:
         "the model. Mod. #2 is here compiled from the integration to the whole path, with a compact "
         "state, exact variations and a tangent predictor, while Mod. #1 is called from Python once per "
         "configuration; #2 uses the cheapest integrator found in the run that is as accurate as our 5 "
-        "modes, #2 exact has errors of 1e-10 m and less. Which of #1 and #2 is faster so depends on the "
-        "accuracy asked for; the paper found the two alike. Mod. #3 has here a tangent of three diagonals: a Newton "
+        "modes, #2 exact has errors of 1e-10 m and less. Their ratios to #1 say which is faster where; "
+        "the paper found the two alike. Mod. #3 has here a tangent of three diagonals: a Newton "
         f"step takes {1e3 * sparse:.2f} ms, with dense matrices of the same size {1e3 * dense:.0f} ms, "
         f"with which 51 configurations would take about {whole:.0f} s. The paper's ratios above a "
         "hundred lie between the two.",
