@@ -12,7 +12,7 @@ export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
 # Nodes of other people on the network stay out of tests and demonstration.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
-.PHONY: help setup demo test lint colcon clean
+.PHONY: help setup demo test lint paper colcon clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1 # /p' $(MAKEFILE_LIST) | awk -F' # ' '{printf "make %-8s %s\n", $$1, $$2}'
@@ -29,11 +29,14 @@ test: setup  ## run every test (PYTEST_ARGS="-m 'not slow'" to choose)
 lint: setup  ## check style, formatting and types
 	.venv/bin/ruff check
 	.venv/bin/ruff format --check
-	.venv/bin/mypy cpr_core cpr_ros
+	.venv/bin/mypy cpr_core cpr_ros paper
+
+paper: setup  ## compute the tables and figures of the paper (QUICK=1: coarser; PUBLISH=1: also into docs/paper)
+	@.venv/bin/python -m paper $(if $(QUICK),--quick) $(if $(PUBLISH),--publish docs/paper)
 
 colcon:  ## build and test with colcon, as in an ordinary ROS 2 workspace
 	@bash tools/colcon.sh
 
 clean:  ## remove everything that was made
-	rm -rf .venv .venv-colcon build install log dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-colcon build install log dist paper/results *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

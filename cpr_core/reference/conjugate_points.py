@@ -6,7 +6,7 @@ multiplicity, is the number of negative eigenvalues of H_r (Morse index).
 
 A variation of the tip parts is given by its terminal data, the platform's twist and the turn and
 force variation of every tip (a spherical tip takes no moment), subject to the linearised balance of
-the platform. Integrated towards the base by (b) of ``continuous_rods``, they make at u the columns of
+the platform. Integrated towards the base by (b) of ``rod_integration``, they make at u the columns of
 
     Y = (dp, dtheta),   Z = (dn, dm - dtheta x m / 2)
 
@@ -31,16 +31,9 @@ from scipy import linalg, optimize
 
 from ..errors import InvalidRequest
 from ..lie import skew
-from .continuous_rods import (
-    STEPS,
-    ContinuousEquilibrium,
-    RodTrajectory,
-    balance_rows,
-    force,
-    integrate,
-    moment,
-    transition,
-)
+from .continuous_rods import ContinuousEquilibrium
+from .rod_integration import STEPS, RodTrajectory, force, integrate, moment, transition
+from .shooting_robot import balance_rows
 
 __all__ = ["JacobiFields", "conjugate_points", "robot_fields", "rod_fields"]
 

@@ -16,9 +16,10 @@ from test_reference_paths import numbers, read, straight_path
 from cpr_core import InvalidRequest, Loads, Robot, load_robot, solve_forward, solve_inverse
 from cpr_core.compiled import KERNEL_MODULES
 from cpr_core.reference import conjugate_points as conjugate_points_module
-from cpr_core.reference import continuous_rods
+from cpr_core.reference import continuous_rods, rod_integration, shooting_kernel, shooting_robot
 from cpr_core.reference.conjugate_points import conjugate_points, robot_fields, rod_fields
-from cpr_core.reference.continuous_rods import integrate, solve_continuous
+from cpr_core.reference.continuous_rods import solve_continuous
+from cpr_core.reference.rod_integration import integrate
 
 GRAVITY = {
     ("rfrfr", False): (0.0, 0.0, 0.0),
@@ -70,7 +71,16 @@ def path(name, heavy, values):
         yield here
 
 
-@pytest.mark.parametrize("module", [continuous_rods, conjugate_points_module])
+@pytest.mark.parametrize(
+    "module",
+    [
+        rod_integration,
+        shooting_kernel,
+        shooting_robot,
+        continuous_rods,
+        conjugate_points_module,
+    ],
+)
 def test_no_kernel_of_the_strain_mode_model_is_used(module):
     tree = ast.parse(Path(module.__file__).read_text())
     imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}

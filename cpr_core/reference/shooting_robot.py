@@ -1,0 +1,171 @@
+"""A robot of continuous rods as the shooting sees it: without dimensions, ready for the kernel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import DOP853, RK45
+
+from ..errors import InvalidRequest
+from ..joints import Revolute as RevoluteJoint
+from ..joints import Spherical
+from ..loads import Loads
+from ..motors import Revolute as RevoluteMotor
+from ..robot import Robot
+from .rod_integration import STEPS
+from .shooting_kernel import Shooting, balance
+
+__all__ = [
+    "TABLEAUS",
+    "ShootingMethod",
+    "balance_rows",
+    "check_robot",
+    "check_square",
+    "force_per_length",
+    "motor_axes",
+    "shooting_of",
+]
+
+Floats = NDArray[np.float64]
+
+#: Explicit Runge-Kutta methods: inner weights, outer weights; orders 4, 5 and 8.
+TABLEAUS: dict[str, tuple[Floats, Floats]] = {
+    "RK4": (
+        np.array([[0.0] * 4, [0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, 1.0, 0]]),
+        np.array([1.0, 2.0, 2.0, 1.0]) / 6.0,
+    ),
+    "DOPRI5": (np.ascontiguousarray(RK45.A), np.ascontiguousarray(RK45.B)),
+    "DOP853": (
+        np.ascontiguousarray(DOP853.A[: DOP853.n_stages, : DOP853.n_stages]),
+        np.ascontiguousarray(DOP853.B),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class ShootingMethod:
+    """How the rods are integrated and when the shooting ends.
+
+    Attributes:
+        tableau: Name in ``TABLEAUS``.
+        steps: Steps along every rod.
+        tolerance: On the residual: lengths in rod lengths, moments in EI/l, forces in EI/l^2.
+    """
+
+    tableau: str = "DOP853"
+    steps: int = STEPS
+    tolerance: float = 1e-11
+
+
+def shooting_of(
+    robot: Robot, loads: Loads, method: ShootingMethod
+) -> tuple[Shooting, tuple[float, Floats]]:
+    """The robot without dimensions, and the units of length and of wrenches (6,)."""
+    legs = robot.description.legs
+    length = robot.mean_length
+    stiffness = np.array([leg.rod.rigidities[2] for leg in legs])
+    moment = float(stiffness.mean()) / length
+    force = moment / length
+    nodes, weights = TABLEAUS[method.tableau]
+    platform_loads = _platform_loads(robot, loads)
+    platform_loads /= np.array([force, length, moment, force, moment, force])[:, None]
+    shooting = Shooting(
+        planar=robot.planar,
+        base_position=np.array([leg.base_position for leg in legs]) / length,
+        base_tangent=np.array([leg.base_rotation[:, 0] for leg in legs]),
+        motor_axis=motor_axes(robot),
+        tip_position=np.array([leg.joint.position for leg in legs], float) / length,
+        length=np.array([leg.rod.length for leg in legs]) / length,
+        stiffness=stiffness / (moment * length),
+        distributed=force_per_length(robot, loads) * (length / force),
+        platform_loads=platform_loads,
+        axes=robot.platform_axes,
+        nodes=nodes,
+        weights=weights,
+        abscissae=nodes.sum(axis=1),
+        steps=method.steps,
+    )
+    return shooting, (length, np.repeat([moment, force], 3))
+
+
+def motor_axes(robot: Robot) -> Floats:
+    """Motor axes in the world, (n, 3)."""
+    axes = [leg.motor.axis for leg in robot.description.legs]  # type: ignore[attr-defined]
+    return np.array(axes, np.float64)
+
+
+def force_per_length(robot: Robot, loads: Loads) -> Floats:
+    """Force per length on every rod, in the world, (L, 3) [N/m]."""
+    return np.array(
+        [
+            leg.rod.mass_per_length * loads.gravity + loads.rod_force
+            for leg in robot.description.legs
+        ]
+    )
+
+
+def _platform_loads(robot: Robot, loads: Loads) -> Floats:
+    """As ``Shooting.platform_loads``, in SI units."""
+    description = robot.description
+    return np.array(
+        [
+            description.platform_mass * loads.gravity,
+            description.center_of_mass,
+            loads.wrench_world[:3],
+            loads.wrench_world[3:],
+            loads.wrench_body[:3],
+            loads.wrench_body[3:],
+        ]
+    )
+
+
+def balance_rows(robot: Robot, loads: Loads, rotation: Floats, tip_forces: Floats) -> Floats:
+    """Derivative of moment and force on the platform by its world twist and the tip forces.
+
+    Args:
+        robot: The robot.
+        loads: The loads.
+        rotation: Platform rotation, (3, 3).
+        tip_forces: Forces on the rod tips, in the world, (L, 3) [N].
+
+    Returns:
+        (6, 6 + 3 L), in N m and N per rad, m and N.
+    """
+    tips = np.array([leg.joint.position for leg in robot.description.legs], float)
+    residual, rows = np.empty(6), np.empty((6, 6 + 3 * len(tips)))
+    balance(_platform_loads(robot, loads), tips, np.array(rotation), tip_forces, residual, rows)
+    return rows
+
+
+def check_square(robot: Robot) -> None:
+    """Whether the platform can be held in place of the motors.
+
+    Raises:
+        InvalidRequest: Not as many motors as platform coordinates.
+    """
+    if robot.motor_count != len(robot.platform_axes):
+        raise InvalidRequest("held", "expected as many motors as platform coordinates")
+
+
+def check_robot(robot: Robot, loads: Loads) -> None:
+    """Whether the method knows robots and loads of this kind.
+
+    Raises:
+        InvalidRequest: It does not.
+    """
+    for leg in robot.description.legs:
+        if not (isinstance(leg.motor, RevoluteMotor) and leg.motor_name is not None):
+            raise InvalidRequest("robot", f"{leg.name}: expected a revolute motor")
+        if not isinstance(leg.joint, Spherical) and not (
+            robot.planar and isinstance(leg.joint, RevoluteJoint)
+        ):
+            raise InvalidRequest("robot", f"{leg.name}: expected a tip joint that takes no moment")
+        if not leg.rod.uniform or any(np.any(series) for series in leg.rod.rest_curvature):
+            raise InvalidRequest("robot", f"{leg.name}: expected a uniform rod, straight at rest")
+        bending = leg.rod.rigidities[1:]
+        if not robot.planar and abs(bending[0] - bending[1]) > 1e-12 * bending[1]:
+            raise InvalidRequest("robot", f"{leg.name}: expected a rod equally stiff to all sides")
+    if loads.distributed or loads.points:
+        raise InvalidRequest("loads", "expected gravity, rod_force and platform wrenches only")
