@@ -25,6 +25,7 @@ from .bracketing import (
     landing,
 )
 from .equilibrium import Equilibrium
+from .errors import InvalidRequest
 from .events import EventKind, PathEvent
 from .limits import Limit, limit_error
 from .loads import Loads
@@ -94,8 +95,13 @@ def follow(
         progress: Called with the fraction reached.
 
     Returns:
-        How far the branch was followed; nothing is raised.
+        How far the branch was followed; an end on the way is no error here.
+
+    Raises:
+        InvalidRequest: A time limit that is negative or no number.
     """
+    if time_limit is not None and not time_limit >= 0.0:
+        raise InvalidRequest("time_limit", f"expected a time of at least 0 s, got {time_limit}")
     return _Walker(
         Path(start, target, loads, singularities), target, stable_only, past_folds, keep, time_limit,
         progress,
@@ -146,7 +152,7 @@ class _Walker:
         longest = 1.0 / max(1.0, self.steps)
         step = longest
         while here.fraction < 1.0:
-            if time.perf_counter() > self.deadline:
+            if time.perf_counter() >= self.deadline:
                 return self._end(here, "time_limit", "the time allowed was over")
             stop = self.keep[0] if self.keep else 1.0
             ahead = min(1.0, stop, here.fraction + step)
@@ -200,7 +206,7 @@ class _Walker:
         arc = FIRST_ARC
         most = MOST_ARCS_PAST_FOLDS if self.past_folds else MOST_ARCS
         for _ in range(most):
-            if time.perf_counter() > self.deadline:
+            if time.perf_counter() >= self.deadline:
                 return self._end(here, "time_limit", "the time allowed was over")
 
             there, end = along(path, here, tangent, arc), None
