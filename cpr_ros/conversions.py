@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +36,8 @@ __all__ = [
     "equilibrium_from_message",
     "equilibrium_to_message",
     "joint_state",
+    "measured_motors",
+    "motor_setpoint",
     "motors_from_joint_state",
     "platform_pose",
     "pose_from_message",
@@ -54,10 +57,13 @@ class Frames:
     Attributes:
         base: Frame fixed in space, in which the description is written.
         platform: Frame of the platform.
+        rotation_to_base: Rotation from another frame to the base frame, (3, 3), or None if it is not
+            known; None where nobody knows other frames.
     """
 
     base: str
     platform: str
+    rotation_to_base: Callable[[str], Floats | None] | None = None
 
 
 def motors_from_joint_state(
@@ -78,16 +84,7 @@ def motors_from_joint_state(
         NonFiniteInput: A NaN or an infinity.
     """
     names, expected = list(message.name), list(robot.motor_names)
-    needed = f"expected every motor once ({', '.join(expected)})"
-    if not names:
-        raise InvalidRequest(f"{where}.name", f"{needed}, got no name")
-    counts = Counter(names)
-    unknown = [name for name in counts if name not in expected]
-    missing = [name for name in expected if name not in counts]
-    twice = [name for name, count in counts.items() if count > 1]
-    for kind, which in (("unknown", unknown), ("twice", twice), ("missing", missing)):
-        if which:
-            raise InvalidRequest(f"{where}.name", f"{needed}; {kind}: {', '.join(which)}")
+    _check_names(names, expected, f"{where}.name", "expected every motor once")
     by_effort = not message.position
     field = "effort" if by_effort else "position"
     values = message.effort if by_effort else message.position
@@ -95,6 +92,61 @@ def motors_from_joint_state(
         raise InvalidRequest(f"{where}.position", f"expected {len(names)} numbers, got none")
     vector = checked_vector(f"{where}.{field}", values, len(names), " ".join(names))
     return by_effort, vector[[names.index(name) for name in expected]]
+
+
+def motor_setpoint(robot: Robot, message: JointState, others: Floats) -> Floats:
+    """Motor positions of a setpoint that names some motors or all.
+
+    Args:
+        robot: The robot.
+        message: Motors by name.
+        others: Positions of the motors that are not named, (n,).
+
+    Raises:
+        InvalidRequest: Names wrong or twice, or not as many positions as names.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    names, expected = list(message.name), list(robot.motor_names)
+    _check_names(names, expected, "name", "expected motors, each once", partial=True)
+    values = checked_vector("position", message.position, len(names), " ".join(names))
+    motors = others.copy()
+    motors[[expected.index(name) for name in names]] = values
+    return motors
+
+
+def measured_motors(robot: Robot, message: JointState) -> Floats:
+    """Positions of the motors of the robot in the joint states of a machine that may have more.
+
+    Raises:
+        InvalidRequest: A motor missing or twice, or not as many positions as names.
+        NonFiniteInput: A NaN or an infinity in a motor of the robot.
+    """
+    names = list(message.name)
+    mine = [name for name in names if name in robot.motor_names]
+    _check_names(mine, list(robot.motor_names), "name", "expected every motor once")
+    if len(message.position) != len(names):
+        raise InvalidRequest(
+            "position", f"expected {len(names)} numbers, got {len(message.position)}"
+        )
+    places = [names.index(name) for name in robot.motor_names]
+    values = [message.position[place] for place in places]
+    return checked_vector("position", values, len(values), " ".join(robot.motor_names))
+
+
+def _check_names(
+    names: list[str], expected: list[str], field: str, needed: str, *, partial: bool = False
+) -> None:
+    """Whether names are names of motors, each once, and all of them unless ``partial``."""
+    needed = f"{needed} ({', '.join(expected)})"
+    if not names:
+        raise InvalidRequest(field, f"{needed}, got no name")
+    counts = Counter(names)
+    unknown = [name for name in counts if name not in expected]
+    missing = [name for name in expected if name not in counts and not partial]
+    twice = [name for name, count in counts.items() if count > 1]
+    for kind, which in (("unknown", unknown), ("twice", twice), ("missing", missing)):
+        if which:
+            raise InvalidRequest(field, f"{needed}; {kind}: {', '.join(which)}")
 
 
 def pose_from_message(
@@ -136,21 +188,27 @@ def pose_from_message(
 def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames) -> Loads:
     """Loads with the platform wrench of a message: fixed in space or turning with the platform.
 
+    The wrench acts at the platform origin, whatever its frame; another frame than the two gives only the
+    directions of its axes.
+
     Raises:
         RequestError: The frame is neither the base frame nor the platform frame.
         NonFiniteInput: A NaN or an infinity.
     """
     frame = message.header.frame_id or frames.base
-    if frame not in (frames.base, frames.platform):
-        raise RequestError(
-            ErrorCode.FRAME_TRANSFORM_FAILURE,
-            f"wrench.header.frame_id: expected {frames.base!r} (fixed in space) or "
-            f"{frames.platform!r} (turning with the platform), got {frame!r}",
-        )
     wrench, nothing = wrench_vector(message.wrench), np.zeros(6)
-    if frame == frames.base:
-        return loads.with_(wrench_world=wrench, wrench_body=nothing)
-    return loads.with_(wrench_world=nothing, wrench_body=wrench)
+    if frame == frames.platform:
+        return loads.with_(wrench_world=nothing, wrench_body=wrench)
+    if frame != frames.base:
+        rotation = frames.rotation_to_base(frame) if frames.rotation_to_base else None
+        if rotation is None:
+            raise RequestError(
+                ErrorCode.FRAME_TRANSFORM_FAILURE,
+                f"wrench.header.frame_id: expected {frames.base!r} (fixed in space) or "
+                f"{frames.platform!r} (turning with the platform), got {frame!r}",
+            )
+        wrench = np.concatenate([rotation @ wrench[:3], rotation @ wrench[3:]])
+    return loads.with_(wrench_world=wrench, wrench_body=nothing)
 
 
 def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equilibrium:
@@ -211,13 +269,15 @@ def equilibrium_to_message(
     )
 
 
-def joint_state(equilibrium: Equilibrium, frames: Frames, stamp: Time) -> JointState:
-    """Motor positions and efforts; the velocity of an equilibrium is zero."""
+def joint_state(
+    equilibrium: Equilibrium, frames: Frames, stamp: Time, velocity: Floats | None = None
+) -> JointState:
+    """Motor positions and efforts; the velocity of an equilibrium alone is zero."""
     return JointState(
         header=Header(stamp=stamp, frame_id=frames.base),
         name=list(equilibrium.robot.motor_names),
         position=equilibrium.motors.tolist(),
-        velocity=[0.0] * equilibrium.robot.motor_count,
+        velocity=[0.0] * equilibrium.robot.motor_count if velocity is None else velocity.tolist(),
         effort=equilibrium.efforts.tolist(),
     )
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
@@ -18,6 +17,7 @@ from cpr_core import (
     solve_inverse,
 )
 
+from .assessment import Assessment
 from .conversions import (
     Frames,
     equilibrium_from_message,
@@ -26,21 +26,9 @@ from .conversions import (
     with_wrench,
 )
 from .error_codes import RequestError
+from .setpoint_following import SetpointFollower
 
-__all__ = ["Solution", "Solver"]
-
-
-@dataclass(frozen=True)
-class Solution:
-    """An equilibrium and how long it took.
-
-    Attributes:
-        equilibrium: The equilibrium.
-        solve_time: Wall time of the solve [s].
-    """
-
-    equilibrium: Equilibrium
-    solve_time: float
+__all__ = ["Solver"]
 
 
 class Solver:
@@ -49,16 +37,24 @@ class Solver:
     Attributes:
         robot: The robot.
         frames: Names of the frames.
-        current: Current equilibrium; replaced only by a successful request that says ``apply``.
+        current: Current equilibrium; replaced by motion, and by a successful request with ``apply``.
     """
 
-    def __init__(self, robot: Robot, frames: Frames) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        frames: Frames,
+        follower: SetpointFollower,
+        characteristic_length: float | None = None,
+    ) -> None:
         """Start at the home equilibrium."""
         self.robot = robot
         self.frames = frames
-        self.current = _timed(lambda: robot.home)
+        self._follower = follower
+        self._length = characteristic_length
+        self.current = self._timed(lambda: robot.home)
 
-    def forward(self, request: SolveForward.Request) -> Solution:
+    def forward(self, request: SolveForward.Request) -> Assessment:
         """Answer a forward request.
 
         Raises:
@@ -67,10 +63,10 @@ class Solver:
         by_effort, values = motors_from_joint_state(self.robot, request.motors)
         start, loads = self._start_and_loads(request)
         solve = solve_forward_by_effort if by_effort else solve_forward
-        solution = _timed(lambda: solve(self.robot, values, start=start, loads=loads))
+        solution = self._timed(lambda: solve(self.robot, values, start=start, loads=loads))
         return self._applied(solution, request.apply)
 
-    def inverse(self, request: SolveInverse.Request) -> Solution:
+    def inverse(self, request: SolveInverse.Request) -> Assessment:
         """Answer an inverse request.
 
         Raises:
@@ -80,7 +76,7 @@ class Solver:
             self.robot, request.platform, list(request.controlled), self.frames
         )
         start, loads = self._start_and_loads(request)
-        solution = _timed(lambda: solve_inverse(self.robot, pose, start=start, loads=loads))
+        solution = self._timed(lambda: solve_inverse(self.robot, pose, start=start, loads=loads))
         return self._applied(solution, request.apply)
 
     def equilibrium_of(
@@ -121,20 +117,24 @@ class Solver:
             return start, with_wrench(start.loads, request.wrench, self.frames)
         return start, start.loads
 
-    def _applied(self, solution: Solution, apply: bool) -> Solution:
+    def _applied(self, solution: Assessment, apply: bool) -> Assessment:
         if apply:
-            index = solution.equilibrium.index_locked
-            if index > 0:
+            if self._follower.moving:
+                raise RequestError(
+                    ErrorCode.NOT_READY,
+                    "apply: the robot is on its way to a setpoint; pause it first",
+                )
+            if solution.index > 0:
                 raise RequestError(
                     ErrorCode.UNSTABLE_EQUILIBRIUM,
-                    f"apply: the solution is unstable with the motors held (index {index}), so the "
-                    "robot cannot rest there; ask without apply to see it",
+                    f"apply: the solution is unstable with the motors held (index {solution.index}), "
+                    "so the robot cannot rest there; ask without apply to see it",
                 )
+            self._follower.drop()
             self.current = solution
         return solution
 
-
-def _timed(solve: Callable[[], Equilibrium]) -> Solution:
-    begin = time.perf_counter()
-    equilibrium = solve()
-    return Solution(equilibrium, time.perf_counter() - begin)
+    def _timed(self, solve: Callable[[], Equilibrium]) -> Assessment:
+        begin = time.perf_counter()
+        equilibrium = solve()
+        return Assessment(equilibrium, self._length, time.perf_counter() - begin)
