@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cpr_core import Equilibrium, kinemato_statics
+from cpr_core import Equilibrium, bending_strains, kinemato_statics
 from cpr_core.kinemato_statics import KinematoStatics, Singularity
 
 __all__ = ["MEASURES", "Assessment", "Threshold", "Thresholds", "thresholds_problem"]
@@ -95,7 +95,7 @@ class Assessment:
     @property
     def index(self) -> int:
         """Negative eigenvalues of H_r, motors held."""
-        return self.equilibrium.spectrum_locked.index
+        return self.equilibrium.index_locked
 
     @property
     def margin(self) -> float:
@@ -139,8 +139,12 @@ class Assessment:
 
     @cached_property
     def strain_reserve(self) -> float:
-        """1 - strain / limit, the smallest over the legs."""
-        return np.inf
+        """1 - bending strain / yield strain, the smallest over the legs."""
+        equilibrium = self.equilibrium
+        if not equilibrium.robot.limits_strain:
+            return np.inf
+        reserves = 1.0 - bending_strains(equilibrium) / equilibrium.robot.strain_limits
+        return float(reserves.min())
 
     def value(self, measure: str) -> float:
         """A measure by name."""

@@ -67,12 +67,21 @@ class MotorTracker:
         remaining = goal.remaining(here.equilibrium)
         if remaining <= ARRIVED and loads is here.equilibrium.loads:
             return Outcome(here, False, State.TRACKING, self._judge.judge(here))
-        ahead = attempt(here, goal, min(1.0, LONGEST_STEP / max(remaining, ARRIVED)), loads)
-        if isinstance(ahead, Assessment):
-            if change_between(here.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
-                ahead = Refusal("branch_jump", "the measured motors jump off the branch")
-            elif ahead.index > here.index:
-                ahead = Refusal("margin", "no stable equilibrium is at the measured motors")
+        fraction = min(1.0, LONGEST_STEP / max(remaining, ARRIVED))
+        for part in (1.0, 0.25, 0.0625):  # where the robot is soft, in smaller steps
+            ahead = self._looked_at(here, attempt(here, goal, part * fraction, loads))
+            if isinstance(ahead, Assessment):
+                break
         if isinstance(ahead, Refusal):
             return Outcome(here, False, State.LOST, self._judge.judge(here, ahead))
         return Outcome(ahead, True, State.TRACKING, self._judge.judge(ahead))
+
+    def _looked_at(self, here: Assessment, ahead: Assessment | Refusal) -> Assessment | Refusal:
+        """A step, or why it cannot be what the robot did."""
+        if isinstance(ahead, Refusal):
+            return ahead
+        if change_between(here.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
+            return Refusal("branch_jump", "the measured motors jump off the branch")
+        if ahead.index > here.index:
+            return Refusal("margin", "no stable equilibrium is at the measured motors")
+        return ahead

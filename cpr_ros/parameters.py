@@ -75,11 +75,13 @@ class LiveParameters:
         settings: Of setpoint following.
         wrench_timeout: Age beyond which an external wrench acts no more [s]; 0: never.
         measured_timeout: Age beyond which measured motors are stale [s]; 0: never.
+        time_limit: Longest time of a request [s].
     """
 
     settings: Settings
     wrench_timeout: float
     measured_timeout: float
+    time_limit: float
 
 
 def declare(node: Node) -> Parameters:
@@ -154,6 +156,7 @@ def declare(node: Node) -> Parameters:
         ("measured_timeout", 0.5, 1e6, "age beyond which measured motors are stale [s]; 0: none"),
     ):
         _declare(node, name, default, meaning, (0.0, largest))
+    _declare(node, "time_limit", 0.5, "of a request, which holds up the others [s]", (1e-3, 3600.0))
     return parameters
 
 
@@ -168,7 +171,9 @@ def live_parameters(value: Callable[[str], Any]) -> LiveParameters:
         max_speed=value("max_speed"),
         setpoint_timeout=value("setpoint_timeout"),
     )
-    return LiveParameters(settings, value("wrench_timeout"), value("measured_timeout"))
+    return LiveParameters(
+        settings, value("wrench_timeout"), value("measured_timeout"), value("time_limit")
+    )
 
 
 def live_problem(live: LiveParameters) -> str:
@@ -179,7 +184,7 @@ def live_problem(live: LiveParameters) -> str:
     for name in ("max_speed", "hysteresis", "setpoint_timeout"):
         if not problem and not getattr(live.settings, name) < float("inf"):
             problem = f"expected a finite {name}"
-    for name in ("wrench_timeout", "measured_timeout"):
+    for name in ("wrench_timeout", "measured_timeout", "time_limit"):
         if not problem and not getattr(live, name) < float("inf"):
             problem = f"expected a finite {name}"
     return problem

@@ -45,7 +45,9 @@ class Session:
         """
         self.robot, self.period = robot, 1.0 / parameters.tick_rate
         self.follower = SetpointFollower(robot, self.period, live.settings)
-        self.solver = Solver(robot, frames, self.follower, parameters.characteristic_length)
+        self.solver = Solver(
+            robot, frames, self.follower, live.time_limit, parameters.characteristic_length
+        )
         self.tracker = (
             MotorTracker(robot, live.measured_timeout, self.follower)
             if parameters.motor_source == "measured"
@@ -59,6 +61,7 @@ class Session:
     def apply(self, live: LiveParameters) -> None:
         """Take new live parameters."""
         self.follower.settings = live.settings
+        self.solver.time_limit = live.time_limit
         self.wrench.watchdog.timeout = live.wrench_timeout
         if self.tracker is not None:
             self.tracker.watchdog.timeout = live.measured_timeout

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cpr_core import CprError, Equilibrium, Loads, MotorLimitExceeded, Robot
+from cpr_core import CprError, Equilibrium, Loads, MotorLimitExceeded, Robot, StrainLimitExceeded
 
 from .assessment import MEASURES, Assessment, Thresholds
 from .goals import Goal, MotorGoal, PlatformGoal, motor_steps
@@ -185,7 +185,7 @@ class SetpointFollower:
             previous=self._action,
             hysteresis=self.settings.hysteresis,
             refusal=refusal,
-            leaving=not self._worsening & set(watched),
+            worsening=self._worsening,
             stale=stale,
         )
         self._action = told.action
@@ -309,6 +309,8 @@ def attempt(here: Assessment, goal: Goal, fraction: float, loads: Loads) -> Asse
     except MotorLimitExceeded as error:
         reason = "motor_range" if error.quantity == "position" else "effort_reserve"
         return Refusal(reason, str(error))
+    except StrainLimitExceeded as error:
+        return Refusal("strain_reserve", str(error))
     except CprError as error:
         return Refusal("not_converged", str(error))
     except Exception as error:

@@ -38,6 +38,7 @@ class Solver:
         robot: The robot.
         frames: Names of the frames.
         current: Current equilibrium; replaced by motion, and by a successful request with ``apply``.
+        time_limit: Longest time of a request [s].
     """
 
     def __init__(
@@ -45,6 +46,7 @@ class Solver:
         robot: Robot,
         frames: Frames,
         follower: SetpointFollower,
+        time_limit: float,
         characteristic_length: float | None = None,
     ) -> None:
         """Start at the home equilibrium."""
@@ -52,6 +54,7 @@ class Solver:
         self.frames = frames
         self._follower = follower
         self._length = characteristic_length
+        self.time_limit = time_limit
         self.current = self._timed(lambda: robot.home)
 
     def forward(self, request: SolveForward.Request) -> Assessment:
@@ -60,10 +63,13 @@ class Solver:
         Raises:
             CprError: The request cannot be met; the node is as it was.
         """
+        limit = self.time_limit
         by_effort, values = motors_from_joint_state(self.robot, request.motors)
         start, loads = self._start_and_loads(request)
         solve = solve_forward_by_effort if by_effort else solve_forward
-        solution = self._timed(lambda: solve(self.robot, values, start=start, loads=loads))
+        solution = self._timed(
+            lambda: solve(self.robot, values, start=start, loads=loads, time_limit=limit)
+        )
         return self._applied(solution, request.apply)
 
     def inverse(self, request: SolveInverse.Request) -> Assessment:
@@ -72,11 +78,14 @@ class Solver:
         Raises:
             CprError: The request cannot be met; the node is as it was.
         """
+        limit = self.time_limit
         pose = pose_from_message(
             self.robot, request.platform, list(request.controlled), self.frames
         )
         start, loads = self._start_and_loads(request)
-        solution = self._timed(lambda: solve_inverse(self.robot, pose, start=start, loads=loads))
+        solution = self._timed(
+            lambda: solve_inverse(self.robot, pose, start=start, loads=loads, time_limit=limit)
+        )
         return self._applied(solution, request.apply)
 
     def equilibrium_of(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 
-from .assessment import Assessment, Thresholds
+from .assessment import MEASURES, Assessment, Thresholds
 
 __all__ = ["Action", "Refusal", "State", "Status", "Verdict", "next_action", "verdict"]
 
@@ -134,7 +134,7 @@ def verdict(
     previous: Action,
     hysteresis: float,
     refusal: Refusal | None = None,
-    leaving: bool = False,
+    worsening: Collection[str] = MEASURES,
     stale: bool = False,
 ) -> Verdict:
     """What a supervisor is told about an equilibrium.
@@ -146,7 +146,7 @@ def verdict(
         previous: Action told before.
         hysteresis: See :func:`next_action`.
         refusal: Why the robot may not be moved on, if so.
-        leaving: Whether the last motion led away from the nearest threshold.
+        worsening: Measures that fell in the last motion.
         stale: Whether the setpoint is too old.
     """
     levels = {name: thresholds[name].level(here.value(name)) for name in watched}
@@ -173,7 +173,7 @@ def verdict(
         )
     elif action == Action.SLOW:
         status = _STATUSES[nearest][0]
-        if leaving and status == Status.DECELERATE_FOR_APPROACHING_SINGULARITY:
+        if nearest not in worsening and status == Status.DECELERATE_FOR_APPROACHING_SINGULARITY:
             status = Status.DECELERATE_FOR_LEAVING_SINGULARITY
         text = (
             f"{_described(here, nearest)} is at its warning threshold "
