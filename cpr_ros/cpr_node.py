@@ -251,6 +251,8 @@ def run(make_node: Callable[[], CprNode], arguments: list[str] | None = None) ->
     """Run a node; see :func:`main`."""
     try:
         rclpy.init(args=arguments)
+    except KeyboardInterrupt:
+        return 0
     except Exception as error:
         print(f"cpr_node: {error}", file=sys.stderr)
         return 1

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cpr_core import Equilibrium, Loads, Robot, solve_forward, solve_inverse
+from cpr_core import Equilibrium, InvalidRequest, Loads, Robot, solve_forward, solve_inverse
 from cpr_core.geometrico_statics import pose_meaning
 from cpr_core.lie import (
     quaternion_from_rotation,
@@ -16,6 +16,7 @@ from cpr_core.lie import (
     rotation_from_quaternion,
     rotation_log,
 )
+from cpr_core.validation import checked_vector
 
 __all__ = ["Goal", "MotorGoal", "PlatformGoal", "controlled_pose", "motor_steps"]
 
@@ -49,8 +50,13 @@ class MotorGoal:
     """
 
     def __init__(self, robot: Robot, motors: ArrayLike) -> None:
-        """Take the nearest motor positions within the limits."""
-        wanted = np.array(motors, float)
+        """Take the nearest motor positions within the limits.
+
+        Raises:
+            InvalidRequest: Not as many numbers as motors.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        wanted = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
         self.motors = wanted.copy()
         for motor, leg in robot.limited_motors:
             self.motors[motor] = np.clip(wanted[motor], leg.limits.lower, leg.limits.upper)
@@ -76,9 +82,16 @@ class PlatformGoal:
     """
 
     def __init__(self, robot: Robot, pose: ArrayLike) -> None:
-        """Take a pose in the form of :func:`cpr_core.solve_inverse`."""
+        """Take a pose in the form of :func:`cpr_core.solve_inverse`.
+
+        Raises:
+            InvalidRequest: Not as many numbers, or the robot has no inverse problem.
+            NonFiniteInput: A NaN or an infinity.
+        """
         self.names = pose_meaning(robot)
-        self.pose = np.array(pose, float)
+        if not self.names:
+            raise InvalidRequest("platform", "the inverse problem of this robot has no solution")
+        self.pose = checked_vector("platform", pose, len(self.names), " ".join(self.names))
 
     def remaining(self, here: Equilibrium) -> float:
         """Larger one of distance (in rod lengths) and angle."""

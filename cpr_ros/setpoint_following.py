@@ -31,6 +31,8 @@ SMALLEST_REACH = 1.0 / 64.0
 #: Largest change in one step of a leg coordinate (in 1/rod length) and of the platform (in radians and
 #: rod lengths). A continuous branch changes less if the step is small enough, a jump does not.
 LARGEST_CHANGE = 0.5
+#: Overshoot of a step, relative, that is rounding.
+SLACK = 1e-6
 #: A goal nearer than this is reached [rad, rod lengths].
 ARRIVED = 1e-9
 
@@ -222,7 +224,7 @@ class SetpointFollower:
                 return here
             self._worsening = self._worse(here, ahead)
             allowed = self._speed_scale(here, self._worsening)
-            if self._steps_between(here.equilibrium, ahead.equilibrium) <= allowed * (1.0 + 1e-9):
+            if self._steps_between(here.equilibrium, ahead.equilibrium) <= allowed * (1.0 + SLACK):
                 self._reach = min(1.0, 2.0 * self._reach)
                 self._refusal = None
                 return ahead
@@ -234,7 +236,7 @@ class SetpointFollower:
         start = here.equilibrium
         if isinstance(goal, MotorGoal):
             ways = np.abs(goal.motors - start.motors) / self._motor_steps()
-            return attempt(here, goal, min(1.0, factor / float(ways.max())), start.loads)
+            return attempt(here, goal, _whole(factor / float(ways.max())), start.loads)
         remaining = goal.remaining(start)
         per_way = self._motor_steps_per_way
         if math.isnan(per_way):  # not known yet: feel the way
@@ -243,14 +245,14 @@ class SetpointFollower:
             factor_of_way = min(factor, 0.9 * factor / max(per_way, 1e-12))
         length = self.settings.max_speed * self.period
         for _ in range(6):
-            fraction = min(1.0, factor_of_way * length / remaining)
+            fraction = _whole(factor_of_way * length / remaining)
             ahead = attempt(here, goal, fraction, start.loads)
             if isinstance(ahead, Refusal):
                 return ahead
             steps = self._steps_between(start, ahead.equilibrium)
             # Motor steps per step of the platform: the platform is as fast as the motors allow.
             self._motor_steps_per_way = steps * length / (fraction * remaining)
-            if steps <= factor * (1.0 + 1e-9):
+            if steps <= factor * (1.0 + SLACK):
                 return ahead
             factor_of_way = 0.9 * factor_of_way * factor / steps
         return Refusal("inverse_singularity", "the motors would have to move beyond their speed")
@@ -318,6 +320,11 @@ def attempt(here: Assessment, goal: Goal, fraction: float, loads: Loads) -> Asse
     return Assessment(
         equilibrium, here.characteristic_length, solve_time=time.perf_counter() - begin
     )
+
+
+def _whole(fraction: float) -> float:
+    """A fraction of the way, the whole of it if nothing worth a step of its own would be left."""
+    return 1.0 if fraction > 1.0 - 0.5 * SLACK else fraction
 
 
 def _falls(first: float, last: float) -> bool:
