@@ -290,7 +290,7 @@ def _spin(node: CprNode, executor: SingleThreadedExecutor) -> None:
             raise
         except Exception:  # rclpy raises for malformed parameter messages, for one
             if rclpy.ok():
-                node.get_logger().error(traceback.format_exc())
+                node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Ten thousand malformed messages and requests: no crash, no false success, the node correct afterwards."""
+"""Ten thousand malformed messages and requests: no crash, no false success, a correct node."""
 
 import math
 
