@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from cpr_core import Equilibrium, bending_strains, kinemato_statics
-from cpr_core.kinemato_statics import KinematoStatics, Singularity
+from cpr_core.kinemato_statics import KinematoStatics, Problem, Singularity
 
 __all__ = ["MEASURES", "Assessment", "Threshold", "Thresholds", "thresholds_problem"]
 
@@ -102,15 +102,21 @@ class Assessment:
         """Smallest eigenvalue of H_r relative to the elastic stiffness, motors held."""
         return self.equilibrium.spectrum_locked.margin
 
-    @property
+    @cached_property
     def forward_singularity(self) -> float:
         """Smallest singular value of the forward problem."""
-        return self.forward.smallest
+        return self._smallest("forward")
 
-    @property
+    @cached_property
     def inverse_singularity(self) -> float:
         """Smallest singular value of the inverse problem; infinite where there is none."""
-        return np.inf if self.inverse is None else self.inverse.smallest
+        return (
+            self._smallest("inverse") if self.equilibrium.robot.description.controlled else np.inf
+        )
+
+    def _smallest(self, problem: Problem) -> float:
+        values = self.kinemato_statics.singular_values(problem, self.characteristic_length)
+        return float(values[0])
 
     @cached_property
     def motor_range(self) -> float:
