@@ -60,21 +60,22 @@ def measure(robot: str, calls: int) -> None:
         raise TimeoutError("the node does not offer its services")
     home = load_robot(robot).home
     names = list(home.robot.motor_names)
-    times: dict[str, list[float]] = {"forward": [], "empty": []}
+    times: dict[str, list[float]] = {"forward": [], "without eigenvalues": [], "empty": []}
     rng = np.random.default_rng(0)
     for _ in range(calls):
         motors = home.motors + 0.02 * rng.standard_normal(len(names)) * home.robot.motor_units
-        request = SolveForward.Request(motors=JointState(name=names, position=motors.tolist()))
-        took, answer = timed(executor, forward, request)
-        if answer.error_code.val != ErrorCode.SUCCESS:
-            raise RuntimeError(answer.error_code.message)
-        times["forward"].append(took)
+        state = JointState(name=names, position=motors.tolist())
+        for name, without in (("forward", False), ("without eigenvalues", True)):
+            request = SolveForward.Request(motors=state, without_eigenvalues=without)
+            took, answer = timed(executor, forward, request)
+            if answer.error_code.val != ErrorCode.SUCCESS:
+                raise RuntimeError(answer.error_code.message)
+            times[name].append(took)
         times["empty"].append(timed(executor, empty, Trigger.Request())[0])
     medians = {name: 1e3 * np.median(values) for name, values in times.items()}
-    print(
-        f"{robot}: medians of {calls} calls: forward {medians['forward']:.3f} ms, "
-        f"empty {medians['empty']:.3f} ms, ratio {medians['forward'] / medians['empty']:.2f}"
-    )
+    print(f"{robot}: medians of {calls} calls")
+    for name, median in medians.items():
+        print(f"{name:20} {median:6.3f} ms, {median / medians['empty']:5.2f} times the empty one")
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

@@ -328,7 +328,7 @@ class KinematoStatics:
     ) -> Floats:
         """``singularity(...).singular_values`` without the directions, at a third of the time."""
         matrix, _, _ = self._problem_matrix(problem, characteristic_length)
-        return np.linalg.svd(matrix, compute_uv=False)[::-1]
+        return linalg.svdvals(matrix)[::-1]
 
     def _problem_matrix(
         self, problem: Problem, characteristic_length: float | None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -242,11 +243,17 @@ def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equil
 
 
 def equilibrium_to_message(
-    equilibrium: Equilibrium, frames: Frames, stamp: Time, solve_time: float
+    equilibrium: Equilibrium,
+    frames: Frames,
+    stamp: Time,
+    solve_time: float,
+    *,
+    eigenvalues: bool = True,
 ) -> EquilibriumMessage:
-    """Everything about an equilibrium."""
+    """Everything about an equilibrium; without eigenvalues what needs them is NaN."""
     loads = equilibrium.loads
-    locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
+    locked = equilibrium.spectrum_locked if eigenvalues else None
+    free = equilibrium.spectrum_free if eigenvalues else None
     return EquilibriumMessage(
         header=Header(stamp=stamp, frame_id=frames.base),
         motors=joint_state(equilibrium, frames, stamp),
@@ -259,11 +266,11 @@ def equilibrium_to_message(
         converged=equilibrium.converged,
         residual=equilibrium.residual,
         iterations=equilibrium.iterations,
-        index_locked=locked.index,
-        index_free=free.index,
-        smallest_eigenvalue_locked=locked.smallest,
-        smallest_eigenvalue_free=free.smallest,
-        margin=locked.margin,
+        index_locked=equilibrium.index_locked,
+        index_free=equilibrium.index_free,
+        smallest_eigenvalue_locked=locked.smallest if locked else math.nan,
+        smallest_eigenvalue_free=free.smallest if free else math.nan,
+        margin=locked.margin if locked else math.nan,
         energy=equilibrium.energy,
         solve_time=solve_time,
     )

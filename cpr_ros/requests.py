@@ -15,6 +15,7 @@ from std_srvs.srv import SetBool, Trigger
 from cpr_core import CprError, Equilibrium
 
 from .analysis import fill_kinemato_statics, fill_prediction, fill_stability
+from .assessment import Assessment
 from .conversions import Frames, equilibrium_to_message
 from .error_codes import RequestError, error_code, success
 from .session import Session
@@ -73,15 +74,19 @@ class Requests:
         return callback
 
     def _forward(self, session: Session, request: Any, response: Any) -> None:
-        response.solution = self._solution(session.solver.forward(request))
+        response.solution = self._solution(session.solver.forward(request), request)
 
     def _inverse(self, session: Session, request: Any, response: Any) -> None:
-        response.solution = self._solution(session.solver.inverse(request))
+        response.solution = self._solution(session.solver.inverse(request), request)
 
-    def _solution(self, solution: Any) -> Any:
+    def _solution(self, solution: Assessment, request: Any) -> Any:
         stamp = self._node.get_clock().now().to_msg()
         return equilibrium_to_message(
-            solution.equilibrium, self._frames, stamp, solution.solve_time
+            solution.equilibrium,
+            self._frames,
+            stamp,
+            solution.solve_time,
+            eigenvalues=not request.without_eigenvalues,
         )
 
 
