@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from drive import PERIOD, SETTINGS, THRESHOLDS, Drive, changed_robot, robot
 
-from cpr_core import Equilibrium
+from cpr_core import Equilibrium, load_robot
 from cpr_ros.assessment import Threshold
 from cpr_ros.external_wrench import ExternalWrench
 from cpr_ros.goals import MotorGoal, PlatformGoal
@@ -64,8 +64,10 @@ def test_the_platform_goes_straight_and_no_motor_beyond_its_speed(six_rfs):
     assert len(six_rfs.outcomes) < 1.5 * needed + 20
 
 
-def test_straight_through_an_instability_it_slows_halts_before_and_returns(rfrfr):
+@pytest.mark.parametrize("modes", [5, 12])
+def test_straight_through_an_instability_it_slows_halts_before_and_returns(modes):
     """The crossing of the continuous rods with motors locked lies at y = 0.03571."""
+    rfrfr = Drive(load_robot("rfrfr", modes))
     to(rfrfr, 0.0, 0.8)
     rfrfr.until_state(State.IDLE)
     to(rfrfr, 0.0, -0.2)

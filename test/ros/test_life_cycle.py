@@ -1,5 +1,7 @@
 """The managed node: transitions from another process, with and without autostart."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
@@ -137,6 +139,12 @@ def test_every_parameter_is_described_and_numbers_have_a_range(rfrfr):
             assert descriptor.floating_point_range, descriptor.name
         if descriptor.type == ParameterType.PARAMETER_INTEGER:
             assert descriptor.integer_range, descriptor.name
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    rows = readme[readme.index("### Parameters") :].splitlines()
+    for descriptor in described:
+        row = [line for line in rows if f"`{descriptor.name}`" in line]
+        assert row, descriptor.name
+        assert row[0].endswith("read-only |") == descriptor.read_only, row[0]
     fixed = {descriptor.name for descriptor in described if descriptor.read_only}
     assert {"robot", "modes", "tick_rate", "motor_source", "autostart"} <= fixed
     assert "margin_stop" not in fixed

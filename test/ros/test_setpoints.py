@@ -1,10 +1,14 @@
 """Setpoints from another process."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveForward
+from driver import Driver
 from geometry_msgs.msg import PoseStamped
+from node_process import Client, NodeProcess, free_domain
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
@@ -134,3 +138,22 @@ def test_apply_during_motion_is_refused_and_at_rest_forgets_the_setpoint(drive):
 def test_no_command_goes_out_before_the_first_setpoint(drive):
     drive.spin(0.5)
     assert not drive.all(Float64MultiArray)
+
+
+def test_the_parameter_file_of_a_robot_starts_a_node_that_halts_in_time(tmp_path):
+    """Eight modes: the border of stability is where that of the continuous rods is."""
+    domain = free_domain()
+    file = Path(__file__).parents[2] / "config/node/rfrfr.yaml"
+    arguments = ["--params-file", str(file), "-p", "max_speed:=4.0"]
+    process = NodeProcess(tmp_path / "node.log", domain, arguments)
+    process.wait_for_log("ready")
+    client = Client(domain)
+    try:
+        drive = Driver(client)
+        drive.send_platform(0.0, -0.2)
+        drive.until_state(StabilityMetrics.STATE_HALTED)
+        assert drive.metrics.status == StabilityMetrics.STATUS_HALT_FOR_STABILITY
+        np.testing.assert_allclose(drive.position[1], 0.0538, atol=5e-4)
+    finally:
+        client.close()
+        assert process.stop() == 0, process.output()
