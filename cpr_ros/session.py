@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from cpr_core import Robot
 
+from .assessment import Assessment
 from .conversions import Frames
 from .error_codes import RequestError
 from .external_wrench import ExternalWrench
@@ -118,10 +119,8 @@ class Session:
             RequestError: The node is paused.
         """
         if self.tracker is not None:
-            home = self.robot.home
-            self.solver.current = type(self.solver.current)(
-                home, self.solver.current.characteristic_length
-            )
+            length = self.solver.current.characteristic_length
+            self.solver.current = Assessment(self.robot.home, length)
             return "tracking from home again"
         if self.follower.paused:
             raise RequestError(ErrorCode.NOT_READY, "the node is paused: release it first")

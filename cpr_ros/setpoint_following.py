@@ -258,7 +258,13 @@ class SetpointFollower:
         return Refusal("inverse_singularity", "the motors would have to move beyond their speed")
 
     def _crossing(self, here: Assessment, ahead: Assessment) -> Refusal | None:
-        """Why the robot must not go there, if so."""
+        """Why the robot must not go there, if so; a measure that cannot be had is a reason."""
+        try:
+            return self._danger(here, ahead)
+        except Exception as error:
+            return Refusal("not_converged", f"no measures ahead: {type(error).__name__}: {error}")
+
+    def _danger(self, here: Assessment, ahead: Assessment) -> Refusal | None:
         if change_between(here.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
             return Refusal("branch_jump", "the next equilibrium is not near this one")
         if ahead.index > here.index:

@@ -55,10 +55,8 @@ class Drive:
 
     def tick(self):
         self.now += PERIOD
-        before = self.here
         outcome = self.follower.tick(self.here, self.loads, self.now)
         self.here = outcome.here
-        self.loads = self.here.equilibrium.loads if self.loads is before else self.loads
         self.outcomes.append(outcome)
         return outcome
 

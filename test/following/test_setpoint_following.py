@@ -275,7 +275,7 @@ def test_a_reset_gets_the_robot_out_of_a_halt(rfrfr):
     np.testing.assert_array_equal(rfrfr.motors, rfrfr.robot.home.motors)
 
 
-def test_a_solver_that_fails_holds_the_robot_and_it_goes_on_when_it_works_again(rfrfr, monkeypatch):
+def test_a_solver_that_fails_holds_the_robot_and_it_goes_on_when_it_works_again(rfrfr):
     class Failing(MotorGoal):
         broken = True
 
@@ -293,6 +293,20 @@ def test_a_solver_that_fails_holds_the_robot_and_it_goes_on_when_it_works_again(
     goal.broken = False
     rfrfr.until_state(State.IDLE)
     np.testing.assert_array_equal(rfrfr.motors, goal.motors)
+
+
+def test_measures_that_cannot_be_had_hold_the_robot(rfrfr, monkeypatch):
+    rfrfr.tick()
+
+    def fail(_equilibrium):
+        raise np.linalg.LinAlgError("forced")
+
+    monkeypatch.setattr("cpr_ros.assessment.kinemato_statics", fail)
+    rfrfr.follow(MotorGoal(rfrfr.robot, rfrfr.motors + 0.05))
+    halted = rfrfr.until_state(State.HALTED, ticks=20)
+    assert halted.verdict.status == Status.NOT_CONVERGED
+    assert "LinAlgError: forced" in halted.verdict.text
+    assert rfrfr.here.equilibrium is rfrfr.robot.home
 
 
 def test_a_solver_that_jumps_is_not_believed(rfrfr):
