@@ -17,13 +17,12 @@ from cpr_core.validation import checked_vector
 
 from .conversions import (
     Frames,
-    measured_motors,
-    motor_setpoint,
     pose_from_message,
     with_wrench,
 )
 from .dropped_messages import DroppedMessages
 from .goals import MotorGoal, PlatformGoal
+from .motor_messages import measured_motors, motor_setpoint
 from .session import Session
 
 __all__ = ["Inputs"]

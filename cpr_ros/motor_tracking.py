@@ -8,14 +8,8 @@ from cpr_core import Loads, Robot
 
 from .assessment import Assessment
 from .goals import MotorGoal
-from .setpoint_following import (
-    ARRIVED,
-    LARGEST_CHANGE,
-    Outcome,
-    SetpointFollower,
-    attempt,
-    change_between,
-)
+from .setpoint_following import ARRIVED, LARGEST_CHANGE, Outcome, SetpointFollower
+from .steps import attempt, change_between
 from .supervision import Refusal, State
 from .watchdog import Watchdog
 

@@ -9,20 +9,20 @@ stop threshold of every measure that gets worse; what gets better is never limit
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from cpr_core import CprError, Equilibrium, Loads, MotorLimitExceeded, Robot, StrainLimitExceeded
+from cpr_core import Equilibrium, Loads, Robot
 
 from .assessment import MEASURES, Assessment, Thresholds
 from .goals import Goal, MotorGoal, PlatformGoal, motor_steps
+from .steps import attempt, change_between, falls
 from .supervision import Action, Refusal, State, Verdict, verdict
 from .watchdog import Watchdog
 
-__all__ = ["Outcome", "SetpointFollower", "Settings", "attempt", "change_between"]
+__all__ = ["Outcome", "SetpointFollower", "Settings"]
 
 #: Speed that is left just above a stop threshold, so that the halt is reached in finite time.
 CREEP = 0.02
@@ -274,7 +274,7 @@ class SetpointFollower:
         for name in self._watched():
             first, last = here.value(name), ahead.value(name)
             stop = self.settings.thresholds[name].stop
-            if math.isnan(last) or (last < stop and _falls(first, last)):
+            if math.isnan(last) or (last < stop and falls(first, last)):
                 return Refusal(
                     name,
                     f"halted: the next {name.replace('_', ' ')}, {last:.4g}, is below its stop "
@@ -285,7 +285,7 @@ class SetpointFollower:
     def _worse(self, here: Assessment, ahead: Assessment) -> frozenset[str]:
         """Measures that fall on the way."""
         return frozenset(
-            name for name in self._watched() if _falls(here.value(name), ahead.value(name))
+            name for name in self._watched() if falls(here.value(name), ahead.value(name))
         )
 
     def _speed_scale(self, here: Assessment, worsening: Iterable[str]) -> float:
@@ -309,40 +309,6 @@ class SetpointFollower:
         return same_loads and change_between(here, home) > 1e-6
 
 
-def attempt(here: Assessment, goal: Goal, fraction: float, loads: Loads) -> Assessment | Refusal:
-    """Solve at a fraction of the way to a goal; cannot raise: a robot that cannot go on stays."""
-    begin = time.perf_counter()
-    try:
-        equilibrium = goal.solve(here.equilibrium, fraction, loads)
-    except MotorLimitExceeded as error:
-        reason = "motor_range" if error.quantity == "position" else "effort_reserve"
-        return Refusal(reason, str(error))
-    except StrainLimitExceeded as error:
-        return Refusal("strain_reserve", str(error))
-    except CprError as error:
-        return Refusal("not_converged", str(error))
-    except Exception as error:
-        return Refusal("not_converged", f"the solver failed: {type(error).__name__}: {error}")
-    return Assessment(
-        equilibrium, here.characteristic_length, solve_time=time.perf_counter() - begin
-    )
-
-
 def _whole(fraction: float) -> float:
     """A fraction of the way, the whole of it if nothing worth a step of its own would be left."""
     return 1.0 if fraction > 1.0 - 0.5 * SLACK else fraction
-
-
-def _falls(first: float, last: float) -> bool:
-    """Whether a measure falls by more than rounding."""
-    return last < first - 1e-9 * max(1.0, abs(first))
-
-
-def change_between(first: Equilibrium, last: Equilibrium) -> float:
-    """Largest change of a leg coordinate [1/rod length] and of the platform [rod lengths, radians]."""
-    robot = first.robot
-    legs = np.abs(last.leg_coordinates - first.leg_coordinates)
-    scaled = legs / robot.arrays.unit[robot.elastic_indices]
-    position = np.abs(last.platform_position - first.platform_position) / robot.mean_length
-    rotation = np.abs(last.platform_rotation - first.platform_rotation)
-    return float(max(scaled.max(initial=0.0), position.max(), rotation.max()))

@@ -21,11 +21,11 @@ from .assessment import Assessment
 from .conversions import (
     Frames,
     equilibrium_from_message,
-    motors_from_joint_state,
     pose_from_message,
     with_wrench,
 )
 from .error_codes import RequestError
+from .motor_messages import motors_from_joint_state
 from .setpoint_following import SetpointFollower
 
 __all__ = ["Solver"]

@@ -12,13 +12,12 @@ from cpr_core import InvalidRequest, NonFiniteInput, leg_shapes
 from cpr_core.lie import rotation_exp
 from cpr_ros.conversions import (
     Frames,
-    measured_motors,
-    motor_setpoint,
     platform_pose,
     with_wrench,
 )
 from cpr_ros.error_codes import RequestError
 from cpr_ros.leg_markers import bending_curvature, leg_markers, shade
+from cpr_ros.motor_messages import measured_motors, motor_setpoint
 from cpr_ros.stability_stream import StabilityStream
 from cpr_ros.transforms import transform_of
 
