@@ -91,6 +91,10 @@ def main(arguments: list[str] | None = None) -> int:
         node.drive(options.turns)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
+    except RuntimeError:
+        if rclpy.ok():  # else a signal came while rclpy was taking a message
+            raise
+        return 0
     except TimeoutError as error:
         print(f"circle: {error}", file=sys.stderr)
         return 1

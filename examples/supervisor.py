@@ -74,6 +74,9 @@ def main() -> int:
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except RuntimeError:
+        if rclpy.ok():  # else a signal came while rclpy was taking a message
+            raise
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
