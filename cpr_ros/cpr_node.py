@@ -15,6 +15,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
 
 from cpr_core import CprError, load_robot
 
@@ -23,6 +24,7 @@ from .outputs import Outputs
 from .parameters import LiveParameters, declare, live_parameters, live_problem
 from .requests import Requests
 from .session import Session
+from .stop_signal import StopSignal
 from .transforms import Transforms
 from .warming import warm_up
 
@@ -249,48 +251,42 @@ def main(arguments: list[str] | None = None) -> int:
 
 def run(make_node: Callable[[], CprNode], arguments: list[str] | None = None) -> int:
     """Run a node; see :func:`main`."""
+    stop, executor, node = StopSignal(), None, None
     try:
-        rclpy.init(args=arguments)
-    except KeyboardInterrupt:
-        return 0
-    except Exception as error:
-        print(f"cpr_node: {error}", file=sys.stderr)
-        return 1
-    executor = SingleThreadedExecutor()
-    node = None
-    try:
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        executor = SingleThreadedExecutor()
         node = make_node()
         executor.add_node(node)
         if node.parameters.autostart:
             node.start()
-        _spin(node, executor)
-    except (KeyboardInterrupt, ExternalShutdownException):
+        stop.interrupts = False
+        _spin(node, executor, stop)
+    except KeyboardInterrupt:
         pass
-    except (CprError, ParameterException) as error:
-        print(f"cpr_node: {error}", file=sys.stderr)
-        return 1
-    except Exception:
-        if rclpy.ok():
-            raise
-        # A signal took the context away while the node was starting.
+    except Exception as error:
+        if not stop.requested:  # else the signal came out of some library as another error
+            expected = isinstance(error, CprError | ParameterException) or not rclpy.ok()
+            print(f"cpr_node: {error}" if expected else traceback.format_exc(), file=sys.stderr)
+            return 1
     finally:
-        executor.shutdown()
+        stop.interrupts = False
+        if executor is not None:
+            executor.shutdown()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
 
 
-def _spin(node: CprNode, executor: SingleThreadedExecutor) -> None:
-    """Spin as long as ROS runs; no message of a client may end the node."""
-    while rclpy.ok():
+def _spin(node: CprNode, executor: SingleThreadedExecutor, stop: StopSignal) -> None:
+    """Spin until a signal comes; no message of a client may end the node."""
+    while rclpy.ok() and not stop.requested:
         try:
-            executor.spin_once()
-        except (KeyboardInterrupt, ExternalShutdownException):
-            raise
+            executor.spin_once(timeout_sec=0.1)
+        except ExternalShutdownException:
+            return
         except Exception:  # rclpy raises for malformed parameter messages, for one
-            if rclpy.ok():
-                node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
+            node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
 
 
 if __name__ == "__main__":
