@@ -12,10 +12,10 @@ export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
 # Nodes of other people on the network stay out of tests and demonstration.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
-.PHONY: help setup demo test lint paper colcon clean
+.PHONY: help setup demo test test-oldest lint paper colcon clean
 
 help:  ## list the targets
-	@sed -n 's/^\([a-z]*\):.*## /\1 # /p' $(MAKEFILE_LIST) | awk -F' # ' '{printf "make %-8s %s\n", $$1, $$2}'
+	@sed -n 's/^\([a-z-]*\):.*## /\1 # /p' $(MAKEFILE_LIST) | awk -F' # ' '{printf "make %-11s %s\n", $$1, $$2}'
 
 setup:  ## make .venv: ROS 2 wheels, the interface package, cpr_ros
 	@bash tools/setup.sh
@@ -25,6 +25,11 @@ demo: setup  ## start the node, call its services, show the result
 
 test: setup  ## run every test (PYTEST_ARGS="-m 'not slow'" to choose)
 	@.venv/bin/python -m pytest $(PYTEST_ARGS)
+
+test-oldest: export AMENT_PREFIX_PATH := $(CURDIR)/.venv-oldest
+test-oldest:  ## run every test with the numpy, scipy, numba and matplotlib of Ubuntu 24.04 (Python 3.11)
+	@bash tools/setup.sh oldest
+	@.venv-oldest/bin/python -m pytest $(PYTEST_ARGS)
 
 lint: setup  ## check style, formatting and types
 	.venv/bin/ruff check
@@ -38,5 +43,5 @@ colcon:  ## build and test with colcon, as in an ordinary ROS 2 workspace
 	@bash tools/colcon.sh
 
 clean:  ## remove everything that was made
-	rm -rf .venv .venv-colcon build install log dist paper/results *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-oldest .venv-colcon build install log dist paper/results *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

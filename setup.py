@@ -45,6 +45,7 @@ setup(
         ("share/ament_index/resource_index/packages", ["resource/cpr_ros"]),
         ("share/cpr_ros", ["package.xml"]),
         *share("config"),
+        *share("config/node"),
         *share("launch"),
         *share("rviz"),
     ],

@@ -308,16 +308,13 @@ class KinematoStatics:
                 length.
         """
         robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
-        a, p, e, w = self.matrices(characteristic_length)
+        matrix, free, moved = self._problem_matrix(problem, characteristic_length)
         unit, _ = self._units(characteristic_length)
-        lengths = unit[robot.platform_indices]
-        free = self._free_motions(problem, lengths) / lengths[:, None]
-        moved = 0 if problem == "forward" else n
-        efforts = w[:, n:] if problem == "inverse_by_effort" else w[:, :n]
-        _, values, directions = linalg.svd(np.hstack([a[:, :moved], p @ free, e, -efforts]))
+        _, values, directions = linalg.svd(matrix)
         null = directions[-1]
         motors = np.zeros(n)
         motors[:moved] = null[:moved] * unit[robot.motor_indices][:moved]
+        lengths = unit[robot.platform_indices]
         return Singularity(
             problem=problem,
             singular_values=values[::-1],
@@ -325,6 +322,26 @@ class KinematoStatics:
             platform=lengths * (free @ null[moved : moved + free.shape[1]]),
             sign=self._sign(problem),
         )
+
+    def singular_values(
+        self, problem: Problem, characteristic_length: float | None = None
+    ) -> Floats:
+        """``singularity(...).singular_values`` without the directions, at a third of the time."""
+        matrix, _, _ = self._problem_matrix(problem, characteristic_length)
+        return linalg.svdvals(matrix)[::-1]
+
+    def _problem_matrix(
+        self, problem: Problem, characteristic_length: float | None
+    ) -> tuple[Floats, Floats, int]:
+        """Dimensionless matrix of a problem, platform motions it solves for, motors it solves for."""
+        robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
+        a, p, e, w = self.matrices(characteristic_length)
+        unit, _ = self._units(characteristic_length)
+        lengths = unit[robot.platform_indices]
+        free = self._free_motions(problem, lengths) / lengths[:, None]
+        moved = 0 if problem == "forward" else n
+        efforts = w[:, n:] if problem == "inverse_by_effort" else w[:, :n]
+        return np.hstack([a[:, :moved], p @ free, e, -efforts]), free, moved
 
     def _free_motions(self, problem: Problem, lengths: Floats) -> Floats:
         """Platform motions a problem solves for, as body twists in columns.

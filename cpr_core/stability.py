@@ -82,7 +82,7 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
     null_space = motions @ null_space_of(constraints)
     hessian = tangent[np.ix_(moving, moving)]
     reduced = null_space.T @ (0.5 * (hessian + hessian.T)) @ null_space
-    eigenvalues, directions = linalg.eigh(reduced)
+    eigenvalues, directions = np.linalg.eigh(reduced)  # takes an empty one as well
     whole = np.zeros((len(tangent), len(eigenvalues)))
     whole[moving] = null_space @ directions
     return Spectrum(

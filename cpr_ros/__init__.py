@@ -20,4 +20,11 @@ def _find_ros_of_this_environment() -> None:
     os.environ.setdefault("HOME", str(Path.home()))
 
 
+def _keep_linear_algebra_on_one_thread() -> None:
+    """The matrices here are small: more threads gain nothing, and waiting for one costs up to 0.1 s."""
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+
+
 _find_ros_of_this_environment()
+_keep_linear_algebra_on_one_thread()

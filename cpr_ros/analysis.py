@@ -9,13 +9,19 @@ from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot, kinemato_statics, spectrum
-from cpr_core.kinemato_statics import KinematoStatics, Problem
+from cpr_core.kinemato_statics import KinematoStatics, Problem, Singularity
 from cpr_core.validation import checked_vector
 
 from .conversions import twist_message, twist_vector, wrench_vector
 from .error_codes import RequestError
 
-__all__ = ["fill_kinemato_statics", "fill_prediction", "fill_stability"]
+__all__ = [
+    "fill_kinemato_statics",
+    "fill_prediction",
+    "fill_stability",
+    "message_matrix",
+    "singularity_message",
+]
 
 Floats = NDArray[np.float64]
 
@@ -48,8 +54,8 @@ def fill_kinemato_statics(
     response.platform_by_motors = _rows(robot, model.platform_by_motors).ravel().tolist()
     response.efforts_by_motors = model.efforts_by_motors.ravel().tolist()
     response.efforts_by_wrench = _rows(robot, model.efforts_by_wrench.T).T.ravel().tolist()
-    response.compliance = _both(robot, compliance).ravel().tolist()
-    response.stiffness = _both(robot, model.stiffness(stiffness)).ravel().tolist()
+    response.compliance = message_matrix(robot, compliance).ravel().tolist()
+    response.stiffness = message_matrix(robot, model.stiffness(stiffness)).ravel().tolist()
     response.forward = _singularity(model, "forward", length)
     response.inverse = _singularity(model, "inverse", length)
     response.inverse_by_effort = _singularity(model, "inverse_by_effort", length)
@@ -115,13 +121,17 @@ def fill_stability(
 
 
 def _singularity(model: KinematoStatics, problem: Problem, length: float) -> SingularityMessage:
-    found = model.singularity(problem, length or None)
+    return singularity_message(model.equilibrium.robot, model.singularity(problem, length or None))
+
+
+def singularity_message(robot: Robot, found: Singularity) -> SingularityMessage:
+    """Distance from a singularity as a message."""
     return SingularityMessage(
         smallest_singular_value=found.smallest,
         inverse_condition_number=found.inverse_condition_number,
         sign=found.sign,
         null_motors=found.motors.tolist(),
-        null_platform=twist_message(_whole(model.equilibrium.robot, found.platform)),
+        null_platform=twist_message(_whole(robot, found.platform)),
     )
 
 
@@ -139,6 +149,6 @@ def _rows(robot: Robot, matrix: Floats) -> Floats:
     return whole[_LINEAR_FIRST]
 
 
-def _both(robot: Robot, matrix: Floats) -> Floats:
-    """The same for rows and columns, (6, 6)."""
+def message_matrix(robot: Robot, matrix: Floats) -> Floats:
+    """A matrix of platform rows and columns, whole and in the order of messages, (6, 6)."""
     return _rows(robot, _rows(robot, matrix).T).T

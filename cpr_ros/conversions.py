@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,16 +27,15 @@ from std_msgs.msg import Header
 from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robot
 from cpr_core.geometrico_statics import pose_meaning, restore_equilibrium
 from cpr_core.lie import roll_pitch_yaw, rotation_from_quaternion
-from cpr_core.validation import checked_vector
 
 from .error_codes import RequestError
+from .motor_messages import motors_from_joint_state
 
 __all__ = [
     "Frames",
     "equilibrium_from_message",
     "equilibrium_to_message",
     "joint_state",
-    "motors_from_joint_state",
     "platform_pose",
     "pose_from_message",
     "twist_message",
@@ -54,47 +54,13 @@ class Frames:
     Attributes:
         base: Frame fixed in space, in which the description is written.
         platform: Frame of the platform.
+        rotation_to_base: Rotation from another frame to the base frame, (3, 3), or None if it is not
+            known; None where nobody knows other frames.
     """
 
     base: str
     platform: str
-
-
-def motors_from_joint_state(
-    robot: Robot, message: JointState, where: str = "motors"
-) -> tuple[bool, Floats]:
-    """Motor values in motor order.
-
-    Args:
-        robot: The robot.
-        message: Motors by name.
-        where: Name of the field in error messages.
-
-    Returns:
-        Whether they are efforts (no positions given), and the values, (n,).
-
-    Raises:
-        InvalidRequest: Names wrong, missing or twice, or not as many values as names.
-        NonFiniteInput: A NaN or an infinity.
-    """
-    names, expected = list(message.name), list(robot.motor_names)
-    needed = f"expected every motor once ({', '.join(expected)})"
-    if not names:
-        raise InvalidRequest(f"{where}.name", f"{needed}, got no name")
-    counts = Counter(names)
-    unknown = [name for name in counts if name not in expected]
-    missing = [name for name in expected if name not in counts]
-    twice = [name for name, count in counts.items() if count > 1]
-    for kind, which in (("unknown", unknown), ("twice", twice), ("missing", missing)):
-        if which:
-            raise InvalidRequest(f"{where}.name", f"{needed}; {kind}: {', '.join(which)}")
-    by_effort = not message.position
-    field = "effort" if by_effort else "position"
-    values = message.effort if by_effort else message.position
-    if by_effort and not values:
-        raise InvalidRequest(f"{where}.position", f"expected {len(names)} numbers, got none")
-    vector = checked_vector(f"{where}.{field}", values, len(names), " ".join(names))
-    return by_effort, vector[[names.index(name) for name in expected]]
+    rotation_to_base: Callable[[str], Floats | None] | None = None
 
 
 def pose_from_message(
@@ -136,21 +102,27 @@ def pose_from_message(
 def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames) -> Loads:
     """Loads with the platform wrench of a message: fixed in space or turning with the platform.
 
+    The wrench acts at the platform origin, whatever its frame; another frame than the two gives only the
+    directions of its axes.
+
     Raises:
         RequestError: The frame is neither the base frame nor the platform frame.
         NonFiniteInput: A NaN or an infinity.
     """
     frame = message.header.frame_id or frames.base
-    if frame not in (frames.base, frames.platform):
-        raise RequestError(
-            ErrorCode.FRAME_TRANSFORM_FAILURE,
-            f"wrench.header.frame_id: expected {frames.base!r} (fixed in space) or "
-            f"{frames.platform!r} (turning with the platform), got {frame!r}",
-        )
     wrench, nothing = wrench_vector(message.wrench), np.zeros(6)
-    if frame == frames.base:
-        return loads.with_(wrench_world=wrench, wrench_body=nothing)
-    return loads.with_(wrench_world=nothing, wrench_body=wrench)
+    if frame == frames.platform:
+        return loads.with_(wrench_world=nothing, wrench_body=wrench)
+    if frame != frames.base:
+        rotation = frames.rotation_to_base(frame) if frames.rotation_to_base else None
+        if rotation is None:
+            raise RequestError(
+                ErrorCode.FRAME_TRANSFORM_FAILURE,
+                f"wrench.header.frame_id: expected {frames.base!r} (fixed in space) or "
+                f"{frames.platform!r} (turning with the platform), got {frame!r}",
+            )
+        wrench = np.concatenate([rotation @ wrench[:3], rotation @ wrench[3:]])
+    return loads.with_(wrench_world=wrench, wrench_body=nothing)
 
 
 def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equilibrium:
@@ -184,11 +156,17 @@ def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equil
 
 
 def equilibrium_to_message(
-    equilibrium: Equilibrium, frames: Frames, stamp: Time, solve_time: float
+    equilibrium: Equilibrium,
+    frames: Frames,
+    stamp: Time,
+    solve_time: float,
+    *,
+    eigenvalues: bool = True,
 ) -> EquilibriumMessage:
-    """Everything about an equilibrium."""
+    """Everything about an equilibrium; without eigenvalues what needs them is NaN."""
     loads = equilibrium.loads
-    locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
+    locked = equilibrium.spectrum_locked if eigenvalues else None
+    free = equilibrium.spectrum_free if eigenvalues else None
     return EquilibriumMessage(
         header=Header(stamp=stamp, frame_id=frames.base),
         motors=joint_state(equilibrium, frames, stamp),
@@ -201,23 +179,25 @@ def equilibrium_to_message(
         converged=equilibrium.converged,
         residual=equilibrium.residual,
         iterations=equilibrium.iterations,
-        index_locked=locked.index,
-        index_free=free.index,
-        smallest_eigenvalue_locked=locked.smallest,
-        smallest_eigenvalue_free=free.smallest,
-        margin=locked.margin,
+        index_locked=equilibrium.index_locked,
+        index_free=equilibrium.index_free,
+        smallest_eigenvalue_locked=locked.smallest if locked else math.nan,
+        smallest_eigenvalue_free=free.smallest if free else math.nan,
+        margin=locked.margin if locked else math.nan,
         energy=equilibrium.energy,
         solve_time=solve_time,
     )
 
 
-def joint_state(equilibrium: Equilibrium, frames: Frames, stamp: Time) -> JointState:
-    """Motor positions and efforts; the velocity of an equilibrium is zero."""
+def joint_state(
+    equilibrium: Equilibrium, frames: Frames, stamp: Time, velocity: Floats | None = None
+) -> JointState:
+    """Motor positions and efforts; the velocity of an equilibrium alone is zero."""
     return JointState(
         header=Header(stamp=stamp, frame_id=frames.base),
         name=list(equilibrium.robot.motor_names),
         position=equilibrium.motors.tolist(),
-        velocity=[0.0] * equilibrium.robot.motor_count,
+        velocity=[0.0] * equilibrium.robot.motor_count if velocity is None else velocity.tolist(),
         effort=equilibrium.efforts.tolist(),
     )
 

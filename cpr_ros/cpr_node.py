@@ -1,4 +1,4 @@
-"""The node ``cpr_node``: services, state and stability of one continuum parallel robot."""
+"""The node ``cpr_node``: setpoint following, services, state and stability of one robot."""
 
 from __future__ import annotations
 
@@ -9,200 +9,284 @@ from collections.abc import Callable
 from typing import Any
 
 import rclpy
-from cpr_msgs.msg import StabilityMetrics
-from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
-from geometry_msgs.msg import PoseStamped
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.node import Node
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile
-from sensor_msgs.msg import JointState
+from rclpy.signals import SignalHandlerOptions
 
-from cpr_core import CprError, Equilibrium, load_robot
+from cpr_core import CprError, load_robot
 
-from .analysis import fill_kinemato_statics, fill_prediction, fill_stability
-from .conversions import Frames, equilibrium_to_message, joint_state, platform_pose
-from .error_codes import error_code, success
-from .parameters import declare, thresholds_problem
-from .solver import Solution, Solver
-from .stability_stream import Thresholds, stability_metrics
+from .inputs import Inputs
+from .outputs import Outputs
+from .parameters import LiveParameters, declare, live_parameters, live_problem
+from .requests import Requests
+from .session import Session
+from .stop_signal import StopSignal
+from .transforms import Transforms
+from .warming import warm_up
 
-__all__ = ["CprNode", "main"]
-
-#: A burst of requests waits in line; the default of ten would drop the others without a word.
-SERVICE_QOS = QoSProfile(depth=1000)
+__all__ = ["CprNode", "main", "run"]
 
 
-class CprNode(Node):
-    """ROS 2 face of a :class:`Solver`. One single-threaded executor serves everything."""
+class CprNode(LifecycleNode):
+    """Managed node around a :class:`Session`. One single-threaded executor serves everything."""
 
     def __init__(self) -> None:
-        """Load the robot, find its home equilibrium and offer the interfaces.
+        """Declare the parameters and make the interfaces.
 
         Raises:
-            CprError: The description or its home cannot be used.
+            CprError: Parameters that cannot be used together.
         """
         super().__init__("cpr_node")
-        parameters = declare(self)
-        self.frames = Frames(parameters.base_frame, parameters.platform_frame)
-        if self.frames.base == self.frames.platform:
-            raise CprError(
-                f"expected two frames, base_frame and platform_frame are {self.frames.base}"
-            )
-        self.thresholds = self._thresholds({})
-        problem = thresholds_problem(self.thresholds.warning, self.thresholds.stop)
+        self.parameters = declare(self)
+        problem = live_problem(self._live({}))
         if problem:
             raise CprError(problem)
+        self.problem = ""
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._session: Session | None = None
+        self._active = False
+        self._ticks: list[Any] = []
+        self._last_tick, self._last_state, self._late_ticks = 0.0, 0.0, 0
+        self.transforms = Transforms(
+            self, self.parameters.base_frame, self.parameters.platform_frame
+        )
+        self.outputs = Outputs(self, self.transforms)
+        self.inputs: Inputs | None = None
+        self.requests: Requests | None = None
+        self.add_on_set_parameters_callback(self._on_parameters)
+        self._timer(self.parameters.diagnostics_rate, self._publish_diagnostics)
+        self._answer_impossible_transitions()
+        if not self.parameters.autostart:
+            self._listen()
 
-        logger = self.get_logger()
-        robot = load_robot(parameters.robot, modes=parameters.modes or None)
+    def start(self) -> None:
+        """Configure and activate.
+
+        Raises:
+            CprError: It could not be done, and why.
+        """
+        for transition in (self.trigger_configure, self.trigger_activate):
+            if transition() != TransitionCallbackReturn.SUCCESS and rclpy.ok():
+                raise CprError(self.problem or "the node could not be activated")
+
+    def active_session(self) -> Session | None:
+        """The robot in operation; None while the node is not active."""
+        return self._session if self._active else None
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Load the robot, find its home and compile the kernels."""
+        return self._transition(self._configure, lambda: super(CprNode, self).on_configure(state))
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Take setpoints, publish, answer."""
+        return self._transition(
+            lambda: None, lambda: super(CprNode, self).on_activate(state), self._activate
+        )
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Hold and be silent; where the robot is stays known."""
+        return self._transition(self._deactivate, lambda: super(CprNode, self).on_deactivate(state))
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Forget the robot."""
+        return self._transition(self._forget, lambda: super(CprNode, self).on_cleanup(state))
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Be silent for good; the process ends with a signal."""
+        return self._transition(self._forget, lambda: super(CprNode, self).on_shutdown(state))
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Be unconfigured again."""
+        return self._transition(self._forget, lambda: super(CprNode, self).on_error(state))
+
+    def _transition(
+        self,
+        first: Callable[[], None],
+        inherited: Callable[[], TransitionCallbackReturn],
+        last: Callable[[], None] = lambda: None,
+    ) -> TransitionCallbackReturn:
+        """A transition that says why it failed; rclpy swallows exceptions."""
+        try:
+            first()
+            result = inherited()
+            last()
+        except Exception as error:
+            self.problem = str(error)
+            if rclpy.ok():
+                text = str(error) if isinstance(error, CprError) else traceback.format_exc()
+                self.get_logger().error(text)
+            return TransitionCallbackReturn.FAILURE
+        return result
+
+    def _configure(self) -> None:
+        logger, begin = self.get_logger(), time.monotonic()
+        robot = load_robot(self.parameters.robot, modes=self.parameters.modes or None)
         logger.info(f"{robot.description.source}: motors {', '.join(robot.motor_names)}")
         logger.info("finding home (after an installation the kernels are compiled, half a minute)")
-        begin = time.monotonic()
-        self.solver = Solver(robot, self.frames)
-        home = self.solver.current.equilibrium
-        # Everything a request needs is compiled now, not when a client waits.
-        equilibrium_to_message(home, self.frames, self._stamp(), 0.0)
-        logger.info(f"at home after {time.monotonic() - begin:.1f} s, index {home.index_locked}")
-
-        if home.index_locked > 0:
+        session = Session(robot, self.transforms.frames, self.parameters, self._live({}))
+        index = session.solver.current.index
+        logger.info(f"at home after {time.monotonic() - begin:.1f} s, index {index}")
+        if index > 0:
             logger.warning("home is unstable: does every leg bow to the side it should?")
+        for what in warm_up(session, self.transforms.frames):
+            logger.info(f"compiled {what} after {time.monotonic() - begin:.1f} s")
+        self._session = session
+        self._listen()
 
-        self.joint_states = self.create_publisher(JointState, "joint_states", 10)
-        self.platform_pose = self.create_publisher(PoseStamped, "~/platform_pose", 10)
-        self.stability = self.create_publisher(StabilityMetrics, "~/stability", 10)
-        for kind, name, callback in (
-            (SolveForward, "solve_forward", self._on_forward),
-            (SolveInverse, "solve_inverse", self._on_inverse),
-            (
-                GetKinematoStatics,
-                "get_kinemato_statics",
-                self._about_an_equilibrium(fill_kinemato_statics),
-            ),
-            (Predict, "predict", self._about_an_equilibrium(fill_prediction)),
-            (CheckStability, "check_stability", self._about_an_equilibrium(fill_stability)),
-        ):
-            self.create_service(kind, f"~/{name}", callback, qos_profile=SERVICE_QOS)
-        self.create_timer(1.0 / parameters.state_rate, self._publish_state)
-        self.create_timer(1.0 / parameters.stability_rate, self._publish_stability)
-        self.add_on_set_parameters_callback(self._on_parameters)
-        logger.info("ready")
-
-    def _on_forward(
-        self, request: SolveForward.Request, response: SolveForward.Response
-    ) -> SolveForward.Response:
-        return self._answer(lambda: self._fill(self.solver.forward(request), response), response)
-
-    def _on_inverse(
-        self, request: SolveInverse.Request, response: SolveInverse.Response
-    ) -> SolveInverse.Response:
-        return self._answer(lambda: self._fill(self.solver.inverse(request), response), response)
-
-    def _about_an_equilibrium(
-        self, fill: Callable[[Equilibrium, Any, Any], None]
-    ) -> Callable[[Any, Any], Any]:
-        """Callback of a service that asks about one equilibrium."""
-
-        def callback(request: Any, response: Any) -> Any:
-            return self._answer(
-                lambda: fill(self.solver.equilibrium_of(request), request, response), response
+    def _activate(self) -> None:
+        session = self._required_session()
+        session.follower.drop()
+        self._active, self._last_tick = True, time.monotonic()
+        self._ticks = [
+            self._timer(rate, callback)
+            for rate, callback in (
+                (self.parameters.tick_rate, self._tick),
+                (self.parameters.state_rate, self._publish_state),
+                (self.parameters.stability_rate, self._publish_stability),
+                (self.parameters.marker_rate, self._publish_markers),
             )
+        ]
+        self.outputs.description(session)
+        self.get_logger().info("ready")
 
-        return callback
+    def _deactivate(self) -> None:
+        self._active = False
+        for timer in self._ticks:
+            self.destroy_timer(timer)
+        self._ticks = []
 
-    def _fill(self, solution: Solution, response: Any) -> None:
-        response.solution = equilibrium_to_message(
-            solution.equilibrium, self.frames, self._stamp(), solution.solve_time
-        )
+    def _forget(self) -> None:
+        self._deactivate()
+        self._session = None
 
-    def _answer(self, fill: Callable[[], None], response: Any) -> Any:
-        """Fill a response. An exception must not leave a callback: the client would wait for ever."""
-        try:
-            fill()
-            response.error_code = success()
-        except Exception as error:
-            response.error_code = error_code(error)
-            if not isinstance(error, CprError):
-                self.get_logger().error(traceback.format_exc())
-        return response
+    def _listen(self) -> None:
+        """Offer services and take messages; from the first time on for ever."""
+        if self.requests is None:
+            self.inputs = Inputs(self, self.transforms.frames, self.active_session, time.monotonic)
+            self.requests = Requests(self, self.transforms.frames, self.active_session)
+
+    def _tick(self) -> None:
+        session, now = self._required_session(), time.monotonic()
+        if now - self._last_tick > 2.0 * session.period:
+            self._late_ticks += 1
+        self._last_tick = now
+        outcome = session.tick(now)
+        if outcome.moved:
+            self._last_state = now
+            if session.tracker is None:
+                self.outputs.motor_commands(session)
+            self.outputs.state(session)
+        if outcome.home_missed:
+            self.get_logger().error(
+                "the motors are at home, but this is another equilibrium than home"
+            )
 
     def _publish_state(self) -> None:
-        equilibrium, stamp = self.solver.current.equilibrium, self._stamp()
-        self.joint_states.publish(joint_state(equilibrium, self.frames, stamp))
-        self.platform_pose.publish(platform_pose(equilibrium, self.frames, stamp))
+        if time.monotonic() - self._last_state > 0.5 / self.parameters.state_rate:
+            self.outputs.state(self._required_session())
 
     def _publish_stability(self) -> None:
-        solution = self.solver.current
-        self.stability.publish(
-            stability_metrics(
-                solution.equilibrium,
-                self.thresholds,
-                self.frames,
-                self._stamp(),
-                solution.solve_time,
-            )
-        )
+        self.outputs.stability(self._required_session(), time.monotonic())
+
+    def _publish_markers(self) -> None:
+        self.outputs.markers(self._required_session(), self.parameters.marker_color)
+
+    def _publish_diagnostics(self) -> None:
+        dropped = dict(self.inputs.dropped.counts) if self.inputs else {}
+        life = self._state_machine.current_state[1]
+        self.outputs.diagnostics(life, self.active_session(), dropped, self._late_ticks)
+
+    def _required_session(self) -> Session:
+        if self._session is None:
+            raise CprError("the node is not configured")
+        return self._session
+
+    def _timer(self, rate: float, callback: Callable[[], None]) -> Any:
+        """A timer on the steady clock whose callback cannot raise."""
+
+        def guarded() -> None:
+            try:
+                callback()
+            except Exception:
+                if rclpy.ok():
+                    self.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
+
+        return self.create_timer(1.0 / rate, guarded, clock=self._steady)
 
     def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
-        """Take over new thresholds, all of one call together."""
-        thresholds = self._thresholds({parameter.name: parameter for parameter in parameters})
-        problem = thresholds_problem(thresholds.warning, thresholds.stop)
-        if not problem:
-            self.thresholds = thresholds
+        """Take over new values, all of one call together."""
+        live = self._live({parameter.name: parameter for parameter in parameters})
+        problem = live_problem(live)
+        if not problem and self._session is not None:
+            self._session.apply(live)
         return SetParametersResult(successful=not problem, reason=problem)
 
-    def _thresholds(self, changed: dict[str, Parameter]) -> Thresholds:
-        def value(name: str) -> float:
-            return (changed.get(name) or self.get_parameter(name)).value
+    def _live(self, changed: dict[str, Parameter]) -> LiveParameters:
+        return live_parameters(lambda name: (changed.get(name) or self.get_parameter(name)).value)
 
-        return Thresholds(warning=value("margin_warning"), stop=value("margin_stop"))
+    def _answer_impossible_transitions(self) -> None:
+        """A transition that is not possible now is answered with no; rclpy raises, and never answers."""
+        service = self._service_change_state
+        change = service.callback
 
-    def _stamp(self) -> Any:
-        return self.get_clock().now().to_msg()
+        def callback(request: Any, response: Any) -> Any:
+            try:
+                return change(request, response)
+            except Exception as error:
+                self.get_logger().warning(f"change_state: {error}")
+                response.success = False
+                return response
+
+        service.callback = callback
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; exit status 0, or 1 if it cannot start."""
+    return run(CprNode, arguments)
+
+
+def run(make_node: Callable[[], CprNode], arguments: list[str] | None = None) -> int:
+    """Run a node; see :func:`main`."""
+    stop, executor, node = StopSignal(), None, None
     try:
-        rclpy.init(args=arguments)
-    except Exception as error:
-        print(f"cpr_node: {error}", file=sys.stderr)
-        return 1
-    executor = SingleThreadedExecutor()
-    node = None
-    try:
-        node = CprNode()
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        executor = SingleThreadedExecutor()
+        node = make_node()
         executor.add_node(node)
-        _spin(node, executor)
-    except (KeyboardInterrupt, ExternalShutdownException):
+        if node.parameters.autostart:
+            node.start()
+        stop.interrupts = False
+        _spin(node, executor, stop)
+    except KeyboardInterrupt:
         pass
-    except (CprError, ParameterException) as error:
-        print(f"cpr_node: {error}", file=sys.stderr)
-        return 1
-    except Exception:
-        if rclpy.ok():
-            raise
-        # A signal took the context away while the node was starting.
+    except Exception as error:
+        if not stop.requested:  # else the signal came out of some library as another error
+            expected = isinstance(error, CprError | ParameterException) or not rclpy.ok()
+            print(f"cpr_node: {error}" if expected else traceback.format_exc(), file=sys.stderr)
+            return 1
     finally:
-        executor.shutdown()
+        stop.interrupts = False
+        if executor is not None:
+            executor.shutdown()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
 
 
-def _spin(node: CprNode, executor: SingleThreadedExecutor) -> None:
-    """Spin as long as ROS runs; no message of a client may end the node."""
-    while rclpy.ok():
+def _spin(node: CprNode, executor: SingleThreadedExecutor, stop: StopSignal) -> None:
+    """Spin until a signal comes; no message of a client may end the node."""
+    while rclpy.ok() and not stop.requested:
         try:
-            executor.spin_once()
-        except (KeyboardInterrupt, ExternalShutdownException):
-            raise
+            executor.spin_once(timeout_sec=0.1)
+        except ExternalShutdownException:
+            return
         except Exception:  # rclpy raises for malformed parameter messages, for one
-            if rclpy.ok():
-                node.get_logger().error(traceback.format_exc())
+            node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
 
 
 if __name__ == "__main__":

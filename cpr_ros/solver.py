@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
@@ -18,29 +17,18 @@ from cpr_core import (
     solve_inverse,
 )
 
+from .assessment import Assessment
 from .conversions import (
     Frames,
     equilibrium_from_message,
-    motors_from_joint_state,
     pose_from_message,
     with_wrench,
 )
 from .error_codes import RequestError
+from .motor_messages import motors_from_joint_state
+from .setpoint_following import SetpointFollower
 
-__all__ = ["Solution", "Solver"]
-
-
-@dataclass(frozen=True)
-class Solution:
-    """An equilibrium and how long it took.
-
-    Attributes:
-        equilibrium: The equilibrium.
-        solve_time: Wall time of the solve [s].
-    """
-
-    equilibrium: Equilibrium
-    solve_time: float
+__all__ = ["Solver"]
 
 
 class Solver:
@@ -49,38 +37,55 @@ class Solver:
     Attributes:
         robot: The robot.
         frames: Names of the frames.
-        current: Current equilibrium; replaced only by a successful request that says ``apply``.
+        current: Current equilibrium; replaced by motion, and by a successful request with ``apply``.
+        time_limit: Longest time of a request [s].
     """
 
-    def __init__(self, robot: Robot, frames: Frames) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        frames: Frames,
+        follower: SetpointFollower,
+        time_limit: float,
+        characteristic_length: float | None = None,
+    ) -> None:
         """Start at the home equilibrium."""
         self.robot = robot
         self.frames = frames
-        self.current = _timed(lambda: robot.home)
+        self._follower = follower
+        self._length = characteristic_length
+        self.time_limit = time_limit
+        self.current = self._timed(lambda: robot.home)
 
-    def forward(self, request: SolveForward.Request) -> Solution:
+    def forward(self, request: SolveForward.Request) -> Assessment:
         """Answer a forward request.
 
         Raises:
             CprError: The request cannot be met; the node is as it was.
         """
+        limit = self.time_limit
         by_effort, values = motors_from_joint_state(self.robot, request.motors)
         start, loads = self._start_and_loads(request)
         solve = solve_forward_by_effort if by_effort else solve_forward
-        solution = _timed(lambda: solve(self.robot, values, start=start, loads=loads))
+        solution = self._timed(
+            lambda: solve(self.robot, values, start=start, loads=loads, time_limit=limit)
+        )
         return self._applied(solution, request.apply)
 
-    def inverse(self, request: SolveInverse.Request) -> Solution:
+    def inverse(self, request: SolveInverse.Request) -> Assessment:
         """Answer an inverse request.
 
         Raises:
             CprError: The request cannot be met; the node is as it was.
         """
+        limit = self.time_limit
         pose = pose_from_message(
             self.robot, request.platform, list(request.controlled), self.frames
         )
         start, loads = self._start_and_loads(request)
-        solution = _timed(lambda: solve_inverse(self.robot, pose, start=start, loads=loads))
+        solution = self._timed(
+            lambda: solve_inverse(self.robot, pose, start=start, loads=loads, time_limit=limit)
+        )
         return self._applied(solution, request.apply)
 
     def equilibrium_of(
@@ -121,20 +126,24 @@ class Solver:
             return start, with_wrench(start.loads, request.wrench, self.frames)
         return start, start.loads
 
-    def _applied(self, solution: Solution, apply: bool) -> Solution:
+    def _applied(self, solution: Assessment, apply: bool) -> Assessment:
         if apply:
-            index = solution.equilibrium.index_locked
-            if index > 0:
+            if self._follower.moving:
+                raise RequestError(
+                    ErrorCode.NOT_READY,
+                    "apply: the robot is on its way to a setpoint; pause it first",
+                )
+            if solution.index > 0:
                 raise RequestError(
                     ErrorCode.UNSTABLE_EQUILIBRIUM,
-                    f"apply: the solution is unstable with the motors held (index {index}), so the "
-                    "robot cannot rest there; ask without apply to see it",
+                    f"apply: the solution is unstable with the motors held (index {solution.index}), "
+                    "so the robot cannot rest there; ask without apply to see it",
                 )
+            self._follower.drop()
             self.current = solution
         return solution
 
-
-def _timed(solve: Callable[[], Equilibrium]) -> Solution:
-    begin = time.perf_counter()
-    equilibrium = solve()
-    return Solution(equilibrium, time.perf_counter() - begin)
+    def _timed(self, solve: Callable[[], Equilibrium]) -> Assessment:
+        begin = time.perf_counter()
+        equilibrium = solve()
+        return Assessment(equilibrium, self._length, time.perf_counter() - begin)

@@ -3,89 +3,107 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
+import numpy as np
 from builtin_interfaces.msg import Time
+from cpr_msgs.msg import Singularity as SingularityMessage
 from cpr_msgs.msg import StabilityMetrics
 from std_msgs.msg import Header
 
-from cpr_core import Equilibrium
-
+from .analysis import message_matrix, singularity_message
+from .assessment import Assessment, Thresholds
 from .conversions import Frames
+from .setpoint_following import Outcome
 
-__all__ = ["Thresholds", "stability_metrics"]
-
-_TEXTS = {
-    StabilityMetrics.STATUS_INVALID: "stability unknown",
-    StabilityMetrics.STATUS_NO_WARNING: "stable",
-    StabilityMetrics.STATUS_DECELERATE_FOR_STABILITY: "stability margin below the warning threshold",
-    StabilityMetrics.STATUS_HALT_FOR_STABILITY: "stability margin below the stop threshold",
-}
+__all__ = ["StabilityStream"]
 
 
-@dataclass(frozen=True)
-class Thresholds:
-    """Margins of Spectrum.margin, dimensionless.
+class StabilityStream:
+    """Makes the messages of the stream; remembers the last one for the trend."""
 
-    Attributes:
-        warning: Below it the motors should slow down, linearly.
-        stop: Below it they should halt.
-    """
+    def __init__(self) -> None:
+        """Start without a trend."""
+        self._last: tuple[float, float] | None = None
 
-    warning: float
-    stop: float
+    def message(
+        self,
+        outcome: Outcome,
+        thresholds: Thresholds,
+        frames: Frames,
+        stamp: Time,
+        *,
+        now: float,
+        setpoint_age: float,
+        wrench_age: float,
+    ) -> StabilityMetrics:
+        """Metrics of the equilibrium after a tick, and what they ask for.
+
+        Args:
+            outcome: Of the last tick.
+            thresholds: In force.
+            frames: Names of the frames.
+            stamp: ROS time of the message.
+            now: Steady time [s].
+            setpoint_age: Age of the newest setpoint [s], -1 without.
+            wrench_age: Age of the external wrench [s], -1 without.
+        """
+        here, told = outcome.here, outcome.verdict
+        equilibrium = here.equilibrium
+        locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
+        robot = equilibrium.robot
+        return StabilityMetrics(
+            header=Header(stamp=stamp, frame_id=frames.base),
+            status=int(told.status),
+            status_text=told.text,
+            action=int(told.action),
+            speed_scale=told.speed_scale,
+            state=int(outcome.state),
+            converged=equilibrium.converged,
+            residual=equilibrium.residual,
+            energy_criterion_applies=locked.energy_criterion_applies,
+            index_locked=locked.index,
+            index_free=free.index,
+            smallest_eigenvalues_locked=locked.eigenvalues[:4].tolist(),
+            smallest_eigenvalues_free=free.eigenvalues[:4].tolist(),
+            inverse_condition_number=locked.inverse_condition_number,
+            margin=locked.margin,
+            margin_trend=self._trend(locked.margin, now),
+            margin_warning=thresholds["margin"].warning,
+            margin_stop=thresholds["margin"].stop,
+            characteristic_length=here.characteristic_length or robot.mean_length,
+            forward=singularity_message(robot, here.forward),
+            inverse=_inverse_singularity(here),
+            motor_range=here.motor_range,
+            effort_reserve=here.effort_reserve,
+            strain_reserve=here.strain_reserve,
+            nearest_threshold=told.nearest,
+            distance_to_threshold=told.distance,
+            stiffness=_stiffness(here),
+            setpoint_age=setpoint_age,
+            wrench_age=wrench_age,
+            solve_time=here.solve_time,
+        )
+
+    def _trend(self, margin: float, now: float) -> float:
+        """Change of the margin since the last message [1/s]."""
+        last, self._last = self._last, (margin, now)
+        if last is None or now <= last[1]:
+            return 0.0
+        return (margin - last[0]) / (now - last[1])
 
 
-def stability_metrics(
-    equilibrium: Equilibrium,
-    thresholds: Thresholds,
-    frames: Frames,
-    stamp: Time,
-    solve_time: float,
-) -> StabilityMetrics:
-    """Metrics of an equilibrium and what they ask for."""
-    locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
-    status, scale = _verdict(locked.margin, thresholds)
-    text = _TEXTS[status]
-    if not locked.energy_criterion_applies:
-        # No energy decides: be as careful as the numbers say, but never call it stable.
-        text = f"non-conservative load, energy does not decide stability ({text})"
-        if status == StabilityMetrics.STATUS_NO_WARNING:
-            status = StabilityMetrics.STATUS_INVALID
-    action = StabilityMetrics.ACTION_NONE
-    if scale == 0.0:
-        action = StabilityMetrics.ACTION_HALT
-    elif scale < 1.0:
-        action = StabilityMetrics.ACTION_SLOW
-    return StabilityMetrics(
-        header=Header(stamp=stamp, frame_id=frames.base),
-        status=status,
-        status_text=text,
-        action=action,
-        speed_scale=scale,
-        converged=equilibrium.converged,
-        residual=equilibrium.residual,
-        energy_criterion_applies=locked.energy_criterion_applies,
-        index_locked=locked.index,
-        index_free=free.index,
-        smallest_eigenvalues_locked=locked.eigenvalues[:4].tolist(),
-        smallest_eigenvalues_free=free.eigenvalues[:4].tolist(),
-        inverse_condition_number=locked.inverse_condition_number,
-        margin=locked.margin,
-        margin_warning=thresholds.warning,
-        margin_stop=thresholds.stop,
-        solve_time=solve_time,
-    )
+def _inverse_singularity(here: Assessment) -> SingularityMessage:
+    if here.inverse is None:
+        return SingularityMessage(
+            smallest_singular_value=math.nan, inverse_condition_number=math.nan
+        )
+    return singularity_message(here.equilibrium.robot, here.inverse)
 
 
-def _verdict(margin: float, thresholds: Thresholds) -> tuple[int, float]:
-    """Status and speed scale: 1 above the warning margin, 0 below the stop margin, linear between."""
-    if math.isnan(margin):
-        return StabilityMetrics.STATUS_INVALID, 0.0
-    scale = (margin - thresholds.stop) / (thresholds.warning - thresholds.stop)
-    scale = min(1.0, max(0.0, scale))
-    if scale == 0.0:
-        return StabilityMetrics.STATUS_HALT_FOR_STABILITY, scale
-    if scale < 1.0:
-        return StabilityMetrics.STATUS_DECELERATE_FOR_STABILITY, scale
-    return StabilityMetrics.STATUS_NO_WARNING, scale
+def _stiffness(here: Assessment) -> np.ndarray:
+    """Stiffness of the platform; NaN where the compliance is singular."""
+    try:
+        stiffness = here.kinemato_statics.stiffness()
+    except np.linalg.LinAlgError:
+        return np.full(36, math.nan)
+    return message_matrix(here.equilibrium.robot, stiffness).ravel()

@@ -1,11 +1,17 @@
 #!/usr/bin/env bash
 # Makes .venv: ROS 2 from PyPI, the interface package cpr_msgs and cpr_ros (editable). What has been made is not made
 # again: each step leaves a stamp with a checksum of what it was made from, written when the step is complete.
+# `setup.sh oldest` makes .venv-oldest in the same way, with the versions of tools/oldest.txt.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tools/steps.sh
 steps=4
-venv=$PWD/.venv
+kind=${1:-newest}
+case "$kind" in
+    newest) venv=$PWD/.venv versions=(constraints.txt) ;;
+    oldest) venv=$PWD/.venv-oldest versions=(constraints.txt tools/oldest.txt) ;;
+    *) echo "setup: expected nothing or oldest, got $kind" >&2; exit 1 ;;
+esac
 exec 9<tools/setup.sh && flock 9 # a second make waits for the first
 
 make_environment() {
@@ -13,10 +19,13 @@ make_environment() {
     "$PYTHON" -m venv "$venv"
 }
 
-# The list is complete: nothing to resolve.
+# The list is complete: nothing to resolve. The last version named of a package counts.
 install_wheels() {
+    cat "${versions[@]}" | sed 's/#.*//; s/[[:space:]]*$//; /^$/d' |
+        awk -F== '{version[$1] = $2} END {for (name in version) print name "==" version[name]}' |
+        sort >"$venv/versions.txt"
     "$venv/bin/python" -m pip install --disable-pip-version-check --no-deps --no-compile \
-        -r constraints.txt
+        -r "$venv/versions.txt"
 }
 
 # Without build isolation: what the build needs is in .venv already, which saves installing it a second time.
@@ -40,11 +49,11 @@ install_package() {
 # An environment cannot be moved, and does not survive the removal of its Python.
 "$venv/bin/python" -c '' 2>/dev/null || rm -f "$venv/stamp-environment"
 environment=$venv
-wheels="$environment $(checksum constraints.txt)"
+wheels="$environment $(checksum "${versions[@]}")"
 messages="$wheels $(checksum msg_defs)"
 package="$wheels $(checksum setup.py setup.cfg pyproject.toml tools/setup.sh)"
 
-step "Python environment in .venv" "$venv/stamp-environment" "$environment" make_environment
+step "Python environment in ${venv##*/}" "$venv/stamp-environment" "$environment" make_environment
 step "ROS 2, numerical and test packages (wheels, 240 MB)" "$venv/stamp-wheels" "$wheels" install_wheels
 step "interface package cpr_msgs (generated and compiled, about a minute)" "$venv/stamp-messages" "$messages" build_messages
 step "cpr_ros, editable" "$venv/stamp-package" "$package" install_package

@@ -43,7 +43,7 @@ def slice_pose(y):
 
 def pose_between(start, goal, fraction):
     """From the home pose to the slice: position on a line, rotation about one axis."""
-    first = Rotation.from_matrix(start.platform_rotation)
+    first = Rotation.from_matrix(start.platform_rotation.copy())  # older scipy writes there
     turn = (SLICE_ROTATION * first.inv()).as_rotvec()
     x, *yz, w = (Rotation.from_rotvec(fraction * turn) * first).as_quat()
     position = start.platform_position + fraction * (goal[:3] - start.platform_position)

@@ -255,3 +255,15 @@ def test_the_characteristic_length_decides_and_units_do_not():
     default = model.singularity("inverse")
     assert model.singularity("inverse", 1.0).smallest == pytest.approx(default.smallest, rel=1e-9)
     assert model.singularity("inverse", 0.1).smallest != pytest.approx(default.smallest, rel=1e-2)
+
+
+@pytest.mark.parametrize("problem", ["forward", "inverse", "inverse_by_effort"])
+@pytest.mark.parametrize("length", [None, 0.3])
+def test_singular_values_alone_are_the_same(here, problem, length):
+    if problem == "inverse" and not here.robot.description.controlled:
+        return
+    model = kinemato_statics(here)
+    whole = model.singularity(problem, length).singular_values
+    np.testing.assert_allclose(
+        model.singular_values(problem, length), whole, rtol=1e-9, atol=1e-12 * whole[-1]
+    )

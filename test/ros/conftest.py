@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import pytest
+from driver import Driver
 from node_process import Client, NodeProcess, free_domain
 
 
@@ -20,7 +21,7 @@ class Running:
 def _run(tmp_path_factory: pytest.TempPathFactory, robot: str) -> Iterator[Running]:
     domain = free_domain()
     log = tmp_path_factory.mktemp(robot) / "node.log"
-    process = NodeProcess(log, domain, ["-p", f"robot:={robot}"])
+    process = NodeProcess(log, domain, ["-p", f"robot:={robot}", "-p", "max_speed:=4.0"])
     try:
         process.wait_for_log("ready")
         client = Client(domain)
@@ -40,3 +41,15 @@ def six_rfs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
 @pytest.fixture(scope="module")
 def rfrfr(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     yield from _run(tmp_path_factory, "rfrfr")
+
+
+@pytest.fixture
+def drive(rfrfr: Running) -> Iterator[Driver]:
+    """The planar robot, idle at home."""
+    driver = Driver(rfrfr.client)
+    driver.go_home()
+    driver.forget()
+    try:
+        yield driver
+    finally:
+        driver.close()

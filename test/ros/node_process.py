@@ -34,7 +34,13 @@ def free_domain() -> int:
 class NodeProcess:
     """A running cpr_node."""
 
-    def __init__(self, log: Path, domain: int, arguments: Sequence[str]) -> None:
+    def __init__(
+        self,
+        log: Path,
+        domain: int,
+        arguments: Sequence[str],
+        module: str = "cpr_ros.cpr_node",
+    ) -> None:
         self.log = log
         environment = os.environ | {
             "ROS_DOMAIN_ID": str(domain),
@@ -43,11 +49,11 @@ class NodeProcess:
         # The code under test is this tree's, whether or not it is installed.
         root = str(Path(cpr_ros.__file__).parents[1])
         environment["PYTHONPATH"] = os.pathsep.join(
-            [root, *filter(None, [environment.get("PYTHONPATH")])]
+            [root, str(Path(__file__).parent), *filter(None, [environment.get("PYTHONPATH")])]
         )
         with log.open("w") as output:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", *arguments],
+                [sys.executable, "-m", module, "--ros-args", *arguments],
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 env=environment,

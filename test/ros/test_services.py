@@ -297,3 +297,16 @@ def test_long_names_are_refused_fast_and_briefly(rfrfr):
     answer = forward(rfrfr, forward_request(names, [0.0] * len(names)))
     assert answer.error_code.val == ErrorCode.INVALID_ROBOT_STATE
     assert len(answer.error_code.message) < 1100
+
+
+def test_eigenvalues_can_be_left_out(six_rfs):
+    target = np.array(SIX_HOME) + 0.1
+    whole = forward(six_rfs, forward_request(SIX_NAMES, target))
+    fast = forward(six_rfs, forward_request(SIX_NAMES, target, without_eigenvalues=True))
+    assert_success(fast)
+    for name in ("margin", "smallest_eigenvalue_locked", "smallest_eigenvalue_free"):
+        assert math.isnan(getattr(fast.solution, name))
+        assert math.isfinite(getattr(whole.solution, name))
+    assert fast.solution.index_locked == whole.solution.index_locked == 0
+    assert fast.solution.index_free == whole.solution.index_free
+    np.testing.assert_allclose(position(fast.solution), position(whole.solution), atol=1e-13)

@@ -1,0 +1,157 @@
+"""What an equilibrium is measured by before a robot may move there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cpr_core import Equilibrium, bending_strains, kinemato_statics
+from cpr_core.kinemato_statics import KinematoStatics, Problem, Singularity
+
+__all__ = ["MEASURES", "Assessment", "Threshold", "Thresholds", "thresholds_problem"]
+
+#: Measures with thresholds. All fall towards what they warn of.
+MEASURES = (
+    "margin",
+    "forward_singularity",
+    "inverse_singularity",
+    "motor_range",
+    "effort_reserve",
+    "strain_reserve",
+)
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """Two values of a measure.
+
+    Attributes:
+        warning: Below it motion towards the danger slows down, linearly.
+        stop: Below it no motion towards the danger is allowed.
+    """
+
+    warning: float
+    stop: float
+
+    def level(self, value: float) -> float:
+        """1 at the warning, 0 at the stop, linear everywhere; NaN of NaN."""
+        return (value - self.stop) / (self.warning - self.stop)
+
+
+#: A threshold for every measure.
+Thresholds = Mapping[str, Threshold]
+
+
+def thresholds_problem(thresholds: Thresholds) -> str:
+    """Why thresholds cannot be used; empty if they can."""
+    for name, threshold in thresholds.items():
+        if not np.isfinite([threshold.warning, threshold.stop]).all():
+            return (
+                f"expected finite thresholds, got {name}_warning {threshold.warning}, "
+                f"{name}_stop {threshold.stop}"
+            )
+        if threshold.stop >= threshold.warning:
+            return (
+                f"expected {name}_stop below {name}_warning, "
+                f"got {threshold.stop} and {threshold.warning}"
+            )
+    return ""
+
+
+@dataclass(frozen=True, eq=False)
+class Assessment:
+    """An equilibrium and its measures, each computed when it is first asked for.
+
+    Attributes:
+        equilibrium: The equilibrium.
+        characteristic_length: Weighs rotations in singular values [m]; None: mean rod length.
+        solve_time: Wall time of the solve [s].
+    """
+
+    equilibrium: Equilibrium
+    characteristic_length: float | None = None
+    solve_time: float = 0.0
+
+    @cached_property
+    def kinemato_statics(self) -> KinematoStatics:
+        """First-order behaviour."""
+        return kinemato_statics(self.equilibrium)
+
+    @cached_property
+    def forward(self) -> Singularity:
+        """Distance of the forward problem from a singularity."""
+        return self.kinemato_statics.singularity("forward", self.characteristic_length)
+
+    @cached_property
+    def inverse(self) -> Singularity | None:
+        """Distance of the inverse problem from a singularity; None where there is no such problem."""
+        if not self.equilibrium.robot.description.controlled:
+            return None
+        return self.kinemato_statics.singularity("inverse", self.characteristic_length)
+
+    @property
+    def index(self) -> int:
+        """Negative eigenvalues of H_r, motors held."""
+        return self.equilibrium.index_locked
+
+    @property
+    def margin(self) -> float:
+        """Smallest eigenvalue of H_r relative to the elastic stiffness, motors held."""
+        return self.equilibrium.spectrum_locked.margin
+
+    @cached_property
+    def forward_singularity(self) -> float:
+        """Smallest singular value of the forward problem."""
+        return self._smallest("forward")
+
+    @cached_property
+    def inverse_singularity(self) -> float:
+        """Smallest singular value of the inverse problem; infinite where there is none."""
+        return (
+            self._smallest("inverse") if self.equilibrium.robot.description.controlled else np.inf
+        )
+
+    def _smallest(self, problem: Problem) -> float:
+        values = self.kinemato_statics.singular_values(problem, self.characteristic_length)
+        return float(values[0])
+
+    @cached_property
+    def motor_range(self) -> float:
+        """Smallest distance of a motor from its position limits, in radians and rod lengths."""
+        robot, motors = self.equilibrium.robot, self.equilibrium.motors
+        return min(
+            (
+                min(motors[motor] - leg.limits.lower, leg.limits.upper - motors[motor])
+                / robot.motor_units[motor]
+                for motor, leg in robot.limited_motors
+            ),
+            default=np.inf,
+        )
+
+    @cached_property
+    def effort_reserve(self) -> float:
+        """1 - |effort| / limit, the smallest over the motors."""
+        efforts = self.equilibrium.efforts
+        return min(
+            (
+                1.0 - abs(efforts[motor]) / leg.limits.effort
+                for motor, leg in self.equilibrium.robot.limited_motors
+            ),
+            default=np.inf,
+        )
+
+    @cached_property
+    def strain_reserve(self) -> float:
+        """1 - bending strain / yield strain, the smallest over the legs."""
+        equilibrium = self.equilibrium
+        if not equilibrium.robot.limits_strain:
+            return np.inf
+        reserves = 1.0 - bending_strains(equilibrium) / equilibrium.robot.strain_limits
+        return float(reserves.min())
+
+    def value(self, measure: str) -> float:
+        """A measure by name."""
+        return float(getattr(self, measure))

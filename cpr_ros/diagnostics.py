@@ -1,0 +1,81 @@
+"""Health of the node for /diagnostics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from std_msgs.msg import Header
+
+from .session import Session
+from .supervision import Action
+
+__all__ = ["diagnostic_array"]
+
+_LEVELS = {
+    Action.NONE: DiagnosticStatus.OK,
+    Action.SLOW: DiagnosticStatus.WARN,
+    Action.HALT: DiagnosticStatus.ERROR,
+}
+
+
+def diagnostic_array(
+    name: str,
+    life: str,
+    session: Session | None,
+    dropped: Mapping[str, int],
+    late_ticks: int,
+    stamp: Time,
+) -> DiagnosticArray:
+    """Two entries: what the robot is in, and how the node gets on.
+
+    Args:
+        name: Full name of the node.
+        life: State of the life cycle.
+        session: The robot in operation; None while the node is not active.
+        dropped: Number of dropped messages by topic.
+        late_ticks: Ticks that came more than a period late.
+        stamp: ROS time of the message.
+    """
+    entries = [
+        DiagnosticStatus(
+            level=DiagnosticStatus.OK if session else DiagnosticStatus.STALE,
+            name=f"{name}: node",
+            message=life,
+            values=_values(
+                {
+                    "life cycle": life,
+                    "late ticks": late_ticks,
+                    **{f"dropped {topic}": count for topic, count in sorted(dropped.items())},
+                }
+            ),
+        )
+    ]
+    if session is not None:
+        outcome, told = session.outcome, session.outcome.verdict
+        entries.append(
+            DiagnosticStatus(
+                level=_LEVELS[told.action],
+                name=f"{name}: stability",
+                message=told.text,
+                hardware_id=session.robot.description.name,
+                values=_values(
+                    {
+                        "state": outcome.state.name,
+                        "status": told.status.name,
+                        "action": told.action.name,
+                        "speed scale": f"{told.speed_scale:.3f}",
+                        "margin": f"{outcome.here.margin:.6g}",
+                        "index, motors held": outcome.here.index,
+                        "nearest threshold": told.nearest or "none",
+                        "solve time [ms]": f"{1e3 * outcome.here.solve_time:.3f}",
+                    }
+                ),
+            )
+        )
+    return DiagnosticArray(header=Header(stamp=stamp), status=entries)
+
+
+def _values(values: Mapping[str, object]) -> list[KeyValue]:
+    return [KeyValue(key=key, value=str(value)) for key, value in values.items()]

@@ -1,0 +1,49 @@
+"""The wrench somebody measures on the platform, with a timeout of its own. No ROS here."""
+
+from __future__ import annotations
+
+from cpr_core import Loads, Robot
+
+from .watchdog import Watchdog
+
+__all__ = ["ExternalWrench"]
+
+
+class ExternalWrench:
+    """Loads with the newest external wrench; without it when it is too old.
+
+    Attributes:
+        watchdog: Age of the newest wrench.
+    """
+
+    def __init__(self, robot: Robot, timeout: float) -> None:
+        """Start without a wrench.
+
+        Args:
+            robot: The robot, whose description says what acts without an external wrench.
+            timeout: Age beyond which a wrench acts no more [s]; 0: never.
+        """
+        self.robot, self.watchdog = robot, Watchdog(timeout)
+        self._loads: Loads | None = None
+
+    def take(self, loads: Loads, now: float) -> None:
+        """Take loads with a new wrench.
+
+        Raises:
+            InvalidRequest: Loads that leave the plane of a planar robot.
+        """
+        self.robot.load_arrays(loads)
+        self._loads = loads
+        self.watchdog.feed(now)
+
+    def loads(self, here: Loads, now: float) -> Loads:
+        """Loads that act now; ``here`` itself if nothing changed."""
+        if self._loads is None:
+            return here
+        if self.watchdog.stale(now):
+            default = self.robot.default_loads
+            self._loads = here.with_(
+                wrench_world=default.wrench_world, wrench_body=default.wrench_body
+            )
+            self.watchdog.forget()
+        return self._loads

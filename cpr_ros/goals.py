@@ -1,0 +1,158 @@
+"""Where setpoints send the robot: motor positions, or a pose of the platform."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cpr_core import Equilibrium, InvalidRequest, Loads, Robot, solve_forward, solve_inverse
+from cpr_core.geometrico_statics import pose_meaning
+from cpr_core.lie import (
+    quaternion_from_rotation,
+    roll_pitch_yaw,
+    rotation_exp,
+    rotation_from_quaternion,
+    rotation_log,
+)
+from cpr_core.validation import checked_vector
+
+__all__ = ["Goal", "MotorGoal", "PlatformGoal", "controlled_pose", "motor_steps"]
+
+Floats = NDArray[np.float64]
+
+_ANGLES = ("roll", "pitch", "yaw")
+
+
+class Goal(Protocol):
+    """Where to go, and the straight way there."""
+
+    def remaining(self, here: Equilibrium) -> float:
+        """Length of the way that is left, in radians and rod lengths; 0 at the goal."""
+        ...
+
+    def solve(self, here: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
+        """The equilibrium at a fraction of the way that is left.
+
+        Raises:
+            CprError: There is none on the branch.
+        """
+        ...
+
+
+class MotorGoal:
+    """Motor positions, approached straight in the motor positions.
+
+    Attributes:
+        motors: (n,) [rad or m], within the position limits.
+        clipped: Names of the motors whose setpoint was beyond its limits.
+    """
+
+    def __init__(self, robot: Robot, motors: ArrayLike) -> None:
+        """Take the nearest motor positions within the limits.
+
+        Raises:
+            InvalidRequest: Not as many numbers as motors.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        wanted = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
+        self.motors = wanted.copy()
+        for motor, leg in robot.limited_motors:
+            self.motors[motor] = np.clip(wanted[motor], leg.limits.lower, leg.limits.upper)
+        beyond = np.flatnonzero(self.motors != wanted)
+        self.clipped = tuple(robot.motor_names[motor] for motor in beyond)
+
+    def remaining(self, here: Equilibrium) -> float:
+        """Largest way of a motor."""
+        ways = np.abs(self.motors - here.motors) / here.robot.motor_units
+        return float(ways.max(initial=0.0))
+
+    def solve(self, here: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
+        """Forward problem at the motor positions on the way."""
+        motors = (1.0 - fraction) * here.motors + fraction * self.motors
+        return solve_forward(here.robot, motors, start=here, loads=loads)
+
+
+class PlatformGoal:
+    """Controlled platform coordinates, approached straight in them.
+
+    Attributes:
+        pose: Numbers in the order of the description [m, rad, unit quaternion w x y z].
+    """
+
+    def __init__(self, robot: Robot, pose: ArrayLike) -> None:
+        """Take a pose in the form of :func:`cpr_core.solve_inverse`.
+
+        Raises:
+            InvalidRequest: Not as many numbers, or the robot has no inverse problem.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        self.names = pose_meaning(robot)
+        if not self.names:
+            raise InvalidRequest("platform", "the inverse problem of this robot has no solution")
+        self.pose = checked_vector("platform", pose, len(self.names), " ".join(self.names))
+
+    def remaining(self, here: Equilibrium) -> float:
+        """Larger one of distance (in rod lengths) and angle."""
+        shift, turns = 0.0, [0.0]
+        for name, change in zip(self.names, self._changes(here), strict=True):
+            if name in ("x", "y", "z"):
+                shift += change**2
+            elif not name.startswith("q"):
+                turns.append(abs(change))
+        if "qw" in self.names:
+            turns.append(float(np.linalg.norm(self._turn(here))))
+        return max(float(np.sqrt(shift)) / here.robot.mean_length, *turns)
+
+    def solve(self, here: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
+        """Inverse problem at the pose on the way."""
+        pose = controlled_pose(here) + fraction * self._changes(here)
+        if fraction == 1.0:
+            pose = self.pose
+        elif "qw" in self.names:
+            rotation = rotation_exp(fraction * self._turn(here)) @ here.platform_rotation
+            pose[self._quaternion] = quaternion_from_rotation(rotation)
+        return solve_inverse(here.robot, pose, start=here, loads=loads)
+
+    @property
+    def _quaternion(self) -> slice:
+        first = self.names.index("qw")
+        return slice(first, first + 4)
+
+    def _turn(self, here: Equilibrium) -> Floats:
+        """Rotation vector in the world that is left."""
+        wanted = rotation_from_quaternion(self.pose[self._quaternion])
+        return rotation_log(wanted @ here.platform_rotation.T)
+
+    def _changes(self, here: Equilibrium) -> Floats:
+        """What is left in every number, angles on the short way; zero for quaternions."""
+        changes = self.pose - controlled_pose(here)
+        for position, name in enumerate(self.names):
+            if name in (*_ANGLES, "angle"):
+                changes[position] -= 2.0 * np.pi * np.round(changes[position] / (2.0 * np.pi))
+            elif name.startswith("q"):
+                changes[position] = 0.0
+        return changes
+
+
+def controlled_pose(here: Equilibrium) -> Floats:
+    """Controlled coordinates of an equilibrium in the form of :func:`cpr_core.solve_inverse`."""
+    rotation = here.platform_rotation
+    values = dict(zip(("x", "y", "z"), here.platform_position, strict=True))
+    values |= dict(zip(_ANGLES, roll_pitch_yaw(rotation), strict=True))
+    values["angle"] = np.arctan2(rotation[1, 0], rotation[0, 0])
+    values |= dict(zip(("qw", "qx", "qy", "qz"), here.platform_quaternion, strict=True))
+    return np.array([values[name] for name in pose_meaning(here.robot)])
+
+
+def motor_steps(robot: Robot, max_speed: float, period: float) -> Floats:
+    """How far every motor may go in a tick, (n,) [rad or m].
+
+    Args:
+        robot: The robot; a motor with a speed limit keeps it.
+        max_speed: Speed no motor exceeds [rad/s, rod lengths/s].
+        period: Time of a tick [s].
+    """
+    own = [leg.limits.speed for leg in robot.description.legs if leg.motor_name is not None]
+    return period * np.minimum(own, max_speed * robot.motor_units)

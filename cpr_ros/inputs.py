@@ -1,0 +1,113 @@
+"""Subscriptions of the node. What cannot be used is dropped whole, counted and warned about."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from cpr_core import CprError
+from cpr_core.validation import checked_vector
+
+from .conversions import (
+    Frames,
+    pose_from_message,
+    with_wrench,
+)
+from .dropped_messages import DroppedMessages
+from .goals import MotorGoal, PlatformGoal
+from .motor_messages import measured_motors, motor_setpoint
+from .session import Session
+
+__all__ = ["Inputs"]
+
+#: The newest setpoint is the one that counts; some by name may belong together.
+NEWEST, SOME = QoSProfile(depth=1), QoSProfile(depth=10)
+
+
+class Inputs:
+    """Everything the node listens to.
+
+    Attributes:
+        dropped: Messages that were dropped.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        frames: Frames,
+        session: Callable[[], Session | None],
+        clock: Callable[[], float],
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            node: The node.
+            frames: Names of the frames.
+            session: Gives the robot in operation; None while the node is not active.
+            clock: Steady time [s].
+        """
+        self.dropped = DroppedMessages()
+        self._node, self._frames, self._session, self._clock = node, frames, session, clock
+        for kind, topic, take, qos in (
+            (JointState, "~/motor_setpoint", self._motor_setpoint, SOME),
+            (Float64MultiArray, "~/commands", self._commands, NEWEST),
+            (PoseStamped, "~/platform_setpoint", self._platform_setpoint, NEWEST),
+            (WrenchStamped, "~/external_wrench", self._external_wrench, qos_profile_sensor_data),
+            (JointState, "measured_joint_states", self._measured, qos_profile_sensor_data),
+        ):
+            node.create_subscription(kind, topic, self._guarded(topic, take), qos)
+
+    def _guarded(
+        self, topic: str, take: Callable[[Session, Any, float], None]
+    ) -> Callable[[Any], None]:
+        """A callback that no message can make raise."""
+
+        def callback(message: Any) -> None:
+            session, now = self._session(), self._clock()
+            if session is None:
+                return
+            try:
+                take(session, message, now)
+            except CprError as error:
+                line = self.dropped.add(topic, str(error), now)
+                if line:
+                    self._node.get_logger().warning(line)
+            except Exception:
+                self.dropped.add(topic, "internal error", now)
+                self._node.get_logger().error(traceback.format_exc())
+
+        return callback
+
+    def _motor_setpoint(self, session: Session, message: JointState, now: float) -> None:
+        goal = session.follower.goal
+        others = (
+            goal.motors
+            if isinstance(goal, MotorGoal)
+            else session.solver.current.equilibrium.motors
+        )
+        motors = motor_setpoint(session.robot, message, others)
+        session.follow(MotorGoal(session.robot, motors), now)
+
+    def _commands(self, session: Session, message: Float64MultiArray, now: float) -> None:
+        names = session.robot.motor_names
+        motors = checked_vector("data", message.data, len(names), " ".join(names))
+        session.follow(MotorGoal(session.robot, motors), now)
+
+    def _platform_setpoint(self, session: Session, message: PoseStamped, now: float) -> None:
+        pose = pose_from_message(session.robot, message, [], self._frames)
+        session.follow(PlatformGoal(session.robot, pose), now)
+
+    def _external_wrench(self, session: Session, message: WrenchStamped, now: float) -> None:
+        here = session.solver.current.equilibrium.loads
+        session.wrench.take(with_wrench(here, message, self._frames), now)
+
+    def _measured(self, session: Session, message: JointState, now: float) -> None:
+        if session.tracker is not None:
+            session.tracker.take(measured_motors(session.robot, message), now)

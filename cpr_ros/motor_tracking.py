@@ -1,0 +1,81 @@
+"""Following measured motors: the node watches a robot that somebody else drives. No ROS here."""
+
+from __future__ import annotations
+
+from numpy.typing import ArrayLike
+
+from cpr_core import Loads, Robot
+
+from .assessment import Assessment
+from .goals import MotorGoal
+from .setpoint_following import ARRIVED, LARGEST_CHANGE, Outcome, SetpointFollower
+from .steps import attempt, change_between
+from .supervision import Refusal, State
+from .watchdog import Watchdog
+
+__all__ = ["MotorTracker"]
+
+#: Longest way in one tick [rad, rod lengths]: stability is looked at in between.
+LONGEST_STEP = 0.1
+
+
+class MotorTracker:
+    """Keeps the equilibrium at the measured motors.
+
+    Nothing is refused for its margin: the motors are where they are. What the branch of the last
+    equilibrium does not explain (a buckled robot, an effort beyond a limit) is lost, until the
+    motors come back.
+
+    Attributes:
+        watchdog: Age of the newest measurement.
+    """
+
+    def __init__(self, robot: Robot, timeout: float, judge: SetpointFollower) -> None:
+        """Track nothing yet.
+
+        Args:
+            robot: The robot.
+            timeout: Age beyond which measured motors are stale [s]; 0: never.
+            judge: Whose thresholds and hysteresis decide what a supervisor is told.
+        """
+        self.robot, self.watchdog = robot, Watchdog(timeout)
+        self._judge = judge
+        self._goal: MotorGoal | None = None
+
+    def take(self, motors: ArrayLike, now: float) -> None:
+        """Take measured motors, (n,) [rad or m]; the newest count."""
+        self._goal = MotorGoal(self.robot, motors)
+        self.watchdog.feed(now)
+
+    def tick(self, here: Assessment, loads: Loads, now: float) -> Outcome:
+        """Follow the motors; parameters as in :meth:`SetpointFollower.tick`."""
+        if self._goal is None:
+            return Outcome(here, False, State.IDLE, self._judge.judge(here))
+        if self.watchdog.stale(now):
+            told = self._judge.judge(here, stale=True)
+            return Outcome(here, False, State.STALE, told)
+        goal = self._goal
+        if goal.clipped:
+            refusal = Refusal("motor_range", f"{', '.join(goal.clipped)} measured beyond its range")
+            return Outcome(here, False, State.LOST, self._judge.judge(here, refusal))
+        remaining = goal.remaining(here.equilibrium)
+        if remaining <= ARRIVED and loads is here.equilibrium.loads:
+            return Outcome(here, False, State.TRACKING, self._judge.judge(here))
+        fraction = min(1.0, LONGEST_STEP / max(remaining, ARRIVED))
+        for part in (1.0, 0.25, 0.0625):  # where the robot is soft, in smaller steps
+            ahead = self._looked_at(here, attempt(here, goal, part * fraction, loads))
+            if isinstance(ahead, Assessment):
+                break
+        if isinstance(ahead, Refusal):
+            return Outcome(here, False, State.LOST, self._judge.judge(here, ahead))
+        return Outcome(ahead, True, State.TRACKING, self._judge.judge(ahead))
+
+    def _looked_at(self, here: Assessment, ahead: Assessment | Refusal) -> Assessment | Refusal:
+        """A step, or why it cannot be what the robot did."""
+        if isinstance(ahead, Refusal):
+            return ahead
+        if change_between(here.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
+            return Refusal("branch_jump", "the measured motors jump off the branch")
+        if ahead.index > here.index:
+            return Refusal("margin", "no stable equilibrium is at the measured motors")
+        return ahead

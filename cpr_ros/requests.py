@@ -1,0 +1,109 @@
+"""Services of the node. Every request gets an answer; one that fails changes nothing."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+from cpr_msgs.msg import ErrorCode
+from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from std_srvs.srv import SetBool, Trigger
+
+from cpr_core import CprError, Equilibrium
+
+from .analysis import fill_kinemato_statics, fill_prediction, fill_stability
+from .assessment import Assessment
+from .conversions import Frames, equilibrium_to_message
+from .error_codes import RequestError, error_code, success
+from .session import Session
+
+__all__ = ["Requests"]
+
+#: A burst of requests waits in line; the default of ten would drop the others without a word.
+SERVICE_QOS = QoSProfile(depth=1000)
+
+
+class Requests:
+    """Everything the node can be asked."""
+
+    def __init__(self, node: Node, frames: Frames, session: Callable[[], Session | None]) -> None:
+        """Offer the services.
+
+        Args:
+            node: The node.
+            frames: Names of the frames.
+            session: Gives the robot in operation; None while the node is not active.
+        """
+        self._node, self._frames, self._session = node, frames, session
+        for kind, name, fill in (
+            (SolveForward, "solve_forward", self._forward),
+            (SolveInverse, "solve_inverse", self._inverse),
+            (GetKinematoStatics, "get_kinemato_statics", _about(fill_kinemato_statics)),
+            (Predict, "predict", _about(fill_prediction)),
+            (CheckStability, "check_stability", _about(fill_stability)),
+            (SetBool, "pause", _pause),
+            (Trigger, "reset", _reset),
+        ):
+            node.create_service(kind, f"~/{name}", self._answering(fill), qos_profile=SERVICE_QOS)
+
+    def _answering(self, fill: Callable[[Session, Any, Any], None]) -> Callable[[Any, Any], Any]:
+        """A callback that cannot raise: the client would wait for ever."""
+
+        def callback(request: Any, response: Any) -> Any:
+            try:
+                session = self._session()
+                if session is None:
+                    raise RequestError(
+                        ErrorCode.NOT_READY, "the node is not active: configure and activate it"
+                    )
+                fill(session, request, response)
+                code = success()
+            except Exception as error:
+                code = error_code(error)
+                if not isinstance(error, CprError):
+                    self._node.get_logger().error(traceback.format_exc())
+            if hasattr(response, "error_code"):
+                response.error_code = code
+            elif code.val != ErrorCode.SUCCESS:
+                response.success, response.message = False, f"{code.val}: {code.message}"
+            return response
+
+        return callback
+
+    def _forward(self, session: Session, request: Any, response: Any) -> None:
+        response.solution = self._solution(session.solver.forward(request), request)
+
+    def _inverse(self, session: Session, request: Any, response: Any) -> None:
+        response.solution = self._solution(session.solver.inverse(request), request)
+
+    def _solution(self, solution: Assessment, request: Any) -> Any:
+        stamp = self._node.get_clock().now().to_msg()
+        return equilibrium_to_message(
+            solution.equilibrium,
+            self._frames,
+            stamp,
+            solution.solve_time,
+            eigenvalues=not request.without_eigenvalues,
+        )
+
+
+def _about(
+    fill: Callable[[Equilibrium, Any, Any], None],
+) -> Callable[[Session, Any, Any], None]:
+    """A service that asks about one equilibrium."""
+    return lambda session, request, response: fill(
+        session.solver.equilibrium_of(request), request, response
+    )
+
+
+def _pause(session: Session, request: SetBool.Request, response: SetBool.Response) -> None:
+    response.message = session.pause(request.data)
+    response.success = True
+
+
+def _reset(session: Session, _request: Trigger.Request, response: Trigger.Response) -> None:
+    response.message = session.reset()
+    response.success = True

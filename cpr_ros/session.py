@@ -1,0 +1,128 @@
+"""Everything that exists while the node is configured: one robot, where it is, where it goes."""
+
+from __future__ import annotations
+
+import numpy as np
+from cpr_msgs.msg import ErrorCode
+from numpy.typing import NDArray
+
+from cpr_core import Robot
+
+from .assessment import Assessment
+from .conversions import Frames
+from .error_codes import RequestError
+from .external_wrench import ExternalWrench
+from .goals import Goal
+from .motor_tracking import MotorTracker
+from .parameters import LiveParameters, Parameters
+from .setpoint_following import Outcome, SetpointFollower
+from .solver import Solver
+from .supervision import State
+from .watchdog import Watchdog
+
+__all__ = ["Session"]
+
+
+class Session:
+    """A robot in operation. No rclpy here: times are given.
+
+    Attributes:
+        robot: The robot.
+        solver: Its current equilibrium and answers about it.
+        follower: Setpoint following.
+        tracker: Tracking of measured motors; None if the node moves the motors itself.
+        wrench: External wrench.
+        outcome: Of the last tick.
+        velocity: Of the motors in the last tick, (n,) [rad/s or m/s].
+    """
+
+    def __init__(
+        self, robot: Robot, frames: Frames, parameters: Parameters, live: LiveParameters
+    ) -> None:
+        """Start at home, idle.
+
+        Raises:
+            CprError: The home of the description cannot be used.
+        """
+        self.robot, self.period = robot, 1.0 / parameters.tick_rate
+        self.follower = SetpointFollower(robot, self.period, live.settings)
+        self.solver = Solver(
+            robot, frames, self.follower, live.time_limit, parameters.characteristic_length
+        )
+        self.tracker = (
+            MotorTracker(robot, live.measured_timeout, self.follower)
+            if parameters.motor_source == "measured"
+            else None
+        )
+        self.wrench = ExternalWrench(robot, live.wrench_timeout)
+        home = self.solver.current
+        self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
+        self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
+
+    def apply(self, live: LiveParameters) -> None:
+        """Take new live parameters."""
+        self.follower.settings = live.settings
+        self.solver.time_limit = live.time_limit
+        self.wrench.watchdog.timeout = live.wrench_timeout
+        if self.tracker is not None:
+            self.tracker.watchdog.timeout = live.measured_timeout
+
+    @property
+    def input_watchdog(self) -> Watchdog:
+        """Age of the newest setpoint, or of the measured motors."""
+        return self.follower.watchdog if self.tracker is None else self.tracker.watchdog
+
+    def tick(self, now: float) -> Outcome:
+        """Move on by one tick."""
+        here = self.solver.current
+        loads = self.wrench.loads(here.equilibrium.loads, now)
+        mover = self.follower if self.tracker is None else self.tracker
+        self.outcome = mover.tick(here, loads, now)
+        self.solver.current = self.outcome.here
+        moved = self.outcome.here.equilibrium.motors - here.equilibrium.motors
+        self.velocity = moved / self.period
+        return self.outcome
+
+    def follow(self, goal: Goal, now: float) -> None:
+        """Take a setpoint.
+
+        Raises:
+            RequestError: The node takes none now.
+        """
+        if self.tracker is not None:
+            raise RequestError(
+                ErrorCode.NOT_READY, "the node tracks measured motors and takes no setpoints"
+            )
+        if self.follower.paused:
+            raise RequestError(ErrorCode.NOT_READY, "the node is paused")
+        if self.follower.returning:
+            raise RequestError(ErrorCode.NOT_READY, "the node is on its way home")
+        self.follower.follow(goal, now)
+
+    def pause(self, paused: bool) -> str:
+        """Pause or release; says what was done.
+
+        Raises:
+            RequestError: There is nothing to pause.
+        """
+        if self.tracker is not None:
+            raise RequestError(
+                ErrorCode.NOT_READY, "the node tracks measured motors, it moves none"
+            )
+        self.follower.pause(paused)
+        return "paused, the setpoint is forgotten" if paused else "waiting for a setpoint"
+
+    def reset(self) -> str:
+        """Go home; says what was done.
+
+        Raises:
+            RequestError: The node is paused.
+        """
+        if self.tracker is not None:
+            length = self.solver.current.characteristic_length
+            self.solver.current = Assessment(self.robot.home, length)
+            return "tracking from home again"
+        if self.follower.paused:
+            raise RequestError(ErrorCode.NOT_READY, "the node is paused: release it first")
+        self.follower.reset()
+        return "walking home along the branch; the stability stream says when it is there"

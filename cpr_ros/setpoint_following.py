@@ -1,0 +1,314 @@
+"""Following setpoints without crossing an instability, a singularity or a limit. No ROS here.
+
+One tick moves the motors one step towards the goal: it solves at the next motors from the current
+equilibrium, looks at the measures there, and only then accepts. What is refused leaves the motors
+where they are, and the next tick tries half the step. Speed falls linearly between the warning and the
+stop threshold of every measure that gets worse; what gets better is never limited.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cpr_core import Equilibrium, Loads, Robot
+
+from .assessment import MEASURES, Assessment, Thresholds
+from .goals import Goal, MotorGoal, PlatformGoal, motor_steps
+from .steps import attempt, change_between, falls
+from .supervision import Action, Refusal, State, Verdict, verdict
+from .watchdog import Watchdog
+
+__all__ = ["Outcome", "SetpointFollower", "Settings"]
+
+#: Speed that is left just above a stop threshold, so that the halt is reached in finite time.
+CREEP = 0.02
+#: Smallest part of a step that is tried; when it is refused, the robot is halted.
+SMALLEST_REACH = 1.0 / 64.0
+#: Largest change in one step of a leg coordinate (in 1/rod length) and of the platform (in radians and
+#: rod lengths). A continuous branch changes less if the step is small enough, a jump does not.
+LARGEST_CHANGE = 0.5
+#: Overshoot of a step, relative, that is rounding.
+SLACK = 1e-6
+#: A goal nearer than this is reached [rad, rod lengths].
+ARRIVED = 1e-9
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What may change while the node runs.
+
+    Attributes:
+        thresholds: Of every measure.
+        hysteresis: Of the action, as a fraction of the way between the thresholds.
+        max_speed: Speed no motor exceeds [rad/s, rod lengths/s].
+        setpoint_timeout: Age beyond which a setpoint is not followed further [s]; 0: never.
+    """
+
+    thresholds: Thresholds
+    hysteresis: float
+    max_speed: float
+    setpoint_timeout: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a tick led to.
+
+    Attributes:
+        here: Equilibrium after the tick.
+        moved: Whether the motors moved.
+        state: What the node does.
+        verdict: What a supervisor is told.
+        home_missed: Whether a return ended at the motors of home, but in another equilibrium.
+    """
+
+    here: Assessment
+    moved: bool
+    state: State
+    verdict: Verdict
+    home_missed: bool = False
+
+
+class SetpointFollower:
+    """State machine of setpoint following; docs/node.md draws it.
+
+    Attributes:
+        robot: The robot.
+        period: Time of a tick [s].
+        watchdog: Age of the newest setpoint.
+    """
+
+    def __init__(self, robot: Robot, period: float, settings: Settings) -> None:
+        """Start idle."""
+        self.robot, self.period = robot, period
+        self.watchdog = Watchdog(settings.setpoint_timeout)
+        self.settings = settings
+        self.paused = False
+        self._goal: Goal | None = None
+        self._returning, self._under_way = False, False
+        self._action = Action.NONE
+        self._reach = 1.0
+        self._refusal: Refusal | None = None
+        self._worsening: frozenset[str] = frozenset(MEASURES)
+        self._motor_steps_per_way = math.nan
+
+    @property
+    def settings(self) -> Settings:
+        """What may change at any time."""
+        return self._settings
+
+    @settings.setter
+    def settings(self, settings: Settings) -> None:
+        self._settings = settings
+        self.watchdog.timeout = settings.setpoint_timeout
+
+    @property
+    def goal(self) -> Goal | None:
+        """Where the robot is sent; stays when it is reached."""
+        return self._goal
+
+    @property
+    def returning(self) -> bool:
+        """Whether the robot is on its way home and takes no setpoints."""
+        return self._returning and self._refusal is None
+
+    @property
+    def moving(self) -> bool:
+        """Whether the last tick found a goal that is not reached."""
+        return self._under_way
+
+    def follow(self, goal: Goal, now: float) -> None:
+        """Take a new setpoint; the newest wins."""
+        self._goal, self._returning = goal, False
+        self.watchdog.feed(now)
+
+    def drop(self) -> None:
+        """Forget the setpoint and hold."""
+        self._goal, self._returning, self._under_way = None, False, False
+        self._refusal, self._reach = None, 1.0
+        self.watchdog.forget()
+
+    def pause(self, paused: bool) -> None:
+        """Hold, and forget the setpoint: nothing moves by itself when the pause ends."""
+        if paused:
+            self.drop()
+        self.paused = paused
+
+    def reset(self) -> None:
+        """Walk home along the branch."""
+        self.drop()
+        self._goal, self._returning = MotorGoal(self.robot, self.robot.home.motors), True
+
+    def tick(self, here: Assessment, loads: Loads, now: float) -> Outcome:
+        """Do one tick.
+
+        Args:
+            here: Current equilibrium.
+            loads: Loads that act now; the object of the equilibrium if they have not changed.
+            now: Steady time [s].
+        """
+        borne, burden = self._bear(here, loads)
+        goal, moved, home_missed = self._goal, borne is not here, False
+        state = State.PAUSED if self.paused else State.IDLE
+        self._under_way = False
+        if goal is not None and not self.paused:
+            if goal.remaining(borne.equilibrium) <= ARRIVED:
+                self._refusal = None
+                if self._returning:
+                    home_missed = self._misses_home(borne.equilibrium)
+                    self.drop()
+            elif not self._returning and self.watchdog.stale(now):
+                state = State.STALE
+                self._refusal = None
+            else:
+                self._under_way = True
+                ahead = borne if burden else self._move(borne, goal)
+                moved = moved or ahead is not borne
+                borne = ahead
+                state = State.RETURNING if self._returning else State.FOLLOWING
+                if burden or self._refusal:
+                    state = State.HALTED
+        told = self.judge(borne, burden or self._refusal, stale=state == State.STALE)
+        return Outcome(borne, moved, state, told, home_missed)
+
+    def judge(
+        self, here: Assessment, refusal: Refusal | None = None, *, stale: bool = False
+    ) -> Verdict:
+        """What a supervisor is told about an equilibrium now."""
+        watched = self._watched()
+        told = verdict(
+            here,
+            self.settings.thresholds,
+            watched,
+            previous=self._action,
+            hysteresis=self.settings.hysteresis,
+            refusal=refusal,
+            worsening=self._worsening,
+            stale=stale,
+        )
+        self._action = told.action
+        return told
+
+    def _watched(self) -> Iterable[str]:
+        """Measures that count: the inverse problem matters to platform setpoints only."""
+        if isinstance(self._goal, PlatformGoal):
+            return MEASURES
+        return [name for name in MEASURES if name != "inverse_singularity"]
+
+    def _bear(self, here: Assessment, loads: Loads) -> tuple[Assessment, Refusal | None]:
+        """The equilibrium under the loads of now, at the same motors."""
+        if loads is here.equilibrium.loads:
+            return here, None
+        goal = MotorGoal(self.robot, here.equilibrium.motors)
+        ahead = attempt(here, goal, 1.0, loads)
+        if isinstance(ahead, Refusal):
+            return here, Refusal(ahead.reason, f"the external wrench is not borne: {ahead.text}")
+        if ahead.index > here.index:
+            return here, Refusal("margin", "the external wrench is not borne: the robot buckles")
+        return ahead, None
+
+    def _move(self, here: Assessment, goal: Goal) -> Assessment:
+        """One step towards the goal, or the same equilibrium if it is refused."""
+        for _ in range(2):
+            factor = self._reach * self._speed_scale(here, self._worsening)
+            ahead = self._step(here, goal, factor)
+            refusal = ahead if isinstance(ahead, Refusal) else self._crossing(here, ahead)
+            if isinstance(ahead, Refusal) or refusal is not None:
+                if self._reach <= SMALLEST_REACH:
+                    self._refusal = refusal
+                self._reach = max(SMALLEST_REACH, 0.5 * self._reach)
+                return here
+            self._worsening = self._worse(here, ahead)
+            allowed = self._speed_scale(here, self._worsening)
+            if self._steps_between(here.equilibrium, ahead.equilibrium) <= allowed * (1.0 + SLACK):
+                self._reach = min(1.0, 2.0 * self._reach)
+                self._refusal = None
+                return ahead
+            # It was not known that this way leads to a threshold: the same again, slower.
+        return here
+
+    def _step(self, here: Assessment, goal: Goal, factor: float) -> Assessment | Refusal:
+        """Solve where the motors are after a tick at a fraction of their speed."""
+        start = here.equilibrium
+        if isinstance(goal, MotorGoal):
+            ways = np.abs(goal.motors - start.motors) / self._motor_steps()
+            return attempt(here, goal, _whole(factor / float(ways.max())), start.loads)
+        remaining = goal.remaining(start)
+        per_way = self._motor_steps_per_way
+        if math.isnan(per_way):  # not known yet: feel the way
+            factor_of_way = 1e-3 * factor
+        else:
+            factor_of_way = min(factor, 0.9 * factor / max(per_way, 1e-12))
+        length = self.settings.max_speed * self.period
+        for _ in range(6):
+            fraction = _whole(factor_of_way * length / remaining)
+            ahead = attempt(here, goal, fraction, start.loads)
+            if isinstance(ahead, Refusal):
+                return ahead
+            steps = self._steps_between(start, ahead.equilibrium)
+            # Motor steps per step of the platform: the platform is as fast as the motors allow.
+            self._motor_steps_per_way = steps * length / (fraction * remaining)
+            if steps <= factor * (1.0 + SLACK):
+                return ahead
+            factor_of_way = 0.9 * factor_of_way * factor / steps
+        return Refusal("inverse_singularity", "the motors would have to move beyond their speed")
+
+    def _crossing(self, here: Assessment, ahead: Assessment) -> Refusal | None:
+        """Why the robot must not go there, if so; a measure that cannot be had is a reason."""
+        try:
+            return self._danger(here, ahead)
+        except Exception as error:
+            return Refusal("not_converged", f"no measures ahead: {type(error).__name__}: {error}")
+
+    def _danger(self, here: Assessment, ahead: Assessment) -> Refusal | None:
+        if change_between(here.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
+            return Refusal("branch_jump", "the next equilibrium is not near this one")
+        if ahead.index > here.index:
+            return Refusal(
+                "margin", "halted: the next equilibrium is unstable with the motors held"
+            )
+        for name in self._watched():
+            first, last = here.value(name), ahead.value(name)
+            stop = self.settings.thresholds[name].stop
+            if math.isnan(last) or (last < stop and falls(first, last)):
+                return Refusal(
+                    name,
+                    f"halted: the next {name.replace('_', ' ')}, {last:.4g}, is below its stop "
+                    f"threshold {stop:g}; here it is {first:.4g}",
+                )
+        return None
+
+    def _worse(self, here: Assessment, ahead: Assessment) -> frozenset[str]:
+        """Measures that fall on the way."""
+        return frozenset(
+            name for name in self._watched() if falls(here.value(name), ahead.value(name))
+        )
+
+    def _speed_scale(self, here: Assessment, worsening: Iterable[str]) -> float:
+        """Factor on the speed of a motion that worsens these measures."""
+        thresholds = self.settings.thresholds
+        watched = set(self._watched())
+        levels = [thresholds[name].level(here.value(name)) for name in worsening if name in watched]
+        return max(CREEP, min([1.0, *(level for level in levels if not math.isnan(level))]))
+
+    def _motor_steps(self) -> np.ndarray:
+        return motor_steps(self.robot, self.settings.max_speed, self.period)
+
+    def _steps_between(self, first: Equilibrium, last: Equilibrium) -> float:
+        """Ticks at full speed the motors need from one equilibrium to another."""
+        return float((np.abs(last.motors - first.motors) / self._motor_steps()).max(initial=0.0))
+
+    def _misses_home(self, here: Equilibrium) -> bool:
+        """Whether this is another equilibrium than home, though nothing else acts."""
+        home = self.robot.home
+        same_loads = here.loads is home.loads or here.loads is self.robot.default_loads
+        return same_loads and change_between(here, home) > 1e-6
+
+
+def _whole(fraction: float) -> float:
+    """A fraction of the way, the whole of it if nothing worth a step of its own would be left."""
+    return 1.0 if fraction > 1.0 - 0.5 * SLACK else fraction

@@ -1,0 +1,49 @@
+"""One step of the robot: solving it, and comparing its two ends."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from cpr_core import CprError, Equilibrium, Loads, MotorLimitExceeded, StrainLimitExceeded
+
+from .assessment import Assessment
+from .goals import Goal
+from .supervision import Refusal
+
+__all__ = ["attempt", "change_between", "falls"]
+
+
+def attempt(here: Assessment, goal: Goal, fraction: float, loads: Loads) -> Assessment | Refusal:
+    """Solve at a fraction of the way to a goal; cannot raise: a robot that cannot go on stays."""
+    begin = time.perf_counter()
+    try:
+        equilibrium = goal.solve(here.equilibrium, fraction, loads)
+    except MotorLimitExceeded as error:
+        reason = "motor_range" if error.quantity == "position" else "effort_reserve"
+        return Refusal(reason, str(error))
+    except StrainLimitExceeded as error:
+        return Refusal("strain_reserve", str(error))
+    except CprError as error:
+        return Refusal("not_converged", str(error))
+    except Exception as error:
+        return Refusal("not_converged", f"the solver failed: {type(error).__name__}: {error}")
+    return Assessment(
+        equilibrium, here.characteristic_length, solve_time=time.perf_counter() - begin
+    )
+
+
+def falls(first: float, last: float) -> bool:
+    """Whether a measure falls by more than rounding."""
+    return last < first - 1e-9 * max(1.0, abs(first))
+
+
+def change_between(first: Equilibrium, last: Equilibrium) -> float:
+    """Largest change of a leg coordinate [1/rod length] and of the platform [rod lengths, radians]."""
+    robot = first.robot
+    legs = np.abs(last.leg_coordinates - first.leg_coordinates)
+    scaled = legs / robot.arrays.unit[robot.elastic_indices]
+    position = np.abs(last.platform_position - first.platform_position) / robot.mean_length
+    rotation = np.abs(last.platform_rotation - first.platform_rotation)
+    return float(max(scaled.max(initial=0.0), position.max(), rotation.max()))

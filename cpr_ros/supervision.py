@@ -1,0 +1,193 @@
+"""What a supervisor is told: status, action and speed scale, from the measures of an equilibrium."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from enum import IntEnum
+
+from .assessment import MEASURES, Assessment, Thresholds
+
+__all__ = ["Action", "Refusal", "State", "Status", "Verdict", "next_action", "verdict"]
+
+
+class Status(IntEnum):
+    """STATUS constants of cpr_msgs/StabilityMetrics."""
+
+    INVALID = -1
+    NO_WARNING = 0
+    DECELERATE_FOR_APPROACHING_SINGULARITY = 1
+    HALT_FOR_SINGULARITY = 2
+    DECELERATE_FOR_LEAVING_SINGULARITY = 3
+    JOINT_BOUND = 6
+    STALE_COMMAND = 7
+    DECELERATE_FOR_STABILITY = 8
+    HALT_FOR_STABILITY = 9
+    NOT_CONVERGED = 10
+    BRANCH_JUMP = 11
+    STRAIN_BOUND = 12
+
+
+class Action(IntEnum):
+    """ACTION constants of cpr_msgs/StabilityMetrics."""
+
+    NONE = 0
+    SLOW = 1
+    HALT = 2
+
+
+class State(IntEnum):
+    """STATE constants of cpr_msgs/StabilityMetrics."""
+
+    IDLE = 0
+    FOLLOWING = 1
+    RETURNING = 2
+    HALTED = 3
+    STALE = 4
+    PAUSED = 5
+    TRACKING = 6
+    LOST = 7
+
+
+#: Statuses of the warning and of the halt of every measure.
+_STATUSES = {
+    "margin": (Status.DECELERATE_FOR_STABILITY, Status.HALT_FOR_STABILITY),
+    "forward_singularity": (
+        Status.DECELERATE_FOR_APPROACHING_SINGULARITY,
+        Status.HALT_FOR_SINGULARITY,
+    ),
+    "inverse_singularity": (
+        Status.DECELERATE_FOR_APPROACHING_SINGULARITY,
+        Status.HALT_FOR_SINGULARITY,
+    ),
+    "motor_range": (Status.JOINT_BOUND, Status.JOINT_BOUND),
+    "effort_reserve": (Status.JOINT_BOUND, Status.JOINT_BOUND),
+    "strain_reserve": (Status.STRAIN_BOUND, Status.STRAIN_BOUND),
+}
+#: Statuses of what has no threshold.
+_OTHER = {"not_converged": Status.NOT_CONVERGED, "branch_jump": Status.BRANCH_JUMP}
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why the robot may not be moved on, or what it cannot bear.
+
+    Attributes:
+        reason: A measure, ``not_converged`` or ``branch_jump``.
+        text: For a person.
+    """
+
+    reason: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a supervisor is told.
+
+    Attributes:
+        status: Status code.
+        text: For a person.
+        action: What to do.
+        speed_scale: Recommended factor on speed, in [0, 1].
+        nearest: Measure nearest to its stop threshold; empty if nothing limits.
+        distance: Its level: 1 at the warning, 0 at the stop.
+    """
+
+    status: Status
+    text: str
+    action: Action
+    speed_scale: float
+    nearest: str
+    distance: float
+
+
+def next_action(previous: Action, distance: float, blocked: bool, hysteresis: float) -> Action:
+    """The action for a distance to the nearest threshold, without chattering.
+
+    An action is taken at its threshold and given up only where the distance is greater by the
+    hysteresis.
+
+    Args:
+        previous: Action before.
+        distance: 1 at the warning, 0 at the stop; NaN is taken for a stop.
+        blocked: Whether motion is refused.
+        hysteresis: Fraction of the way between the thresholds.
+    """
+    if blocked or not distance > 0.0:
+        return Action.HALT
+    if previous == Action.HALT and distance <= hysteresis:
+        return Action.HALT
+    if distance < 1.0:
+        return Action.SLOW
+    if previous != Action.NONE and distance <= 1.0 + hysteresis:
+        return Action.SLOW
+    return Action.NONE
+
+
+def verdict(
+    here: Assessment,
+    thresholds: Thresholds,
+    watched: Iterable[str],
+    *,
+    previous: Action,
+    hysteresis: float,
+    refusal: Refusal | None = None,
+    worsening: Collection[str] = MEASURES,
+    stale: bool = False,
+) -> Verdict:
+    """What a supervisor is told about an equilibrium.
+
+    Args:
+        here: The equilibrium and its measures.
+        thresholds: Thresholds of the measures.
+        watched: Measures that count now.
+        previous: Action told before.
+        hysteresis: See :func:`next_action`.
+        refusal: Why the robot may not be moved on, if so.
+        worsening: Measures that fell in the last motion.
+        stale: Whether the setpoint is too old.
+    """
+    levels = {name: thresholds[name].level(here.value(name)) for name in watched}
+    # NaN comes before every number.
+    nearest = min(levels, key=lambda name: (not math.isnan(levels[name]), levels[name]))
+    distance = levels[nearest]
+    unknown = math.isnan(distance)
+    if math.isinf(distance):
+        nearest = ""
+    action = next_action(previous, distance, refusal is not None, hysteresis)
+    scale = 0.0 if action == Action.HALT else min(1.0, max(0.0, distance))
+    if refusal is not None:
+        status = _OTHER.get(refusal.reason) or _STATUSES[refusal.reason][1]
+        text = refusal.text
+    elif unknown:
+        status, text = Status.INVALID, f"{nearest} is not defined here"
+    elif action == Action.HALT:
+        status = _STATUSES[nearest][1]
+        text = f"{_described(here, nearest)} is at its stop threshold {thresholds[nearest].stop:g}"
+    elif stale:
+        status, text = (
+            Status.STALE_COMMAND,
+            "the setpoint or the measured motors are too old, holding",
+        )
+    elif action == Action.SLOW:
+        status = _STATUSES[nearest][0]
+        if nearest not in worsening and status == Status.DECELERATE_FOR_APPROACHING_SINGULARITY:
+            status = Status.DECELERATE_FOR_LEAVING_SINGULARITY
+        text = (
+            f"{_described(here, nearest)} is at its warning threshold "
+            f"{thresholds[nearest].warning:g}"
+        )
+    else:
+        status, text = Status.NO_WARNING, "stable"
+    if not here.equilibrium.spectrum_locked.energy_criterion_applies:
+        # No energy decides: be as careful as the numbers say, but never call it stable.
+        text = f"non-conservative load, energy does not decide stability ({text})"
+        if status == Status.NO_WARNING:
+            status = Status.INVALID
+    return Verdict(status, text, action, scale, nearest, distance)
+
+
+def _described(here: Assessment, measure: str) -> str:
+    return f"{measure.replace('_', ' ')} {here.value(measure):.4g}"

@@ -1,0 +1,41 @@
+"""Compiling everything a client could ask for before it asks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from builtin_interfaces.msg import Time
+
+from cpr_core import leg_shapes, solve_forward, solve_forward_by_effort, solve_inverse
+
+from .conversions import Frames, equilibrium_to_message
+from .goals import controlled_pose
+from .leg_markers import POINTS
+from .session import Session
+from .stability_stream import StabilityStream
+
+__all__ = ["warm_up"]
+
+
+def warm_up(session: Session, frames: Frames) -> Iterator[str]:
+    """Do one of everything at home; yields the name of each step when it is done."""
+    robot, home = session.robot, session.solver.current.equilibrium
+    solve_forward(robot, home.motors, start=home)
+    solve_forward_by_effort(robot, home.efforts, start=home)
+    yield "forward problems"
+    if robot.description.controlled:
+        solve_inverse(robot, controlled_pose(home), start=home)
+        yield "inverse problem"
+    equilibrium_to_message(home, frames, Time(), 0.0)
+    StabilityStream().message(
+        session.outcome,
+        session.follower.settings.thresholds,
+        frames,
+        Time(),
+        now=0.0,
+        setpoint_age=-1.0,
+        wrench_age=-1.0,
+    )
+    yield "stability and kinemato-statics"
+    leg_shapes(home, POINTS)
+    yield "shapes"

@@ -1,0 +1,14 @@
+"""Fixtures: a follower of each paper robot."""
+
+import pytest
+from drive import Drive, robot
+
+
+@pytest.fixture
+def rfrfr() -> Drive:
+    return Drive(robot("rfrfr"))
+
+
+@pytest.fixture
+def six_rfs() -> Drive:
+    return Drive(robot("six_rfs"))

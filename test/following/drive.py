@@ -1,0 +1,79 @@
+"""Robots and settings for tests of what the node decides, without ROS."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+
+import yaml
+
+import cpr_core
+from cpr_core.description_file import shipped_robots
+from cpr_ros.assessment import Assessment, Threshold
+from cpr_ros.setpoint_following import SetpointFollower, Settings
+from cpr_ros.supervision import State
+
+PERIOD = 0.005
+THRESHOLDS = {
+    "margin": Threshold(0.2, 0.05),
+    "forward_singularity": Threshold(1e-4, 2e-5),
+    "inverse_singularity": Threshold(2e-3, 5e-4),
+    "motor_range": Threshold(0.05, 0.0),
+    "effort_reserve": Threshold(0.2, 0.02),
+    "strain_reserve": Threshold(0.2, 0.05),
+}
+SETTINGS = Settings(THRESHOLDS, hysteresis=0.1, max_speed=1.0, setpoint_timeout=0.0)
+
+
+@functools.cache
+def robot(name: str) -> cpr_core.Robot:
+    return cpr_core.load_robot(name)
+
+
+def changed_robot(name: str, change) -> cpr_core.Robot:
+    """A shipped robot with a changed description."""
+    content = yaml.safe_load(shipped_robots()[name].read_text())
+    for modulus in ("young_modulus", "shear_modulus"):
+        content["rod"][modulus] = float(content["rod"][modulus])
+    change(content)
+    return cpr_core.load_robot(content)
+
+
+class Drive:
+    """A follower, where it is, and a clock that goes one period a tick."""
+
+    def __init__(self, robot: cpr_core.Robot, **settings) -> None:
+        self.robot = robot
+        self.follower = SetpointFollower(robot, PERIOD, replace(SETTINGS, **settings))
+        self.here = Assessment(robot.home)
+        self.loads = robot.home.loads
+        self.now = 0.0
+        self.outcomes = []
+
+    def follow(self, goal):
+        self.follower.follow(goal, self.now)
+
+    def tick(self):
+        self.now += PERIOD
+        outcome = self.follower.tick(self.here, self.loads, self.now)
+        self.here = outcome.here
+        self.outcomes.append(outcome)
+        return outcome
+
+    def until(self, done, ticks=4000):
+        for _ in range(ticks):
+            outcome = self.tick()
+            if done(outcome):
+                return outcome
+        raise AssertionError(f"not within {ticks} ticks: {self.outcomes[-1].verdict}")
+
+    def until_state(self, state: State, ticks=4000):
+        return self.until(lambda outcome: outcome.state == state, ticks)
+
+    @property
+    def position(self):
+        return self.here.equilibrium.platform_position
+
+    @property
+    def motors(self):
+        return self.here.equilibrium.motors

@@ -1,0 +1,15 @@
+from cpr_ros.dropped_messages import DroppedMessages
+
+
+def test_one_line_a_second_and_topic_and_every_message_counted():
+    dropped = DroppedMessages()
+    assert dropped.add("a", "NaN", 0.0) == "a: dropped: NaN"
+    assert dropped.add("a", "NaN", 0.1) == ""
+    assert dropped.add("b", "names", 0.2) == "b: dropped: names"
+    assert dropped.add("a", "NaN", 0.9) == ""
+    assert dropped.add("a", "NaN", 1.1) == "a: dropped: NaN (and 2 more since the last such line)"
+    assert dropped.counts == {"a": 4, "b": 1}
+
+
+def test_a_long_problem_makes_no_long_line():
+    assert len(DroppedMessages().add("a", "x" * 100_000, 0.0)) < 600

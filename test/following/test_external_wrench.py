@@ -1,0 +1,38 @@
+import numpy as np
+import pytest
+from drive import robot
+
+from cpr_core import InvalidRequest
+from cpr_ros.external_wrench import ExternalWrench
+
+
+def test_the_newest_wrench_acts_until_it_is_too_old():
+    six = robot("six_rfs")
+    wrench, here = ExternalWrench(six, timeout=0.5), six.default_loads
+    assert wrench.loads(here, 0.0) is here
+    pushed = here.with_(wrench_world=[0, 0, 0, 1.0, 0, 0])
+    wrench.take(pushed, 1.0)
+    assert wrench.loads(here, 1.4) is pushed
+    released = wrench.loads(pushed, 1.6)
+    np.testing.assert_array_equal(released.wrench_world, 0.0)
+    assert wrench.loads(pushed, 1.7) is released
+    assert wrench.watchdog.age(1.7) == -1.0
+
+
+def test_a_timeout_of_zero_keeps_the_wrench():
+    six = robot("six_rfs")
+    wrench = ExternalWrench(six, timeout=0.0)
+    pushed = six.default_loads.with_(wrench_world=[0, 0, 0, 1.0, 0, 0])
+    wrench.take(pushed, 0.0)
+    assert wrench.loads(six.default_loads, 1e6) is pushed
+
+
+def test_a_wrench_out_of_the_plane_is_refused_and_the_last_one_stays():
+    planar = robot("rfrfr")
+    wrench = ExternalWrench(planar, timeout=0.0)
+    good = planar.default_loads.with_(wrench_world=[0, 0, 0, 0.1, 0, 0])
+    wrench.take(good, 0.0)
+    with pytest.raises(InvalidRequest, match="planar"):
+        wrench.take(good.with_(wrench_world=[0, 0, 0, 0, 0, 1.0]), 1.0)
+    assert wrench.loads(good, 2.0) is good
+    assert wrench.watchdog.age(2.0) == 2.0

@@ -1,0 +1,65 @@
+"""Straight ways to motor positions and platform poses."""
+
+import numpy as np
+import pytest
+from drive import robot
+
+from cpr_core import solve_forward
+from cpr_core.lie import rotation_log
+from cpr_ros.goals import MotorGoal, PlatformGoal, controlled_pose, motor_steps
+
+
+def test_motors_go_straight_and_arrive_exactly():
+    home = robot("rfrfr").home
+    goal = MotorGoal(home.robot, home.motors + [0.02, -0.01])
+    assert goal.remaining(home) == pytest.approx(0.02)
+    half = goal.solve(home, 0.5, home.loads)
+    np.testing.assert_allclose(half.motors, home.motors + [0.01, -0.005], atol=1e-15)
+    there = goal.solve(half, 1.0, home.loads)
+    assert goal.remaining(there) == 0.0
+
+
+def test_a_setpoint_beyond_the_range_is_clipped_and_named():
+    planar = robot("planar_body")
+    goal = MotorGoal(planar, [-3.0, 0.0, 1.5])
+    np.testing.assert_array_equal(goal.motors, [-1.5, 0.0, 1.5])
+    assert goal.clipped == (planar.motor_names[0],)
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "planar_body", "three_rfs", "six_rfs", "gough_stewart"])
+def test_the_platform_goes_straight_in_its_controlled_coordinates(name):
+    home = robot(name).home
+    away = solve_forward(home.robot, home.motors + 0.01 * home.robot.motor_units * np.sin(
+        1.0 + np.arange(home.robot.motor_count)
+    ))  # fmt: skip
+    goal = PlatformGoal(home.robot, controlled_pose(away))
+    assert 0.0 < goal.remaining(home) < 0.2
+    part = goal.solve(home, 0.25, home.loads)
+    assert goal.remaining(part) == pytest.approx(0.75 * goal.remaining(home), rel=1e-6)
+    there = goal.solve(part, 1.0, home.loads)
+    assert goal.remaining(there) < 1e-9
+    np.testing.assert_allclose(there.motors, away.motors, atol=1e-7)
+
+
+def test_the_orientation_turns_about_one_axis():
+    home = robot("six_rfs").home
+    away = solve_forward(home.robot, home.motors + [0.1, -0.1, 0.05, 0.0, -0.05, 0.1])
+    goal = PlatformGoal(home.robot, controlled_pose(away))
+    whole = rotation_log(away.platform_rotation @ home.platform_rotation.T)
+    part = goal.solve(home, 0.3, home.loads)
+    turned = rotation_log(part.platform_rotation @ home.platform_rotation.T)
+    np.testing.assert_allclose(turned, 0.3 * whole, atol=1e-9)
+
+
+def test_angles_take_the_short_way():
+    planar = robot("planar_body").home
+    pose = controlled_pose(planar)
+    names = list(planar.robot.description.controlled)
+    pose[names.index("angle")] += 2.0 * np.pi - 0.05
+    assert PlatformGoal(planar.robot, pose).remaining(planar) == pytest.approx(0.05)
+
+
+def test_a_motor_keeps_its_own_speed_limit():
+    np.testing.assert_allclose(motor_steps(robot("planar_body"), 5.0, 0.01), 0.02)  # its 2 rad/s
+    np.testing.assert_allclose(motor_steps(robot("planar_body"), 1.0, 0.01), 0.01)
+    np.testing.assert_allclose(motor_steps(robot("rfrfr"), 0.5, 0.01), 0.005)

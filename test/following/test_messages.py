@@ -1,0 +1,119 @@
+"""What decisions look like as messages; no node is needed for that."""
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from cpr_msgs.msg import ErrorCode
+from drive import SETTINGS, Drive, changed_robot, robot
+from geometry_msgs.msg import WrenchStamped
+from sensor_msgs.msg import JointState
+
+from cpr_core import InvalidRequest, NonFiniteInput, leg_shapes
+from cpr_core.lie import rotation_exp
+from cpr_ros.conversions import (
+    Frames,
+    platform_pose,
+    with_wrench,
+)
+from cpr_ros.error_codes import RequestError
+from cpr_ros.leg_markers import bending_curvature, leg_markers, shade
+from cpr_ros.motor_messages import measured_motors, motor_setpoint
+from cpr_ros.stability_stream import StabilityStream
+from cpr_ros.transforms import transform_of
+
+FRAMES = Frames("base", "platform")
+
+
+def test_a_wrench_in_a_third_frame_is_turned_if_somebody_knows_the_frame():
+    rotation = rotation_exp([0.0, 0.0, 0.5 * np.pi])
+    known = Frames("base", "platform", lambda name: rotation if name == "tool" else None)
+    message = WrenchStamped()
+    message.wrench.force.x, message.wrench.torque.y = 2.0, 3.0
+    message.header.frame_id = "tool"
+    loads = with_wrench(robot("six_rfs").default_loads, message, known)
+    np.testing.assert_allclose(loads.wrench_world, [-3, 0, 0, 0, 2, 0], atol=1e-15)
+    np.testing.assert_array_equal(loads.wrench_body, 0.0)
+    for frames, frame in ((known, "camera"), (FRAMES, "tool")):
+        message.header.frame_id = frame
+        with pytest.raises(RequestError) as caught:
+            with_wrench(robot("six_rfs").default_loads, message, frames)
+        assert caught.value.val == ErrorCode.FRAME_TRANSFORM_FAILURE
+
+
+def test_the_platform_frame_is_its_pose():
+    pose = platform_pose(robot("six_rfs").home, FRAMES, Time(sec=5))
+    transform = transform_of(pose, "platform")
+    assert (transform.header.frame_id, transform.child_frame_id) == ("base", "platform")
+    assert transform.header.stamp.sec == 5
+    moved, point = transform.transform.translation, pose.pose.position
+    assert (moved.x, moved.y, moved.z) == (point.x, point.y, point.z)
+    assert transform.transform.rotation == pose.pose.orientation
+
+
+def test_a_partial_setpoint_keeps_the_others():
+    planar = robot("rfrfr")
+    message = JointState(name=["motor2"], position=[0.4])
+    np.testing.assert_array_equal(motor_setpoint(planar, message, np.array([1.0, 2.0])), [1.0, 0.4])
+
+
+def test_measured_motors_are_found_among_others():
+    planar = robot("rfrfr")
+    names = ["gripper", "motor2", "motor1"]
+    message = JointState(name=names, position=[np.nan, 0.5, 2.6])
+    np.testing.assert_array_equal(measured_motors(planar, message), [2.6, 0.5])
+    with pytest.raises(NonFiniteInput):
+        measured_motors(planar, JointState(name=names, position=[0.0, 0.5, np.inf]))
+    for wrong in (
+        JointState(name=names[:2], position=[0.0, 0.5]),
+        JointState(name=names, position=[0.0, 0.5]),
+        JointState(name=["motor1", "motor2", "motor1"], position=[1.0, 0.5, 1.0]),
+    ):
+        with pytest.raises(InvalidRequest):
+            measured_motors(planar, wrong)
+
+
+def test_legs_are_coloured_by_bending_strain_or_by_stability(rfrfr):
+    outcome = rfrfr.tick()
+    by_strain = leg_markers(outcome, "strain", FRAMES, Time()).markers
+    for marker, shape in zip(by_strain, leg_shapes(outcome.here.equilibrium, 24), strict=False):
+        curvature = bending_curvature(shape.curvature)
+        red = [color.r - color.b for color in marker.colors]
+        assert np.argmax(red) == np.argmax(curvature)
+        assert np.argmin(red) == np.argmin(curvature)
+    by_stability = leg_markers(outcome, "stability", FRAMES, Time()).markers
+    color = by_stability[0].color
+    assert not by_stability[0].colors
+    assert color.g > color.r
+
+
+@pytest.mark.parametrize(
+    ("fraction", "color"),
+    [(0.0, (0, 0, 1)), (0.5, (0, 1, 0)), (1.0, (1, 0, 0)), (-3.0, (0, 0, 1)), (7.0, (1, 0, 0))],
+)
+def test_shades_go_from_blue_over_green_to_red(fraction, color):
+    found = shade(fraction)
+    assert (found.r, found.g, found.b) == color
+
+
+def test_a_robot_without_an_inverse_problem_has_a_stream():
+    """More motors than platform coordinates: the inverse measures are not numbers."""
+
+    def without(content):
+        content["controlled"] = []
+        content["legs"].append(content["legs"][0])
+        content["home"]["motors"].append(content["home"]["motors"][0])
+
+    drive = Drive(changed_robot("rfrfr", without))
+    outcome = drive.tick()
+    message = StabilityStream().message(
+        outcome,
+        SETTINGS.thresholds,
+        FRAMES,
+        Time(),
+        now=0.0,
+        setpoint_age=-1.0,
+        wrench_age=-1.0,
+    )
+    assert np.isnan(message.inverse.smallest_singular_value)
+    assert message.forward.smallest_singular_value > 0.0
+    assert outcome.here.inverse_singularity == np.inf

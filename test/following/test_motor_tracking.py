@@ -1,0 +1,89 @@
+"""Following measured motors."""
+
+import numpy as np
+from drive import SETTINGS, robot
+
+from cpr_ros.assessment import Assessment
+from cpr_ros.motor_tracking import LONGEST_STEP, MotorTracker
+from cpr_ros.setpoint_following import SetpointFollower
+from cpr_ros.supervision import Action, State, Status
+
+
+class Tracking:
+    def __init__(self, name, timeout=0.5):
+        self.robot = robot(name)
+        judge = SetpointFollower(self.robot, 0.005, SETTINGS)
+        self.tracker = MotorTracker(self.robot, timeout, judge)
+        self.here, self.now = Assessment(self.robot.home), 0.0
+
+    def tick(self, motors=None):
+        self.now += 0.005
+        if motors is not None:
+            self.tracker.take(motors, self.now)
+        outcome = self.tracker.tick(self.here, self.here.equilibrium.loads, self.now)
+        self.here = outcome.here
+        return outcome
+
+
+def test_the_equilibrium_is_at_the_measured_motors():
+    tracking = Tracking("six_rfs")
+    home = tracking.robot.home.motors
+    for k in range(50):
+        motors = home + 0.05 * np.sin(0.1 * k + np.arange(6))
+        for _ in range(3):
+            outcome = tracking.tick(motors)
+        assert outcome.state == State.TRACKING
+        np.testing.assert_array_equal(tracking.here.equilibrium.motors, motors)
+
+
+def test_motors_far_from_home_are_walked_to():
+    tracking = Tracking("rfrfr")
+    motors = tracking.robot.home.motors + [1.0, -1.0]
+    ticks = 0
+    while np.any(tracking.here.equilibrium.motors != motors):
+        before = tracking.here.equilibrium.motors
+        tracking.tick(motors)
+        step = np.abs(tracking.here.equilibrium.motors - before).max()
+        assert step <= LONGEST_STEP * (1.0 + 1e-9)
+        ticks += 1
+        assert ticks < 20
+
+
+def test_a_margin_that_vanishes_is_told_and_not_refused():
+    tracking = Tracking("rfrfr")
+    for turn in np.linspace(1.02, 4.16, 200):  # symmetric, down to y = 0.042
+        outcome = tracking.tick([0.5 * np.pi + turn, 0.5 * np.pi - turn])
+        assert outcome.state == State.TRACKING
+    assert tracking.here.margin < 0.05
+    assert outcome.verdict.status == Status.HALT_FOR_STABILITY
+
+
+def test_motors_no_stable_equilibrium_explains_are_lost_until_they_come_back():
+    tracking = Tracking("rfrfr")
+    for shift in np.linspace(0.0, 4.0, 200):
+        outcome = tracking.tick([2.59 + shift, 0.55 - shift])
+    assert outcome.state == State.LOST
+    assert outcome.verdict.action == Action.HALT
+    assert tracking.here.index == 0
+    for shift in np.linspace(4.0, 0.5, 200):
+        outcome = tracking.tick([2.59 + shift, 0.55 - shift])
+    assert outcome.state == State.TRACKING
+
+
+def test_measurements_that_stop_coming_are_stale():
+    tracking = Tracking("rfrfr", timeout=0.02)
+    assert tracking.tick().state == State.IDLE
+    assert tracking.tick([2.6, 0.55]).state == State.TRACKING
+    for _ in range(5):
+        outcome = tracking.tick()
+    assert (outcome.state, outcome.verdict.status) == (State.STALE, Status.STALE_COMMAND)
+
+
+def test_a_motor_measured_beyond_its_range_is_named():
+    tracking = Tracking("planar_body")
+    motors = tracking.robot.home.motors.copy()
+    motors[1] = 1.6
+    outcome = tracking.tick(motors)
+    assert outcome.state == State.LOST
+    assert outcome.verdict.status == Status.JOINT_BOUND
+    assert tracking.robot.motor_names[1] in outcome.verdict.text

@@ -1,0 +1,349 @@
+"""The state machine of setpoint following."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from drive import PERIOD, SETTINGS, THRESHOLDS, Drive, changed_robot, robot
+
+from cpr_core import Equilibrium, load_robot
+from cpr_ros.assessment import Threshold
+from cpr_ros.external_wrench import ExternalWrench
+from cpr_ros.goals import MotorGoal, PlatformGoal
+from cpr_ros.supervision import Action, State, Status
+
+
+def to(drive, *pose):
+    drive.follow(PlatformGoal(drive.robot, pose))
+
+
+def steps_of(drive):
+    motors = np.array([outcome.here.equilibrium.motors for outcome in drive.outcomes])
+    return np.abs(np.diff(motors, axis=0))
+
+
+def test_idle_stays_at_home(rfrfr):
+    for _ in range(5):
+        outcome = rfrfr.tick()
+        assert not outcome.moved
+        assert (outcome.state, outcome.verdict.status) == (State.IDLE, Status.NO_WARNING)
+    assert rfrfr.here.equilibrium is rfrfr.robot.home
+
+
+def test_motors_reach_a_setpoint_at_their_speed(rfrfr):
+    rfrfr.follow(MotorGoal(rfrfr.robot, [2.69, 0.50]))
+    rfrfr.until_state(State.IDLE)
+    np.testing.assert_array_equal(rfrfr.motors, [2.69, 0.50])
+    assert steps_of(rfrfr).max() <= PERIOD * (1.0 + 1e-6)
+    assert len(rfrfr.outcomes) == pytest.approx(0.1 / PERIOD, abs=2)
+
+
+def test_the_newest_setpoint_wins(rfrfr):
+    rfrfr.follow(MotorGoal(rfrfr.robot, [3.0, 0.2]))
+    for _ in range(5):
+        rfrfr.tick()
+    rfrfr.follow(MotorGoal(rfrfr.robot, [2.59, 0.60]))
+    rfrfr.until_state(State.IDLE)
+    np.testing.assert_array_equal(rfrfr.motors, [2.59, 0.60])
+
+
+def test_the_platform_goes_straight_and_no_motor_beyond_its_speed(six_rfs):
+    first = six_rfs.position.copy()
+    last = first + [0.03, -0.02, -0.04]
+    to(six_rfs, *last, *six_rfs.here.equilibrium.platform_quaternion)
+    six_rfs.until_state(State.IDLE)
+    np.testing.assert_allclose(six_rfs.position, last, atol=1e-9)
+    assert steps_of(six_rfs).max() <= PERIOD * (1.0 + 1e-6)
+    along = (last - first) / np.linalg.norm(last - first)
+    for outcome in six_rfs.outcomes:
+        way = outcome.here.equilibrium.platform_position - first
+        assert np.linalg.norm(way - (way @ along) * along) < 1e-8
+    # The motors are used: it does not take much longer than the slowest of them needs.
+    needed = np.abs(six_rfs.motors - six_rfs.robot.home.motors).max() / PERIOD
+    assert len(six_rfs.outcomes) < 1.5 * needed + 20
+
+
+@pytest.mark.parametrize("modes", [5, 12])
+def test_straight_through_an_instability_it_slows_halts_before_and_returns(modes):
+    """The crossing of the continuous rods with motors locked lies at y = 0.03571."""
+    rfrfr = Drive(load_robot("rfrfr", modes))
+    to(rfrfr, 0.0, 0.8)
+    rfrfr.until_state(State.IDLE)
+    to(rfrfr, 0.0, -0.2)
+    halted = rfrfr.until_state(State.HALTED)
+    assert halted.verdict.status == Status.HALT_FOR_STABILITY
+    assert (halted.verdict.action, halted.verdict.speed_scale) == (Action.HALT, 0.0)
+    assert 0.0357 < rfrfr.position[1] < 0.06
+    assert THRESHOLDS["margin"].stop <= rfrfr.here.margin < 1.02 * THRESHOLDS["margin"].stop
+    assert all(outcome.here.index == 0 for outcome in rfrfr.outcomes)
+    statuses = [outcome.verdict.status for outcome in rfrfr.outcomes]
+    assert statuses.index(Status.DECELERATE_FOR_STABILITY) < statuses.index(
+        Status.HALT_FOR_STABILITY
+    )
+    # It stays there however long it is pushed ...
+    there = rfrfr.here
+    for _ in range(100):
+        assert rfrfr.tick().state == State.HALTED
+    assert rfrfr.here is there
+    # ... and is not trapped.
+    to(rfrfr, 0.0, 0.8)
+    rfrfr.until_state(State.IDLE)
+    np.testing.assert_allclose(rfrfr.position[:2], [0.0, 0.8], atol=1e-9)
+    assert rfrfr.outcomes[-1].verdict.action == Action.NONE
+
+
+def test_speed_falls_with_the_margin_on_the_way_in_and_not_on_the_way_out(rfrfr):
+    def fastest(outcomes):
+        """Largest motor step by speed scale before it, where the margin warns."""
+        pairs = []
+        for before, after in pairwise(outcomes):
+            step = np.abs(after.here.equilibrium.motors - before.here.equilibrium.motors).max()
+            level = THRESHOLDS["margin"].level(before.here.margin)
+            if 0.1 < level < 0.9:
+                pairs.append((step / PERIOD, level))
+        return np.array(pairs)
+
+    to(rfrfr, 0.0, -0.2)
+    rfrfr.until_state(State.HALTED)
+    inward = fastest(rfrfr.outcomes)
+    assert len(inward) > 10
+    assert np.all(inward[:, 0] <= inward[:, 1] * (1.0 + 1e-6))
+    rfrfr.outcomes.clear()
+    to(rfrfr, 0.0, 0.8)
+    rfrfr.until_state(State.IDLE)
+    outward = fastest(rfrfr.outcomes)
+    assert np.median(outward[:, 0]) > 0.8
+
+
+def test_a_setpoint_stream_into_the_instability_does_not_get_through(rfrfr):
+    """New setpoints at every tick must not start the search for the way anew."""
+    for _ in range(2500):
+        to(rfrfr, 0.0, -0.2)
+        rfrfr.tick()
+    assert rfrfr.outcomes[-1].state == State.HALTED
+    assert all(outcome.here.index == 0 for outcome in rfrfr.outcomes)
+    assert rfrfr.here.margin >= THRESHOLDS["margin"].stop
+
+
+def test_motors_straight_through_an_instability_are_halted_as_well(rfrfr):
+    rfrfr.follow(MotorGoal(rfrfr.robot, rfrfr.motors + [4.0, -4.0]))
+    halted = rfrfr.until_state(State.HALTED)
+    assert halted.verdict.status == Status.HALT_FOR_STABILITY
+    assert rfrfr.here.margin >= THRESHOLDS["margin"].stop
+
+
+def test_what_is_below_the_stop_threshold_already_may_get_better_and_not_worse(rfrfr):
+    """Thresholds raised at run time leave the robot free to come back."""
+    to(rfrfr, 0.0, 0.15)
+    rfrfr.until_state(State.IDLE)
+    thresholds = THRESHOLDS | {"margin": Threshold(0.9, 0.8)}
+    rfrfr.follower.settings = replace(SETTINGS, thresholds=thresholds)
+    margin = rfrfr.here.margin
+    assert margin < 0.8
+    to(rfrfr, 0.0, 0.1)
+    rfrfr.until_state(State.HALTED)
+    assert rfrfr.here.margin == margin
+    to(rfrfr, 0.0, 0.8)
+    rfrfr.until_state(State.IDLE)
+    assert rfrfr.here.margin > 0.9
+
+
+def test_it_halts_before_an_inverse_singularity_on_a_platform_way_only():
+    """Stretched out, the motors cannot lift the point any more."""
+    thresholds = THRESHOLDS | {"inverse_singularity": Threshold(0.03, 0.015)}
+    drive = Drive(robot("rfrfr"), thresholds=thresholds)
+    to(drive, 0.0, 1.1)
+    halted = drive.until_state(State.HALTED)
+    assert halted.verdict.status == Status.HALT_FOR_SINGULARITY
+    assert 0.015 <= drive.here.inverse_singularity < 0.016
+    assert 0.9 < drive.position[1] < 0.98
+    statuses = {outcome.verdict.status for outcome in drive.outcomes}
+    assert Status.DECELERATE_FOR_APPROACHING_SINGULARITY in statuses
+    # Motors know no inverse problem.
+    drive.follow(MotorGoal(drive.robot, drive.motors + [-0.1, 0.1]))
+    drive.until_state(State.IDLE)
+    assert drive.here.inverse_singularity < 0.015
+    drive.outcomes.clear()
+    to(drive, 0.0, 0.8)
+    drive.until_state(State.IDLE)
+    statuses = {outcome.verdict.status for outcome in drive.outcomes}
+    assert Status.DECELERATE_FOR_LEAVING_SINGULARITY in statuses
+
+
+def test_it_stops_at_the_range_of_a_motor(rfrfr):
+    def limit(content):
+        for leg in content["legs"]:
+            leg["motor"]["limits"] = {"position": [-0.5, 2.8]}
+
+    drive = Drive(changed_robot("rfrfr", limit))
+    drive.follow(MotorGoal(drive.robot, [3.5, 0.55]))
+    drive.until_state(State.IDLE)
+    assert drive.motors[0] == 2.8
+    assert drive.outcomes[-1].verdict.status == Status.JOINT_BOUND
+    # The other motor is not held up by it, and the way back is free.
+    drive.follow(MotorGoal(drive.robot, [3.5, 0.60]))
+    drive.until_state(State.IDLE)
+    np.testing.assert_array_equal(drive.motors, [2.8, 0.60])
+    drive.follow(MotorGoal(drive.robot, [2.59, 0.60]))
+    drive.until_state(State.IDLE)
+    assert drive.outcomes[-1].verdict.status == Status.NO_WARNING
+    # A platform way that would need more is halted.
+    to(drive, 0.0, 0.7)
+    halted = drive.until_state(State.HALTED)
+    assert halted.verdict.status == Status.JOINT_BOUND
+    assert drive.motors[0] <= 2.8
+
+
+def test_it_halts_before_the_effort_of_a_motor_is_reached():
+    def limit(content):
+        for leg in content["legs"]:
+            leg["motor"]["limits"] = {"effort": 1.0}
+
+    drive = Drive(changed_robot("rfrfr", limit))
+    to(drive, 0.0, 0.3)
+    halted = drive.until_state(State.HALTED)
+    assert halted.verdict.status == Status.JOINT_BOUND
+    assert 0.9 < np.abs(drive.here.equilibrium.efforts).max() <= 0.98 + 1e-9
+
+
+def test_it_halts_before_a_rod_yields():
+    def limit(content):
+        content["rod"]["yield_strain"] = 0.006
+
+    drive = Drive(changed_robot("rfrfr", limit))
+    to(drive, 0.0, 0.3)
+    halted = drive.until_state(State.HALTED)
+    assert halted.verdict.status == Status.STRAIN_BOUND
+    assert drive.here.strain_reserve == pytest.approx(THRESHOLDS["strain_reserve"].stop, abs=0.01)
+
+
+def test_a_stale_setpoint_is_not_followed_further():
+    drive = Drive(robot("rfrfr"), setpoint_timeout=0.05)
+    to(drive, 0.0, 0.5)
+    outcome = drive.until_state(State.STALE)
+    assert outcome.verdict.status == Status.STALE_COMMAND
+    assert drive.now == pytest.approx(0.055, abs=0.006)
+    held = drive.here
+    drive.tick()
+    assert drive.here is held
+    to(drive, 0.0, 0.5)
+    assert drive.tick().state == State.FOLLOWING
+
+
+def test_a_reached_setpoint_does_not_become_stale():
+    drive = Drive(robot("rfrfr"), setpoint_timeout=0.05)
+    drive.follow(MotorGoal(drive.robot, drive.motors + 0.01))
+    drive.until_state(State.IDLE)
+    for _ in range(50):
+        assert drive.tick().state == State.IDLE
+
+
+def test_a_pause_holds_and_nothing_moves_by_itself_when_it_ends(rfrfr):
+    to(rfrfr, 0.0, 0.5)
+    for _ in range(10):
+        rfrfr.tick()
+    rfrfr.follower.pause(True)
+    held = rfrfr.here
+    for _ in range(10):
+        outcome = rfrfr.tick()
+        assert (outcome.state, outcome.moved) == (State.PAUSED, False)
+    rfrfr.follower.pause(False)
+    assert rfrfr.tick().state == State.IDLE
+    assert rfrfr.here is held
+
+
+def test_a_reset_walks_home_along_the_branch(rfrfr):
+    to(rfrfr, 0.1, 0.4)
+    rfrfr.until_state(State.IDLE)
+    rfrfr.outcomes.clear()
+    rfrfr.follower.reset()
+    assert rfrfr.tick().state == State.RETURNING
+    done = rfrfr.until_state(State.IDLE)
+    assert not done.home_missed
+    home = rfrfr.robot.home
+    np.testing.assert_array_equal(rfrfr.motors, home.motors)
+    np.testing.assert_allclose(rfrfr.position, home.platform_position, atol=1e-9)
+    assert steps_of(rfrfr).max() <= PERIOD * (1.0 + 1e-6)
+
+
+def test_a_reset_gets_the_robot_out_of_a_halt(rfrfr):
+    to(rfrfr, 0.0, -0.2)
+    rfrfr.until_state(State.HALTED)
+    rfrfr.follower.reset()
+    rfrfr.until_state(State.IDLE)
+    np.testing.assert_array_equal(rfrfr.motors, rfrfr.robot.home.motors)
+
+
+def test_a_solver_that_fails_holds_the_robot_and_it_goes_on_when_it_works_again(rfrfr):
+    class Failing(MotorGoal):
+        broken = True
+
+        def solve(self, here: Equilibrium, fraction, loads):
+            if self.broken:
+                raise ZeroDivisionError("forced")
+            return super().solve(here, fraction, loads)
+
+    goal = Failing(rfrfr.robot, rfrfr.motors + 0.05)
+    rfrfr.follow(goal)
+    halted = rfrfr.until_state(State.HALTED, ticks=20)
+    assert halted.verdict.status == Status.NOT_CONVERGED
+    assert "ZeroDivisionError: forced" in halted.verdict.text
+    assert rfrfr.here.equilibrium is rfrfr.robot.home
+    goal.broken = False
+    rfrfr.until_state(State.IDLE)
+    np.testing.assert_array_equal(rfrfr.motors, goal.motors)
+
+
+def test_measures_that_cannot_be_had_hold_the_robot(rfrfr, monkeypatch):
+    rfrfr.tick()
+
+    def fail(_equilibrium):
+        raise np.linalg.LinAlgError("forced")
+
+    monkeypatch.setattr("cpr_ros.assessment.kinemato_statics", fail)
+    rfrfr.follow(MotorGoal(rfrfr.robot, rfrfr.motors + 0.05))
+    halted = rfrfr.until_state(State.HALTED, ticks=20)
+    assert halted.verdict.status == Status.NOT_CONVERGED
+    assert "LinAlgError: forced" in halted.verdict.text
+    assert rfrfr.here.equilibrium is rfrfr.robot.home
+
+
+def test_a_solver_that_jumps_is_not_believed(rfrfr):
+    elsewhere = Drive(rfrfr.robot)
+    to(elsewhere, 0.0, 0.3)
+    elsewhere.until_state(State.IDLE)
+
+    class Jumping(MotorGoal):
+        def solve(self, here, fraction, loads):
+            return elsewhere.here.equilibrium
+
+    rfrfr.follow(Jumping(rfrfr.robot, rfrfr.motors + 0.05))
+    halted = rfrfr.until_state(State.HALTED, ticks=20)
+    assert halted.verdict.status == Status.BRANCH_JUMP
+    assert rfrfr.here.equilibrium is rfrfr.robot.home
+
+
+def test_the_platform_is_held_against_a_wrench(six_rfs):
+    wrench = ExternalWrench(six_rfs.robot, timeout=0.0)
+    pose = [*(six_rfs.position + [0, 0, -0.01]), *six_rfs.here.equilibrium.platform_quaternion]
+    to(six_rfs, *pose)
+    six_rfs.until_state(State.IDLE)
+    motors = six_rfs.motors
+    wrench.take(six_rfs.loads.with_(wrench_world=[0, 0, 0, 0.1, 0, -0.2]), six_rfs.now)
+    six_rfs.loads = wrench.loads(six_rfs.loads, six_rfs.now)
+    six_rfs.until_state(State.FOLLOWING)
+    six_rfs.until_state(State.IDLE)
+    np.testing.assert_allclose(six_rfs.position, pose[:3], atol=1e-9)
+    assert np.abs(six_rfs.motors - motors).max() > 1e-3
+
+
+def test_a_wrench_that_is_not_borne_halts_and_changes_nothing(rfrfr):
+    rfrfr.tick()
+    rfrfr.loads = rfrfr.loads.with_(wrench_world=[0, 0, 0, 0, -1000.0, 0])
+    outcome = rfrfr.tick()
+    assert outcome.verdict.action == Action.HALT
+    assert "external wrench is not borne" in outcome.verdict.text
+    assert rfrfr.here.equilibrium is rfrfr.robot.home
+    rfrfr.loads = rfrfr.robot.home.loads
+    assert rfrfr.tick().verdict.status == Status.NO_WARNING

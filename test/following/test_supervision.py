@@ -1,0 +1,122 @@
+"""Statuses, actions and hysteresis."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drive import THRESHOLDS, robot
+
+from cpr_core import solve_inverse
+from cpr_ros.assessment import MEASURES, Assessment, Threshold, thresholds_problem
+from cpr_ros.supervision import Action, Refusal, State, Status, next_action, verdict
+
+
+def at(y):
+    return Assessment(solve_inverse(robot("rfrfr"), [0.0, y]))
+
+
+def judged(y, previous=Action.NONE, **given):
+    return verdict(at(y), THRESHOLDS, MEASURES, previous=previous, hysteresis=0.1, **given)
+
+
+@pytest.mark.parametrize("numbers", [Status, Action, State])
+def test_numbers_are_those_of_the_message(numbers):
+    text = Path(__file__).parents[2].joinpath("msg_defs/msg/StabilityMetrics.msg").read_text()
+    prefix = numbers.__name__.upper()
+    constants = {
+        name: int(value)
+        for name, value in re.findall(rf"^u?int8 {prefix}_(\w+)=(-?\d+)", text, re.M)
+    }
+    assert constants == {member.name: int(member) for member in numbers}
+
+
+def test_speed_scale_falls_linearly_between_the_thresholds():
+    for y in (0.8, 0.15, 0.1, 0.07, 0.05):
+        told = judged(y)
+        expected = np.clip((at(y).margin - 0.05) / 0.15, 0.0, 1.0)
+        assert told.speed_scale == pytest.approx(expected)
+        assert told.nearest == "margin"
+    assert judged(0.8).status == Status.NO_WARNING
+    assert judged(0.1).status == Status.DECELERATE_FOR_STABILITY
+    assert judged(0.04).status == Status.HALT_FOR_STABILITY
+    assert [judged(y).action for y in (0.8, 0.1, 0.04)] == [Action.NONE, Action.SLOW, Action.HALT]
+
+
+def test_the_action_does_not_chatter():
+    """A measure that trembles about a threshold changes the action once, not at every tremble."""
+    rng = np.random.default_rng(1)
+    for threshold in (0.0, 1.0):
+        action, changes = Action.NONE, 0
+        for distance in threshold + 0.04 * rng.standard_normal(2000).clip(-2, 2):
+            after = next_action(action, distance, False, hysteresis=0.1)
+            changes += after != action
+            action = after
+        assert changes <= 2
+
+
+def test_an_action_is_taken_at_once_and_given_up_beyond_the_hysteresis():
+    assert next_action(Action.NONE, -0.01, False, 0.1) == Action.HALT
+    assert next_action(Action.HALT, 0.05, False, 0.1) == Action.HALT
+    assert next_action(Action.HALT, 0.15, False, 0.1) == Action.SLOW
+    assert next_action(Action.SLOW, 1.05, False, 0.1) == Action.SLOW
+    assert next_action(Action.SLOW, 1.15, False, 0.1) == Action.NONE
+    assert next_action(Action.HALT, 5.0, False, 0.1) == Action.NONE
+    assert next_action(Action.NONE, 5.0, True, 0.1) == Action.HALT
+    assert next_action(Action.NONE, float("nan"), False, 0.1) == Action.HALT
+
+
+def test_a_halt_has_scale_zero_until_it_is_given_up():
+    told = judged(0.05, previous=Action.HALT)  # just above the stop threshold
+    assert 0.0 < told.distance < 0.1
+    assert (told.action, told.speed_scale) == (Action.HALT, 0.0)
+    assert told.status == Status.HALT_FOR_STABILITY
+
+
+@pytest.mark.parametrize(
+    ("reason", "status"),
+    [
+        ("margin", Status.HALT_FOR_STABILITY),
+        ("forward_singularity", Status.HALT_FOR_SINGULARITY),
+        ("inverse_singularity", Status.HALT_FOR_SINGULARITY),
+        ("motor_range", Status.JOINT_BOUND),
+        ("effort_reserve", Status.JOINT_BOUND),
+        ("strain_reserve", Status.STRAIN_BOUND),
+        ("not_converged", Status.NOT_CONVERGED),
+        ("branch_jump", Status.BRANCH_JUMP),
+    ],
+)
+def test_a_refusal_is_a_halt_with_its_own_status(reason, status):
+    told = judged(0.8, refusal=Refusal(reason, "because"))
+    assert (told.status, told.text, told.action) == (status, "because", Action.HALT)
+    assert told.speed_scale == 0.0
+
+
+def test_a_stale_setpoint_does_not_hide_a_halt():
+    assert judged(0.8, stale=True).status == Status.STALE_COMMAND
+    assert judged(0.04, stale=True).status == Status.HALT_FOR_STABILITY
+
+
+def test_leaving_a_singularity_has_its_own_status():
+    thresholds = THRESHOLDS | {"inverse_singularity": Threshold(1.0, 1e-3)}
+    given = {"previous": Action.NONE, "hysteresis": 0.1}
+    approaching = verdict(at(0.8), thresholds, MEASURES, **given)
+    leaving = verdict(at(0.8), thresholds, MEASURES, worsening=["margin"], **given)
+    assert approaching.status == Status.DECELERATE_FOR_APPROACHING_SINGULARITY
+    assert leaving.status == Status.DECELERATE_FOR_LEAVING_SINGULARITY
+    assert "inverse singularity" in leaving.text
+
+
+def test_under_a_load_without_potential_nothing_is_called_stable():
+    loads = robot("rfrfr").home.loads.with_(wrench_body=[0, 0, 0, 0.01, 0, 0])
+    loaded = Assessment(solve_inverse(robot("rfrfr"), [0.0, 0.8], loads=loads))
+    told = verdict(loaded, THRESHOLDS, MEASURES, previous=Action.NONE, hysteresis=0.1)
+    assert told.status == Status.INVALID
+    assert "non-conservative" in told.text
+
+
+def test_thresholds_that_make_no_sense_are_named():
+    assert thresholds_problem(THRESHOLDS) == ""
+    crossed = THRESHOLDS | {"motor_range": Threshold(0.1, 0.1)}
+    assert "motor_range_stop below motor_range_warning" in thresholds_problem(crossed)
+    assert "finite" in thresholds_problem(THRESHOLDS | {"margin": Threshold(np.nan, 0.1)})

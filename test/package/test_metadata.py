@@ -1,0 +1,125 @@
+"""What the files around the code say about it."""
+
+import ast
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[2]
+#: rosdep keys of Python packages.
+KEYS = {
+    "hypothesis": "python3-hypothesis",
+    "jsonschema": "python3-jsonschema",
+    "matplotlib": "python3-matplotlib",
+    "mpl_toolkits": "python3-matplotlib",
+    "numba": "python3-numba",
+    "numpy": "python3-numpy",
+    "pytest": "python3-pytest",
+    "scipy": "python3-scipy",
+    "tqdm": "python3-tqdm",
+    "yaml": "python3-yaml",
+}
+
+
+def imported(*folders):
+    """Top-level packages that Python files import, but for the standard library and our own."""
+    found = set()
+    for folder in folders:
+        for path in (ROOT / folder).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text())):
+                if isinstance(node, ast.Import):
+                    found |= {name.name.split(".")[0] for name in node.names}
+                elif isinstance(node, ast.ImportFrom) and not node.level:
+                    found.add(node.module.split(".")[0])
+    return found - set(sys.stdlib_module_names) - {"cpr_core", "cpr_ros"}
+
+
+def declared(kinds):
+    root = ElementTree.parse(ROOT / "package.xml").getroot()
+    return {element.text for kind in kinds for element in root.iter(kind)}
+
+
+def test_package_xml_names_everything_that_is_imported():
+    packages = {KEYS.get(name, name) for name in imported("cpr_core", "cpr_ros", "launch")}
+    assert packages <= declared(["depend", "exec_depend"])
+
+
+def test_package_xml_names_nothing_else():
+    packages = {KEYS.get(name, name) for name in imported("cpr_core", "cpr_ros", "launch")}
+    # rviz is started, not imported; what is generated from interfaces is not, either.
+    assert declared(["depend"]) <= packages | {"lifecycle_msgs"}
+
+
+def test_both_packages_have_the_same_version_and_licence():
+    texts = [(ROOT / name).read_text() for name in ("package.xml", "msg_defs/package.xml")]
+    for tag in ("version", "license"):
+        assert len({re.search(rf"<{tag}>(.*)</{tag}>", text)[1] for text in texts}) == 1
+    assert "Apache License" in (ROOT / "LICENSE").read_text()
+    assert 'license="Apache-2.0"' in (ROOT / "setup.py").read_text()
+
+
+def test_the_interface_page_is_current():
+    done = subprocess.run(
+        [sys.executable, ROOT / "tools/interface_page.py", "--check"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_every_field_of_the_stability_stream_has_its_meaning_and_unit():
+    lines = (ROOT / "msg_defs/msg/StabilityMetrics.msg").read_text().splitlines()
+    fields = [line for line in lines if re.match(r"(float64|int32|int8|uint8|bool)\S* \w+ ", line)]
+    assert len(fields) > 20
+    without = [line for line in fields if line.startswith("float64") and "#" not in line]
+    assert not without
+    for line in fields:
+        if line.startswith("float64"):
+            comment = line.split("#")[1]
+            assert re.search(r"\[.+\]", comment) or "row-major" in comment, line
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
+def test_parameter_files_name_parameters_of_the_node(name):
+    parameters = yaml.safe_load((ROOT / f"config/node/{name}.yaml").read_text())
+    given = parameters["/**"]["ros__parameters"]
+    assert given["robot"] == name
+    source = (ROOT / "cpr_ros/parameters.py").read_text()
+    for key in given:
+        stem = re.sub(r"_(warning|stop)$", "", key)
+        assert f'"{stem}"' in source, key
+
+
+def test_the_readme_lists_every_parameter_service_and_topic():
+    readme = (ROOT / "README.md").read_text()
+    code = "".join((ROOT / f"cpr_ros/{name}.py").read_text() for name in ("inputs", "outputs"))
+    topics = set(re.findall(r'"((?:~/|/)?[a-z_]+)", (?:10|self|LATCHED|SOME)', code))
+    topics |= set(re.findall(r'\(\w+, "((?:~/)?[a-z_]+)", self', code))
+    assert len(topics) >= 12
+    services = re.findall(r'\(\w+, "([a-z_]+)",', (ROOT / "cpr_ros/requests.py").read_text())
+    assert len(services) >= 7
+    for name in [*topics, *(f"~/{service}" for service in services)]:
+        assert f"`{name}`" in readme, name
+
+
+def test_the_view_shows_topics_the_node_has():
+    view = yaml.safe_load((ROOT / "rviz/cpr.rviz").read_text())
+    topics = {
+        display["Topic"]["Value"]
+        for display in view["Visualization Manager"]["Displays"]
+        if "Topic" in display
+    }
+    assert topics == {"cpr_node/leg_markers", "cpr_node/platform_pose"}
+
+
+def test_the_schema_and_the_robots_are_no_parameter_files():
+    from cpr_core.description_file import shipped_robots
+
+    assert all(path.parent.name == "config" for path in shipped_robots().values())
+    json.loads((ROOT / "cpr_core/description.schema.json").read_text())

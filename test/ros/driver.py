@@ -1,0 +1,153 @@
+"""The side of a controller and a supervisor: setpoints out, state and stability in."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from cpr_msgs.msg import ErrorCode, StabilityMetrics
+from cpr_msgs.srv import SolveForward
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from node_process import TIMEOUT, Client
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import SetBool, Trigger
+
+
+class Driver:
+    """Publishers and the newest of what the node publishes."""
+
+    def __init__(self, client: Client, name: str = "/cpr_node", namespace: str = "") -> None:
+        self.client, self.name = client, f"{namespace}{name}"
+        node = client.node
+        self.outputs: dict[type, list[Any]] = {}
+        self.motor_setpoint = node.create_publisher(JointState, f"{self.name}/motor_setpoint", 10)
+        self.commands = node.create_publisher(Float64MultiArray, f"{self.name}/commands", 1)
+        self.platform = node.create_publisher(PoseStamped, f"{self.name}/platform_setpoint", 1)
+        self.wrench = node.create_publisher(
+            WrenchStamped, f"{self.name}/external_wrench", qos_profile_sensor_data
+        )
+        self._subscriptions = [
+            node.create_subscription(kind, topic, self._keeping(kind), 100)
+            for kind, topic in (
+                (StabilityMetrics, f"{self.name}/stability"),
+                (JointState, f"{namespace}/joint_states"),
+                (PoseStamped, f"{self.name}/platform_pose"),
+                (Float64MultiArray, f"{self.name}/motor_commands"),
+            )
+        ]
+        publishers = (self.motor_setpoint, self.commands, self.platform, self.wrench)
+        self._publishers = publishers
+        client.spin_until(
+            lambda: (
+                all(publisher.get_subscription_count() for publisher in publishers)
+                and JointState in self.outputs
+                and StabilityMetrics in self.outputs
+            ),
+            timeout=TIMEOUT,
+        )
+
+    def close(self) -> None:
+        for publisher in self._publishers:
+            self.client.node.destroy_publisher(publisher)
+        for subscription in self._subscriptions:
+            self.client.node.destroy_subscription(subscription)
+
+    def _keeping(self, kind: type) -> Callable[[Any], None]:
+        return lambda message: self.outputs.setdefault(kind, []).append(message)
+
+    def all(self, kind: type) -> list[Any]:
+        return self.outputs.get(kind, [])
+
+    def forget(self) -> None:
+        for messages in self.outputs.values():
+            messages.clear()
+
+    @property
+    def metrics(self) -> StabilityMetrics:
+        return self.all(StabilityMetrics)[-1]
+
+    @property
+    def motors(self) -> np.ndarray:
+        return np.array(self.all(JointState)[-1].position)
+
+    @property
+    def position(self) -> np.ndarray:
+        point = self.all(PoseStamped)[-1].pose.position
+        return np.array([point.x, point.y, point.z])
+
+    def spin(self, seconds: float) -> None:
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.client.executor.spin_once(timeout_sec=0.02)
+
+    def until(self, done: Callable[[], bool], timeout: float = TIMEOUT) -> None:
+        """Wait until something holds that follows from messages yet to come."""
+        self.forget()
+        self.client.spin_until(
+            lambda: bool(
+                self.all(StabilityMetrics)
+                and self.all(JointState)
+                and self.all(PoseStamped)
+                and done()
+            ),
+            timeout,
+        )
+
+    def until_state(self, state: int, timeout: float = TIMEOUT) -> None:
+        self.until(lambda: self.metrics.state == state, timeout)
+
+    def send_motors(self, *positions: float, names: list[str] | None = None) -> None:
+        names = names or [f"motor{k + 1}" for k in range(len(positions))]
+        message = JointState(name=names, position=[float(value) for value in positions])
+        self.motor_setpoint.publish(message)
+
+    def send_platform(self, x: float, y: float, z: float = 0.0) -> None:
+        message = PoseStamped()
+        point = message.pose.position
+        point.x, point.y, point.z = float(x), float(y), float(z)
+        self.platform.publish(message)
+
+    def pause(self, paused: bool) -> SetBool.Response:
+        return self.client.call(SetBool, f"{self.name}/pause", SetBool.Request(data=paused))
+
+    def reset(self) -> Trigger.Response:
+        return self.client.call(Trigger, f"{self.name}/reset", Trigger.Request())
+
+    def go_home(self) -> None:
+        """Whatever it did before: idle at home."""
+        self.pause(False)
+        assert self.reset().success
+        self.until_state(StabilityMetrics.STATE_IDLE)
+
+    def set_parameters(self, **values: float) -> Any:
+        parameters = [
+            Parameter(
+                name=name,
+                value=ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value),
+            )
+            for name, value in values.items()
+        ]
+        return self.client.call(
+            SetParametersAtomically,
+            f"{self.name}/set_parameters_atomically",
+            SetParametersAtomically.Request(parameters=parameters),
+        ).result
+
+    def forward(self, *positions: float) -> SolveForward.Response:
+        request = SolveForward.Request(start=SolveForward.Request.START_HOME)
+        request.motors.name = [f"motor{k + 1}" for k in range(len(positions))]
+        request.motors.position = [float(value) for value in positions]
+        return self.client.call(SolveForward, f"{self.name}/solve_forward", request)
+
+    def assert_correct(self, *motors: float, expected: np.ndarray) -> None:
+        """The node answers and the answer is right."""
+        answer = self.forward(*motors)
+        assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
+        point = answer.solution.platform_in_base.position
+        np.testing.assert_allclose([point.x, point.y, point.z], expected, atol=1e-10)

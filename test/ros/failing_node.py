@@ -1,0 +1,43 @@
+"""A cpr_node whose solver can be made to fail: services /fail and /work."""
+
+import sys
+
+from std_srvs.srv import Trigger
+
+from cpr_ros import cpr_node, goals, solver
+
+_broken = False
+
+
+def breakable(solve):
+    def solve_or_fail(*arguments, **options):
+        if _broken:
+            raise ArithmeticError("forced by a test")
+        return solve(*arguments, **options)
+
+    return solve_or_fail
+
+
+for module in (goals, solver):
+    for name in ("solve_forward", "solve_inverse"):
+        setattr(module, name, breakable(getattr(module, name)))
+
+
+class FailingNode(cpr_node.CprNode):
+    def __init__(self):
+        super().__init__()
+        for name, broken in (("/fail", True), ("/work", False)):
+            self.create_service(Trigger, name, self._setter(broken))
+
+    def _setter(self, broken):
+        def callback(_request, response):
+            global _broken
+            _broken = broken
+            response.success = True
+            return response
+
+        return callback
+
+
+if __name__ == "__main__":
+    sys.exit(cpr_node.run(FailingNode))

@@ -1,0 +1,388 @@
+"""What other processes do wrong: the node stays correct, and says what it dropped."""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from cpr_msgs.msg import ErrorCode, StabilityMetrics
+from cpr_msgs.srv import SolveInverse
+from driver import Driver
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from node_process import TIMEOUT, Client, NodeProcess, free_domain
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import Trigger
+
+import cpr_core
+
+HOME = [2.59, 0.55]
+NAMES = ["motor1", "motor2"]
+
+
+def target(x, y):
+    pose = PoseStamped()
+    pose.pose.position.x, pose.pose.position.y = float(x), float(y)
+    return pose
+
+
+def bad_messages():
+    nan, inf = math.nan, math.inf
+    far_frame = target(0.0, 0.5)
+    far_frame.header.frame_id = "camera"
+    wrench_frame, nan_wrench, lifted = WrenchStamped(), WrenchStamped(), WrenchStamped()
+    wrench_frame.header.frame_id = "camera"
+    nan_wrench.wrench.force.x = nan
+    lifted.wrench.force.z = 1.0
+    return {
+        "NaN motor": ("motor_setpoint", JointState(name=NAMES, position=[nan, 1.0])),
+        "infinite motor": ("motor_setpoint", JointState(name=NAMES, position=[1.0, inf])),
+        "NaN in one of two": ("motor_setpoint", JointState(name=NAMES, position=[2.7, nan])),
+        "unknown name": ("motor_setpoint", JointState(name=["elbow"], position=[1.0])),
+        "duplicate name": (
+            "motor_setpoint",
+            JointState(name=["motor1", "motor1"], position=[2.6, 2.7]),
+        ),
+        "no name": ("motor_setpoint", JointState()),
+        "too few positions": ("motor_setpoint", JointState(name=NAMES, position=[2.7])),
+        "too many positions": ("motor_setpoint", JointState(name=NAMES, position=[2.7, 0.4, 0.1])),
+        "efforts only": ("motor_setpoint", JointState(name=NAMES, effort=[1.0, 1.0])),
+        "short command": ("commands", Float64MultiArray(data=[2.7])),
+        "long command": ("commands", Float64MultiArray(data=[2.7, 0.4, 0.4])),
+        "empty command": ("commands", Float64MultiArray()),
+        "NaN command": ("commands", Float64MultiArray(data=[2.7, nan])),
+        "NaN platform": ("platform", target(nan, 0.5)),
+        "infinite platform": ("platform", target(0.0, -inf)),
+        "platform in another frame": ("platform", far_frame),
+        "wrench in another frame": ("wrench", wrench_frame),
+        "NaN wrench": ("wrench", nan_wrench),
+        "wrench out of the plane": ("wrench", lifted),
+    }
+
+
+@pytest.mark.parametrize("case", bad_messages())
+def test_a_bad_message_is_dropped_whole_and_warned_about(rfrfr, drive, case):
+    publisher, message = bad_messages()[case]
+    before = rfrfr.process.output().count("dropped:")
+    for _ in range(20):  # one line a second at most: one of these is said
+        getattr(drive, publisher).publish(message)
+        drive.spin(0.1)
+        if rfrfr.process.output().count("dropped:") > before:
+            break
+    else:
+        raise AssertionError(f"nothing in the log:\n{rfrfr.process.output()}")
+    drive.until(lambda: len(drive.all(JointState)) > 3)
+    assert drive.metrics.state == StabilityMetrics.STATE_IDLE
+    assert drive.metrics.setpoint_age == -1.0  # no watchdog was fed
+    assert drive.metrics.wrench_age == -1.0
+    np.testing.assert_array_equal(drive.motors, HOME)
+
+
+def test_a_bad_message_does_not_feed_the_watchdog_of_a_good_one(drive):
+    assert drive.set_parameters(setpoint_timeout=0.3).successful
+    try:
+        drive.send_platform(0.0, -0.2)
+        drive.until_state(StabilityMetrics.STATE_FOLLOWING)
+        end = time.monotonic() + 1.0
+        while time.monotonic() < end:
+            drive.platform.publish(target(math.nan, 0.0))
+            drive.spin(0.02)
+        drive.until(lambda: True)
+        assert drive.metrics.state == StabilityMetrics.STATE_STALE
+        assert drive.metrics.status == StabilityMetrics.STATUS_STALE_COMMAND
+        assert drive.metrics.setpoint_age > 0.9
+    finally:
+        assert drive.set_parameters(setpoint_timeout=0.0).successful
+
+
+@pytest.mark.parametrize("seconds", [0, 1, 4_000_000_000 // 2])
+def test_stamps_of_the_past_and_the_future_decide_nothing(drive, seconds):
+    assert drive.set_parameters(setpoint_timeout=0.5).successful
+    try:
+        message = JointState(name=NAMES, position=[2.62, 0.52])
+        message.header.stamp.sec = seconds
+        drive.motor_setpoint.publish(message)
+        drive.until(lambda: np.array_equal(drive.motors, [2.62, 0.52]))
+        assert 0.0 <= drive.metrics.setpoint_age < 5.0
+    finally:
+        assert drive.set_parameters(setpoint_timeout=0.0).successful
+
+
+def test_a_timeout_of_zero_makes_nothing_stale(drive):
+    assert drive.set_parameters(setpoint_timeout=0.0, max_speed=0.05).successful
+    try:
+        drive.send_motors(2.64, 0.55)
+        drive.spin(0.8)
+        drive.until(lambda: np.array_equal(drive.motors, [2.64, 0.55]))
+        states = {metrics.state for metrics in drive.all(StabilityMetrics)}
+        assert StabilityMetrics.STATE_STALE not in states
+    finally:
+        assert drive.set_parameters(max_speed=4.0).successful
+
+
+def test_a_timeout_below_a_second_is_kept(drive):
+    assert drive.set_parameters(setpoint_timeout=0.2, max_speed=0.05).successful
+    try:
+        drive.send_motors(2.9, 0.55)
+        drive.until_state(StabilityMetrics.STATE_STALE, timeout=5.0)
+        held = drive.motors
+        assert 2.595 < held[0] < 2.7
+        drive.spin(0.3)
+        np.testing.assert_array_equal(drive.motors, held)
+    finally:
+        assert drive.set_parameters(setpoint_timeout=0.0, max_speed=4.0).successful
+
+
+def test_a_flood_of_setpoints_at_5_khz(rfrfr, drive):
+    """Two seconds, from a process of its own; the last one wins and services answer meanwhile."""
+    flood = subprocess.Popen(
+        [sys.executable, "-c", FLOOD],
+        env=os.environ | {"ROS_DOMAIN_ID": str(rfrfr.client.context.get_domain_id())},
+    )
+    answers = 0
+    while flood.poll() is None:
+        assert drive.forward(*HOME).error_code.val == ErrorCode.SUCCESS
+        answers += 1
+    assert flood.returncode == 0
+    assert answers > 10
+    drive.until(lambda: np.array_equal(drive.motors, [2.64, 0.5]))
+    stamps = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in drive.all(JointState)]
+    assert np.all(np.diff(stamps) > 0.0)
+
+
+FLOOD = """
+import cpr_ros, rclpy, time
+from sensor_msgs.msg import JointState
+rclpy.init()
+node = rclpy.create_node("flood")
+publisher = node.create_publisher(JointState, "/cpr_node/motor_setpoint", 10)
+while not publisher.get_subscription_count():
+    time.sleep(0.01)
+begin = time.perf_counter()
+message = JointState(name=["motor1", "motor2"], position=[2.6, 0.5])
+for k in range(10_000):
+    message.position[0] = 2.6 + 1e-6 * (k % 50)
+    publisher.publish(message)
+    while time.perf_counter() - begin < k / 5000:
+        pass
+message.position[0] = 2.64
+publisher.publish(message)
+assert publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=10))
+rclpy.shutdown()
+"""
+
+
+def test_a_burst_of_a_thousand_parallel_calls(drive):
+    client = drive.client.node.create_client(
+        SolveInverse, "/cpr_node/solve_inverse", qos_profile=QoSProfile(depth=1000)
+    )
+    assert client.wait_for_service(TIMEOUT)
+    requests = [
+        SolveInverse.Request(platform=target(0.0, 0.8), start=SolveInverse.Request.START_HOME)
+        for _ in range(1000)
+    ]
+    futures = [client.call_async(request) for request in requests]
+    drive.client.spin_until(lambda: all(future.done() for future in futures), timeout=120.0)
+    answers = [future.result() for future in futures]
+    assert all(answer.error_code.val == ErrorCode.SUCCESS for answer in answers)
+    # Motion went on meanwhile: the ticks are not behind the requests in any line.
+    drive.send_motors(2.6, 0.5)
+    drive.until(lambda: np.array_equal(drive.motors, [2.6, 0.5]))
+
+
+DYING = """
+import cpr_ros, os, rclpy, signal
+from cpr_msgs.srv import SolveInverse
+rclpy.init()
+node = rclpy.create_node("dying")
+client = node.create_client(SolveInverse, "/cpr_node/solve_inverse")
+assert client.wait_for_service(20.0)
+for _ in range(200):
+    client.call_async(SolveInverse.Request())
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_client_that_dies_in_mid_call_harms_nobody(rfrfr, drive):
+    for _ in range(3):
+        dying = subprocess.run(
+            [sys.executable, "-c", DYING],
+            env=os.environ | {"ROS_DOMAIN_ID": str(rfrfr.client.context.get_domain_id())},
+            timeout=60,
+        )
+        assert dying.returncode == -signal.SIGKILL
+    expected = cpr_core.solve_forward(cpr_core.load_robot("rfrfr"), [2.7, 0.5]).platform_position
+    drive.assert_correct(2.7, 0.5, expected=expected)
+
+
+def test_an_unreachable_pose_halts_at_the_end_of_the_branch(drive):
+    drive.send_platform(0.0, 3.0)
+    drive.until_state(StabilityMetrics.STATE_HALTED)
+    assert drive.metrics.action == StabilityMetrics.ACTION_HALT
+    assert drive.metrics.index_locked == 0
+    assert 0.9 < drive.position[1] < 0.981  # two rods of 1 m, 0.4 m apart
+    drive.send_platform(0.0, 0.8)
+    drive.until(lambda: np.allclose(drive.position[:2], [0.0, 0.8], atol=1e-8))
+
+
+def test_parameter_changes_during_motion_hold_at_once(drive):
+    drive.send_platform(0.0, 0.3)
+    drive.spin(0.05)
+    assert drive.set_parameters(margin_warning=0.99, margin_stop=0.98).successful
+    try:
+        drive.until_state(StabilityMetrics.STATE_HALTED)
+        assert drive.metrics.status == StabilityMetrics.STATUS_HALT_FOR_STABILITY
+        refused = drive.set_parameters(margin_warning=0.1, margin_stop=0.3)
+        assert not refused.successful
+        assert drive.metrics.margin_stop == 0.98
+        for wrong in ({"max_speed": 0.0}, {"hysteresis": math.nan}, {"setpoint_timeout": -1.0}):
+            assert not drive.set_parameters(**wrong).successful
+    finally:
+        assert drive.set_parameters(margin_warning=0.2, margin_stop=0.05).successful
+    drive.until(lambda: np.allclose(drive.position[:2], [0.0, 0.3], atol=1e-8))
+
+
+def test_thresholds_of_every_measure_are_checked(drive):
+    for measure in (
+        "margin",
+        "forward_singularity",
+        "inverse_singularity",
+        "motor_range",
+        "effort_reserve",
+        "strain_reserve",
+    ):
+        refused = drive.set_parameters(**{f"{measure}_warning": 0.1, f"{measure}_stop": 0.2})
+        assert not refused.successful
+        assert f"{measure}_stop below {measure}_warning" in refused.reason
+
+
+def test_an_incompatible_quality_of_service_is_logged(rfrfr):
+    node = rfrfr.client.node
+    careless = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    publisher = node.create_publisher(JointState, "/cpr_node/motor_setpoint", careless)
+    try:
+        rfrfr.process.wait_for_log("incompatible QoS", timeout=TIMEOUT)
+        assert "motor_setpoint'," in rfrfr.process.output()
+    finally:
+        node.destroy_publisher(publisher)
+
+
+def test_a_solver_that_fails_halts_the_robot_and_it_goes_on_afterwards(tmp_path):
+    domain = free_domain()
+    process = NodeProcess(
+        tmp_path / "node.log", domain, ["-p", "robot:=rfrfr"], module="failing_node"
+    )
+    process.wait_for_log("ready")
+    client = Client(domain)
+    try:
+        drive = Driver(client)
+        assert client.call(Trigger, "/fail", Trigger.Request()).success
+        drive.send_motors(2.7, 0.5)
+        drive.until_state(StabilityMetrics.STATE_HALTED)
+        assert drive.metrics.status == StabilityMetrics.STATUS_NOT_CONVERGED
+        assert "forced by a test" in drive.metrics.status_text
+        np.testing.assert_array_equal(drive.motors, HOME)
+        answer = drive.forward(2.7, 0.5)
+        assert answer.error_code.val == ErrorCode.FAILURE
+        assert client.call(Trigger, "/work", Trigger.Request()).success
+        drive.until(lambda: np.array_equal(drive.motors, [2.7, 0.5]))
+        assert drive.forward(2.7, 0.5).error_code.val == ErrorCode.SUCCESS
+    finally:
+        client.close()
+        assert process.stop() == 0, process.output()
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_the_middle_of_motion_ends_the_node_cleanly(tmp_path, how):
+    domain = free_domain()
+    process = NodeProcess(tmp_path / "node.log", domain, ["-p", "robot:=rfrfr"])
+    process.wait_for_log("ready")
+    client = Client(domain)
+    try:
+        drive = Driver(client)
+        drive.send_platform(0.0, 0.1)
+        drive.until_state(StabilityMetrics.STATE_FOLLOWING)
+        assert process.stop(how) == 0
+        assert "Traceback" not in process.output()
+    finally:
+        client.close()
+        process.process.kill()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_at_any_time_ends_the_node_cleanly(tmp_path, how):
+    """From the first line of the log on; before that, a signal ends Python in Python's own way."""
+    for number, delay in enumerate([0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8]):
+        log = tmp_path / f"node{number}.log"
+        process = NodeProcess(log, free_domain(), ["-p", "robot:=rfrfr"])
+        process.wait_for_log("motors motor1")
+        time.sleep(delay)
+        assert process.stop(how) == 0, process.output()
+        assert "Traceback" not in process.output()
+
+
+def test_a_killed_node_is_found_again_by_running_clients(tmp_path):
+    domain = free_domain()
+    arguments = ["-p", "robot:=rfrfr"]
+    first = NodeProcess(tmp_path / "first.log", domain, arguments)
+    client = Client(domain)
+    try:
+        first.wait_for_log("ready")
+        drive = Driver(client)
+        drive.send_motors(2.65, 0.5)
+        drive.until(lambda: np.array_equal(drive.motors, [2.65, 0.5]))
+        first.process.kill()
+        first.process.wait()
+        second = NodeProcess(tmp_path / "second.log", domain, arguments)
+        try:
+            second.wait_for_log("ready")
+            # The same publishers, subscriptions and clients.
+            drive.until(lambda: np.array_equal(drive.motors, HOME))
+            end = time.monotonic() + TIMEOUT
+            while not np.array_equal(drive.motors, [2.65, 0.5]):
+                assert time.monotonic() < end
+                drive.send_motors(2.65, 0.5)  # until it has been discovered
+                drive.spin(0.1)
+            assert drive.forward(*HOME).error_code.val == ErrorCode.SUCCESS
+        finally:
+            assert second.stop() == 0
+    finally:
+        client.close()
+        first.process.kill()
+
+
+def test_two_nodes_in_two_namespaces_do_not_hear_each_other(tmp_path):
+    domain = free_domain()
+    spaces = ["/left", "/right"]
+    processes = [
+        NodeProcess(
+            tmp_path / f"{space[1:]}.log",
+            domain,
+            ["-p", "robot:=rfrfr", "-r", f"__ns:={space}"],
+        )
+        for space in spaces
+    ]
+    client = None
+    try:
+        for process in processes:
+            process.wait_for_log("ready")
+        client = Client(domain)
+        left, right = (Driver(client, namespace=space) for space in spaces)
+        left.send_motors(2.65, 0.5)
+        left.until(lambda: np.array_equal(left.motors, [2.65, 0.5]))
+        right.until(lambda: len(right.all(JointState)) > 5)
+        np.testing.assert_array_equal(right.motors, HOME)
+        right.pause(True)
+        right.until_state(StabilityMetrics.STATE_PAUSED)
+        left.send_motors(2.6, 0.5)
+        left.until(lambda: np.array_equal(left.motors, [2.6, 0.5]))
+    finally:
+        if client is not None:
+            client.close()
+        assert [process.stop() for process in processes] == [0, 0]

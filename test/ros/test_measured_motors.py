@@ -1,0 +1,61 @@
+"""The node as an observer of motors that somebody else drives."""
+
+import numpy as np
+import pytest
+from cpr_msgs.msg import StabilityMetrics
+from driver import Driver
+from node_process import Client, NodeProcess, free_domain
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+
+@pytest.fixture
+def observer(tmp_path):
+    domain = free_domain()
+    arguments = ["-p", "robot:=rfrfr", "-p", "motor_source:=measured"]
+    process = NodeProcess(tmp_path / "node.log", domain, arguments)
+    process.wait_for_log("ready")
+    client = Client(domain)
+    try:
+        yield process, Driver(client)
+    finally:
+        client.close()
+        assert process.stop() == 0, process.output()
+
+
+def test_measured_motors_are_tracked(observer):
+    process, drive = observer
+    publisher = drive.client.node.create_publisher(JointState, "/measured_joint_states", 10)
+
+    def measure(first, second):
+        # A machine has other joints, too, and does not know the node's order.
+        publisher.publish(
+            JointState(name=["gripper", "motor2", "motor1"], position=[float("nan"), second, first])
+        )
+
+    assert drive.metrics.state == StabilityMetrics.STATE_IDLE
+    for k in range(60):
+        measure(2.59 + 0.005 * k, 0.55 - 0.005 * k)
+        drive.spin(0.02)
+    last = [2.59 + 0.005 * 59, 0.55 - 0.005 * 59]
+    measure(*last)
+    drive.until(lambda: np.allclose(drive.motors, last, atol=1e-12))
+    assert StabilityMetrics.STATE_TRACKING in {m.state for m in drive.all(StabilityMetrics)}
+
+    # Nobody measures any more.
+    drive.until_state(StabilityMetrics.STATE_STALE)
+    assert drive.metrics.status == StabilityMetrics.STATUS_STALE_COMMAND
+
+    # A setpoint is refused, no command ever goes out, and there is nothing to pause.
+    drive.send_motors(2.6, 0.5)
+    process.wait_for_log("takes no setpoints", timeout=20.0)
+    assert not drive.all(Float64MultiArray)
+    assert not drive.pause(True).success
+
+    # What cannot be is dropped.
+    publisher.publish(JointState(name=["motor1"], position=[2.6]))
+    process.wait_for_log("missing: motor2", timeout=20.0)
+
+    # From home again.
+    assert drive.reset().success
+    drive.until(lambda: np.array_equal(drive.motors, [2.59, 0.55]))

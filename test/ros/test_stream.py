@@ -1,0 +1,171 @@
+"""The stability stream, external wrench, description, markers: what a supervisor and rviz see."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import yaml
+from cpr_msgs.msg import StabilityMetrics
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+from visualization_msgs.msg import Marker, MarkerArray
+
+import cpr_core
+from cpr_core.description_file import shipped_robots
+
+
+def test_metrics_are_those_of_the_library(six_rfs):
+    metrics = six_rfs.client.messages(StabilityMetrics, "/cpr_node/stability", 2)[-1]
+    home = cpr_core.load_robot("six_rfs").home
+    model = cpr_core.kinemato_statics(home)
+    for name in ("forward", "inverse"):
+        expected, told = model.singularity(name), getattr(metrics, name)
+        assert told.smallest_singular_value == pytest.approx(expected.smallest, rel=1e-6)
+        assert told.inverse_condition_number == pytest.approx(expected.inverse_condition_number)
+        assert told.sign == expected.sign
+    order = [3, 4, 5, 0, 1, 2]
+    expected = model.stiffness()[np.ix_(order, order)]
+    np.testing.assert_allclose(metrics.stiffness.reshape(6, 6), expected, rtol=1e-6, atol=1e-6)
+    assert metrics.characteristic_length == 1.0
+    assert (metrics.motor_range, metrics.effort_reserve) == (math.inf, math.inf)
+    assert metrics.nearest_threshold == "margin"
+    assert metrics.distance_to_threshold == pytest.approx((metrics.margin - 0.05) / 0.15)
+    assert metrics.state == StabilityMetrics.STATE_IDLE
+    assert (metrics.setpoint_age, metrics.wrench_age) == (-1.0, -1.0)
+    assert metrics.margin_trend == 0.0
+
+
+def test_trend_and_age_tell_of_motion(drive):
+    drive.set_parameters(max_speed=1.0)
+    try:
+        drive.send_platform(0.0, 0.3)
+        drive.spin(0.5)
+        moving = [m for m in drive.all(StabilityMetrics) if m.state == m.STATE_FOLLOWING]
+        assert len(moving) > 5
+        for before, after in pairwise(moving):
+            assert after.margin < before.margin
+            assert after.margin_trend < 0.0
+            assert after.setpoint_age > before.setpoint_age >= 0.0
+    finally:
+        drive.set_parameters(max_speed=4.0)
+
+
+def test_the_stream_comes_in_every_state(drive):
+    def assert_it_comes(state):
+        drive.until(lambda: len(drive.all(StabilityMetrics)) >= 10)
+        assert {metrics.state for metrics in drive.all(StabilityMetrics)} == {state}
+
+    assert_it_comes(StabilityMetrics.STATE_IDLE)
+    drive.pause(True)
+    drive.until_state(StabilityMetrics.STATE_PAUSED)
+    assert_it_comes(StabilityMetrics.STATE_PAUSED)
+    drive.pause(False)
+    drive.send_platform(0.0, 3.0)
+    drive.until_state(StabilityMetrics.STATE_HALTED)
+    assert_it_comes(StabilityMetrics.STATE_HALTED)
+
+
+def test_the_action_does_not_chatter_while_the_robot_trembles_about_a_threshold(drive):
+    """The margin crosses the warning threshold 40 times; the action changes once."""
+    drive.send_platform(0.0, 0.114)  # margin just below 0.2
+    drive.until(lambda: np.allclose(drive.position[:2], [0.0, 0.114], atol=1e-8))
+    drive.until_state(StabilityMetrics.STATE_IDLE)
+    crossings, actions, margins = 0, [], []
+    for k in range(40):
+        y = 0.114 + 0.0008 * (-1) ** k
+        drive.send_platform(0.0, y)
+        drive.until(lambda y=y: np.allclose(drive.position[1], y, atol=1e-8))
+        actions += [metrics.action for metrics in drive.all(StabilityMetrics)]
+        margins.append(drive.metrics.margin)
+    crossings = np.count_nonzero(np.diff(np.array(margins) > 0.2))
+    assert crossings > 10
+    assert np.count_nonzero(np.diff(actions)) <= 1
+
+
+def test_diagnostics_follow_the_action(drive):
+    def level():
+        array = drive.client.messages(DiagnosticArray, "/diagnostics", 2)[-1]
+        return next(e.level for e in array.status if e.name == "/cpr_node: stability")
+
+    assert level() == DiagnosticStatus.OK
+    drive.send_platform(0.0, -0.2)
+    drive.until_state(StabilityMetrics.STATE_HALTED)
+    assert level() == DiagnosticStatus.ERROR
+    drive.send_platform(0.0, 0.1)
+    drive.until_state(StabilityMetrics.STATE_IDLE)
+    assert level() == DiagnosticStatus.WARN
+
+
+def test_dropped_messages_are_counted_in_diagnostics(drive):
+    drive.send_motors(math.nan, 1.0)
+    drive.spin(1.2)
+    array = drive.client.messages(DiagnosticArray, "/diagnostics", 2)[-1]
+    values = {value.key: value.value for value in array.status[0].values}
+    assert int(values["dropped ~/motor_setpoint"]) >= 1
+
+
+def send_wrench(drive, fx, fy, frame=""):
+    message = WrenchStamped()
+    message.header.frame_id = frame
+    message.wrench.force.x, message.wrench.force.y = float(fx), float(fy)
+    drive.wrench.publish(message)
+
+
+@pytest.mark.parametrize("frame", ["", "base", "platform"])
+def test_an_external_wrench_acts_and_ends_with_its_timeout(drive, frame):
+    robot = cpr_core.load_robot("rfrfr")
+    field = "wrench_body" if frame == "platform" else "wrench_world"
+    pushed = robot.default_loads.with_(**{field: [0, 0, 0, 0.2, -0.3, 0]})
+    expected = cpr_core.solve_forward(robot, robot.home.motors, loads=pushed).platform_position
+    for _ in range(30):
+        send_wrench(drive, 0.2, -0.3, frame)
+        drive.spin(0.03)
+    drive.until(lambda: True)
+    np.testing.assert_allclose(drive.position, expected, atol=1e-9)
+    assert 0.0 <= drive.metrics.wrench_age < 0.5
+    assert drive.metrics.energy_criterion_applies == (frame != "platform")
+    home = robot.home.platform_position
+    drive.until(lambda: np.allclose(drive.position, home, atol=1e-9), timeout=5.0)
+    drive.until(lambda: True)
+    assert drive.metrics.wrench_age == -1.0
+
+
+def test_the_description_is_latched(rfrfr):
+    client, texts = rfrfr.client, []
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    subscription = client.node.create_subscription(
+        String, "/cpr_node/robot_description", lambda message: texts.append(message.data), latched
+    )
+    client.spin_until(lambda: bool(texts))  # published long before this subscription
+    client.node.destroy_subscription(subscription)
+    assert texts == [shipped_robots()["rfrfr"].read_text()]
+    assert yaml.safe_load(texts[0])["name"] == "rfrfr"
+
+
+def test_leg_markers_follow_the_legs(six_rfs):
+    markers = six_rfs.client.messages(MarkerArray, "/cpr_node/leg_markers", 1)[0].markers
+    legs = [marker for marker in markers if marker.ns == "legs"]
+    assert len(legs) == 6
+    robot = cpr_core.load_robot("six_rfs")
+    for marker, shape in zip(legs, cpr_core.leg_shapes(robot.home, 24), strict=True):
+        assert marker.type == Marker.LINE_STRIP
+        assert marker.header.frame_id == "base"
+        points = [[point.x, point.y, point.z] for point in marker.points]
+        np.testing.assert_allclose(points, shape.position, atol=1e-8)
+        assert len(marker.colors) == len(marker.points)
+    outline = next(marker for marker in markers if marker.ns == "platform")
+    assert len(outline.points) == 7
+    sides = np.diff([[p.x, p.y, p.z] for p in outline.points], axis=0)
+    lengths = np.sort(np.linalg.norm(sides, axis=1))
+    np.testing.assert_allclose(lengths, [0, 0, 0, *[0.1 * np.sqrt(3.0)] * 3], atol=1e-9)
+
+
+def test_poses_and_joint_states_are_reliable(rfrfr):
+    node = rfrfr.client.node
+    for topic in ("/joint_states", "/cpr_node/platform_pose", "/cpr_node/stability"):
+        for publisher in node.get_publishers_info_by_topic(topic):
+            assert publisher.qos_profile.reliability.name == "RELIABLE", topic
+    assert rfrfr.client.messages(PoseStamped, "/cpr_node/platform_pose", 1)
