@@ -21,6 +21,9 @@ Floats = NDArray[np.float64]
 _ROUNDING = 1e-9
 
 
+_NONE: Floats = np.zeros(0)
+
+
 class Limit(NamedTuple):
     """A limit a robot has.
 
@@ -53,6 +56,8 @@ def margins(equilibrium: Equilibrium) -> Floats:
     Positions count in radians and rod lengths, efforts and strains relative to their limits.
     """
     robot, found = equilibrium.robot, []
+    if not robot.limited_motors and not robot.limits_strain:
+        return _NONE
     for motor, leg in robot.limited_motors:
         position, effort, limits = equilibrium.motors[motor], equilibrium.efforts[motor], leg.limits
         if np.isfinite([limits.lower, limits.upper]).any():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -142,6 +143,12 @@ class Loads:
 
         Moments in space and following forces have none; a moment in the plane has one.
         """
-        if planar:
-            return not np.any(self.wrench_body[3:])
+        return self._conservative_in_plane if planar else self._conservative_in_space
+
+    @cached_property
+    def _conservative_in_plane(self) -> bool:
+        return not np.any(self.wrench_body[3:])
+
+    @cached_property
+    def _conservative_in_space(self) -> bool:
         return not np.any(self.wrench_world[:3]) and not np.any(self.wrench_body)
