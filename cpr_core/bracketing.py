@@ -53,14 +53,17 @@ def along(path: Path, here: Point, tangent: Tangent, arc: float) -> Point | None
     return replace(there, forward=onward.fraction > 0.0)
 
 
-def landing(path: Path, here: Point, tangent: Tangent, arc: float, end: float) -> float:
-    """Arc length, up to the given one, at which the branch is at a fraction."""
+def landing(path: Path, here: Point, tangent: Tangent, arc: float, end: float) -> float | None:
+    """Arc length, up to the given one, at which the branch is at a fraction; None if it is not found."""
 
     def beyond(arc_length: float) -> float:
         there = path.along(here, tangent, arc_length) if arc_length > 0.0 else here
         return np.nan if there is None else there.fraction - end
 
-    return float(optimize.brentq(beyond, 0.0, arc, xtol=1e-13))
+    try:
+        return float(optimize.brentq(beyond, 0.0, arc, xtol=1e-13))
+    except (ValueError, RuntimeError):  # the branch is there at the start already, or lost between
+        return None
 
 
 def bracket_by_fraction(path: Path, low: Point, last: float) -> tuple[Point, Point | None]:
@@ -81,7 +84,7 @@ def bracket_by_fraction(path: Path, low: Point, last: float) -> tuple[Point, Poi
 
 def bracket_by_arc_length(
     path: Path, here: Point, tangent: Tangent, last: float, high: Point
-) -> tuple[Point, Point] | None:
+) -> tuple[Point, Point, Point] | None:
     """The same along the tangent of a point, with the direction of the branch on both sides.
 
     Args:
@@ -92,7 +95,8 @@ def bracket_by_arc_length(
         high: That point.
 
     Returns:
-        The two points; None if they are not on one branch.
+        The two points, and one a little farther on, where tangents can be trusted again; None if they
+        are not on one branch.
     """
     low, first = here, 0.0
     while last - first > LOCATION:
@@ -108,11 +112,10 @@ def bracket_by_arc_length(
         return None
     if low.sign != high.sign:
         low = replace(low, fraction=path.crossing(low, high))
-    sides = []
-    for point, aside in ((low, first - ASIDE), (high, last + ASIDE)):
-        there = along(path, here, tangent, aside) or point
-        sides.append(replace(point, forward=there.forward, sign=there.sign, index=there.index))
-    return sides[0], sides[1]
+    before = along(path, here, tangent, first - ASIDE) or low
+    beyond = along(path, here, tangent, last + ASIDE) or high
+    low = replace(low, forward=before.forward, sign=before.sign, index=before.index)
+    return low, replace(high, forward=beyond.forward, sign=beyond.sign, index=beyond.index), beyond
 
 
 def distance(low: Point, high: Point) -> float:

@@ -36,10 +36,11 @@ Report = Callable[[Equilibrium, argparse.Namespace], str]
 
 EXIT_NO_SOLUTION = 1
 EXIT_BAD_ARGUMENTS = 2
+EXIT_INTERRUPTED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit status (0, 1 no solution, 2 bad arguments)."""
+    """Run the command line; returns the exit status (0; 1 no solution; 2 bad arguments; 130)."""
     options = _parser().parse_args(arguments)
     try:
         robot = load_robot(options.robot, modes=options.modes)
@@ -50,6 +51,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(options.report(_solved(robot, options), options))
     except CprError as error:
         return _report_error(error, options.json)
+    except KeyboardInterrupt:
+        print("cpr: interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED
     return 0
 
 

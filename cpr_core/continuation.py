@@ -29,7 +29,7 @@ from .errors import InvalidRequest
 from .events import EventKind, PathEvent
 from .limits import Limit, limit_error
 from .loads import Loads
-from .path import Path, Point, Tangent
+from .path import OutOfTime, Path, Point, Tangent
 from .targets import Target
 
 __all__ = ["Walk", "follow"]
@@ -44,7 +44,8 @@ MOST_STEPS = 1000
 #: Arc lengths of the dimensionless state: first, longest and smallest step.
 FIRST_ARC, LONGEST_ARC, SMALLEST_ARC = 0.05, 0.5, 1e-7
 #: Smallest singular value of a dimensionless problem where branches may cross.
-SINGULAR = 1e-5
+SINGULAR = 1e-4
+SEVERAL = "several branches cross, none of them goes on alone"
 #: Steps by arc length around one place, and past folds.
 MOST_ARCS, MOST_ARCS_PAST_FOLDS = 300, 3000
 
@@ -121,10 +122,11 @@ class _Walker:
         time_limit: float | None,
         progress: Callable[[float], None] | None,
     ) -> None:
-        self.path, self.steps = path, target.distance(path.start) / LONGEST_STEP
+        self.path = path
+        self.steps = max(target.distance(path.start), path.load_distance) / LONGEST_STEP
         self.stable_only, self.past_folds = stable_only, past_folds
         self.keep, self.progress = list(keep), progress
-        self.deadline = np.inf if time_limit is None else time.perf_counter() + time_limit
+        path.deadline = np.inf if time_limit is None else time.perf_counter() + time_limit
         self.events: list[PathEvent] = []
         self.points: list[Point] = []
         self.violation: tuple[Limit, Equilibrium] | None = None
@@ -142,18 +144,19 @@ class _Walker:
                 else "stability is not decided by energy under these loads"
             )
             return self._end(here, "stability", text)
-        if not self.past_folds:
-            return self._by_fraction(here)
-        end = self._by_arc_length(here)
-        return end if isinstance(end, Walk) else self._done(end)
+        try:
+            if not self.past_folds:
+                return self._by_fraction(here)
+            end = self._by_arc_length(here)
+            return end if isinstance(end, Walk) else self._done(end)
+        except OutOfTime:
+            return self._end(self.here, "time_limit", "the time allowed was over")
 
     def _by_fraction(self, here: Point) -> Walk:
         """Steps at given fractions; by arc length where they fail."""
         longest = 1.0 / max(1.0, self.steps)
         step = longest
         while here.fraction < 1.0:
-            if time.perf_counter() >= self.deadline:
-                return self._end(here, "time_limit", "the time allowed was over")
             stop = self.keep[0] if self.keep else 1.0
             ahead = min(1.0, stop, here.fraction + step)
             there = self.path.at(here, ahead)
@@ -170,16 +173,16 @@ class _Walker:
                 continue
             elif differ(here, there):
                 low, high = bracket_by_fraction(self.path, here, ahead)
-                if high is None or distance(low, high) > SAME_PLACE:
-                    if self._several_cross(low, there):  # as on symmetric paths of symmetric robots
-                        if self._passed(low, there):
-                            return self._stopped(low)
-                        here = there
-                    else:  # the step had jumped over something
-                        onward = self._by_arc_length(low)
-                        if isinstance(onward, Walk):
-                            return onward
-                        here = onward
+                regular = self.path.problem == "platform" or high is None or low.index == high.index
+                if high is None or not regular or distance(low, high) > SAME_PLACE:
+                    if self._several_cross(low):
+                        return self._end(
+                            replace(low, equilibrium=here.equilibrium), "bifurcation", SEVERAL
+                        )
+                    onward = self._by_arc_length(here)  # the step had jumped over something
+                    if isinstance(onward, Walk):
+                        return onward
+                    here = onward
                 else:
                     if self._passed(low, high):
                         return self._stopped(low)
@@ -191,9 +194,9 @@ class _Walker:
             self._keep(here)
         return self._done(here)
 
-    def _several_cross(self, low: Point, there: Point) -> bool:
-        """Whether eigenvalues pass zero together: near that, no single solution can be followed."""
-        return self.path.problem != "platform" and low.index != there.index
+    def _several_cross(self, low: Point) -> bool:
+        """Whether more than two branches meet, as on symmetric paths of symmetric robots."""
+        return bool(np.sum(self.path.singular_values(low) < SINGULAR) > 1)
 
     def _by_arc_length(self, here: Point) -> Walk | Point:
         """Steps by arc length, from a point beyond which no step at a fraction succeeds.
@@ -206,15 +209,11 @@ class _Walker:
         arc = FIRST_ARC
         most = MOST_ARCS_PAST_FOLDS if self.past_folds else MOST_ARCS
         for _ in range(most):
-            if time.perf_counter() >= self.deadline:
-                return self._end(here, "time_limit", "the time allowed was over")
-
             there, end = along(path, here, tangent, arc), None
             if there is not None and not 0.0 <= there.fraction < 1.0:
                 end = 1.0 if there.fraction >= 1.0 else 0.0
-                if here.fraction != end:
-                    arc = landing(path, here, tangent, arc, end)
-                    there = along(path, here, tangent, arc)
+                onto = landing(path, here, tangent, arc, end)
+                there = None if onto is None else along(path, here, tangent, onto)
             if there is None:
                 arc *= 0.5
                 if arc < SMALLEST_ARC:
@@ -227,11 +226,15 @@ class _Walker:
                     if arc < SMALLEST_ARC:
                         return self._lost(first, here)
                     continue
-                low, high = found
+                low, high, beyond = found
+                if low.index != high.index and self._several_cross(low):
+                    return self._end(
+                        replace(low, equilibrium=here.equilibrium), "bifurcation", SEVERAL
+                    )
                 if self._passed(low, high):
                     return self._stopped(low)
                 if differ(high, there):  # something more happens within the step
-                    there, end = high, None
+                    there, end = beyond, None
             here, tangent = there, path.tangent(there, tangent)
             self._keep(here, every=self.past_folds)
             arc = min(LONGEST_ARC, 1.5 * arc)
@@ -289,6 +292,8 @@ class _Walker:
             return "fold", f"the branch turns back ({change})"
         if low.side != high.side:
             return "bifurcation", f"another branch crosses ({change})"
+        if not self.path.conservative:
+            return None, ""  # the index has no meaning; that the branch goes on was to be seen
         if low.index != high.index and self.path.problem != "platform":
             return "bifurcation", f"several branches cross ({change})"
         if low.index != high.index:
@@ -300,6 +305,7 @@ class _Walker:
 
     def _keep(self, here: Point, every: bool = False) -> None:
         """Keep a point that was asked for, and tell how far it is."""
+        self.here = here
         if every or (self.keep and here.fraction >= self.keep[0] - 1e-15):
             self.points.append(here)
             while self.keep and self.keep[0] <= here.fraction + 1e-15:
@@ -309,7 +315,7 @@ class _Walker:
 
     def _lost(self, first: Point, here: Point) -> Walk:
         """End where no step succeeds; at a crossing with the last equilibrium that is well known."""
-        if self.path.smallest_singular_value(here) > SINGULAR:
+        if self.path.singular_values(here)[0] > SINGULAR:
             return self._end(here, "lost", "no equilibrium is near the last one on the way")
         text = "branches cross, none of them goes straight on"
         return self._end(replace(here, equilibrium=first.equilibrium), "bifurcation", text)

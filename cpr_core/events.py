@@ -38,7 +38,8 @@ class PathEvent:
     Attributes:
         kind: What happened.
         fraction: Where, as a fraction of the way, to 1e-8.
-        equilibrium: The last equilibrium before it, less than 1e-8 of the way away.
+        equilibrium: The last equilibrium before it, less than 1e-8 of the way away; where several
+            branches cross, the last one that is well told apart from the others.
         index_before: Stability index before it: of the motors as the problem has them, locked where
             motors or the platform are imposed, free where efforts are.
         index_after: Stability index after it; the same as before where the path ends there.

@@ -89,6 +89,8 @@ def find_equilibria(
     values = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
     if starts < 1:
         raise InvalidRequest("starts", f"expected at least 1, got {starts}")
+    if seed < 0:
+        raise InvalidRequest("seed", f"expected at least 0, got {seed}")
     loads = robot.default_loads if loads is None else loads
     seeds = np.random.SeedSequence(seed).spawn(starts)
     home = _from_home(robot, values, loads)

@@ -332,12 +332,14 @@ def _followed(
         time_limit=time_limit,
     )
     if walk.stopped is not None:
-        raise _not_reached(walk.stopped, walk, what, target)
+        raise _not_reached(walk.stopped, walk, what, target, stable_only)
     check_limits(walk.last)
     return walk.last
 
 
-def _not_reached(event: PathEvent, walk: Walk, what: str, target: Target) -> NotReached:
+def _not_reached(
+    event: PathEvent, walk: Walk, what: str, target: Target, stable_only: bool
+) -> NotReached:
     """The error of a walk that was stopped."""
     if walk.violation is not None:
         violation, beyond = walk.violation
@@ -352,7 +354,7 @@ def _not_reached(event: PathEvent, walk: Walk, what: str, target: Target) -> Not
     )
     if event.kind == "time_limit":
         return TimeLimitExceeded(text, event.fraction, walk.last, event)
-    if event.kind == "stability" or (event.kind == "bifurcation" and event.index_after > 0):
+    if stable_only and event.kind in ("stability", "bifurcation"):
         return UnstableEquilibrium(text, event.fraction, walk.last, event)
     failure = NoInverseSolution if what == "pose" else NoForwardSolution
     return failure(text, event.fraction, walk.last, event)

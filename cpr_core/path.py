@@ -7,7 +7,9 @@ at a given fraction (`Path.at`), which is fast, and at a given arc length along 
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +25,7 @@ from .model_kernel import evaluate_model
 from .newton_kernel import CONVERGED, newton
 from .targets import Imposed, Target
 
-__all__ = ["Path", "Point"]
+__all__ = ["OutOfTime", "Path", "Point", "Tangent"]
 
 Floats = NDArray[np.float64]
 
@@ -39,8 +41,14 @@ POLISHED = 1e-14
 SMALLEST_GRAZE = 1e-3
 #: Newton steps of one path step.
 ITERATIONS = 12
+#: Load that counts as much as a motor turned by a radian, in E J / l^2 and E J / l.
+_LOAD_UNIT = 4.0
 #: Step of the fraction by which the rate of the residual is found, central differences.
 _RATE_STEP = 1e-5
+
+
+class OutOfTime(Exception):
+    """The deadline of a path is over; who walks it takes this up."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +58,8 @@ class Point:
     Attributes:
         fraction: Fraction of the way.
         equilibrium: The equilibrium there.
-        index: Stability index, of the motors as the problem has them; 0 where energy decides nothing.
+        index: Stability index, of the motors as the problem has them (of the symmetric part of the
+            tangent, where loads have no potential).
         sign: Sign of the determinant of the problem.
         inverse_sign: Sign of the determinant of the inverse problem; 0 where it is not watched.
         margins: How far the limits are, (K,).
@@ -104,6 +113,9 @@ class Path:
     Attributes:
         start: Equilibrium at fraction 0.
         iterations: Newton steps used so far.
+        deadline: Time of ``time.perf_counter`` at which solves are refused [s].
+        conservative: Whether all loads on the way have a potential.
+        load_distance: Change of the loads, in longest steps of a radian each.
     """
 
     def __init__(
@@ -118,7 +130,7 @@ class Path:
             singularities: Tell the sides of inverse singularities on the way of motors or efforts.
         """
         robot = start.robot
-        self.start, self.iterations = start, 0
+        self.start, self.iterations, self.deadline = start, 0, np.inf
         self._robot, self._target, self._loads = robot, target, loads
         self._singularities = singularities and target.problem != "platform"
         self._loads_change = loads is not start.loads
@@ -131,6 +143,24 @@ class Path:
         size = len(robot.arrays.unit)
         self._residual, self._tangent = np.empty(size), np.zeros((size, size))
         self._work = workspace(robot.arrays)
+
+    @cached_property
+    def load_distance(self) -> float:
+        """How far the loads change, comparable to a motor in radians: in units of 4 E J / l^2."""
+        if not self._loads_change:
+            return 0.0
+        arrays, length = self._robot.arrays, self._robot.mean_length
+        first, last = self.start.load_arrays, self._last_loads
+        platform = np.abs(last.platform - first.platform).max(axis=1)
+        weight, _, moment, force, moment_body, force_body = platform
+        rods = np.abs(last.distributed - first.distributed).max(initial=0.0) * length
+        points = np.abs(last.point - first.point).max(initial=0.0)
+        forces = max(weight, force, force_body, rods, points) * length
+        return float(max(forces, moment, moment_body)) / (_LOAD_UNIT * arrays.energy_unit)
+
+    def _check_time(self) -> None:
+        if time.perf_counter() >= self.deadline:
+            raise OutOfTime
 
     @property
     def problem(self) -> str:
@@ -152,6 +182,7 @@ class Path:
         Returns:
             None if a correction did not contract: then the fraction is too far from the point.
         """
+        self._check_time()
         robot, motor_index = self._robot, self._robot.arrays.motor_index
         state, rotation, position, efforts = self._imposed(here.equilibrium, fraction)
         lengths = robot.length_indices
@@ -190,9 +221,9 @@ class Path:
         weight = 1.0 / (1.0 + np.exp(min(700.0, logarithms[1] - logarithms[0])))
         return low.fraction + weight * (high.fraction - low.fraction)
 
-    def smallest_singular_value(self, here: Point) -> float:
-        """Of the dimensionless matrix of the problem at a point."""
-        return float(linalg.svdvals(self._linearised(here)[0])[-1])
+    def singular_values(self, here: Point) -> Floats:
+        """Of the dimensionless matrix of the problem at a point, ascending."""
+        return np.asarray(linalg.svdvals(self._linearised(here)[0])[::-1])
 
     def tangent(self, here: Point, before: Tangent | None = None) -> Tangent:
         """Tangent of the curve at a point.
@@ -210,9 +241,9 @@ class Path:
         curve = np.column_stack([matrix, rate])
         try:
             found = np.linalg.solve(np.vstack([curve, last]), np.eye(len(last))[-1])
+            found /= np.linalg.norm(found)
         except np.linalg.LinAlgError:
-            found = np.full(len(last), np.inf)
-        found /= np.linalg.norm(found)
+            found = np.full(len(last), np.nan)
         if not np.abs(curve @ found).max() < 1e-6 * np.abs(curve).max():
             # The last direction is across the curve (exactly on a fold), or two branches cross.
             found = linalg.svd(curve)[2][-1]
@@ -225,6 +256,7 @@ class Path:
         Returns:
             None if a correction did not contract.
         """
+        self._check_time()
         robot = self._robot
         state = here.equilibrium.state.copy()
         rotation = here.equilibrium.platform_rotation.copy()
@@ -294,7 +326,7 @@ class Path:
         return Point(
             fraction=fraction,
             equilibrium=equilibrium,
-            index=index if self.conservative else 0,
+            index=index,
             sign=sign,
             inverse_sign=inertia.inverse_sign if self.conservative and self._singularities else 0,
             margins=margin,

@@ -41,7 +41,9 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--stable-only", action="store_true", help="stop where stability is lost")
     parser.add_argument("--past-folds", action="store_true", help="follow the branch around folds")
-    parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the path (png, svg, pdf)")
+    parser.add_argument(
+        "--plot", type=_picture, metavar="FILE", help="draw the path (png, svg, pdf)"
+    )
 
 
 def add_equilibria_options(parser: argparse.ArgumentParser) -> None:
@@ -50,8 +52,26 @@ def add_equilibria_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--starts", type=int, default=1000, metavar="N", help="random starts, default 1000"
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the random starts, default 0")
-    parser.add_argument("--plot", type=Path, metavar="FILE", help="draw them (png, svg, pdf)")
+    parser.add_argument("--seed", type=_seed, default=0, help="of the random starts, default 0")
+    parser.add_argument("--plot", type=_picture, metavar="FILE", help="draw them (png, svg, pdf)")
+
+
+def _picture(text: str) -> Path:
+    """A file that can be drawn to; told before anything is computed."""
+    file = Path(text)
+    if file.suffix not in (".png", ".svg", ".pdf"):
+        raise argparse.ArgumentTypeError(
+            f"expected a name ending in .png, .svg or .pdf, got {text!r}"
+        )
+    if not file.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"expected a folder that exists, got {str(file.parent)!r}")
+    return file
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected a whole number of at least 0, got {text!r}")
+    return int(text)
 
 
 def _trace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:

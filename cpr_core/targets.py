@@ -86,8 +86,12 @@ class EffortTarget:
     problem: ClassVar[ProblemName] = "efforts"
 
     def distance(self, start: Equilibrium) -> float:
-        """Nothing: efforts have no turns, Newton's method sees how far they are."""
-        return 0.0
+        """Largest change of an effort, 4 E J / l (torques) or E J / l^2 (forces) as a radian."""
+        if not self.efforts.size:
+            return 0.0
+        robot = start.robot
+        change = np.abs(self.efforts - start.efforts) * robot.motor_units
+        return float(change.max()) / (4.0 * robot.arrays.energy_unit)
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the efforts."""

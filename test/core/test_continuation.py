@@ -130,6 +130,45 @@ def test_a_column_meets_a_bifurcation_not_a_fold():
     assert caught.value.fraction == pytest.approx(0.5, abs=1e-6)
 
 
+STEEP = [
+    {"wrench_world": [0, 0, 0, 15.0, 0, 0]},
+    {"wrench_world": [0, 0, 0, -25.0, 0, 0]},
+    {"wrench_body": [0, 0, 0, 0, 10.0, 0]},
+    {"wrench_body": [0, 0, 2.0, 0, 0, 0]},
+    {"wrench_world": [0.5, -2.1, -2.8, -2.9, -8.6, -5.8]},
+]
+
+
+@pytest.mark.parametrize("wrench", STEEP, ids=str)
+def test_heavy_loads_at_once_end_as_loads_step_by_step(wrench):
+    """Where one step would jump to an equilibrium that is far away, and several do not."""
+    robot = load_robot("gough_stewart")
+    loads = Loads.none().with_(**wrench)
+    slow = follow(
+        robot.home, MotorTarget(robot.home.motors), loads, keep=tuple(np.linspace(0, 1, 301))
+    )
+    fast = follow(robot.home, MotorTarget(robot.home.motors), loads)
+    assert (fast.stopped is None) == (slow.stopped is None)
+    if slow.stopped is None:
+        assert _distance(fast.last, slow.last) < 1e-7
+    else:
+        assert fast.stopped.kind == slow.stopped.kind
+        assert fast.stopped.fraction == pytest.approx(slow.stopped.fraction, abs=1e-8)
+
+
+@pytest.mark.parametrize("force", [-3.2, -3.7, -3.8, -3.9, -4.9, -6.2])
+def test_symmetric_paths_go_on_symmetrically_or_stop(force):
+    """Two eigenvalues vanish together; no branch without the symmetry may be taken."""
+    robot = load_robot("three_rfs")
+    loads = Loads.none().with_(wrench_world=[0, 0, 0, 0, 0, force])
+    target = MotorTarget(robot.home.motors + 0.3)
+    for keep in ((), tuple(np.linspace(0, 1, 101))):
+        walk = follow(robot.home, target, loads, keep=keep)
+        assert np.abs(walk.last.platform_position[:2]).max() < 1e-4
+        if walk.stopped is not None:
+            assert walk.stopped.kind == "bifurcation"
+
+
 @pytest.mark.parametrize("name", shipped_robots())
 def test_folds_by_effort_are_where_the_free_robot_loses_stability(name):
     """Motors moved far, their efforts asked for from home; every stop is near a singular problem."""

@@ -128,3 +128,23 @@ def test_a_path_past_folds_is_drawn_by_steps(capsys, tmp_path):
     assert file.stat().st_size > 10_000
     assert status in (0, 1)
     assert "equilibria" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["--plot", "/no/such/folder/a.png"], "expected a folder that exists"),
+        (["--plot", "a.xyz"], "expected a name ending in .png"),
+    ],
+)
+def test_pictures_that_cannot_be_drawn_are_refused_at_once(capsys, arguments, text):
+    with pytest.raises(SystemExit) as caught:
+        main(["trace", "rfrfr", "--to", "3.0", "0.9", *arguments])
+    assert caught.value.code == 2
+    assert text in capsys.readouterr().err
+
+
+def test_seeds_are_not_negative(capsys):
+    with pytest.raises(SystemExit):
+        main(["equilibria", "rfrfr", "--seed", "-1"])
+    assert "expected a whole number of at least 0" in capsys.readouterr().err
