@@ -21,6 +21,10 @@ KERNEL_MODULES = (
     "condensation_kernel",
     "inertia_kernel",
     "newton_kernel",
+    "workspace/eigenvalue_kernel",
+    "workspace/step_kernel",
+    "workspace/analysis_kernel",
+    "workspace/batch_kernel",
 )
 #: What else the compiled code depends on: how it is compiled and what its data look like.
 _CONTEXT_MODULES = ("compiled", "arrays")
