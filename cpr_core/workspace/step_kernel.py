@@ -192,6 +192,7 @@ def advance(
     found = signs.copy()
     effort = np.zeros(state.shape[0] - problem.robot.motor_index)
     here, step, energy = 0.0, longest, 0.0
+    failed = False
     while here < 1.0:
         ahead = here + step
         if ahead > 1.0 - 0.5 * smallest:
@@ -225,8 +226,11 @@ def advance(
             for i in range(4):
                 signs[i] = found[i]
             here = ahead
-            step = min(longest, 2.0 * step)
+            if not failed:  # the step just halved is not doubled at once: it would fail again
+                step = min(longest, 2.0 * step)
+            failed = False
         else:
+            failed = True
             step = 0.5 * (ahead - here)
             if step < smallest:
                 return (FLIPPED if flipped else BLOCKED), here, energy
