@@ -20,6 +20,7 @@ from .loads import Loads
 from .robot import Robot
 from .workspace import Grid, WorkspaceMap, map_workspace, motor_grid, pose_grid
 from .workspace.flooding import Progress
+from .workspace.plots import check_field, plot_map
 
 __all__ = ["add_workspace_options"]
 
@@ -74,6 +75,8 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
 def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
     """Make a map; the text to print, and whether it is complete."""
     grid = _grid(robot, options)
+    if options.plot is not None:
+        check_field(robot, options.field)
     start = robot.home
     if options.first is not None:
         solve = solve_forward if options.given == "motors" else solve_inverse
@@ -91,8 +94,6 @@ def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
             progress=progress,
         )
     if options.plot is not None:
-        from .workspace.plots import plot_map
-
         plot_map(found, options.plot, field=options.field, threshold=options.threshold)
     values = _as_dict(found)
     if options.json:

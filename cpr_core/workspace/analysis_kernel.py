@@ -21,7 +21,7 @@ __all__ = ["smallest_singular_value", "spectrum_of"]
 
 #: Steps of Lanczos' method, and the relative change at which it is done.
 _LANCZOS_STEPS = 60
-_LANCZOS_CHANGE = 1e-7
+_LANCZOS_CHANGE = 1e-6
 #: Steps from one look at the result to the next.
 _LANCZOS_CHECK = 4
 

@@ -12,7 +12,15 @@ from ..model_kernel import evaluate_model
 from .analysis_kernel import smallest_singular_value, spectrum_of
 from .step_kernel import advance, signs_at
 
-__all__ = ["MEASURES", "Analyses", "Arrivals", "Cells", "analyse_cells", "leave_cells", "signs_of_cell"]
+__all__ = [
+    "MEASURES",
+    "Analyses",
+    "Arrivals",
+    "Cells",
+    "analyse_cells",
+    "leave_cells",
+    "signs_of_cell",
+]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -28,7 +36,9 @@ class Cells(NamedTuple):
     state: Floats  # (B, N)
     rotation: Floats  # (B, 3, 3)
     position: Floats  # (B, 3)
-    signs: Integers  # (B, 4) index locked, index free, side of the inverse singularity, of the branch
+    signs: (
+        Integers  # (B, 4) index locked, index free, side of the inverse singularity, of the branch
+    )
 
 
 class Arrivals(NamedTuple):

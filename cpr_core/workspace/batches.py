@@ -25,7 +25,7 @@ EIGENVALUES = 4
 _PIECES, _SMALLEST_PIECE = 16, 8
 
 
-class Cancelled(Exception):  # noqa: N818
+class Cancelled(Exception):
     """The caller asked to stop."""
 
 
@@ -114,5 +114,8 @@ def _piece(cells: Cells, ways: Ways, first: int, last: int) -> tuple[Cells, Ways
     one, two = np.searchsorted(origin, [first, last])
     part = Cells(*(array[first:last] for array in cells))
     return part, Ways(
-        origin[one:two] - first, ways.targets[one:two], ways.longest[one:two], ways.smallest[one:two]
+        origin[one:two] - first,
+        ways.targets[one:two],
+        ways.longest[one:two],
+        ways.smallest[one:two],
     )

@@ -20,7 +20,14 @@ from .cell_problem import CellProblem
 from .grid import Grid
 from .step_kernel import impose
 
-__all__ = ["first_cells", "place_of", "signs_at_equilibrium", "step_fractions", "target_of_cell", "without_limits"]
+__all__ = [
+    "first_cells",
+    "place_of",
+    "signs_at_equilibrium",
+    "step_fractions",
+    "target_of_cell",
+    "without_limits",
+]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -83,9 +90,7 @@ def first_cells(grid: Grid, place: Floats) -> list[int]:
     return [nearest, *(cell for cell in others if cell != nearest)]
 
 
-def target_of_cell(
-    grid: Grid, problem: CellProblem, cell: int, start: Equilibrium
-) -> Target:
+def target_of_cell(grid: Grid, problem: CellProblem, cell: int, start: Equilibrium) -> Target:
     """A cell as the target of a walk from an equilibrium."""
     values = grid.kernel_coordinates(grid.places(np.array([cell])))[0]
     if grid.given == "motors":

@@ -109,7 +109,7 @@ def map_workspace(
     """
     start = checked_start(robot, start)
     loads = start.loads if loads is None else loads
-    if not 0.0 <= tolerance:
+    if not tolerance >= 0.0:
         raise InvalidRequest("tolerance", f"expected a positive number or 0, got {tolerance}")
     if grid.given == "motors" and grid.names != robot.motor_names:
         raise InvalidRequest("grid", "expected a grid of this robot's motors")
@@ -204,9 +204,7 @@ class _Flood:
             event.fraction, walk.last, event,
         )  # fmt: skip
 
-    def leave_some(
-        self, executor: Executor | None, cancelled: Callable[[], bool] | None
-    ) -> None:
+    def leave_some(self, executor: Executor | None, cancelled: Callable[[], bool] | None) -> None:
         """Analyse the next cells and go from them to all neighbours not tried yet."""
         batch = self.queue[self.done : self.done + _BATCH]
         neighbours = self.grid.neighbours[batch]

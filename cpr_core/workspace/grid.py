@@ -109,7 +109,8 @@ class Grid:
     def nearest(self, place: Floats) -> int:
         """Flat number of the cell nearest to a place."""
         along = [
-            int(np.abs(values - one).argmin()) for values, one in zip(self.values, place, strict=True)
+            int(np.abs(values - one).argmin())
+            for values, one in zip(self.values, place, strict=True)
         ]
         return int(np.ravel_multi_index(along, self.shape))
 
@@ -178,9 +179,7 @@ def motor_grid(
     home = dict(zip(names, robot.home.motors.tolist(), strict=True))
     axes = {name for axis in vary for name in (directions or {}).get(axis, {axis: 1.0})}
     held = {**{name: value for name, value in home.items() if name not in axes}, **(held or {})}
-    units = tuple(
-        leg.motor.unit for leg in robot.description.legs if leg.motor_name is not None
-    )
+    units = tuple(leg.motor.unit for leg in robot.description.legs if leg.motor_name is not None)
     index = np.arange(len(names))
     return _grid(
         "motors", names, units, "none", index, vary, held, resolution, dict(directions or {})
@@ -268,7 +267,9 @@ def _grid(
 
 def _known(name: str, names: tuple[str, ...]) -> int:
     if name not in names:
-        raise InvalidRequest("grid", f"expected coordinates out of {', '.join(names)}, got {name!r}")
+        raise InvalidRequest(
+            "grid", f"expected coordinates out of {', '.join(names)}, got {name!r}"
+        )
     return names.index(name)
 
 
@@ -281,14 +282,18 @@ def _finite(name: str, value: float) -> float:
 def _axis_values(name: str, values: ArrayLike, resolution: float | None) -> Floats:
     found = np.array(values, float)
     if found.ndim != 1 or not np.all(np.isfinite(found)):
-        raise NonFiniteInput("grid", f"{name}: expected a list of finite numbers, got {values!r:.200}")
+        raise NonFiniteInput(
+            "grid", f"{name}: expected a list of finite numbers, got {values!r:.200}"
+        )
     if resolution is not None:
         if len(found) != 2 or not found[0] < found[1]:
             raise InvalidRequest(
                 "grid", f"{name}: expected the first and a larger last number, got {values!r:.200}"
             )
         if not 0.0 < resolution < math.inf:
-            raise InvalidRequest("grid", f"{name}: expected a positive resolution, got {resolution}")
+            raise InvalidRequest(
+                "grid", f"{name}: expected a positive resolution, got {resolution}"
+            )
         intervals = (found[1] - found[0]) / resolution
         if intervals > MOST_CELLS:
             raise InvalidRequest("grid", f"{name}: {intervals:.3g} cells are too many")

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
+from ..limits import limits_of
 from ..path_plots import _figure
+from ..robot import Robot
 from .workspace_map import WorkspaceMap
 
-__all__ = ["fields_of", "plot_map"]
+__all__ = ["check_field", "field_names", "fields_of", "plot_map"]
 
 Floats = NDArray[np.float64]
 
@@ -27,6 +29,28 @@ _LINES = {
 }
 #: Pictures of slices at most.
 _MOST_PANELS = 9
+
+
+def field_names(robot: Robot) -> tuple[str, ...]:
+    """What can be drawn of a robot's maps."""
+    names = [
+        "index", "index_free", "inverse_condition_number", "smallest_eigenvalue", "forward_margin",
+        "inverse_margin", "strain", "energy", "usable",
+    ]  # fmt: skip
+    if limits_of(robot):
+        names.append("limit_margin")
+    return (*names, *robot.motor_names, *(f"{name}_effort" for name in robot.motor_names))
+
+
+def check_field(robot: Robot, field: str) -> None:
+    """Whether a field can be drawn.
+
+    Raises:
+        InvalidRequest: It cannot.
+    """
+    names = field_names(robot)
+    if field not in names:
+        raise InvalidRequest("field", f"expected one of {', '.join(names)}, got {field!r}")
 
 
 def fields_of(found: WorkspaceMap) -> dict[str, Floats]:
@@ -63,17 +87,16 @@ def plot_map(
     Args:
         found: The map.
         file: Picture to write; its ending tells the format.
-        field: What is drawn, out of :func:`fields_of`. The index is red where the inverse condition
+        field: What is drawn, out of :func:`field_names`. The index is red where the inverse condition
             number of H_r is below ``threshold``.
         threshold: See there; 0: nothing is red.
 
     Raises:
         InvalidRequest: No such field.
     """
-    fields, grid = fields_of(found), found.grid
-    if field not in fields:
-        raise InvalidRequest("field", f"expected one of {', '.join(fields)}, got {field!r}")
-    values = fields[field].reshape(grid.shape[0], grid.shape[1], -1)
+    check_field(found.robot, field)
+    grid = found.grid
+    values = fields_of(found)[field].reshape(grid.shape[0], grid.shape[1], -1)
     near = (found.inverse_condition_number < threshold).reshape(values.shape)
     planes = np.unique(
         np.linspace(0, values.shape[2] - 1, min(_MOST_PANELS, values.shape[2])).round().astype(int)
@@ -113,7 +136,13 @@ def plot_map(
         figure.colorbar(shown, ax=figure.axes, label=field.replace("_", " "), shrink=0.8)
     by_label = {key.get_label(): key for key in keys}
     if by_label:
-        figure.legend(by_label.values(), by_label.keys(), loc="outside lower center", ncols=3, fontsize="small")
+        figure.legend(
+            by_label.values(),
+            by_label.keys(),
+            loc="outside lower center",
+            ncols=3,
+            fontsize="small",
+        )
     figure.suptitle(f"{found.robot.description.name}: {_held_text(found)}")
     figure.savefig(file, dpi=120)
 
@@ -133,7 +162,9 @@ def _draw_index(
         vmin=-0.5, vmax=3.5, rasterized=True,
     )  # fmt: skip
     for value in np.unique(capped[np.isfinite(capped)]).astype(int).tolist():
-        label = "index 0: stable" if value == 0 else f"index {value}{' or more' if value == 3 else ''}"
+        label = (
+            "index 0: stable" if value == 0 else f"index {value}{' or more' if value == 3 else ''}"
+        )
         keys.append(Patch(facecolor=_INDEX_COLORS[value], label=label))
     if np.any(near):
         red = np.where(near, 1.0, np.nan)

@@ -49,11 +49,15 @@ def refined_borders(
     kinds: list[BorderKind] = ["stability", "stability_free"]
     if found.limit_names:
         kinds.append("limits")
-    borders = [_by_bisection(found, problem, kind, tolerance, executor, cancelled) for kind in kinds]
+    borders = [
+        _by_bisection(found, problem, kind, tolerance, executor, cancelled) for kind in kinds
+    ]
     return (*borders, _singular(found))
 
 
-def _value(found: WorkspaceMap, kind: BorderKind, signs: Integers, state: Floats, efforts: Floats) -> Integers:
+def _value(
+    found: WorkspaceMap, kind: BorderKind, signs: Integers, state: Floats, efforts: Floats
+) -> Integers:
     """What a border of some kind separates."""
     if kind == "limits":
         return np.sum(limit_margins(found.robot, state, efforts) < -1e-9, axis=1)

@@ -57,8 +57,16 @@ def _rotation_zyz(one, two, three, rotation):
     ca, sa = math.cos(one), math.sin(one)
     cb, sb = math.cos(two), math.sin(two)
     cc, sc = math.cos(three), math.sin(three)
-    rotation[0, 0], rotation[0, 1], rotation[0, 2] = ca * cb * cc - sa * sc, -ca * cb * sc - sa * cc, ca * sb
-    rotation[1, 0], rotation[1, 1], rotation[1, 2] = sa * cb * cc + ca * sc, -sa * cb * sc + ca * cc, sa * sb
+    rotation[0, 0], rotation[0, 1], rotation[0, 2] = (
+        ca * cb * cc - sa * sc,
+        -ca * cb * sc - sa * cc,
+        ca * sb,
+    )
+    rotation[1, 0], rotation[1, 1], rotation[1, 2] = (
+        sa * cb * cc + ca * sc,
+        -sa * cb * sc + ca * cc,
+        sa * sb,
+    )
     rotation[2, 0], rotation[2, 1], rotation[2, 2] = -sb * cc, sb * sc, cb
 
 

@@ -74,14 +74,26 @@ def as_dataset(found: WorkspaceMap) -> xarray.Dataset:
     add("index_free", signs[:, 1], (), "1", "stability index, motors at constant effort")
     add("inverse_side", signs[:, 2], (), "1", "sign of the determinant of the inverse problem")
     add("branch_sign", signs[:, 3], (), "1", "sign that tells branches apart")
-    add("eigenvalues_locked", cells.eigenvalues, ("eigenvalue",), "J", "smallest of H_r, motors held")
+    add(
+        "eigenvalues_locked",
+        cells.eigenvalues,
+        ("eigenvalue",),
+        "J",
+        "smallest of H_r, motors held",
+    )
     add("smallest_eigenvalue_size", cells.measures[:, 0], (), "J", "smallest absolute one of H_r")
     add("largest_eigenvalue_size", cells.measures[:, 1], (), "J", "largest absolute one of H_r")
     add("inverse_condition_number", found.inverse_condition_number, (), "1", "of H_r, motors held")
     add("forward_margin", cells.measures[:, 2], (), "1", "smallest singular value, forward problem")
     add("inverse_margin", cells.measures[:, 3], (), "1", "smallest singular value, inverse problem")
     add("bending_strain", found.strains, ("leg",), "1", "largest of every rod")
-    add("limit_margin", found.limit_margins, ("limit",), "1", "distance from limits, negative: beyond")
+    add(
+        "limit_margin",
+        found.limit_margins,
+        ("limit",),
+        "1",
+        "distance from limits, negative: beyond",
+    )
     add("within_limits", found.within_limits.astype(np.int8), (), "1", "all limits hold")
     usable = found.usable if np.any(found.reached) else np.zeros(grid.size, bool)
     add("usable", usable.astype(np.int8), (), "1", "reached stable and within limits all the way")
@@ -89,7 +101,9 @@ def as_dataset(found: WorkspaceMap) -> xarray.Dataset:
     edges = cells.edges.astype(np.int8)
     meaning = "way to a neighbour: 0 untried 1 passed 2 blocked 3 flipped 4 disagrees"
     add("edges", edges, ("way",), "1", meaning)
-    add("edge_fraction", cells.edge_fraction, ("way",), "1", "how far the branch was followed there")
+    add(
+        "edge_fraction", cells.edge_fraction, ("way",), "1", "how far the branch was followed there"
+    )
     for border in found.borders:
         _add_border(dataset, border)
     return dataset
