@@ -13,7 +13,7 @@ from ..arrays import workspace
 from .batch_kernel import MEASURES, Analyses, Arrivals, Cells, analyse_cells, leave_cells
 from .cell_problem import CellProblem
 
-__all__ = ["EIGENVALUES", "Cancelled", "Ways", "go", "in_pieces", "leave"]
+__all__ = ["EIGENVALUES", "Cancelled", "Ways", "go", "in_pieces", "joined", "leave"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -101,6 +101,11 @@ def in_pieces(
             future.cancel()
 
 
+def joined(parts: list[Arrivals]) -> Arrivals:
+    """Arrivals of consecutive pieces as one."""
+    return Arrivals(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+
+
 def _wait(future: Future[Result]) -> None:
     try:
         future.result(timeout=0.1)
@@ -112,7 +117,10 @@ def _piece(cells: Cells, ways: Ways, first: int, last: int) -> tuple[Cells, Ways
     """Some of the cells, and the ways that start there; the ways are in the order of their cells."""
     origin = ways.origin
     one, two = np.searchsorted(origin, [first, last])
-    part = Cells(*(array[first:last] for array in cells))
+    part = Cells(
+        cells.coordinates[first:last], cells.state[first:last], cells.rotation[first:last],
+        cells.position[first:last], cells.signs[first:last],
+    )  # fmt: skip
     return part, Ways(
         origin[one:two] - first,
         ways.targets[one:two],

@@ -29,7 +29,7 @@ class Border:
         kind: What changes.
         points: Where, in numbers along the axes, (P, D).
         cells: The neighbours on both sides, (P, 2): the second may be a cell that was not reached.
-        before: Index, number of limits that do not hold, or 1 (reached), on the side of the first cell, (P,).
+        before: Index, or number of limits that do not hold, or 1, on the side of the first cell, (P,).
         after: The same on the other side of the point, (P,); -1 where the branch ends.
         segments: Pairs of points, (S, 2), that a line of the border joins; in two dimensions only.
     """

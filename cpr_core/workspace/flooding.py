@@ -20,8 +20,8 @@ from ..geometrico_statics import checked_start
 from ..loads import Loads
 from ..path import CONTRACTION, ITERATIONS
 from ..robot import Robot
-from .batch_kernel import MEASURES, Analyses, Arrivals, Cells
-from .batches import EIGENVALUES, Cancelled, Ways, in_pieces, leave
+from .batch_kernel import MEASURES, Arrivals, Cells
+from .batches import EIGENVALUES, Cancelled, Ways, in_pieces, joined, leave
 from .cell_problem import cell_problem
 from .first_cell import (
     first_cells,
@@ -124,13 +124,10 @@ def map_workspace(
         flood.begin()
     saved = time.monotonic()
 
-    if executor is not None:
-        context = nullcontext(executor)
-    elif workers == 0:
-        context = nullcontext(None)
-    else:
-        context = ThreadPoolExecutor(workers or os.cpu_count())
-    with context as pool:
+    threads = executor is None and workers != 0
+    own = ThreadPoolExecutor(workers or os.cpu_count()) if threads else None
+    pool = executor if executor is not None else own
+    with own if own is not None else nullcontext():
         try:
             while flood.done < flood.reached:
                 flood.leave_some(pool, cancelled)
@@ -218,9 +215,10 @@ class _Flood:
         pieces = list(
             in_pieces(executor, leave, self.problem, self._as_cells(batch), ways, cancelled)
         )
-        analyses = Analyses(*(np.concatenate(parts) for parts in zip(*[a for a, _ in pieces])))
-        arrivals = Arrivals(*(np.concatenate(parts) for parts in zip(*[b for _, b in pieces])))
-        self.cells.eigenvalues[batch], self.cells.measures[batch] = analyses
+        analyses = [one for one, _ in pieces]
+        self.cells.eigenvalues[batch] = np.concatenate([one.eigenvalues for one in analyses])
+        self.cells.measures[batch] = np.concatenate([one.measures for one in analyses])
+        arrivals = joined([one for _, one in pieces])
         self._arrive(batch[origin], column, target, arrivals)
         self.done += len(batch)
 

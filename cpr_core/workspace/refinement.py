@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch_kernel import Arrivals, Cells
-from .batches import Ways, go, in_pieces
+from .batches import Ways, go, in_pieces, joined
 from .borders import Border, BorderKind
 from .cell_problem import CellProblem
 from .map_limits import limit_margins
@@ -78,8 +78,12 @@ def _by_bisection(
     cell, column = np.nonzero(cells.edges[:, 1::2] == EdgeState.PASSED)
     other = grid.neighbours[cell, 2 * column + 1]
     crossed = values[cell] != values[other]
-    cell, other, axis = cell[crossed], other[crossed], column[crossed]
-    points, sides, before, after = [], [], [], []
+    cell, other = cell[crossed], other[crossed]
+    points: list[Floats] = []
+    sides: list[Integers] = []
+    before: list[Integers] = []
+    after: list[Integers] = []
+    first = values[cell]
     low = np.zeros(len(cell))  # fraction of the last point known on the near side
     near = Cells(
         grid.kernel_coordinates(grid.places(cell)), cells.state[cell], cells.rotation[cell],
@@ -89,7 +93,6 @@ def _by_bisection(
         if not len(cell):
             break
         length = np.linalg.norm(grid.places(other) - grid.places(cell), axis=1)
-        first = values[cell] if not points else here_value
         high, beyond = np.ones(len(cell)), values[other].copy()
         far: Cells | None = None
         while np.any((high - low) * length > tolerance):
@@ -114,7 +117,7 @@ def _by_bisection(
         assert far is not None or not np.any(more)
         if far is not None:
             near = Cells(*(array[more] for array in far))
-        here_value, low = beyond[more], high[more]
+        first, low = beyond[more], high[more]
         cell, other = cell[more], other[more]
     size = len(grid.shape)
     found_points = np.concatenate(points) if points else np.empty((0, size))
@@ -161,7 +164,7 @@ def _solved_at(
         np.full(count, 1.0), np.full(count, 1e-3),
     )  # fmt: skip
     pieces = list(in_pieces(executor, go, problem, near, ways, cancelled))
-    return Arrivals(*(np.concatenate(parts) for parts in zip(*pieces, strict=True)))
+    return joined(pieces)
 
 
 def _singular(found: WorkspaceMap) -> Border:

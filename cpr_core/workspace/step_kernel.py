@@ -1,8 +1,8 @@
 """From one cell to the next along the branch, in compiled code.
 
-The rules of `cpr_core.continuation`: every Newton correction is smaller than a quarter of the one before,
-and the sign of the problem does not change. A step that fails is halved. Where none succeeds the way
-ends; the fraction that was reached is where the border is.
+The rules of `cpr_core.continuation`: every Newton correction is smaller than a quarter of the one
+before, and the sign of the problem does not change. A step that fails is halved. Where none succeeds the
+way ends; the fraction that was reached is where the border is.
 """
 
 from __future__ import annotations
@@ -57,17 +57,10 @@ def _rotation_zyz(one, two, three, rotation):
     ca, sa = math.cos(one), math.sin(one)
     cb, sb = math.cos(two), math.sin(two)
     cc, sc = math.cos(three), math.sin(three)
-    rotation[0, 0], rotation[0, 1], rotation[0, 2] = (
-        ca * cb * cc - sa * sc,
-        -ca * cb * sc - sa * cc,
-        ca * sb,
-    )
-    rotation[1, 0], rotation[1, 1], rotation[1, 2] = (
-        sa * cb * cc + ca * sc,
-        -sa * cb * sc + ca * cc,
-        sa * sb,
-    )
-    rotation[2, 0], rotation[2, 1], rotation[2, 2] = -sb * cc, sb * sc, cb
+    rotation[0, 0], rotation[0, 1] = ca * cb * cc - sa * sc, -ca * cb * sc - sa * cc
+    rotation[1, 0], rotation[1, 1] = sa * cb * cc + ca * sc, -sa * cb * sc + ca * cc
+    rotation[2, 0], rotation[2, 1] = -sb * cc, sb * sc
+    rotation[0, 2], rotation[1, 2], rotation[2, 2] = ca * sb, sa * sb, cb
 
 
 @compiled

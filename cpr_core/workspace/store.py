@@ -1,7 +1,7 @@
 """Maps on disk: an xarray Dataset in NetCDF (classic, 64-bit offsets), which everything reads.
 
-A checkpoint is the map so far: written beside the file and then put in its place in one step, so that the
-file is a whole map at any time, and a map that was killed goes on from it.
+A checkpoint is the map so far: written beside the file and then put in its place in one step, so that
+the file is a whole map at any time, and a map that was killed goes on from it.
 """
 
 from __future__ import annotations

@@ -73,7 +73,7 @@ class CellArrays:
 
 @dataclass(frozen=True, eq=False)
 class WorkspaceMap:
-    """A grid of equilibria on one branch. Arrays are flat, ``values.reshape(map.grid.shape)`` is a picture.
+    """A grid of equilibria on one branch; arrays are flat, ``values.reshape(grid.shape)`` is a picture.
 
     Attributes:
         robot: The robot.
@@ -168,7 +168,7 @@ class WorkspaceMap:
 
     @cached_property
     def disagreements(self) -> Integers:
-        """Pairs of neighbours, (P, 2): the way from the first leads to another equilibrium than the second."""
+        """Pairs of neighbours, (P, 2): from the first the way leads to another equilibrium."""
         cell, column = np.nonzero(self.cells.edges == EdgeState.DISAGREES)
         return np.stack([cell, self.grid.neighbours[cell, column]], axis=1)
 

@@ -47,7 +47,7 @@ def test_every_number_of_a_cell_is_that_of_scipy(name):
     vary = {"z": [-0.02, 0.02], "roll": [-0.05, 0.05]} if name == "three_rfs" else None
     home = robot.home
     if vary is None:
-        x, y, z = home.platform_position
+        x, y = home.platform_position[:2]
         vary = {"x": [x - 0.01, x + 0.01], "y": [y - 0.01, y + 0.02]}
     else:
         vary["z"] = [home.platform_position[2] + dz for dz in vary["z"]]
@@ -184,7 +184,7 @@ def test_a_long_step_is_divided():
 
 def test_limits_are_flags_and_have_borders():
     description = content_of_rfrfr()
-    description["rod"]["yield_strain"] = 0.0035
+    description["rod"]["yield_strain"] = 0.0045
     for leg in description["legs"]:
         leg["motor"]["limits"] = {"position": [0.3, 2.9], "effort": 1.0}
     robot = load_robot(description)

@@ -1,6 +1,5 @@
 """Maps on disk: whole at any time, and gone on with after any death."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -136,4 +135,4 @@ def test_maps_of_something_else_are_not_gone_on_with(tmp_path):
         read_map(file, rfrfr())
     with pytest.raises(InvalidRequest, match="expected a NetCDF file"):
         read_map(tmp_path / "missing.nc", rfrfr())
-    assert os.listdir(tmp_path) == ["map.nc"]
+    assert list(tmp_path.iterdir()) == [file]
