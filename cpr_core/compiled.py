@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numba
 
-__all__ = ["KERNEL_MODULES", "compiled"]
+__all__ = ["KERNEL_MODULES", "compiled", "compiled_strictly"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -54,7 +54,20 @@ def compiled(function: Function) -> Function:
     calls from another file does; after an edit or an upgrade stale code would run. Every kernel is
     therefore stamped with all kernel sources together.
     """
-    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)(
+    return _stamped(function, FASTMATH)
+
+
+def compiled_strictly(function: Function) -> Function:
+    """Compile a kernel whose sums are not reordered.
+
+    Its result is the same to the last bit whether it was just compiled or loaded from disk: the linker
+    may take either of two copies of a function, which were optimised differently.
+    """
+    return _stamped(function, False)
+
+
+def _stamped(function: Function, fastmath: Any) -> Function:
+    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath)(
         function
     )
     dispatcher._cache._cache_file._source_stamp = _STAMP

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from ..compiled import compiled
+from ..compiled import compiled_strictly
 from ..condensation_kernel import DENSE, NO_INVERSE, allocate, factor, solve
 from ..newton_kernel import _use_angles
 from .eigenvalue_kernel import count_below, eigenvalues_of_tridiagonal, tridiagonalise
@@ -26,7 +26,7 @@ _LANCZOS_CHANGE = 1e-6
 _LANCZOS_CHECK = 4
 
 
-@compiled
+@compiled_strictly
 def spectrum_of(problem, tangent, values):
     """Eigenvalues of H_r with the motors held, orthonormal basis of the admissible motions.
 
@@ -69,7 +69,7 @@ def spectrum_of(problem, tangent, values):
         return np.inf, np.inf, 0
     reduced = np.empty((free, free))
     for i in range(free):
-        for j in range(i + 1):
+        for j in range(free):
             reduced[i, j] = hessian[rank + i, rank + j]
     diagonal, beside = np.empty(free), np.empty(free)
     tridiagonalise(reduced, free, diagonal, beside, np.empty(free), np.empty(free))
@@ -90,7 +90,7 @@ def spectrum_of(problem, tangent, values):
     return nearest, largest, negative
 
 
-@compiled
+@compiled_strictly
 def _reflect_onto_null_space(slopes, hessian):
     """Reflect so that the last coordinates span the null space of ``slopes``; returns the rank.
 
@@ -127,12 +127,14 @@ def _reflect_onto_null_space(slopes, hessian):
             total *= beta
             for j in range(k, size):
                 target[j] -= total * vector[j]
+        for j in range(k, size):
+            product[j] = 0.0
+        for i in range(k, size):
+            source, weight = hessian[i], beta * vector[i]
+            for j in range(k, size):
+                product[j] += source[j] * weight
         inner = 0.0
         for i in range(k, size):
-            source, total = hessian[i], 0.0
-            for j in range(k, size):
-                total += source[j] * vector[j]
-            product[i] = beta * total
             inner += product[i] * vector[i]
         inner *= 0.5 * beta
         for i in range(k, size):
@@ -144,7 +146,7 @@ def _reflect_onto_null_space(slopes, hessian):
     return min(count, size)
 
 
-@compiled
+@compiled_strictly
 def smallest_singular_value(problem, tangent, rotation, columns, forward, scratch, work):
     """Smallest singular value of a linear problem of Section V-C, dimensionless.
 
@@ -217,7 +219,7 @@ def smallest_singular_value(problem, tangent, rotation, columns, forward, scratc
     return 1.0 / math.sqrt(before) if before > 0.0 else 0.0
 
 
-@compiled
+@compiled_strictly
 def _length(vector):
     total = 0.0
     for i in range(vector.shape[0]):
@@ -225,7 +227,7 @@ def _length(vector):
     return math.sqrt(total)
 
 
-@compiled
+@compiled_strictly
 def _apply_inverse_square(robot, factors, how, effort_rows, rigid, vector):
     """Multiply by the inverse of M^T M, in place; efforts are the last entries."""
     motors, size = effort_rows.shape
@@ -246,7 +248,7 @@ def _apply_inverse_square(robot, factors, how, effort_rows, rigid, vector):
         part[j] *= rigid[j]
 
 
-@compiled
+@compiled_strictly
 def _solve_transposed(factors, how, vector):
     """Solve with the transpose of a factored matrix, in place."""
     if how == DENSE:
@@ -272,7 +274,7 @@ def _solve_transposed(factors, how, vector):
         _lu_solve_transposed(factors.blocks[leg], extent, factors.block_pivots[leg], part)
 
 
-@compiled
+@compiled_strictly
 def _lu_solve_transposed(matrix, size, pivots, vector):
     """Solve with the transpose of what ``lu_factor`` factored, in place."""
     for i in range(size):

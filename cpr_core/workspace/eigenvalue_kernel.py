@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ..compiled import compiled
+from ..compiled import compiled_strictly
 
 __all__ = ["count_below", "eigenvalues_of_tridiagonal", "tridiagonalise"]
 
@@ -18,12 +18,12 @@ __all__ = ["count_below", "eigenvalues_of_tridiagonal", "tridiagonalise"]
 _HALVINGS = 54
 
 
-@compiled
+@compiled_strictly
 def tridiagonalise(matrix, size, diagonal, beside, vector, product):
     """Reflect the leading square of a symmetric matrix to tridiagonal form (Householder), in place.
 
     Args:
-        matrix: Symmetric, its lower triangle is read; destroyed.
+        matrix: Symmetric, both triangles are read; destroyed.
         size: Rows of the square.
         diagonal: Result, the diagonal, (size,).
         beside: Result, entry i is beside the diagonal in rows i and i + 1, (size,).
@@ -48,11 +48,9 @@ def tridiagonalise(matrix, size, diagonal, beside, vector, product):
         beside[last - 1] = -sign * length
         factor = 1.0 / (total + length * abs(row[last - 1]))
         for i in range(last):
-            source, weight, sum_ = matrix[i], vector[i], 0.0
-            for j in range(i):
-                sum_ += source[j] * vector[j]
+            source, weight = matrix[i], vector[i]
+            for j in range(last):
                 product[j] += source[j] * weight
-            product[i] += sum_ + source[i] * weight
         inner = 0.0
         for j in range(last):
             product[j] *= factor
@@ -62,13 +60,13 @@ def tridiagonalise(matrix, size, diagonal, beside, vector, product):
             product[j] -= inner * vector[j]
         for i in range(last):
             target, one, two = matrix[i], vector[i], product[i]
-            for j in range(i + 1):
+            for j in range(last):
                 target[j] -= one * product[j] + two * vector[j]
     diagonal[0] = matrix[0, 0]
     beside[size - 1] = 0.0
 
 
-@compiled
+@compiled_strictly
 def count_below(diagonal, beside, size, value):
     """Number of eigenvalues of a tridiagonal matrix below a value (Sturm)."""
     below, pivot = 0, 1.0
@@ -82,7 +80,7 @@ def count_below(diagonal, beside, size, value):
     return below
 
 
-@compiled
+@compiled_strictly
 def eigenvalues_of_tridiagonal(diagonal, beside, size, wanted, values):
     """Some eigenvalues of a tridiagonal matrix by bisection, good to the rounding of the matrix.
 

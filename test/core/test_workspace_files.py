@@ -7,13 +7,12 @@ import time
 
 import numpy as np
 import pytest
+import xarray
 from workspace_cases import assert_same, rfrfr, six_rfs, small_grid, small_map
 
 from cpr_core import InvalidRequest
 from cpr_core.workspace import map_workspace, pose_grid
 from cpr_core.workspace.store import as_dataset, read_map, write_map
-
-xarray = pytest.importorskip("xarray")
 
 CHILD = """
 import sys
