@@ -184,9 +184,9 @@ def test_a_long_step_is_divided():
 
 def test_limits_are_flags_and_have_borders():
     description = content_of_rfrfr()
-    description["rod"]["yield_strain"] = 0.0045
+    description["rod"]["yield_strain"] = 0.007
     for leg in description["legs"]:
-        leg["motor"]["limits"] = {"position": [0.3, 2.9], "effort": 1.0}
+        leg["motor"]["limits"] = {"position": [-2.5, 5.5], "effort": 1.1}
     robot = load_robot(description)
     found = map_workspace(robot, small_grid())
     assert found.limit_names == (
