@@ -15,7 +15,12 @@ import numpy as np
 from ..compiled import compiled_strictly
 from ..condensation_kernel import DENSE, NO_INVERSE, allocate, factor, solve
 from ..newton_kernel import _use_angles
-from .eigenvalue_kernel import count_below, eigenvalues_of_tridiagonal, tridiagonalise
+from .eigenvalue_kernel import (
+    count_below,
+    eigenvalues_of_tridiagonal,
+    largest_of_tridiagonal,
+    tridiagonalise,
+)
 
 __all__ = ["smallest_singular_value", "spectrum_of"]
 
@@ -24,6 +29,8 @@ _LANCZOS_STEPS = 60
 _LANCZOS_CHANGE = 1e-6
 #: Steps from one look at the result to the next.
 _LANCZOS_CHECK = 4
+#: Relative error of the largest Ritz value.
+_RITZ_PRECISION = 1e-10
 
 
 @compiled_strictly
@@ -190,7 +197,7 @@ def smallest_singular_value(problem, tangent, rotation, columns, forward, scratc
     for i in range(motors):
         vector[size + i] = 1.0 + 0.5 * math.cos(1.3 * i)
     length = _length(vector)
-    before, wanted, largest = 0.0, np.empty(1, np.int64), np.empty(1)
+    before = 0.0
     for step in range(_LANCZOS_STEPS):
         for i in range(size + motors):
             basis[step, i] = vector[i] / length
@@ -208,13 +215,16 @@ def smallest_singular_value(problem, tangent, rotation, columns, forward, scratc
                 vector[i] -= total * kept[i]
         length = _length(vector)
         beside[step] = length
-        if step % _LANCZOS_CHECK != 0 and length > 1e-14 * diagonal[step]:
+        last = step + 1 == min(_LANCZOS_STEPS, size + motors) or length <= 1e-14 * diagonal[step]
+        if not last and (step < 8 or step % _LANCZOS_CHECK != 0):
             continue
-        wanted[0] = step
-        eigenvalues_of_tridiagonal(diagonal, beside, step + 1, wanted, largest)
-        change = abs(largest[0] - before)
-        before = largest[0]
-        if change <= _LANCZOS_CHANGE * before or length <= 1e-14 * before:
+        # Ritz values only grow; a little is taken off for the rounding of the one before.
+        largest = largest_of_tridiagonal(
+            diagonal, beside, step + 1, (1.0 - 1e-6) * before, _RITZ_PRECISION
+        )
+        change = abs(largest - before)
+        before = largest
+        if last or change <= _LANCZOS_CHANGE * before:
             break
     return 1.0 / math.sqrt(before) if before > 0.0 else 0.0
 

@@ -22,7 +22,7 @@ Result = TypeVar("Result")
 #: Smallest eigenvalues kept for every cell.
 EIGENVALUES = 4
 #: Pieces of a batch at most, and cells of a piece at least.
-_PIECES, _SMALLEST_PIECE = 16, 8
+_PIECES, _SMALLEST_PIECE = 8, 8
 
 
 class Cancelled(Exception):

@@ -12,7 +12,12 @@ import numpy as np
 
 from ..compiled import compiled_strictly
 
-__all__ = ["count_below", "eigenvalues_of_tridiagonal", "tridiagonalise"]
+__all__ = [
+    "count_below",
+    "eigenvalues_of_tridiagonal",
+    "largest_of_tridiagonal",
+    "tridiagonalise",
+]
 
 #: Halvings of an interval of eigenvalues: from its width to the rounding of the matrix.
 _HALVINGS = 54
@@ -120,3 +125,31 @@ def eigenvalues_of_tridiagonal(diagonal, beside, size, wanted, values):
                 low[k] = values[k]
     for k in range(count):
         values[k] = 0.5 * (low[k] + high[k])
+
+
+@compiled_strictly
+def largest_of_tridiagonal(diagonal, beside, size, low, precision):
+    """Largest eigenvalue of a tridiagonal matrix, roughly.
+
+    Args:
+        diagonal: (size,).
+        beside: (size,).
+        size: Rows.
+        low: A bound from below, not negative.
+        precision: Largest relative error.
+    """
+    high = 0.0
+    for i in range(size):
+        reach = abs(diagonal[i])
+        if i > 0:
+            reach += abs(beside[i - 1])
+        if i < size - 1:
+            reach += abs(beside[i])
+        high = max(high, reach)
+    while high - low > precision * high:
+        middle = 0.5 * (low + high)
+        if count_below(diagonal, beside, size, middle) == size:
+            high = middle
+        else:
+            low = middle
+    return 0.5 * (low + high)

@@ -180,6 +180,12 @@ def _draw_borders(axes: Any, found: WorkspaceMap, plane: int) -> None:
 
     flat = len(found.grid.shape) == 2
     depth = int(np.prod(found.grid.shape[2:], dtype=int))
+    cut = found.disagreements
+    cut = cut[np.all(cut % depth == plane, axis=1)]
+    if len(cut):
+        middle = 0.5 * (found.grid.places(cut[:, 0]) + found.grid.places(cut[:, 1]))
+        label = "two ways disagree"
+        axes.plot(*middle[:, :2].T, ".", color="#7A3E00", markersize=2.5, label=label)
     for border in found.borders:
         color, style, label = _LINES[border.kind]
         if not len(border.points) or border.kind == "stability_free":
