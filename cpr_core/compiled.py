@@ -21,10 +21,10 @@ KERNEL_MODULES = (
     "condensation_kernel",
     "inertia_kernel",
     "newton_kernel",
-    "workspace/eigenvalue_kernel",
-    "workspace/step_kernel",
-    "workspace/analysis_kernel",
-    "workspace/batch_kernel",
+    "workspace.eigenvalue_kernel",
+    "workspace.step_kernel",
+    "workspace.analysis_kernel",
+    "workspace.batch_kernel",
 )
 #: What else the compiled code depends on: how it is compiled and what its data look like.
 _CONTEXT_MODULES = ("compiled", "arrays")
@@ -38,7 +38,7 @@ def _stamp() -> tuple[str, int]:
     digest = hashlib.sha256()
     size = 0
     for module in (*_CONTEXT_MODULES, *KERNEL_MODULES):
-        source = (Path(__file__).parent / f"{module}.py").read_bytes()
+        source = (Path(__file__).parent / f"{module.replace('.', '/')}.py").read_bytes()
         digest.update(source)
         size += len(source)
     return digest.hexdigest(), size
