@@ -50,7 +50,11 @@ setup(
         *share("rviz"),
     ],
     install_requires=["numpy", "scipy", "numba", "pyyaml", "jsonschema", "tqdm", "matplotlib"],
-    extras_require={"ros": ROS_WHEELS, "test": ["pytest", "hypothesis"]},
+    extras_require={
+        "ros": ROS_WHEELS,
+        "maps": ["xarray"],
+        "test": ["pytest", "hypothesis", "xarray", "distributed"],
+    },
     entry_points={
         "console_scripts": [
             "cpr = cpr_core.command_line:main",

@@ -27,6 +27,7 @@ from .reports import (
     stability_as_text,
 )
 from .robot import Robot, load_robot
+from .workspace_commands import add_workspace_options
 
 __all__ = ["main"]
 
@@ -101,6 +102,10 @@ def _parser() -> argparse.ArgumentParser:
     _add_common(equilibria, None)
     _add_motors(equilibria)
     add_equilibria_options(equilibria)
+
+    workspace = commands.add_parser("workspace", help="a map of what can be reached, with borders")
+    _add_common(workspace, None)
+    add_workspace_options(workspace)
     return parser
 
 

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numba
 
-__all__ = ["KERNEL_MODULES", "compiled"]
+__all__ = ["KERNEL_MODULES", "compiled", "compiled_strictly"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -21,6 +21,10 @@ KERNEL_MODULES = (
     "condensation_kernel",
     "inertia_kernel",
     "newton_kernel",
+    "workspace.eigenvalue_kernel",
+    "workspace.step_kernel",
+    "workspace.analysis_kernel",
+    "workspace.batch_kernel",
 )
 #: What else the compiled code depends on: how it is compiled and what its data look like.
 _CONTEXT_MODULES = ("compiled", "arrays")
@@ -34,7 +38,7 @@ def _stamp() -> tuple[str, int]:
     digest = hashlib.sha256()
     size = 0
     for module in (*_CONTEXT_MODULES, *KERNEL_MODULES):
-        source = (Path(__file__).parent / f"{module}.py").read_bytes()
+        source = (Path(__file__).parent / f"{module.replace('.', '/')}.py").read_bytes()
         digest.update(source)
         size += len(source)
     return digest.hexdigest(), size
@@ -50,7 +54,20 @@ def compiled(function: Function) -> Function:
     calls from another file does; after an edit or an upgrade stale code would run. Every kernel is
     therefore stamped with all kernel sources together.
     """
-    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)(
+    return _stamped(function, FASTMATH)
+
+
+def compiled_strictly(function: Function) -> Function:
+    """Compile a kernel whose sums are not reordered.
+
+    Its result is the same to the last bit whether it was just compiled or loaded from disk: the linker
+    may take either of two copies of a function, which were optimised differently.
+    """
+    return _stamped(function, False)
+
+
+def _stamped(function: Function, fastmath: Any) -> Function:
+    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath)(
         function
     )
     dispatcher._cache._cache_file._source_stamp = _STAMP

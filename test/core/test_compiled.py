@@ -103,7 +103,7 @@ def test_the_stamp_of_a_copy_is_the_same(copied):
 @pytest.mark.parametrize("module", compiled.KERNEL_MODULES)
 def test_the_stamp_changes_with_every_kernel_source(copied, module):
     before = stamp(copied)
-    path = copied / f"{module}.py"
+    path = copied / f"{module.replace('.', '/')}.py"
     source = path.read_bytes()
     path.write_bytes(source + b"\n# another line\n")
     assert stamp(copied) != before

@@ -1,0 +1,137 @@
+"""Many cells at once: each is analysed and left for its neighbours, without the GIL."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..compiled import compiled
+from ..model_kernel import evaluate_model
+from .analysis_kernel import smallest_singular_value, spectrum_of
+from .step_kernel import advance, signs_at
+
+__all__ = [
+    "MEASURES",
+    "Analyses",
+    "Arrivals",
+    "Cells",
+    "analyse_cells",
+    "leave_cells",
+    "signs_of_cell",
+]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+#: Columns of an analysis: the smallest eigenvalues first, then these.
+MEASURES = ("nearest", "largest", "forward_margin", "inverse_margin")
+
+
+class Cells(NamedTuple):
+    """Solved cells, B of them."""
+
+    coordinates: Floats  # (B, C) what is imposed
+    state: Floats  # (B, N)
+    rotation: Floats  # (B, 3, 3)
+    position: Floats  # (B, 3)
+    signs: (
+        Integers  # (B, 4) index locked, index free, side of the inverse singularity, of the branch
+    )
+
+
+class Arrivals(NamedTuple):
+    """Where B ways ended."""
+
+    status: Integers  # (B,) ARRIVED, BLOCKED or FLIPPED
+    fraction: Floats  # (B,) how far they went
+    state: Floats  # (B, N)
+    rotation: Floats  # (B, 3, 3)
+    position: Floats  # (B, 3)
+    signs: Integers  # (B, 4)
+    efforts: Floats  # (B, n)
+    energy: Floats  # (B,)
+
+
+class Analyses(NamedTuple):
+    """What is known of B cells beyond their solutions."""
+
+    eigenvalues: Floats  # (B, K) smallest of H_r, motors held
+    measures: Floats  # (B, M) in the order of MEASURES
+
+
+@compiled
+def measures_at(problem, state, rotation, position, tangent, scratch, work, eigenvalues, measures):
+    """Analyse one cell; results are eigenvalues (K,) and measures (M,)."""
+    residual = np.empty(state.shape[0])
+    evaluate_model(problem.robot, problem.loads, state, rotation, position, residual, tangent, work)
+    nearest, largest, _ = spectrum_of(problem, tangent, eigenvalues)
+    measures[0], measures[1] = nearest, largest
+    measures[2] = smallest_singular_value(
+        problem, tangent, rotation, problem.platform_rows, True, scratch, work
+    )
+    measures[3] = np.nan
+    if problem.inverse_columns.shape[0] > 0:
+        measures[3] = smallest_singular_value(
+            problem, tangent, rotation, problem.inverse_columns, False, scratch, work
+        )
+
+
+@compiled
+def analyse_cells(problem, cells, work, analyses):
+    """Analyse cells one by one."""
+    size = cells.state.shape[1]
+    tangent, scratch = np.zeros((size, size)), np.zeros((size, size))
+    for b in range(cells.state.shape[0]):
+        measures_at(
+            problem, cells.state[b], cells.rotation[b], cells.position[b], tangent, scratch, work,
+            analyses.eigenvalues[b], analyses.measures[b],
+        )  # fmt: skip
+
+
+@compiled
+def leave_cells(problem, cells, origin, targets, longest, smallest, work, arrivals):
+    """Go from cells straight to targets.
+
+    Args:
+        problem: CellProblem.
+        cells: Cells to start from.
+        origin: Which cell every way starts from, (W,).
+        targets: Coordinates where it leads, (W, C).
+        longest: Longest step of every way, as a fraction, (W,).
+        smallest: Smallest step of every way, as a fraction, (W,).
+        work: Workspace.
+        arrivals: Result, of the W ways.
+    """
+    size, motor_index = cells.state.shape[1], problem.robot.motor_index
+    tangent, scratch, residual = np.zeros((size, size)), np.zeros((size, size)), np.empty(size)
+    for way in range(origin.shape[0]):
+        b = origin[way]
+        state, rotation = arrivals.state[way], arrivals.rotation[way]
+        position, signs = arrivals.position[way], arrivals.signs[way]
+        for i in range(size):
+            state[i] = cells.state[b, i]
+        for i in range(3):
+            position[i] = cells.position[b, i]
+            for j in range(3):
+                rotation[i, j] = cells.rotation[b, i, j]
+        for i in range(4):
+            signs[i] = cells.signs[b, i]
+        status, fraction, energy = advance(
+            problem, cells.coordinates[b], targets[way], longest[way], smallest[way],
+            state, rotation, position, signs, residual, tangent, scratch, work,
+        )  # fmt: skip
+        arrivals.status[way], arrivals.fraction[way] = status, fraction
+        arrivals.energy[way] = energy
+        for i in range(size - motor_index):
+            arrivals.efforts[way, i] = residual[motor_index + i]
+
+
+@compiled
+def signs_of_cell(problem, state, rotation, position, work, signs):
+    """Signs at one solved cell, (4,)."""
+    size = state.shape[0]
+    tangent, scratch, residual = np.zeros((size, size)), np.zeros((size, size)), np.empty(size)
+    evaluate_model(problem.robot, problem.loads, state, rotation, position, residual, tangent, work)
+    signs_at(problem, tangent, rotation, scratch, signs)

@@ -1,0 +1,129 @@
+"""Batches of cells as tasks of an executor: in threads, processes or on other machines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import workspace
+from .batch_kernel import MEASURES, Analyses, Arrivals, Cells, analyse_cells, leave_cells
+from .cell_problem import CellProblem
+
+__all__ = ["EIGENVALUES", "Cancelled", "Ways", "go", "in_pieces", "joined", "leave"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Result = TypeVar("Result")
+
+#: Smallest eigenvalues kept for every cell.
+EIGENVALUES = 4
+#: Pieces of a batch at most, and cells of a piece at least.
+_PIECES, _SMALLEST_PIECE = 8, 8
+
+
+class Cancelled(Exception):
+    """The caller asked to stop."""
+
+
+class Ways(NamedTuple):
+    """Ways that start at cells, in the order of the cells."""
+
+    origin: Integers  # (W,) number of the cell
+    targets: Floats  # (W, C) coordinates where it leads
+    longest: Floats  # (W,) longest and
+    smallest: Floats  # (W,) smallest step, as fractions of the way
+
+
+def leave(problem: CellProblem, cells: Cells, ways: Ways) -> tuple[Analyses, Arrivals]:
+    """Analyse cells and go from them to their neighbours; a task of an executor."""
+    count = len(cells.state)
+    analyses = Analyses(np.empty((count, EIGENVALUES)), np.empty((count, len(MEASURES))))
+    analyse_cells(problem, cells, workspace(problem.robot), analyses)
+    return analyses, go(problem, cells, ways)
+
+
+def go(problem: CellProblem, cells: Cells, ways: Ways) -> Arrivals:
+    """Go from cells to targets; a task of an executor."""
+    count, size = len(ways.origin), cells.state.shape[1]
+    arrivals = Arrivals(
+        status=np.empty(count, np.int64),
+        fraction=np.empty(count),
+        state=np.empty((count, size)),
+        rotation=np.empty((count, 3, 3)),
+        position=np.empty((count, 3)),
+        signs=np.empty((count, 4), np.int64),
+        efforts=np.empty((count, size - problem.robot.motor_index)),
+        energy=np.empty(count),
+    )
+    leave_cells(
+        problem, cells, ways.origin, ways.targets, ways.longest, ways.smallest,
+        workspace(problem.robot), arrivals,
+    )  # fmt: skip
+    return arrivals
+
+
+def in_pieces(
+    executor: Executor | None,
+    task: Callable[[CellProblem, Cells, Ways], Result],
+    problem: CellProblem,
+    cells: Cells,
+    ways: Ways,
+    cancelled: Callable[[], bool] | None = None,
+) -> Iterator[Result]:
+    """Results of a task for consecutive pieces of a batch, in order; without executor one after another.
+
+    Raises:
+        Cancelled: ``cancelled`` said so; what had not begun is not done.
+    """
+    count = len(cells.state)
+    length = max(_SMALLEST_PIECE, -(-count // _PIECES))
+    pieces = [_piece(cells, ways, first, first + length) for first in range(0, count, length)]
+    if executor is None:
+        for piece in pieces:
+            if cancelled is not None and cancelled():
+                raise Cancelled
+            yield task(problem, *piece)
+        return
+    waiting: list[Future[Result]] = [executor.submit(task, problem, *piece) for piece in pieces]
+    try:
+        for future in waiting:
+            while cancelled is not None and not future.done():
+                if cancelled():
+                    raise Cancelled
+                _wait(future)
+            yield future.result()
+    finally:
+        for future in waiting:
+            future.cancel()
+
+
+def joined(parts: list[Arrivals]) -> Arrivals:
+    """Arrivals of consecutive pieces as one."""
+    return Arrivals(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+
+
+def _wait(future: Future[Result]) -> None:
+    try:
+        future.result(timeout=0.1)
+    except TimeoutError:
+        return
+
+
+def _piece(cells: Cells, ways: Ways, first: int, last: int) -> tuple[Cells, Ways]:
+    """Some of the cells, and the ways that start there; the ways are in the order of their cells."""
+    origin = ways.origin
+    one, two = np.searchsorted(origin, [first, last])
+    part = Cells(
+        cells.coordinates[first:last], cells.state[first:last], cells.rotation[first:last],
+        cells.position[first:last], cells.signs[first:last],
+    )  # fmt: skip
+    return part, Ways(
+        origin[one:two] - first,
+        ways.targets[one:two],
+        ways.longest[one:two],
+        ways.smallest[one:two],
+    )

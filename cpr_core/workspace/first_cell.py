@@ -1,0 +1,110 @@
+"""Where a flood begins, and how grids relate to equilibria."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import workspace
+from ..continuation import LONGEST_STEP
+from ..equilibrium import Equilibrium
+from ..lie import roll_pitch_yaw
+from ..motors import MotorLimits
+from ..robot import Robot
+from ..targets import MotorTarget, PlatformTarget, Target
+from .batch_kernel import signs_of_cell
+from .cell_problem import CellProblem
+from .grid import Grid
+from .step_kernel import impose
+
+__all__ = [
+    "first_cells",
+    "place_of",
+    "signs_at_equilibrium",
+    "step_fractions",
+    "target_of_cell",
+    "without_limits",
+]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+#: Smallest steps, as fractions of the way between neighbours.
+_SMALLEST_STEP = (1e-6, 1e-2)
+#: Cells per axis that are tried as the first one, beside the nearest.
+_TRIED_ALONG = 5
+
+
+def without_limits(robot: Robot) -> Robot:
+    """The same robot, with motors and rods that bear everything: maps show what is beyond limits too."""
+    legs = tuple(
+        replace(leg, limits=MotorLimits(), rod=replace(leg.rod, yield_strain=math.inf))
+        for leg in robot.description.legs
+    )
+    return Robot(replace(robot.description, legs=legs))
+
+
+def step_fractions(robot: Robot, grid: Grid, tolerance: float) -> tuple[Floats, Floats]:
+    """Longest and smallest step along every axis, as fractions of the way between neighbours, (D,)."""
+    natural = np.array([robot.mean_length if unit == "m" else 1.0 for unit in grid.units])
+    largest = np.array([np.diff(values).max() for values in grid.values])
+    moved = np.abs(grid.directions / natural).max(axis=1) * largest
+    longest = np.minimum(1.0, LONGEST_STEP / moved)
+    smallest = np.clip((tolerance or 1e-3 * grid.steps) / largest, *_SMALLEST_STEP)
+    return longest, np.minimum(smallest, 0.25 * longest)
+
+
+def place_of(equilibrium: Equilibrium, grid: Grid) -> Floats:
+    """Numbers along the axes of the place in the grid nearest to an equilibrium, (D,)."""
+    if grid.given == "motors":
+        whole = equilibrium.motors
+    else:
+        turn = equilibrium.platform_rotation
+        angles = roll_pitch_yaw(turn)
+        if grid.orientation == "zyz":
+            angles = np.array(
+                [
+                    math.atan2(turn[1, 2], turn[0, 2]),
+                    math.acos(min(1.0, max(-1.0, turn[2, 2]))),
+                    math.atan2(turn[2, 1], -turn[2, 0]),
+                ]
+            )
+        whole = np.concatenate([equilibrium.platform_position, angles])
+    found = np.linalg.lstsq(grid.directions.T, whole[grid.index] - grid.origin, rcond=None)[0]
+    return np.asarray(found)
+
+
+def first_cells(grid: Grid, place: Floats) -> list[int]:
+    """Cells to begin with, the nearest first, then a few all over the grid by their distance."""
+    coarse = [
+        values[np.unique(np.linspace(0, len(values) - 1, _TRIED_ALONG + 2)[1:-1].astype(int))]
+        for values in grid.values
+    ]
+    places = np.stack(np.meshgrid(*coarse, indexing="ij"), axis=-1).reshape(-1, len(coarse))
+    near = np.abs((places - place) / grid.steps).max(axis=1)
+    others = [grid.nearest(one) for one in places[np.argsort(near, kind="stable")]]
+    nearest = grid.nearest(place)
+    return [nearest, *(cell for cell in others if cell != nearest)]
+
+
+def target_of_cell(grid: Grid, problem: CellProblem, cell: int, start: Equilibrium) -> Target:
+    """A cell as the target of a walk from an equilibrium."""
+    values = grid.kernel_coordinates(grid.places(np.array([cell])))[0]
+    if grid.given == "motors":
+        return MotorTarget(values)
+    rotation, position = start.platform_rotation.copy(), start.platform_position.copy()
+    impose(problem, values, values, 1.0, start.state.copy(), rotation, position)
+    return PlatformTarget(rotation, position)
+
+
+def signs_at_equilibrium(problem: CellProblem, found: Equilibrium) -> Integers:
+    """Signs as the kernels have them, (4,)."""
+    signs = np.empty(4, np.int64)
+    signs_of_cell(
+        problem, found.state.copy(), found.platform_rotation.copy(),
+        found.platform_position.copy(), workspace(problem.robot), signs,
+    )  # fmt: skip
+    return signs

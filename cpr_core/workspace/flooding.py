@@ -1,0 +1,321 @@
+"""Flooding a grid from one equilibrium, cell by cell along continuous branches."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..continuation import Walk, follow
+from ..equilibrium import RESIDUAL_TOLERANCE, Equilibrium
+from ..errors import InvalidRequest, NoForwardSolution, NoInverseSolution
+from ..geometrico_statics import checked_start
+from ..loads import Loads
+from ..path import CONTRACTION, ITERATIONS
+from ..robot import Robot
+from .batch_kernel import MEASURES, Arrivals, Cells
+from .batches import EIGENVALUES, Cancelled, Ways, in_pieces, joined, leave
+from .cell_problem import cell_problem
+from .first_cell import (
+    first_cells,
+    place_of,
+    signs_at_equilibrium,
+    step_fractions,
+    target_of_cell,
+    without_limits,
+)
+from .grid import Grid
+from .refinement import refined_borders
+from .step_kernel import ARRIVED, FLIPPED
+from .workspace_map import CellArrays, EdgeState, WorkspaceMap, equilibrium_of
+
+__all__ = ["Progress", "map_workspace"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+#: Cells left at once: a checkpoint is possible after each such batch.
+_BATCH = 2048
+#: Equilibria nearer than this (dimensionless) are the same.
+_SAME = 1e-5
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a map is.
+
+    Attributes:
+        done: Cells left for all their neighbours.
+        reached: Cells reached.
+        total: Cells of the grid; not all of them can be reached in general.
+    """
+
+    done: int
+    reached: int
+    total: int
+
+
+def map_workspace(
+    robot: Robot,
+    grid: Grid,
+    *,
+    start: Equilibrium | None = None,
+    loads: Loads | None = None,
+    executor: Executor | None = None,
+    workers: int | None = None,
+    tolerance: float = 1e-5,
+    file: str | Path | None = None,
+    resume: bool = True,
+    checkpoint_every: float = 30.0,
+    progress: Callable[[Progress], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> WorkspaceMap:
+    """Explore a grid from one equilibrium, along the branch it is on.
+
+    Every cell is reached from a neighbour that was reached before: straight, in steps of which every
+    Newton correction contracts and the sign of the problem stays; where only the sign changes the walk
+    of ``solve_inverse`` and ``solve_forward`` decides. All pairs of neighbours are tried, so that most
+    cells are reached by several ways, which have to agree. Unstable equilibria and such beyond limits
+    are mapped too. The result does not depend on how many workers there are, or where they are.
+
+    Args:
+        robot: The robot.
+        grid: What is imposed, from :func:`pose_grid` or :func:`motor_grid`.
+        start: Equilibrium to start from; default home. A walk leads from there to the nearest cell.
+        loads: Loads; default those of the start.
+        executor: Where batches run (threads, processes, ``dask.distributed.Client.get_executor()``);
+            default threads.
+        workers: Number of threads without ``executor``, default one per core; 0: none at all.
+        tolerance: Borders are refined to this, in units of the axes; 0: not refined.
+        file: NetCDF file to write the map to, every ``checkpoint_every`` seconds and at the end.
+        resume: Go on with the map in ``file`` if there is one; it must be of the same robot and grid.
+        checkpoint_every: Longest time between two checkpoints, beside that of one batch [s].
+        progress: Called after every batch.
+        cancelled: Asked several times a second; if it says so, the unfinished map is returned.
+
+    Returns:
+        The map. ``complete`` is false if it was cancelled; what was found is in ``file``.
+
+    Raises:
+        InvalidRequest: A grid of another robot, loads that do not fit, a file of another map.
+        NoInverseSolution, NoForwardSolution: No cell of the grid is reached from the start.
+    """
+    start = checked_start(robot, start)
+    loads = start.loads if loads is None else loads
+    if not tolerance >= 0.0:
+        raise InvalidRequest("tolerance", f"expected a positive number or 0, got {tolerance}")
+    if grid.given == "motors" and grid.names != robot.motor_names:
+        raise InvalidRequest("grid", "expected a grid of this robot's motors")
+    flood = _Flood(robot, grid, start, loads, tolerance)
+    if file is not None:
+        from .store import read_flood, write_map
+
+        file = Path(file)
+        if resume and file.exists():
+            flood.take(read_flood(file, robot, loads, grid))
+    if flood.reached == 0:
+        flood.begin()
+    saved = time.monotonic()
+
+    threads = executor is None and workers != 0
+    own = ThreadPoolExecutor(workers or os.cpu_count()) if threads else None
+    pool = executor if executor is not None else own
+    with own if own is not None else nullcontext():
+        try:
+            while flood.done < flood.reached:
+                flood.leave_some(pool, cancelled)
+                if progress is not None:
+                    progress(Progress(flood.done, flood.reached, grid.size))
+                if file is not None and time.monotonic() - saved > checkpoint_every:
+                    write_map(flood.as_map(), file)
+                    saved = time.monotonic()
+            found = flood.as_map()
+            if tolerance > 0.0:
+                borders = refined_borders(found, flood.problem, tolerance, pool, cancelled)
+                found = found.with_borders(borders)
+        except Cancelled:
+            found = flood.as_map()
+    if file is not None:
+        write_map(found, file)
+    return found
+
+
+class _Flood:
+    """What was found so far."""
+
+    def __init__(
+        self, robot: Robot, grid: Grid, start: Equilibrium, loads: Loads, tolerance: float
+    ) -> None:
+        self.robot, self.grid, self.start, self.loads = robot, grid, start, loads
+        self.problem = cell_problem(
+            robot, loads, grid, tolerance=RESIDUAL_TOLERANCE, contraction=CONTRACTION,
+            iterations=ITERATIONS,
+        )  # fmt: skip
+        self.free = without_limits(robot)
+        self.cells = _empty_cells(robot, grid)
+        self.queue = np.zeros(0, np.int64)
+        self.done = 0
+        self.longest, self.smallest = step_fractions(robot, grid, tolerance)
+
+    @property
+    def reached(self) -> int:
+        """Number of cells reached."""
+        return len(self.queue)
+
+    def take(self, found: WorkspaceMap) -> None:
+        """Go on with an unfinished map."""
+        self.cells, self.done = found.cells, found.expanded
+        reached = np.flatnonzero(found.reached)
+        self.queue = reached[np.argsort(found.cells.order[reached])]
+
+    def begin(self) -> None:
+        """Walk from the start to the nearest cell that can be reached."""
+        start = replace(self.start, robot=self.free)
+        place = place_of(start, self.grid)
+        tried = first_cells(self.grid, place)
+        walk, cell = None, -1
+        for cell in tried:
+            walk = follow(start, target_of_cell(self.grid, self.problem, cell, start), self.loads)
+            if walk.stopped is None:
+                break
+        assert walk is not None
+        if walk.stopped is not None:
+            self._refuse(walk, len(tried))
+        self._accept_walk(cell, walk.last)
+
+    def _refuse(self, walk: Walk, tried: int) -> None:
+        event = walk.stopped
+        assert event is not None
+        failure = NoForwardSolution if self.grid.given == "motors" else NoInverseSolution
+        raise failure(
+            f"start: none of {tried} cells of the grid is reached from it, the last because "
+            f"{event.message} at {100.0 * event.fraction:.1f} % of the way; give a start nearer to "
+            "the grid, or move the grid",
+            event.fraction, walk.last, event,
+        )  # fmt: skip
+
+    def leave_some(self, executor: Executor | None, cancelled: Callable[[], bool] | None) -> None:
+        """Analyse the next cells and go from them to all neighbours not tried yet."""
+        batch = self.queue[self.done : self.done + _BATCH]
+        neighbours = self.grid.neighbours[batch]
+        wanted = (neighbours >= 0) & (self.cells.edges[batch] == EdgeState.UNTRIED)
+        origin, column = np.nonzero(wanted)
+        target = neighbours[origin, column]
+        ways = Ways(
+            origin, self.grid.kernel_coordinates(self.grid.places(target)),
+            self.longest[column // 2], self.smallest[column // 2],
+        )  # fmt: skip
+        pieces = list(
+            in_pieces(executor, leave, self.problem, self._as_cells(batch), ways, cancelled)
+        )
+        analyses = [one for one, _ in pieces]
+        self.cells.eigenvalues[batch] = np.concatenate([one.eigenvalues for one in analyses])
+        self.cells.measures[batch] = np.concatenate([one.measures for one in analyses])
+        arrivals = joined([one for _, one in pieces])
+        self._arrive(batch[origin], column, target, arrivals)
+        self.done += len(batch)
+
+    def _arrive(
+        self, source: Integers, column: Integers, target: Integers, arrivals: Arrivals
+    ) -> None:
+        """Enter where ways ended: the first that reaches a cell makes it, the others are compared."""
+        edges, back = self.cells.edges, column ^ 1
+        edges[source, column] = np.where(
+            arrivals.status == FLIPPED, EdgeState.FLIPPED, EdgeState.BLOCKED
+        )
+        self.cells.edge_fraction[source, column] = arrivals.fraction
+        arrived = np.flatnonzero(arrivals.status == ARRIVED)
+        new = arrived[self.cells.order[target[arrived]] < 0]
+        _, first = np.unique(target[new], return_index=True)
+        makers = new[np.sort(first)]
+        self._accept(target[makers], arrivals, makers)
+        same = self._distance(target[arrived], arrivals, arrived) < _SAME
+        passed, other = arrived[same], arrived[~same]
+        edges[source[passed], column[passed]] = EdgeState.PASSED
+        edges[target[passed], back[passed]] = EdgeState.PASSED
+        self.cells.edge_fraction[target[passed], back[passed]] = 1.0
+        edges[source[other], column[other]] = EdgeState.DISAGREES
+        for way in np.flatnonzero(arrivals.status == FLIPPED).tolist():
+            if self.cells.order[target[way]] < 0:
+                self._walk(int(source[way]), int(column[way]), int(target[way]))
+
+    def _walk(self, source: int, column: int, target: int) -> None:
+        """Let the general walk decide where only the sign of the problem stands against a step."""
+        start = equilibrium_of(self.free, self.loads, self.cells, source)
+        walk = follow(start, target_of_cell(self.grid, self.problem, target, start), self.loads)
+        if walk.stopped is not None:
+            return
+        self._accept_walk(target, walk.last)
+        self.cells.edges[source, column] = EdgeState.PASSED
+        self.cells.edges[target, column ^ 1] = EdgeState.PASSED
+        self.cells.edge_fraction[source, column] = 1.0
+        self.cells.edge_fraction[target, column ^ 1] = 1.0
+
+    def _accept(self, cells: Integers, arrivals: Arrivals, ways: Integers) -> None:
+        """Cells that were reached for the first time."""
+        mine = self.cells
+        mine.order[cells] = self.reached + np.arange(len(cells))
+        mine.state[cells], mine.rotation[cells] = arrivals.state[ways], arrivals.rotation[ways]
+        mine.position[cells], mine.signs[cells] = arrivals.position[ways], arrivals.signs[ways]
+        mine.efforts[cells], mine.energy[cells] = arrivals.efforts[ways], arrivals.energy[ways]
+        self.queue = np.concatenate([self.queue, cells])
+
+    def _accept_walk(self, cell: int, last: Equilibrium) -> None:
+        """A cell that a walk reached."""
+        arrivals = Arrivals(
+            status=np.array([ARRIVED]), fraction=np.ones(1), state=last.state[None],
+            rotation=last.platform_rotation[None], position=last.platform_position[None],
+            signs=signs_at_equilibrium(self.problem, last)[None], efforts=last.efforts[None],
+            energy=np.array([last.energy]),
+        )  # fmt: skip
+        self._accept(np.array([cell]), arrivals, np.array([0]))
+
+    def _distance(self, cells: Integers, arrivals: Arrivals, ways: Integers) -> Floats:
+        """Largest dimensionless difference between cells and the ends of ways to them."""
+        mine = self.cells
+        parts = (
+            (mine.state[cells] - arrivals.state[ways]) / self.robot.arrays.unit,
+            (mine.rotation[cells] - arrivals.rotation[ways]).reshape(len(cells), 9),
+            (mine.position[cells] - arrivals.position[ways]) / self.robot.mean_length,
+        )
+        return np.max([np.abs(part).max(axis=1) for part in parts], axis=0)
+
+    def _as_cells(self, cells: Integers) -> Cells:
+        mine = self.cells
+        return Cells(
+            self.grid.kernel_coordinates(self.grid.places(cells)), mine.state[cells],
+            mine.rotation[cells], mine.position[cells], mine.signs[cells],
+        )  # fmt: skip
+
+    def as_map(self) -> WorkspaceMap:
+        """What was found so far."""
+        return WorkspaceMap(self.robot, self.loads, self.grid, self.cells, self.done)
+
+
+def _empty_cells(robot: Robot, grid: Grid) -> CellArrays:
+    """Cells of which nothing is known."""
+    count, size, ways = grid.size, len(robot.arrays.unit), 2 * len(grid.shape)
+
+    def unknown(*shape: int) -> Floats:
+        return np.full((count, *shape), np.nan)
+
+    return CellArrays(
+        order=np.full(count, -1),
+        state=unknown(size),
+        rotation=unknown(3, 3),
+        position=unknown(3),
+        signs=np.full((count, 4), -1),
+        efforts=unknown(robot.motor_count),
+        energy=unknown(),
+        eigenvalues=unknown(EIGENVALUES),
+        measures=unknown(len(MEASURES)),
+        edges=np.full((count, ways), EdgeState.UNTRIED, np.int64),
+        edge_fraction=np.zeros((count, ways)),
+    )

@@ -1,0 +1,303 @@
+"""Grids of what is imposed: slices of the platform's coordinates, or of the motors'."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InvalidRequest, NonFiniteInput
+from ..robot import Robot
+
+__all__ = ["Grid", "OrientationKind", "motor_grid", "pose_grid"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+OrientationKind = Literal["none", "zyz", "roll_pitch_yaw", "single_angles", "planar"]
+
+#: Grids with more cells are refused: their states would not fit in the memory of most machines.
+MOST_CELLS = 20_000_000
+_ZYZ = ("phi", "theta", "psi")
+_RPY = ("roll", "pitch", "yaw")
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """A lattice of imposed coordinates, affine in the numbers along its axes.
+
+    The imposed coordinates are ``origin + a_1 directions[0] + a_2 directions[1] + ...`` with a_k out of
+    ``values[k]``.
+
+    Attributes:
+        given: Whether platform coordinates or motor positions are imposed.
+        names: What the coordinates are called, (C,).
+        units: Their units, m or rad, (C,).
+        orientation: How three of the coordinates give the orientation of the platform.
+        origin: Coordinates where all axes are zero, (C,).
+        directions: Change of the coordinates along the axes, (D, C).
+        axis_names: Names of the axes, (D,).
+        axis_units: Units of the axes, (D,).
+        values: Numbers along every axis, increasing, D arrays.
+        index: Place of the coordinates among those of the kernels, (C,): x y z and three angles, or the
+            motors in their order.
+    """
+
+    given: Literal["pose", "motors"]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    orientation: OrientationKind
+    origin: Floats
+    directions: Floats
+    axis_names: tuple[str, ...]
+    axis_units: tuple[str, ...]
+    values: tuple[Floats, ...]
+    index: Integers
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Cells along every axis."""
+        return tuple(len(values) for values in self.values)
+
+    @cached_property
+    def size(self) -> int:
+        """Number of cells."""
+        return math.prod(self.shape)
+
+    @cached_property
+    def steps(self) -> Floats:
+        """Mean distance of neighbours along every axis, (D,)."""
+        return np.array([np.ptp(values) / (len(values) - 1) for values in self.values])
+
+    def places(self, cells: Integers) -> Floats:
+        """Numbers along the axes of cells, (B, D), by their flat numbers (last axis fastest)."""
+        along = np.unravel_index(cells, self.shape)
+        return np.stack(
+            [values[one] for values, one in zip(self.values, along, strict=True)], axis=1
+        )
+
+    def coordinates(self, places: Floats) -> Floats:
+        """Imposed coordinates at places (B, D), (B, C)."""
+        return self.origin + places @ self.directions
+
+    def kernel_coordinates(self, places: Floats) -> Floats:
+        """The same as the kernels read them: (B, n) motors, or (B, 6) x y z and three angles."""
+        width = len(self.names) if self.given == "motors" else 6
+        whole = np.zeros((len(places), width))
+        whole[:, self.index] = self.coordinates(places)
+        return whole
+
+    @cached_property
+    def neighbours(self) -> Integers:
+        """Flat numbers of the neighbours of every cell, (cells, 2 D); -1 where there is none.
+
+        Column 2 k is the neighbour before along axis k, column 2 k + 1 the one after.
+        """
+        numbers = np.arange(self.size).reshape(self.shape)
+        found = np.full((*self.shape, 2 * len(self.shape)), -1, np.int64)
+        for axis in range(len(self.shape)):
+            view, source = np.moveaxis(found, axis, 0), np.moveaxis(numbers, axis, 0)
+            view[1:, ..., 2 * axis] = source[:-1]
+            view[:-1, ..., 2 * axis + 1] = source[1:]
+        return found.reshape(self.size, -1)
+
+    def nearest(self, place: Floats) -> int:
+        """Flat number of the cell nearest to a place."""
+        along = [
+            int(np.abs(values - one).argmin())
+            for values, one in zip(self.values, place, strict=True)
+        ]
+        return int(np.ravel_multi_index(along, self.shape))
+
+
+def pose_grid(
+    robot: Robot,
+    vary: Mapping[str, ArrayLike],
+    held: Mapping[str, float] | None = None,
+    *,
+    resolution: float | Mapping[str, float] | None = None,
+    directions: Mapping[str, Mapping[str, float]] | None = None,
+) -> Grid:
+    """A slice of the controlled platform coordinates (inverse problem in every cell).
+
+    Args:
+        robot: The robot. All its controlled coordinates have to be varied or held, and no other.
+        vary: Axes by name: the coordinate along the axis, and its numbers; with ``resolution`` the first
+            and the last of them. A name that is no coordinate needs a direction.
+        held: The other coordinates [m, rad]; those not named are zero. An orientation is given by the
+            ZYZ Euler angles ``phi``, ``theta``, ``psi`` of Rz(phi) Ry(theta) Rz(psi), or by ``roll``,
+            ``pitch``, ``yaw`` of Rz(yaw) Ry(pitch) Rx(roll).
+        resolution: Distance of neighbours, for all axes or by name; a little less where the ends ask
+            for it.
+        directions: What an axis changes per unit, for skew slices: ``{"s": {"x": 0.6, "y": 0.8}}``.
+
+    Raises:
+        InvalidRequest: Coordinates the robot does not control, or axes that make no grid.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    if not robot.description.controlled:
+        raise InvalidRequest(
+            "grid", f"{robot.description.name} has no inverse problem: map its motors instead"
+        )
+    held, directions = dict(held or {}), dict(directions or {})
+    used = {*held}
+    for name in vary:
+        used |= {*directions.get(name, {name: 1.0})}
+    names, orientation = _pose_names(robot, used)
+    units = tuple("m" if name in "xyz" else "rad" for name in names)
+    index = np.array([_place_of(name) for name in names])
+    return _grid("pose", names, units, orientation, index, vary, held, resolution, directions)
+
+
+def motor_grid(
+    robot: Robot,
+    vary: Mapping[str, ArrayLike],
+    held: Mapping[str, float] | None = None,
+    *,
+    resolution: float | Mapping[str, float] | None = None,
+    directions: Mapping[str, Mapping[str, float]] | None = None,
+) -> Grid:
+    """A slice of the motor positions (forward problem in every cell).
+
+    Args:
+        robot: The robot.
+        vary: Axes by motor name, as in :func:`pose_grid`.
+        held: Positions of the other motors [rad or m]; those not named are as at home.
+        resolution: Distance of neighbours.
+        directions: What an axis changes per unit, by motor.
+
+    Raises:
+        InvalidRequest: Names that are no motors, or axes that make no grid.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    names = robot.motor_names
+    home = dict(zip(names, robot.home.motors.tolist(), strict=True))
+    axes = {name for axis in vary for name in (directions or {}).get(axis, {axis: 1.0})}
+    held = {**{name: value for name, value in home.items() if name not in axes}, **(held or {})}
+    units = tuple(leg.motor.unit for leg in robot.description.legs if leg.motor_name is not None)
+    index = np.arange(len(names))
+    return _grid(
+        "motors", names, units, "none", index, vary, held, resolution, dict(directions or {})
+    )
+
+
+def _pose_names(robot: Robot, used: set[str]) -> tuple[tuple[str, ...], OrientationKind]:
+    """Names of the coordinates of a robot's poses, and how its orientation is given."""
+    controlled = robot.description.controlled
+    names = tuple(name for name in controlled if name in ("x", "y", "z"))
+    if "orientation" in controlled:
+        if used & {*_ZYZ} and used & {*_RPY}:
+            raise InvalidRequest(
+                "grid", "expected phi theta psi or roll pitch yaw, got some of both"
+            )
+        if used & {*_RPY}:
+            return names + _RPY, "roll_pitch_yaw"
+        return names + _ZYZ, "zyz"
+    if "angle" in controlled:
+        return (*names, "angle"), "planar"
+    single = tuple(name for name in _RPY if name in controlled)
+    return names + single, "single_angles" if single else "none"
+
+
+def _place_of(name: str) -> int:
+    """Place of a coordinate among x y z and three angles."""
+    if name == "angle":
+        return 5
+    for names, first in ((("x", "y", "z"), 0), (_ZYZ, 3), (_RPY, 3)):
+        if name in names:
+            return first + names.index(name)
+    raise ValueError(name)
+
+
+def _grid(
+    given: Literal["pose", "motors"],
+    names: tuple[str, ...],
+    units: tuple[str, ...],
+    orientation: OrientationKind,
+    index: Integers,
+    vary: Mapping[str, ArrayLike],
+    held: Mapping[str, float],
+    resolution: float | Mapping[str, float] | None,
+    directions: Mapping[str, Mapping[str, float]],
+) -> Grid:
+    if len(vary) < 2:
+        raise InvalidRequest("grid", f"expected at least two axes, got {len(vary)}")
+    origin, rows, axis_units = np.zeros(len(names)), [], []
+    for name, value in held.items():
+        origin[_known(name, names)] = _finite(name, value)
+    for axis in vary:
+        row = np.zeros(len(names))
+        for name, rate in directions.get(axis, {axis: 1.0}).items():
+            if axis in directions or name not in held:
+                row[_known(name, names)] = _finite(name, rate)
+            else:
+                raise InvalidRequest("grid", f"{name} is both an axis and held")
+        rows.append(row)
+        moved = {units[number] for number in np.flatnonzero(row)}
+        axis_units.append(moved.pop() if len(moved) == 1 else "1")
+    if np.linalg.matrix_rank(np.array(rows)) < len(rows):
+        raise InvalidRequest("grid", "expected axes in independent directions")
+    values = tuple(
+        _axis_values(
+            name, one, resolution.get(name) if isinstance(resolution, Mapping) else resolution
+        )
+        for name, one in vary.items()
+    )
+    size = math.prod(len(one) for one in values)
+    if size > MOST_CELLS:
+        raise InvalidRequest("grid", f"expected at most {MOST_CELLS:,} cells, got {size:,}")
+    return Grid(
+        given=given,
+        names=names,
+        units=units,
+        orientation=orientation,
+        origin=origin,
+        directions=np.array(rows),
+        axis_names=tuple(vary),
+        axis_units=tuple(axis_units),
+        values=values,
+        index=index,
+    )
+
+
+def _known(name: str, names: tuple[str, ...]) -> int:
+    if name not in names:
+        raise InvalidRequest(
+            "grid", f"expected coordinates out of {', '.join(names)}, got {name!r}"
+        )
+    return names.index(name)
+
+
+def _finite(name: str, value: float) -> float:
+    if not math.isfinite(value):
+        raise NonFiniteInput("grid", f"{name} is {value}")
+    return float(value)
+
+
+def _axis_values(name: str, values: ArrayLike, resolution: float | None) -> Floats:
+    found = np.array(values, float)
+    if found.ndim != 1 or not np.all(np.isfinite(found)):
+        raise NonFiniteInput(
+            "grid", f"{name}: expected a list of finite numbers, got {values!r:.200}"
+        )
+    if resolution is not None:
+        if len(found) != 2 or not found[0] < found[1]:
+            raise InvalidRequest(
+                "grid", f"{name}: expected the first and a larger last number, got {values!r:.200}"
+            )
+        if not 0.0 < resolution < math.inf:
+            raise InvalidRequest(
+                "grid", f"{name}: expected a positive resolution, got {resolution}"
+            )
+        intervals = (found[1] - found[0]) / resolution
+        if intervals > MOST_CELLS:
+            raise InvalidRequest("grid", f"{name}: {intervals:.3g} cells are too many")
+        return np.linspace(found[0], found[1], max(1, math.ceil(intervals - 1e-9)) + 1)
+    if len(found) < 2 or not np.all(np.diff(found) > 0.0):
+        raise InvalidRequest("grid", f"{name}: expected at least two increasing numbers")
+    return found

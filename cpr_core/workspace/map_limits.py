@@ -1,0 +1,60 @@
+"""Strains and limit margins of many cells at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..robot import Robot
+
+__all__ = ["limit_margins", "map_strains"]
+
+Floats = NDArray[np.float64]
+
+#: States worked on at once, to save memory.
+_AT_ONCE = 4096
+
+
+def map_strains(robot: Robot, states: Floats) -> Floats:
+    """Largest bending strain of every leg, as ``bending_strains``, (M, L).
+
+    Args:
+        robot: The robot.
+        states: (M, N); NaN where there is none.
+    """
+    strains = np.full((len(states), len(robot.description.legs)), np.nan)
+    for number, (here, leg, values, rest) in enumerate(
+        zip(robot.arrays.legs, robot.description.legs, *robot.curvature_stations, strict=True)
+    ):
+        first, count = here["strain_index"], here["strain_count"]
+        for begin in range(0, len(states), _AT_ONCE):
+            some = states[begin : begin + _AT_ONCE]
+            curvature = np.einsum("pcm,bm->bpc", values, some[:, first : first + count]) - rest
+            if here["extensible"]:
+                curvature *= (here["length"] / some[:, here["translation_index"]])[:, None, None]
+            bending = leg.rod.section.bending_strain(curvature[..., 1], curvature[..., 2])
+            strains[begin : begin + _AT_ONCE, number] = bending.max(axis=1)
+    return strains
+
+
+def limit_margins(robot: Robot, states: Floats, efforts: Floats) -> Floats:
+    """How far every limit is, as ``limits.margins``, (M, K).
+
+    Args:
+        robot: The robot.
+        states: (M, N).
+        efforts: (M, n) [N m or N].
+    """
+    found = []
+    motors = states[:, robot.arrays.motor_index :]
+    for motor, leg in robot.limited_motors:
+        limits = leg.limits
+        if np.isfinite([limits.lower, limits.upper]).any():
+            inside = np.minimum(motors[:, motor] - limits.lower, limits.upper - motors[:, motor])
+            found.append(inside / robot.motor_units[motor])
+        if np.isfinite(limits.effort):
+            found.append(1.0 - np.abs(efforts[:, motor]) / limits.effort)
+    if robot.limits_strain:
+        left = 1.0 - map_strains(robot, states) / robot.strain_limits
+        found += list(left[:, np.isfinite(robot.strain_limits)].T)
+    return np.stack(found, axis=1) if found else np.empty((len(states), 0))

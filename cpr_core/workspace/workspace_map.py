@@ -1,0 +1,229 @@
+"""A map of a workspace: everything known of every cell of a grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from ..equilibrium import Equilibrium
+from ..errors import InvalidRequest
+from ..inertia import Inertia
+from ..limits import limits_of
+from ..loads import Loads
+from ..model import evaluate
+from ..robot import Robot
+from .borders import Border
+from .grid import Grid
+from .map_limits import limit_margins, map_strains
+
+__all__ = ["CellArrays", "EdgeState", "WorkspaceMap"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+
+class EdgeState(IntEnum):
+    """What is known of the way from a cell to a neighbour."""
+
+    UNTRIED = 0
+    PASSED = 1  # it leads to the neighbour as it is in the map
+    BLOCKED = 2  # the branch ends on the way: an inverse (or, of motors, a forward) singularity
+    FLIPPED = 3  # the sign of the problem changes on the way, and no walk leads around
+    DISAGREES = 4  # it leads to another equilibrium than the one the map has there
+
+
+@dataclass(frozen=True, eq=False)
+class CellArrays:
+    """Arrays of M cells; those of cells that were not reached are NaN or 0.
+
+    Attributes:
+        order: When a cell was reached, from 0; -1: not reached, (M,).
+        state: States, (M, N).
+        rotation: R_p in the world, (M, 3, 3).
+        position: p_p in the world, (M, 3) [m].
+        signs: Index locked, index free, side of the inverse singularity, sign of the branch, (M, 4).
+        efforts: Motor efforts, (M, n) [N m or N].
+        energy: Potential energy, (M,) [J].
+        eigenvalues: Smallest eigenvalues of H_r, motors held, ascending, (M, 4) [J].
+        measures: Smallest and largest absolute eigenvalue [J], smallest singular values of the forward
+            and of the inverse problem, (M, 4).
+        edges: ``EdgeState`` of the ways to the neighbours, as ``Grid.neighbours``, (M, 2 D).
+        edge_fraction: How far the branch could be followed there, (M, 2 D).
+    """
+
+    order: Integers
+    state: Floats
+    rotation: Floats
+    position: Floats
+    signs: Integers
+    efforts: Floats
+    energy: Floats
+    eigenvalues: Floats
+    measures: Floats
+    edges: Integers
+    edge_fraction: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class WorkspaceMap:
+    """A grid of equilibria on one branch; arrays are flat, ``values.reshape(grid.shape)`` is a picture.
+
+    Attributes:
+        robot: The robot.
+        loads: Loads in force.
+        grid: The grid.
+        cells: Everything known of the cells.
+        expanded: How many cells were left for all their neighbours, in the order they were reached.
+        borders: Borders, refined.
+    """
+
+    robot: Robot
+    loads: Loads
+    grid: Grid
+    cells: CellArrays
+    expanded: int
+    borders: tuple[Border, ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that can be reached was reached."""
+        return self.expanded == int(self.reached.sum())
+
+    @cached_property
+    def reached(self) -> Flags:
+        """Cells that continuous branches lead to, (M,)."""
+        return self.cells.order >= 0
+
+    @cached_property
+    def motors(self) -> Floats:
+        """Motor positions, (M, n) [rad or m]."""
+        return self.cells.state[:, self.robot.arrays.motor_index :]
+
+    @property
+    def index_locked(self) -> Integers:
+        """Stability index with the motors held, (M,); -1 where not reached."""
+        return self.cells.signs[:, 0]
+
+    @property
+    def index_free(self) -> Integers:
+        """Stability index with the motors at constant effort, (M,); -1 where not reached."""
+        return self.cells.signs[:, 1]
+
+    @cached_property
+    def inverse_condition_number(self) -> Floats:
+        """Smallest over largest absolute eigenvalue of H_r, motors held, (M,)."""
+        return self.cells.measures[:, 0] / self.cells.measures[:, 1]
+
+    @property
+    def forward_margin(self) -> Floats:
+        """Smallest singular value of the forward problem, (M,), as ``KinematoStatics.singularity``."""
+        return self.cells.measures[:, 2]
+
+    @property
+    def inverse_margin(self) -> Floats:
+        """Smallest singular value of the inverse problem, (M,); NaN where there is no such problem."""
+        return self.cells.measures[:, 3]
+
+    @cached_property
+    def strains(self) -> Floats:
+        """Largest bending strain of every leg, (M, L)."""
+        return map_strains(self.robot, self.cells.state)
+
+    @cached_property
+    def limit_margins(self) -> Floats:
+        """How far the limits are, negative where they do not hold, (M, K), K as ``limits_of``."""
+        return limit_margins(self.robot, self.cells.state, self.cells.efforts)
+
+    @cached_property
+    def within_limits(self) -> Flags:
+        """Reached cells where all limits of motors and rods hold, (M,)."""
+        return self.reached & np.all(self.limit_margins >= -1e-9, axis=1)
+
+    @cached_property
+    def usable(self) -> Flags:
+        """Cells to which the robot can go from the first one, stable and within its limits, (M,)."""
+        good = self.within_limits & (self.index_locked == 0)
+        if not good[self.first]:
+            return np.zeros_like(good)
+        cell, column = np.nonzero(self.cells.edges == EdgeState.PASSED)
+        other = self.grid.neighbours[cell, column]
+        both = good[cell] & good[other]
+        graph = coo_array(
+            (np.ones(both.sum(), np.int8), (cell[both], other[both])), shape=(len(good), len(good))
+        )
+        labels = connected_components(graph, directed=False)[1]
+        return good & (labels == labels[self.first])
+
+    @cached_property
+    def first(self) -> int:
+        """Flat number of the first cell."""
+        return int(np.flatnonzero(self.cells.order == 0)[0])
+
+    @cached_property
+    def disagreements(self) -> Integers:
+        """Pairs of neighbours, (P, 2): from the first the way leads to another equilibrium."""
+        cell, column = np.nonzero(self.cells.edges == EdgeState.DISAGREES)
+        return np.stack([cell, self.grid.neighbours[cell, column]], axis=1)
+
+    @cached_property
+    def limit_names(self) -> tuple[str, ...]:
+        """Names of the limits, (K,)."""
+        description = self.robot.description
+        legs = [leg.name for leg in description.legs]
+        names = self.robot.motor_names
+        return tuple(
+            f"{limit.kind} {(legs if limit.kind == 'strain_limit' else names)[limit.number]}"
+            for limit in limits_of(self.robot)
+        )
+
+    def place(self, cell: int) -> Floats:
+        """Numbers of a cell along the axes, (D,)."""
+        return self.grid.places(np.array([cell]))[0]
+
+    def equilibrium(self, cell: int) -> Equilibrium:
+        """The equilibrium of a cell, to go on from.
+
+        Args:
+            cell: Flat number.
+
+        Raises:
+            InvalidRequest: A cell that was not reached.
+        """
+        if not 0 <= cell < self.grid.size or not self.reached[cell]:
+            raise InvalidRequest("cell", f"expected a cell that was reached, got {cell}")
+        return equilibrium_of(self.robot, self.loads, self.cells, cell)
+
+    def with_borders(self, borders: tuple[Border, ...]) -> WorkspaceMap:
+        """The same with other borders."""
+        return replace(self, borders=borders)
+
+
+def equilibrium_of(robot: Robot, loads: Loads, cells: CellArrays, cell: int) -> Equilibrium:
+    """The equilibrium of a cell."""
+    arrays, motor_index = robot.arrays, robot.arrays.motor_index
+    load_arrays = robot.load_arrays(loads)
+    value = evaluate(
+        robot, load_arrays, cells.state[cell], cells.rotation[cell], cells.position[cell]
+    )
+    residual = (value.residual * arrays.unit / arrays.energy_unit)[:motor_index]
+    locked, free, inverse, _ = cells.signs[cell].tolist()
+    return Equilibrium(
+        robot=robot,
+        loads=loads,
+        state=cells.state[cell].copy(),
+        platform_rotation=cells.rotation[cell].copy(),
+        platform_position=cells.position[cell].copy(),
+        efforts=value.residual[motor_index:].copy(),
+        residual=float(np.abs(residual).max()),
+        iterations=0,
+        energy=value.energy,
+        load_arrays=load_arrays,
+        inertia=Inertia(locked, free, inverse),
+    )

@@ -1,0 +1,234 @@
+"""Maps of workspaces: every cell is what a direct solve finds there."""
+
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from workspace_cases import assert_same, content_of_rfrfr, rfrfr, six_rfs, small_grid, small_map
+
+from cpr_core import (
+    NoInverseSolution,
+    bending_strains,
+    kinemato_statics,
+    load_robot,
+    solve_forward,
+    solve_inverse,
+)
+from cpr_core.lie import quaternion_from_rotation, roll_pitch_yaw, rotation_exp
+from cpr_core.limits import margins
+from cpr_core.workspace import EdgeState, map_workspace, motor_grid, pose_grid
+
+
+def test_cells_are_the_equilibria_of_direct_solves():
+    found = small_map()
+    cells = np.flatnonzero(found.reached)
+    assert len(cells) > 80
+    for cell in cells[::7].tolist():
+        direct = solve_inverse(found.robot, found.place(cell), start=found.equilibrium(cell))
+        np.testing.assert_allclose(found.motors[cell], direct.motors, atol=1e-8)
+        np.testing.assert_allclose(found.cells.efforts[cell], direct.efforts, atol=1e-8)
+        assert found.cells.energy[cell] == pytest.approx(direct.energy, rel=1e-9)
+        np.testing.assert_allclose(found.cells.position[cell][:2], found.place(cell), atol=1e-12)
+
+
+def test_walks_from_home_lead_to_the_same_cells():
+    """Straight from home in the pose, not cell by cell: where nothing is in the way."""
+    found = small_map()
+    for place in ([0.3, 0.6], [-0.2, 0.4], [0.4, 0.3]):
+        direct = solve_inverse(found.robot, place)
+        cell = found.grid.nearest(np.array(place))
+        np.testing.assert_allclose(found.motors[cell], direct.motors, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "three_rfs", "planar_body", "gough_stewart"])
+def test_every_number_of_a_cell_is_that_of_scipy(name):
+    robot = load_robot(name, modes=4)
+    vary = {"z": [-0.02, 0.02], "roll": [-0.05, 0.05]} if name == "three_rfs" else None
+    home = robot.home
+    if vary is None:
+        x, y = home.platform_position[:2]
+        vary = {"x": [x - 0.01, x + 0.01], "y": [y - 0.01, y + 0.02]}
+    else:
+        vary["z"] = [home.platform_position[2] + dz for dz in vary["z"]]
+    held = {}
+    if name in ("six_rfs", "gough_stewart"):
+        angles = roll_pitch_yaw(home.platform_rotation)
+        held = dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
+        held["z"] = home.platform_position[2]
+    if name == "planar_body":
+        held["angle"] = roll_pitch_yaw(home.platform_rotation)[2]
+    found = map_workspace(robot, pose_grid(robot, vary, held), workers=0)
+    assert found.complete
+    for cell in np.flatnonzero(found.reached).tolist():
+        here = found.equilibrium(cell)
+        assert here.converged
+        assert (found.index_locked[cell], found.index_free[cell]) == (
+            here.spectrum_locked.index,
+            here.spectrum_free.index,
+        )
+        values = here.spectrum_locked.eigenvalues
+        np.testing.assert_allclose(
+            found.cells.eigenvalues[cell], values[:4], rtol=1e-9, atol=1e-12 * values[-1]
+        )
+        assert found.inverse_condition_number[cell] == pytest.approx(
+            here.spectrum_locked.inverse_condition_number, rel=1e-7
+        )
+        model = kinemato_statics(here)
+        for problem, margin in (
+            ("forward", found.forward_margin),
+            ("inverse", found.inverse_margin),
+        ):
+            exact = model.singularity(problem).smallest
+            assert margin[cell] == pytest.approx(exact, rel=1e-4), problem
+        np.testing.assert_allclose(found.strains[cell], bending_strains(here), rtol=1e-12)
+
+
+def test_two_routes_agree_except_across_a_cut():
+    """Around the unstable zone of the RFRFR robot lies another sheet: the map says where they meet."""
+    found = small_map()
+    assert len(found.disagreements) == 0
+    robot = rfrfr(12)
+    wide = map_workspace(
+        robot, pose_grid(robot, {"x": [-0.9, 0.9], "y": [-1.0, 1.0]}, resolution=0.05), tolerance=0
+    )
+    assert len(wide.disagreements) > 0
+    for cell, other in wide.disagreements[::10].tolist():
+        walked = solve_inverse(robot, wide.place(other), start=wide.equilibrium(cell))
+        assert np.abs(walked.motors - wide.motors[other]).max() > 1e-4
+    passed = np.argwhere(wide.cells.edges == EdgeState.PASSED)
+    for cell, column in passed[:: len(passed) // 20].tolist():
+        other = wide.grid.neighbours[cell, column]
+        walked = solve_inverse(robot, wide.place(other), start=wide.equilibrium(cell))
+        np.testing.assert_allclose(walked.motors, wide.motors[other], atol=1e-6)
+
+
+def test_cells_that_are_not_reached_have_no_solution_from_their_neighbours():
+    found = small_map()
+    blocked = np.argwhere(found.cells.edges == EdgeState.BLOCKED)
+    assert len(blocked)
+    for cell, column in blocked.tolist():
+        other = found.grid.neighbours[cell, column]
+        with pytest.raises(NoInverseSolution) as failure:
+            solve_inverse(found.robot, found.place(other), start=found.equilibrium(cell))
+        reached = found.cells.edge_fraction[cell, column]
+        assert reached == pytest.approx(failure.value.fraction, abs=2e-3)
+
+
+def test_a_slice_of_the_pose_space_by_euler_angles():
+    robot = six_rfs()
+    held = {"z": 0.635, "phi": np.pi / 8, "theta": np.pi / 3}
+    grid = pose_grid(robot, {"x": [-0.4, -0.3], "y": [0.0, 0.2]}, held, resolution=0.05)
+    found = map_workspace(robot, grid)
+    assert found.reached.all()
+    turn = rotation_exp([0, 0, np.pi / 8]) @ rotation_exp([0, np.pi / 3, 0])
+    quaternion = quaternion_from_rotation(turn)
+    for cell in range(0, grid.size, 4):
+        np.testing.assert_allclose(found.cells.rotation[cell], turn, atol=1e-12)
+        x, y = found.place(cell)
+        direct = solve_inverse(robot, [x, y, 0.635, *quaternion], start=found.equilibrium(cell))
+        np.testing.assert_allclose(found.motors[cell], direct.motors, atol=1e-8)
+
+
+def test_orientations_vary_in_three_dimensions_and_askew():
+    robot = six_rfs()
+    x, y, z = robot.home.platform_position
+    grid = pose_grid(
+        robot,
+        {"s": [-0.02, 0.0, 0.03], "yaw": [-0.1, 0.1], "z": [z, z + 0.02]},
+        {"x": x, "y": y},
+        directions={"s": {"x": 0.6, "y": 0.8}},
+    )
+    found = map_workspace(robot, grid)
+    assert found.grid.shape == (3, 2, 2)
+    assert found.reached.all()
+    for cell in range(grid.size):
+        s, yaw, height = found.place(cell)
+        position = [x + 0.6 * s, y + 0.8 * s, height]
+        np.testing.assert_allclose(found.cells.position[cell], position, atol=1e-12)
+        np.testing.assert_allclose(
+            found.cells.rotation[cell], rotation_exp([0, 0, yaw]), atol=1e-12
+        )
+
+
+def test_a_map_of_motors():
+    robot = rfrfr()
+    grid = motor_grid(robot, {"motor1": [2.3, 2.9], "motor2": [0.2, 0.8]}, resolution=0.1)
+    found = map_workspace(robot, grid)
+    assert found.reached.all()
+    for cell in range(0, grid.size, 5):
+        direct = solve_forward(robot, found.place(cell))
+        np.testing.assert_allclose(found.cells.position[cell], direct.platform_position, atol=1e-8)
+        assert found.index_locked[cell] == direct.index_locked
+
+
+def test_a_map_of_motors_ends_where_the_robot_snaps():
+    robot = rfrfr()
+    grid = motor_grid(robot, {"motor1": [2.0, 7.0], "motor2": [0.5, 3.5]}, resolution=0.25)
+    found = map_workspace(robot, grid)
+    assert 0 < found.reached.sum() < grid.size
+    assert np.all(found.index_locked[found.reached] == 0)
+    ends = {border.kind: border for border in found.borders}["singularity"]
+    assert len(ends.points)
+
+
+def test_a_long_step_is_divided():
+    robot = rfrfr()
+    grid = motor_grid(robot, {"motor1": [1.2, 2.59], "motor2": [0.55, 1.9]})
+    found = map_workspace(robot, grid)
+    for cell in np.flatnonzero(found.reached).tolist():
+        direct = solve_forward(robot, found.place(cell))
+        np.testing.assert_allclose(found.motors[cell], direct.motors, atol=1e-12)
+        np.testing.assert_allclose(found.cells.position[cell], direct.platform_position, atol=1e-8)
+
+
+def test_limits_are_flags_and_have_borders():
+    description = content_of_rfrfr()
+    description["rod"]["yield_strain"] = 0.007
+    for leg in description["legs"]:
+        leg["motor"]["limits"] = {"position": [-2.5, 5.5], "effort": 1.1}
+    robot = load_robot(description)
+    found = map_workspace(robot, small_grid())
+    assert found.limit_names == (
+        "motor_limit motor1", "effort_limit motor1", "motor_limit motor2", "effort_limit motor2",
+        "strain_limit leg1", "strain_limit leg2",
+    )  # fmt: skip
+    np.testing.assert_array_equal(found.reached, small_map().reached)
+    for cell in np.flatnonzero(found.reached)[::9].tolist():
+        here = margins(found.equilibrium(cell))
+        np.testing.assert_allclose(found.limit_margins[cell], here, atol=1e-12)
+    assert 0 < found.within_limits.sum() < found.reached.sum()
+    assert found.usable.sum() <= found.within_limits.sum()
+    border = {border.kind: border for border in found.borders}["limits"]
+    assert len(border.points)
+    for point, (cell, _) in zip(border.points, border.cells, strict=True):
+        without = small_map().equilibrium(cell)
+        here = solve_inverse(small_map().robot, point, start=without)
+        assert np.abs(margins(replace(here, robot=robot))).min() < 1e-3
+
+
+def test_usable_cells_hang_together_and_are_stable():
+    found = small_map()
+    assert found.usable[found.first]
+    assert np.all(found.index_locked[found.usable] == 0)
+    assert found.usable.sum() < found.reached.sum()
+
+
+def test_a_map_that_is_cancelled_is_unfinished():
+    stop = threading.Event()
+    found = map_workspace(
+        rfrfr(), small_grid(), progress=lambda state: state.done > 20 and stop.set(),
+        cancelled=stop.is_set,
+    )  # fmt: skip
+    assert not found.complete
+    assert found.borders == ()
+    assert 20 < found.expanded < small_map().expanded
+
+
+def test_progress_counts_cells():
+    states = []
+    found = map_workspace(rfrfr(), small_grid(), progress=states.append)
+    done = [state.done for state in states]
+    assert done == sorted(done)
+    assert (states[-1].done, states[-1].total) == (found.reached.sum(), found.grid.size)
+    assert_same(found, small_map())

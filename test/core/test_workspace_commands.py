@@ -1,0 +1,91 @@
+"""Command ``cpr workspace`` and its pictures."""
+
+import json
+
+import numpy as np
+import pytest
+from workspace_cases import rfrfr, six_rfs, small_map
+
+from cpr_core import InvalidRequest
+from cpr_core.command_line import main
+from cpr_core.workspace import map_workspace, pose_grid
+from cpr_core.workspace.plots import fields_of, plot_map
+from cpr_core.workspace.store import read_map
+
+SMALL = ("--slice", "x=-0.6:0.6", "y=-0.1:0.7", "--resolution", "0.1")
+
+
+def run(capsys, *arguments):
+    status = main(["workspace", *[str(argument) for argument in arguments]])
+    output = capsys.readouterr()
+    return status, output.out, output.err
+
+
+def test_a_map_from_one_command(capsys, tmp_path):
+    picture, file = tmp_path / "map.png", tmp_path / "map.nc"
+    status, text, _ = run(capsys, "rfrfr", *SMALL, "--plot", picture, "--out", file)
+    assert status == 0
+    assert f"{small_map().reached.sum()} of 117 cells (13 x 9) are reached" in text
+    assert picture.stat().st_size > 10_000
+    np.testing.assert_array_equal(read_map(file, rfrfr()).reached, small_map().reached)
+
+
+def test_as_json_and_multiples_of_pi(capsys):
+    status, text, _ = run(
+        capsys, "six_rfs", "--modes", 3, "--slice", "x=-0.4:-0.3", "y=0:0.1", "z=0.635",
+        "phi=pi/8", "theta=pi/3", "--resolution", 0.05, "--json",
+    )  # fmt: skip
+    values = json.loads(text)
+    assert status == 0
+    assert values["shape"] == [3, 3]
+    assert values["reached"] == 9
+
+
+def test_motors_are_mapped_from_a_start(capsys):
+    status, text, _ = run(
+        capsys, "rfrfr", "--given", "motors", "--slice", "motor1=2.3:2.9", "motor2=0.2:0.8",
+        "--resolution", 0.2, "--from", 2.4, 0.5, "--gravity", 0, -1, 0,
+    )  # fmt: skip
+    assert status == 0
+    assert "16 of 16 cells (4 x 4)" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("--slice", "x=0:1"), "at least two axes"),
+        (("--slice", "x=0:1", "x=1:2"), "x is given twice"),
+        (("--slice", "x=0:1", "y=a:b"), "expected numbers, got 'y=a:b'"),
+        (("--slice", "x"), "expected NAME=A or NAME=A:B"),
+        (("--slice", "x=0:1", "q=0:1"), "out of x, y"),
+        ((*SMALL, "--plot", "map.png", "--field", "beauty"), "field: expected one of index"),
+    ],
+)
+def test_bad_requests_are_refused(capsys, tmp_path, monkeypatch, arguments, text):
+    monkeypatch.chdir(tmp_path)
+    status, _, error = run(capsys, "rfrfr", *arguments)
+    assert status == 2
+    assert text in error
+
+
+def test_every_field_can_be_drawn(tmp_path):
+    found = small_map()
+    for field in fields_of(found):
+        file = tmp_path / f"{field}.png"
+        plot_map(found, file, field=field)
+        assert file.stat().st_size > 10_000
+    with pytest.raises(InvalidRequest, match="field"):
+        plot_map(found, tmp_path / "no.png", field="no")
+
+
+def test_slices_of_three_dimensions_are_drawn(tmp_path):
+    robot = six_rfs()
+    x, y, z = robot.home.platform_position
+    grid = pose_grid(
+        robot, {"x": [x, x + 0.1], "y": [y, y + 0.1], "z": [z - 0.3, z + 0.1]}, resolution=0.05
+    )
+    found = map_workspace(robot, grid)
+    file = tmp_path / "slices.svg"
+    plot_map(found, file, field="smallest_eigenvalue")
+    plot_map(found, tmp_path / "index.png")
+    assert file.stat().st_size > 10_000

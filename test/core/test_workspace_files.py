@@ -1,0 +1,137 @@
+"""Maps on disk: whole at any time, and gone on with after any death."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray
+from workspace_cases import assert_same, rfrfr, six_rfs, small_grid, small_map
+
+from cpr_core import InvalidRequest
+from cpr_core.workspace import map_workspace, pose_grid
+from cpr_core.workspace.store import as_dataset, read_map, write_map
+
+CHILD = """
+import sys
+from cpr_core import load_robot
+from cpr_core.workspace import map_workspace, pose_grid
+
+robot = load_robot("rfrfr", modes=5)
+grid = pose_grid(robot, {"x": [-0.9, 0.9], "y": [-1.0, 1.0]}, resolution=0.02)
+map_workspace(robot, grid, workers=1, file=sys.argv[1], checkpoint_every=0.0)
+"""
+
+
+def test_a_map_is_read_as_it_was_written(tmp_path):
+    file = tmp_path / "map.nc"
+    write_map(small_map(), file)
+    found = read_map(file, rfrfr())
+    assert_same(found, small_map())
+    assert found.complete
+    np.testing.assert_array_equal(found.usable, small_map().usable)
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_file_explains_itself(tmp_path):
+    file = tmp_path / "map.nc"
+    map_workspace(rfrfr(), small_grid(), file=file)
+    with xarray.open_dataset(file, engine="scipy") as dataset:
+        assert dataset["index_locked"].dims == ("x", "y")
+        assert dataset["x"].attrs["units"] == "m"
+        assert dataset["motors"].dims == ("x", "y", "motor")
+        assert dataset["motors"].attrs["units"] == "rad"
+        assert dataset.attrs["source"] == "cpr_core 0.1.0"
+        assert "name: rfrfr" in dataset.attrs["robot_file"]
+        assert dataset.attrs["complete"] == 1
+        here = dataset["index_locked"].sel(x=0.0, y=0.5, method="nearest")
+        assert int(here) == 0
+        reached = small_map().reached.reshape(small_grid().shape)
+        np.testing.assert_array_equal(dataset["order"].values >= 0, reached)
+
+
+def test_a_cancelled_map_is_gone_on_with(tmp_path):
+    file, calls = tmp_path / "map.nc", []
+
+    def stop():
+        calls.append(0)
+        return len(calls) > 12
+
+    unfinished = map_workspace(rfrfr(), small_grid(), workers=0, file=file, cancelled=stop)
+    assert not unfinished.complete
+    assert as_dataset(unfinished).attrs["complete"] == 0
+    assert_same(map_workspace(rfrfr(), small_grid(), workers=2, file=file), small_map())
+    assert_same(read_map(file, rfrfr()), small_map())
+
+
+def test_a_killed_process_is_gone_on_with(tmp_path):
+    file, whole = tmp_path / "map.nc", tmp_path / "whole.nc"
+    child = subprocess.Popen([sys.executable, "-c", CHILD, str(file)])
+    try:
+        deadline = time.monotonic() + 300.0
+        while time.monotonic() < deadline and child.poll() is None:
+            if file.exists() and _expanded(file) > 500:
+                break
+            time.sleep(0.01)
+        assert child.poll() is None, "the child was done before it could be killed"
+    finally:
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+    robot = rfrfr()
+    grid = pose_grid(robot, {"x": [-0.9, 0.9], "y": [-1.0, 1.0]}, resolution=0.02)
+    killed = read_map(file, robot)
+    assert 500 < killed.expanded < killed.reached.sum()
+    assert not killed.complete
+
+    again = map_workspace(robot, grid, file=file)
+    assert_same(again, map_workspace(robot, grid, file=whole))
+    with xarray.open_dataset(file) as one, xarray.open_dataset(whole) as two:
+        xarray.testing.assert_identical(one, two)
+
+
+def _expanded(file):
+    with xarray.open_dataset(file, engine="scipy") as dataset:
+        return int(dataset.attrs["expanded"])
+
+
+def test_a_complete_map_is_not_made_again(tmp_path):
+    file = tmp_path / "map.nc"
+    map_workspace(rfrfr(), small_grid(), file=file)
+    states = []
+    map_workspace(rfrfr(), small_grid(), file=file, progress=states.append)
+    assert states == []
+    map_workspace(rfrfr(), small_grid(), file=file, resume=False, progress=states.append)
+    assert states
+
+
+def test_checkpoints_are_written_while_the_map_grows(tmp_path):
+    file, sizes = tmp_path / "map.nc", []
+
+    def look(state):
+        if file.exists():
+            sizes.append(read_map(file, rfrfr()).expanded)
+
+    map_workspace(rfrfr(), small_grid(), file=file, checkpoint_every=0.0, progress=look)
+    assert sizes == sorted(sizes)
+    assert len(set(sizes)) > 3
+
+
+def test_maps_of_something_else_are_not_gone_on_with(tmp_path):
+    file = tmp_path / "map.nc"
+    write_map(small_map(), file)
+    other = pose_grid(rfrfr(), {"x": [-0.6, 0.6], "y": [-0.1, 0.8]}, resolution=0.1)
+    with pytest.raises(InvalidRequest, match="a map of another grid"):
+        map_workspace(rfrfr(), other, file=file)
+    with pytest.raises(InvalidRequest, match="another robot_description"):
+        read_map(file, six_rfs())
+    loads = rfrfr().default_loads.with_(gravity=[0.0, -1.0, 0.0])
+    with pytest.raises(InvalidRequest, match="another loads"):
+        read_map(file, rfrfr(), loads)
+    file.write_text("not a map")
+    with pytest.raises(InvalidRequest, match="expected a NetCDF file"):
+        read_map(file, rfrfr())
+    with pytest.raises(InvalidRequest, match="expected a NetCDF file"):
+        read_map(tmp_path / "missing.nc", rfrfr())
+    assert list(tmp_path.iterdir()) == [file]

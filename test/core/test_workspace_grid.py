@@ -1,0 +1,92 @@
+"""Grids of maps: what is refused, and how."""
+
+import numpy as np
+import pytest
+from workspace_cases import content_of_rfrfr, rfrfr, six_rfs
+
+from cpr_core import InvalidRequest, NoInverseSolution, NonFiniteInput, load_robot
+from cpr_core.workspace import map_workspace, motor_grid, pose_grid
+
+AXES = {"x": [0.0, 1.0], "y": [0.0, 1.0]}
+
+
+@pytest.mark.parametrize(
+    ("vary", "held", "options", "text"),
+    [
+        ({"x": [0, 1]}, {}, {}, "at least two axes, got 1"),
+        ({"x": [0, 1], "z": [0, 1]}, {}, {}, "out of x, y, got 'z'"),
+        (AXES, {"x": 0.5}, {}, "x is both an axis and held"),
+        ({"x": [1, 0], "y": [0, 1]}, {}, {}, "x: expected at least two increasing numbers"),
+        ({"x": [1, 0], "y": [0, 1]}, {}, {"resolution": 0.1}, "x: expected the first and a larger"),
+        (AXES, {}, {"resolution": 0.0}, "x: expected a positive resolution"),
+        (AXES, {}, {"resolution": 1e-9}, "too many"),
+        (AXES, {}, {"resolution": 1e-5}, "expected at most"),
+        (
+            {"x": [0, 1], "s": [0, 1]},
+            {},
+            {"directions": {"s": {"x": 2.0}}},
+            "axes in independent directions",
+        ),
+    ],
+)
+def test_bad_grids_are_refused(vary, held, options, text):
+    with pytest.raises(InvalidRequest, match=text):
+        pose_grid(rfrfr(), vary, held, **options)
+
+
+def test_numbers_have_to_be_finite():
+    with pytest.raises(NonFiniteInput, match="x"):
+        pose_grid(rfrfr(), {"x": [0, np.nan], "y": [0, 1]})
+    with pytest.raises(NonFiniteInput, match="z is inf"):
+        pose_grid(six_rfs(), AXES, {"z": np.inf})
+
+
+def test_orientations_are_given_in_one_way():
+    with pytest.raises(InvalidRequest, match="got some of both"):
+        pose_grid(six_rfs(), AXES, {"phi": 0.1, "roll": 0.2})
+
+
+def test_motors_are_named():
+    with pytest.raises(InvalidRequest, match="out of motor1, motor2, got 'motor3'"):
+        motor_grid(rfrfr(), {"motor1": [0, 1], "motor3": [0, 1]})
+    grid = motor_grid(six_rfs(), {"motor1": [5, 6], "motor4": [5, 6]}, {"motor2": 5.5})
+    home = six_rfs().home.motors
+    np.testing.assert_allclose(grid.origin, [0, 5.5, home[2], 0, home[4], home[5]])
+    with pytest.raises(InvalidRequest, match="this robot's motors"):
+        map_workspace(rfrfr(), grid)
+
+
+def test_a_robot_without_inverse_problem_is_mapped_by_its_motors():
+    description = content_of_rfrfr()
+    description["controlled"] = []
+    third = description["legs"][0] | {"base": {"position": [-0.1, 0, 0], "tangent": [1, 0, 0]}}
+    description["legs"].append(third)
+    description["home"]["motors"].append(2.5)
+    robot = load_robot(description)
+    with pytest.raises(InvalidRequest, match="map its motors instead"):
+        pose_grid(robot, AXES)
+    found = map_workspace(robot, motor_grid(robot, {"motor1": [2.5, 2.6], "motor3": [2.4, 2.5]}))
+    assert found.reached.all()
+    assert np.all(np.isnan(found.inverse_margin))
+
+
+def test_a_grid_that_is_not_reached_says_so():
+    grid = pose_grid(rfrfr(), {"x": [5.0, 5.1], "y": [5.0, 5.1]})
+    with pytest.raises(NoInverseSolution, match=r"none of \d+ cells of the grid is reached"):
+        map_workspace(rfrfr(), grid)
+
+
+def test_a_resolution_is_kept_or_bettered():
+    grid = pose_grid(rfrfr(), {"x": [0.0, 0.25], "y": [0.0, 0.3]}, resolution=0.1)
+    assert grid.shape == (4, 4)
+    assert np.all(grid.steps <= 0.1 + 1e-15)
+    assert [values[-1] for values in grid.values] == [0.25, 0.3]
+
+
+def test_neighbours_know_each_other():
+    grid = pose_grid(rfrfr(), AXES, resolution=0.25)
+    cell, column = np.nonzero(grid.neighbours >= 0)
+    other = grid.neighbours[cell, column]
+    np.testing.assert_array_equal(grid.neighbours[other, column ^ 1], cell)
+    moved = np.abs(grid.places(other) - grid.places(cell)).sum(axis=1)
+    np.testing.assert_allclose(moved, 0.25)
