@@ -147,7 +147,9 @@ def draw_workspace(
     margin = 0.04 * (workspace.xs[high_x] - workspace.xs[low_x])
     axes.set_xlim(workspace.xs[low_x] - margin, workspace.xs[high_x] + margin)
     axes.set_ylim(workspace.ys[low_y] - margin, workspace.ys[high_y] + margin)
-    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    below = 0.7 / figure.get_figheight()
+    figure.get_layout_engine().set(rect=(0.0, below, 1.0, 1.0 - below))
+    figure.legend(handles=handles, loc="lower center", ncols=2)
     _save(figure, folder, name)
 
 

@@ -136,12 +136,10 @@ def plot_map(
         figure.colorbar(shown, ax=figure.axes, label=field.replace("_", " "), shrink=0.8)
     by_label = {key.get_label(): key for key in keys}
     if by_label:
+        below = 0.7 / figure.get_figheight()
+        figure.get_layout_engine().set(rect=(0.0, below, 1.0, 1.0 - below))
         figure.legend(
-            by_label.values(),
-            by_label.keys(),
-            loc="outside lower center",
-            ncols=3,
-            fontsize="small",
+            by_label.values(), by_label.keys(), loc="lower center", ncols=3, fontsize="small"
         )
     figure.suptitle(f"{found.robot.description.name}: {_held_text(found)}")
     figure.savefig(file, dpi=120)

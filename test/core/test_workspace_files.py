@@ -68,6 +68,8 @@ def test_a_cancelled_map_is_gone_on_with(tmp_path):
 
 def test_a_killed_process_is_gone_on_with(tmp_path):
     file, whole = tmp_path / "map.nc", tmp_path / "whole.nc"
+    rfrfr_map_kernels = small_map()  # compiled and kept on disk before the child loads them
+    assert rfrfr_map_kernels.complete
     child = subprocess.Popen([sys.executable, "-c", CHILD, str(file)])
     try:
         deadline = time.monotonic() + 300.0
@@ -80,13 +82,14 @@ def test_a_killed_process_is_gone_on_with(tmp_path):
         child.send_signal(signal.SIGKILL)
         child.wait()
     robot = rfrfr()
-    grid = pose_grid(robot, {"x": [-0.9, 0.9], "y": [-1.0, 1.0]}, resolution=0.02)
     killed = read_map(file, robot)
     assert 500 < killed.expanded < killed.reached.sum()
     assert not killed.complete
 
-    again = map_workspace(robot, grid, file=file)
-    assert_same(again, map_workspace(robot, grid, file=whole))
+    # In processes of their own: kernels this process has just compiled may differ in the last bit.
+    for one in (file, whole):
+        subprocess.run([sys.executable, "-c", CHILD, str(one)], check=True)
+    assert_same(read_map(file, robot), read_map(whole, robot))
     with xarray.open_dataset(file) as one, xarray.open_dataset(whole) as two:
         xarray.testing.assert_identical(one, two)
 
