@@ -43,14 +43,14 @@ def differ(low: Point, high: Point) -> bool:
 
 
 def along(path: Path, here: Point, tangent: Tangent, arc: float) -> Point | None:
-    """The point at an arc length, with its direction; None where the branch turns too much."""
+    """The point at an arc length, with its tangent; None where the branch turns too much."""
     there = path.along(here, tangent, arc)
     if there is None:
         return None
     onward = path.tangent(there, tangent)
     if tangent.cosine(onward) < STRAIGHT:
         return None
-    return replace(there, forward=onward.fraction > 0.0)
+    return replace(there, tangent=onward)
 
 
 def landing(path: Path, here: Point, tangent: Tangent, arc: float, end: float) -> float | None:
@@ -114,8 +114,8 @@ def bracket_by_arc_length(
         low = replace(low, fraction=path.crossing(low, high))
     before = along(path, here, tangent, first - ASIDE) or low
     beyond = along(path, here, tangent, last + ASIDE) or high
-    low = replace(low, forward=before.forward, sign=before.sign, index=before.index)
-    return low, replace(high, forward=beyond.forward, sign=beyond.sign, index=beyond.index), beyond
+    low = replace(low, tangent=before.tangent, sign=before.sign, index=before.index)
+    return low, replace(high, tangent=beyond.tangent, sign=beyond.sign, index=beyond.index), beyond
 
 
 def distance(low: Point, high: Point) -> float:

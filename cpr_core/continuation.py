@@ -235,7 +235,7 @@ class _Walker:
                     return self._stopped(low)
                 if differ(high, there):  # something more happens within the step
                     there, end = beyond, None
-            here, tangent = there, path.tangent(there, tangent)
+            here, tangent = there, there.tangent or path.tangent(there, tangent)
             self._keep(here, every=self.past_folds)
             arc = min(LONGEST_ARC, 1.5 * arc)
             if end is not None:

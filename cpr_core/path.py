@@ -52,45 +52,6 @@ class OutOfTime(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
-    """A solution on a path.
-
-    Attributes:
-        fraction: Fraction of the way.
-        equilibrium: The equilibrium there.
-        index: Stability index, of the motors as the problem has them (of the symmetric part of the
-            tangent, where loads have no potential).
-        sign: Sign of the determinant of the problem.
-        inverse_sign: Sign of the determinant of the inverse problem; 0 where it is not watched.
-        margins: How far the limits are, (K,).
-        violated: Limits that do not hold.
-        forward: Whether the branch leads on to larger fractions here.
-    """
-
-    fraction: float
-    equilibrium: Equilibrium
-    index: int
-    sign: int
-    inverse_sign: int
-    margins: Floats
-    violated: frozenset[Limit]
-    forward: bool = True
-
-    def grazes(self, other: Point) -> bool:
-        """Whether a limit may be passed, and be kept again, between this point and another."""
-        if not self.margins.size:
-            return False
-        change = np.abs(other.margins - self.margins)
-        near = np.minimum(np.abs(self.margins), np.abs(other.margins)) < change
-        return bool(np.any(near & (change > SMALLEST_GRAZE)))
-
-    @property
-    def side(self) -> int:
-        """Side of a bifurcation: a fold changes the determinant and the direction, so not this."""
-        return self.sign if self.forward else -self.sign
-
-
-@dataclass(frozen=True, eq=False)
 class Tangent:
     """Unit tangent of the curve at a point, dimensionless.
 
@@ -105,6 +66,50 @@ class Tangent:
     def cosine(self, other: Tangent) -> float:
         """Cosine of the angle between two tangents."""
         return float(self.unknowns @ other.unknowns) + self.fraction * other.fraction
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A solution on a path.
+
+    Attributes:
+        fraction: Fraction of the way.
+        equilibrium: The equilibrium there.
+        index: Stability index, of the motors as the problem has them (of the symmetric part of the
+            tangent, where loads have no potential).
+        sign: Sign of the determinant of the problem.
+        inverse_sign: Sign of the determinant of the inverse problem; 0 where it is not watched.
+        margins: How far the limits are, (K,).
+        violated: Limits that do not hold.
+        tangent: Tangent of the branch, where it was followed by arc length; None: to larger fractions.
+    """
+
+    fraction: float
+    equilibrium: Equilibrium
+    index: int
+    sign: int
+    inverse_sign: int
+    margins: Floats
+    violated: frozenset[Limit]
+    tangent: Tangent | None = None
+
+    @property
+    def forward(self) -> bool:
+        """Whether the branch leads on to larger fractions here."""
+        return self.tangent is None or self.tangent.fraction > 0.0
+
+    def grazes(self, other: Point) -> bool:
+        """Whether a limit may be passed, and be kept again, between this point and another."""
+        if not self.margins.size:
+            return False
+        change = np.abs(other.margins - self.margins)
+        near = np.minimum(np.abs(self.margins), np.abs(other.margins)) < change
+        return bool(np.any(near & (change > SMALLEST_GRAZE)))
+
+    @property
+    def side(self) -> int:
+        """Side of a bifurcation: a fold changes the determinant and the direction, so not this."""
+        return self.sign if self.forward else -self.sign
 
 
 class Path:
@@ -183,7 +188,7 @@ class Path:
             None if a correction did not contract: then the fraction is too far from the point.
         """
         self._check_time()
-        robot, motor_index = self._robot, self._robot.arrays.motor_index
+        robot = self._robot
         state, rotation, position, efforts = self._imposed(here.equilibrium, fraction)
         lengths = robot.length_indices
         if lengths.size and state[lengths].min() <= 0.0:
@@ -197,20 +202,7 @@ class Path:
         self.iterations += iterations
         if status != CONVERGED or (lengths.size and state[lengths].min() <= 0.0):
             return None
-        found = Equilibrium(
-            robot=robot,
-            loads=self._loads_between(fraction),
-            state=state,
-            platform_rotation=rotation,
-            platform_position=position,
-            efforts=self._residual[motor_index:].copy(),
-            residual=largest,
-            iterations=iterations,
-            energy=energy,
-            load_arrays=loads,
-            inertia=inertia_of(robot, self._tangent, rotation),
-        )
-        return self._point(fraction, found)
+        return self._found(fraction, state, rotation, position, loads, largest, iterations, energy)
 
     def crossing(self, low: Point, high: Point) -> float:
         """Fraction where the determinant of the problem vanishes between two neighbours, linearly."""
@@ -279,20 +271,9 @@ class Path:
             if not np.isfinite(largest):
                 return None
             if largest < POLISHED or (largest < RESIDUAL_TOLERANCE and polished):
-                found = Equilibrium(
-                    robot=robot,
-                    loads=self._loads_between(fraction),
-                    state=state,
-                    platform_rotation=rotation,
-                    platform_position=position,
-                    efforts=self._residual[robot.arrays.motor_index :].copy(),
-                    residual=largest,
-                    iterations=iteration,
-                    energy=energy,
-                    load_arrays=loads,
-                    inertia=inertia_of(robot, self._tangent, rotation),
+                return self._found(
+                    fraction, state, rotation, position, loads, largest, iteration, energy
                 )
-                return self._point(fraction, found)
             polished = largest < RESIDUAL_TOLERANCE
             matrix = self._scaled_tangent(rotation)
             rate = self._rate(state, rotation, position, fraction)
@@ -312,6 +293,34 @@ class Path:
             fraction = here.fraction + moved[-1]
             self._move(state, rotation, position, change[:-1])
         return None
+
+    def _found(
+        self,
+        fraction: float,
+        state: Floats,
+        rotation: Floats,
+        position: Floats,
+        loads: LoadArrays,
+        residual: float,
+        iterations: int,
+        energy: float,
+    ) -> Point:
+        """A solution at which the model has just been evaluated, as a point; arrays are taken over."""
+        robot = self._robot
+        equilibrium = Equilibrium(
+            robot=robot,
+            loads=self._loads_between(fraction),
+            state=state,
+            platform_rotation=rotation,
+            platform_position=position,
+            efforts=self._residual[robot.arrays.motor_index :].copy(),
+            residual=residual,
+            iterations=iterations,
+            energy=energy,
+            load_arrays=loads,
+            inertia=inertia_of(robot, self._tangent, rotation),
+        )
+        return self._point(fraction, equilibrium)
 
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
         inertia, problem = equilibrium.inertia, self._target.problem
