@@ -3,35 +3,46 @@
 Global state and equations share one order: for every leg its passive base coordinate (if any), its
 strain coordinates and its multipliers; then the platform; then the motors. In this order the tangent
 is block-arrow shaped, and the forward problem is a leading principal block.
+
+Kernels go through all legs at once, in groups of W lanes (`lanes`). There every leg has the same slots, of
+which it may lack some:
+
+    strain coordinates by component | multipliers | passive base coordinate | platform | motor
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LEG", "LoadArrays", "RobotArrays", "Workspace", "workspace"]
+from .lanes import empty_lanes, zeros_lanes
+
+__all__ = [
+    "LEG",
+    "Factors",
+    "LoadArrays",
+    "RobotArrays",
+    "Workspace",
+    "factors_of",
+    "group_dtype",
+    "workspace",
+]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Lanes = NDArray[np.void]
 
-#: What is of fixed size for every leg. Frames and directions are in the world unless said otherwise.
+#: Where the coordinates of every leg are in the state.
 LEG = np.dtype(
     [
         ("length", "f8"),  # rod length [m]; the nominal one where the leg is extensible
-        ("rest_energy", "f8"),  # int kappa_rest^T H_a kappa_rest
-        ("base_position", "f8", 3),  # base point at motor zero [m]
-        ("base_rotation", "f8", (3, 3)),  # base frame at motor zero
-        ("rotation_axis", "f8", 3),  # unit axis of the coordinate that turns the base
-        ("translation_axis", "f8", 3),  # unit direction of the coordinate that shifts it
-        ("tip_position", "f8", 3),  # tip joint in the platform frame [m]
-        ("joint_rotation", "f8", (3, 3)),  # joint frame in the platform frame, R_c
-        ("orientation", "f8", (3, 3, 3)),  # M_k of psi_k = tr((R_p R_c M_k)^T R_l)
-        ("orientation_count", "i8"),  # how many of them
-        ("rotation_index", "i8"),  # state index of the turn; -1: none
-        ("translation_index", "i8"),  # state index of the shift; -1: none
+        ("rotation_axis", "f8", 3),  # unit axis of the turn of the base, in the world
+        ("translation_axis", "f8", 3),  # unit direction of its shift
+        ("orientation_count", "i8"),  # conditions on the orientation of the tip
+        ("rotation_index", "i8"),  # state index of the coordinate that turns the base; -1: none
+        ("translation_index", "i8"),  # state index of the one that shifts it; -1: none
         ("extensible", "i8"),  # 1: the shift is the rod length
         ("strain_index", "i8"),  # state index of the first strain coordinate
         ("strain_count", "i8"),
@@ -41,25 +52,63 @@ LEG = np.dtype(
 )
 
 
+def group_dtype(width: int) -> np.dtype[Any]:
+    """What is of fixed size for a group of legs. Directions are in the world unless said otherwise."""
+    lane = (width,)
+    return np.dtype(
+        [
+            ("exists", "f8", lane),  # 1; 0: no leg
+            ("length", "f8", lane),  # rod length [m]; the nominal one where the leg is extensible
+            ("rest_energy", "f8", lane),  # int kappa_rest^T H_a kappa_rest
+            ("base_position", "f8", (3, width)),  # base point at motor zero [m]
+            ("base_rotation", "f8", (3, 3, width)),  # base frame at motor zero
+            ("rotation_axis", "f8", (3, width)),  # unit axis of the turn of the base
+            ("translation_axis", "f8", (3, width)),  # unit direction of its shift
+            ("tip_position", "f8", (3, width)),  # tip joint in the platform frame [m]
+            ("orientation", "f8", (3, 3, 3, width)),  # R_c M_k of psi_k = tr((R_p R_c M_k)^T R_l)
+            ("extensible", "f8", lane),  # 1: the shift is the rod length
+            ("turn_passive", "f8", lane),  # 1: the turn is the passive coordinate
+            ("turn_motor", "f8", lane),  # 1: the turn is the motor
+            ("shift_passive", "f8", lane),  # 1: the shift is the passive coordinate
+            ("shift_motor", "f8", lane),  # 1: the shift is the motor
+            ("turn_index", "i8", lane),  # state index; -1: none
+            ("shift_index", "i8", lane),
+            ("motor_index", "i8", lane),
+        ],
+        align=True,
+    )
+
+
 class RobotArrays(NamedTuple):
-    """Constants of L legs, at most M strain coordinates, K nodes and G rotation steps a leg."""
+    """Constants of L legs in G groups, S strain slots, n inner slots, K nodes, H rotation steps."""
 
     legs: NDArray[np.void]  # (L,) of LEG
-    direction: Integers  # (L, M) strain component: 0 torsion, 1 and 2 bending
-    values: Floats  # (L, M, K) shape functions at the nodes
-    step_values: Floats  # (L, M, 3, G) and at the Gauss points of the rotation steps
-    stiffness: Floats  # (L, M, M) K_e at the nominal length
-    rest_moment: Floats  # (L, M) int Phi^T H_a kappa_rest
+    stiffness: Floats  # (L, M, M) K_e at the nominal length, in the order of the state
+    groups: NDArray[np.void]  # (G,) of group_dtype
+    index: Integers  # (G, n, W) state index of every inner slot; -1: the leg lacks it
+    units: Lanes  # (G, n + b + 1) natural units of the slots; 0: the leg lacks it
+    missing: Lanes  # (G, n) 1: the leg lacks the slot
+    component_start: Integers  # (4,) first strain slot of torsion and both bendings; S
+    function: Integers  # (S,) which shape function a slot uses
+    functions: Lanes  # (G, F, K) shape functions at the nodes
+    step_functions: Lanes  # (G, H, 3, F) and at the Gauss points of the rotation steps
+    elastic: Lanes  # (G, S, S) K_e by slots
+    rest_moment: Lanes  # (G, S) int Phi^T H_a kappa_rest
     weights: Floats  # (K,)
     integration: Floats  # (K, K): [j, k] weight of node j in the integral from 0 to node k
-    steps: Floats  # (G,) lengths of the rotation steps in sigma
-    step_node: Integers  # (G,) node reached at the end of a step; -1: none
+    steps: Floats  # (H,) lengths of the rotation steps in sigma
+    step_node: Integers  # (H,) node reached at the end of a step; -1: none
     position_axes: Integers  # world axes along which tips are held: (0, 1, 2), in the plane (0, 1)
-    platform_axes: Integers  # components of the world twist [omega; v] the platform has
+    platform_axes: Integers  # the b components of the world twist [omega; v] the platform has
     unit: Floats  # (N,) natural unit of every state: dimensionless = state / unit
     energy_unit: float  # natural unit of energy, E J / l [J]
     platform_index: int  # state index of the first platform coordinate
     motor_index: int  # state index of the first motor
+    constraint_count: int  # number of multipliers of all legs
+    orientation_count: int  # conditions on the orientation of the tip: the most a leg has
+    passive: int  # 1: some base has a passive coordinate
+    shifted: int  # 1: some base has a shift
+    extensible: int  # 1: some shift is a rod length
 
 
 class LoadArrays(NamedTuple):
@@ -70,32 +119,120 @@ class LoadArrays(NamedTuple):
     platform: Floats  # (6, 3) weight, centre of mass, moment and force fixed in space, following
 
 
-class Workspace(NamedTuple):
-    """Memory of the kernels, allocated once for a whole solve."""
+class Factors(NamedTuple):
+    """A tangent with its legs condensed: n inner slots, m in all, a border of B = b + motors.
 
-    fields: Floats  # (10, 3, 3, K)
-    vectors: Floats  # (12, 3)
-    matrices: Floats  # (8, 3, 3)
-    densities: Floats  # (3 M + 3, K)
-    integrals: Floats  # (3 M + 3, K)
-    curvature: Floats  # (3, 3, G)
-    vectors_of_steps: Floats  # (3, G)
-    modes: Floats  # (M, M)
-    elastic: Floats  # (M,)
+    It does not depend on the problem; where the legs could not be condensed nothing is in it.
+    """
+
+    upper: Lanes  # (G, n, m) rows of L^T, and of D^-1 L^-1 B
+    inverse: Lanes  # (G, n) D^-1
+    border: Floats  # (B, B) H, world rotations
+    how: Integers  # (1,) CONDENSED or DENSE of `condensation_kernel`
+
+
+class Workspace(NamedTuple):
+    """Memory of the kernels, allocated once for a whole solve. m = n + b + 1 slots."""
+
+    blocks: Lanes  # (G, m, m) tangent of the legs by slots, upper triangle
+    residuals: Lanes  # (G, m) residual by slots, SI units
+    platform_residual: Floats  # (6,) of the world twist
+    platform_tangent: Floats  # (6, 6)
+    strain: Lanes  # (m,) state by slots
+    frames: Lanes  # (3, 3, K) [direction, component, node]
+    vectors: Lanes  # (3, H) rotation vectors of the steps
+    arm: Lanes  # (3, K) p(l) - p(s)
+    matrix: Lanes  # (3, 3, K) Q
+    turned: Lanes  # (3, 3, K) [direction, component, node] weighted Q d
+    sources: Lanes  # (3, 8, K) [direction, what, node] what is integrated with shape functions
+    density: Lanes  # (3, K)
+    projected: Lanes  # (3, K)
+    geometric: Lanes  # (S, S)
+    stretched: Lanes  # (S,) K_e q_e
+    small: Lanes  # (12, 3)
+    squares: Lanes  # (6, 3, 3)
+    rod_loads: Lanes  # (2, 3, K + 1) point, distributed
+    rows: Lanes  # (n, m) rows of D L^T
+    solution: Lanes  # (G, n)
+    border: Floats  # (B,) of the platform twist and the motors
+    symmetric: Floats  # (B, B)
+    square: Floats  # (B, B) LU factors of the part of the border a problem has
+    pivots: Integers  # (B,)
+    motions: Floats  # (3, 3) world rotations of the rotation unknowns, as columns
+    tangent: Floats  # (N, N) where all is factored at once
+    whole: Floats  # (N, N)
+    step: Floats  # (N,) dimensionless
+    correction: Floats  # (N,)
+    simplified: Floats  # (N,)
+    trial_state: Floats  # (N,)
+    rotations: Floats  # (5, 3, 3)
+    factors: Factors  # of the last tangent, where nobody wants to keep them
+    known: Floats  # (B,)
+    efforts: Floats  # (motors,)
+    effort_change: Floats  # (motors,)
+    whole_pivots: Integers  # (N,)
 
 
 def workspace(robot: RobotArrays) -> Workspace:
     """Memory for one thread."""
-    modes, nodes = robot.values.shape[1:]
-    steps = len(robot.steps)
+    width = robot.index.shape[2]
+    groups, slots = robot.units.shape
+    size = len(robot.unit)
+    border = size - robot.platform_index
+    strains, nodes, steps = robot.elastic.shape[1], len(robot.weights), len(robot.steps)
+
+    def empty(*shape: int) -> Lanes:
+        return empty_lanes(width, *shape)
+
     return Workspace(
-        fields=np.empty((10, 3, 3, nodes)),
-        vectors=np.empty((12, 3)),
-        matrices=np.empty((8, 3, 3)),
-        densities=np.zeros((3 * modes + 3, nodes)),
-        integrals=np.empty((3 * modes + 3, nodes)),
-        curvature=np.empty((3, 3, steps)),
-        vectors_of_steps=np.empty((3, steps)),
-        modes=np.empty((modes, modes)),
-        elastic=np.empty(modes),
+        blocks=zeros_lanes(width, groups, slots, slots),
+        residuals=zeros_lanes(width, groups, slots),
+        platform_residual=np.empty(6),
+        platform_tangent=np.empty((6, 6)),
+        strain=zeros_lanes(width, slots),
+        frames=empty(3, 3, nodes),
+        vectors=empty(3, steps),
+        arm=empty(3, nodes),
+        matrix=empty(3, 3, nodes),
+        turned=empty(3, 3, nodes),
+        sources=empty(3, 8, nodes),
+        density=empty(3, nodes),
+        projected=empty(3, nodes),
+        geometric=empty(strains, strains),
+        stretched=empty(strains),
+        small=empty(12, 3),
+        squares=empty(6, 3, 3),
+        rod_loads=empty(2, 3, nodes + 1),
+        rows=empty(robot.index.shape[1], slots),
+        solution=empty(groups, robot.index.shape[1]),
+        border=np.empty(border),
+        symmetric=np.empty((border, border)),
+        square=np.empty((border, border)),
+        pivots=np.empty(border, np.int64),
+        motions=np.empty((3, 3)),
+        tangent=np.zeros((size, size)),
+        whole=np.empty((size, size)),
+        step=np.empty(size),
+        correction=np.empty(size),
+        simplified=np.empty(size),
+        trial_state=np.empty(size),
+        rotations=np.empty((5, 3, 3)),
+        factors=factors_of(robot),
+        known=np.zeros(border),
+        efforts=np.zeros(size - robot.motor_index),
+        effort_change=np.zeros(size - robot.motor_index),
+        whole_pivots=np.empty(size, np.int64),
+    )
+
+
+def factors_of(robot: RobotArrays) -> Factors:
+    """Memory for the factors of a robot's tangent."""
+    width = robot.index.shape[2]
+    groups, slots = robot.units.shape
+    inner, border = robot.index.shape[1], len(robot.unit) - robot.platform_index
+    return Factors(
+        upper=empty_lanes(width, groups, inner, slots),
+        inverse=empty_lanes(width, groups, inner),
+        border=np.empty((border, border)),
+        how=np.array([1]),
     )

@@ -9,13 +9,15 @@ from typing import Any, TypeVar
 
 import numba
 
-__all__ = ["KERNEL_MODULES", "compiled", "compiled_strictly"]
+__all__ = ["KERNEL_MODULES", "compiled", "compiled_strictly", "inlined", "kernel"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 #: Modules whose functions call each other in compiled code.
 KERNEL_MODULES = (
     "lie",
+    "rotation_kernel",
+    "rod_kernel",
     "leg_kernel",
     "model_kernel",
     "condensation_kernel",
@@ -27,7 +29,7 @@ KERNEL_MODULES = (
     "workspace.batch_kernel",
 )
 #: What else the compiled code depends on: how it is compiled and what its data look like.
-_CONTEXT_MODULES = ("compiled", "arrays")
+_CONTEXT_MODULES = ("compiled", "arrays", "lanes")
 
 #: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
 FASTMATH = {"contract", "nsz", "reassoc"}
@@ -57,6 +59,23 @@ def compiled(function: Function) -> Function:
     return _stamped(function, FASTMATH)
 
 
+def kernel(function: Function) -> Function:
+    """Compile a kernel that allocates nothing.
+
+    References to its arrays are not counted: with the hundred arrays of a robot and a workspace that
+    would cost more than the work on them.
+    """
+    return _stamped(function, FASTMATH, _nrt=False)
+
+
+def inlined(function: Function) -> Function:
+    """Compile a part of a kernel that is only cut out to be read.
+
+    A robot and a workspace are several hundred words, which a call would copy.
+    """
+    return _stamped(function, FASTMATH, _nrt=False, forceinline=True)
+
+
 def compiled_strictly(function: Function) -> Function:
     """Compile a kernel whose sums are not reordered.
 
@@ -66,9 +85,9 @@ def compiled_strictly(function: Function) -> Function:
     return _stamped(function, False)
 
 
-def _stamped(function: Function, fastmath: Any) -> Function:
-    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath)(
-        function
-    )
+def _stamped(function: Function, fastmath: Any, **options: Any) -> Function:
+    dispatcher = numba.njit(
+        cache=True, nogil=True, error_model="numpy", fastmath=fastmath, **options
+    )(function)
     dispatcher._cache._cache_file._source_stamp = _STAMP
     return dispatcher

@@ -1,167 +1,385 @@
-"""Linear solves with the tangent: legs condensed one by one onto platform and motors.
+"""Linear solves with the tangent: all legs condensed at once onto platform and motors.
 
-The tangent is block-arrow shaped: a leg touches its own block and the border (platform and motors)
-only. With S_i the block of leg i, B_i and C_i its couplings and D the border,
+The tangent is block-arrow shaped: a leg touches its own block and the border (platform and its motor)
+only, and both are symmetric. With ``S = L D L^T`` the block of a leg, B its coupling to the border and
+H_0 what the border has of its own,
 
-    (D - sum C_i S_i^-1 B_i) x_b = r_b - sum C_i S_i^-1 r_i,    x_i = S_i^-1 (r_i - B_i x_b).
+    H = H_0 - sum B^T S^-1 B,    H x_b = r_b - sum B^T S^-1 r,    x = S^-1 (r - B x_b).
 
-A block can be singular where the whole is not (a straight leg); then the whole matrix is factored.
-All numbers here are dimensionless.
+Signs of D and of H are the stability indices (Sylvester's law), parts of H the kinemato-statics.
+Elimination is in a fixed order, strain before multipliers, without exchanges: a pivot that is too small
+(a straight leg, a rod about to buckle on its own) is refused, and the whole matrix is factored with
+exchanges instead. All numbers here are dimensionless.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .compiled import compiled
+from .compiled import inlined, kernel
+from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
+from .model_kernel import assemble
 
-__all__ = ["CONDENSED", "DENSE", "NO_INVERSE", "Factors", "allocate", "factor", "solve"]
+__all__ = [
+    "CONDENSED",
+    "DENSE",
+    "NO_INVERSE",
+    "condense",
+    "factor",
+    "factor_border",
+    "lu_factor",
+    "lu_solve",
+    "lu_solve_transposed",
+    "predict",
+    "rotation_unknowns",
+    "solve",
+    "solve_transposed",
+]
 
 CONDENSED, DENSE, NO_INVERSE = 0, 1, 2
 
-#: Pivots below this fraction of the largest entry of a block count as zero.
-_SMALLEST_BLOCK_PIVOT = 1e-6
+#: Pivots below this fraction of the largest strain stiffness of a leg are not divided by.
+_SMALLEST_LEG_PIVOT = 1e-6
 _SMALLEST_PIVOT = 1e-14
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+
+@inlined
+def condense(robot, work, factors):
+    """Eliminate the legs from the tangent in the workspace.
+
+    Returns:
+        Whether no pivot was too small.
+    """
+    border, unit, inner = factors.border, robot.unit, robot.platform_index
+    per_energy = 1.0 / robot.energy_unit
+    axes = robot.platform_axes
+    for i in range(border.shape[0]):
+        for j in range(border.shape[1]):
+            border[i, j] = 0.0
+    for i in range(axes.shape[0]):
+        for j in range(axes.shape[0]):
+            value = work.platform_tangent[axes[i], axes[j]]
+            border[i, j] = value * per_energy * unit[inner + i] * unit[inner + j]
+    regular = True
+    for number in range(robot.groups.shape[0]):
+        regular = regular and _eliminate(robot, number, per_energy, work, factors)
+        _add_border(robot, number, per_energy, work, factors)
+    return regular
 
 
-class Factors(NamedTuple):
-    """A factored matrix with L blocks of at most d rows and a border of b rows."""
-
-    starts: Integers  # (L + 1,) state index of the first row of every block
-    blocks: Floats  # (L, d, d) LU factors of S_i
-    block_pivots: Integers  # (L, d)
-    right: Floats  # (L, d, b) S_i^-1 B_i
-    left: Floats  # (L, b, d) C_i
-    border: Floats  # (b, b) LU factors of the condensed border
-    border_pivots: Integers  # (b,)
-    whole: Floats  # (n, n) LU factors of everything, where needed
-    whole_pivots: Integers  # (n,)
-
-
-@compiled
-def allocate(robot, border_size):
-    """Memory for the factors of a problem with a border of some size."""
-    count = robot.legs.shape[0]
-    starts = np.empty(count + 1, np.int64)
-    starts[0] = 0
-    largest = 0
-    for i in range(count):
-        leg = robot.legs[i]
-        starts[i + 1] = leg.multiplier_index + robot.position_axes.shape[0] + leg.orientation_count
-        largest = max(largest, starts[i + 1] - starts[i])
-    size = robot.platform_index + border_size
-    return Factors(
-        starts,
-        np.empty((count, largest, largest)),
-        np.empty((count, largest), np.int64),
-        np.empty((count, largest, border_size)),
-        np.empty((count, border_size, largest)),
-        np.empty((border_size, border_size)),
-        np.empty(border_size, np.int64),
-        np.empty((size, size)),
-        np.empty(size, np.int64),
-    )
+@inlined
+def _eliminate(robot, number, per_energy, work, factors):
+    """Factor the blocks of a group; whether no pivot was too small."""
+    blocks, units, upper, rows = work.blocks, robot.units, factors.upper, work.rows
+    inner, size = robot.index.shape[1], work.blocks.shape[1]
+    strains, last = robot.function.shape[0], size - 1
+    largest = broadcast(units, 0.0)
+    smallest = broadcast(units, np.inf)
+    for i in range(inner):
+        scale = per_energy * load(units, (number, i))
+        diagonal = scale * load(units, (number, i)) * load(blocks, (number, i, i))
+        diagonal += load(robot.missing, (number, i))
+        for k in range(i):
+            diagonal -= load(upper, (number, k, i)) * load(rows, (k, i))
+        inverse = 1.0 / diagonal
+        if i < strains:
+            largest = -lower(-largest, -absolute(diagonal))
+        smallest = lower(smallest, absolute(diagonal))
+        store(factors.inverse, (number, i), inverse)
+        for j in range(i + 1, size):
+            # Without moments at the tips strain does not meet the platform.
+            first = 0
+            if inner <= j < last and robot.orientation_count == 0:
+                first = strains
+                if i < strains:
+                    store(rows, (i, j), 0.0)
+                    store(upper, (number, i, j), 0.0)
+                    continue
+            value = scale * load(units, (number, j)) * load(blocks, (number, i, j))
+            for k in range(first, i):
+                value -= load(upper, (number, k, i)) * load(rows, (k, j))
+            store(rows, (i, j), value)
+            store(upper, (number, i, j), inverse * value)
+    return highest(_SMALLEST_LEG_PIVOT * largest - smallest) < 0.0
 
 
-@compiled
-def factor(robot, tangent, rows, columns, factors):
-    """Factor the tangent of a square problem.
+@inlined
+def _add_border(robot, number, per_energy, work, factors):
+    """Add what is left of a group to the border."""
+    border, upper, rows = factors.border, factors.upper, work.rows
+    inner, last = robot.index.shape[1], work.blocks.shape[1] - 1
+    first = robot.function.shape[0] if robot.orientation_count == 0 else 0
+    platform = last - inner
+    motors = robot.groups[number].motor_index
+    for i in range(platform):
+        for j in range(i, platform):
+            value = broadcast(robot.units, 0.0)
+            for k in range(first, inner):
+                value -= load(upper, (number, k, inner + i)) * load(rows, (k, inner + j))
+            sum_of_legs = total(value)
+            border[i, j] += sum_of_legs
+            if i != j:
+                border[j, i] += sum_of_legs
+    scale = per_energy * load(robot.units, (number, last))
+    for i in range(platform + 1):
+        row = inner + i
+        value = scale * load(robot.units, (number, row)) * load(work.blocks, (number, row, last))
+        for k in range(first if i < platform else 0, inner):
+            value -= load(upper, (number, k, row)) * load(rows, (k, last))
+        store(work.small, (0, 0), value)
+        for lane in range(motors.shape[0]):
+            if motors[lane] >= 0:
+                m = motors[lane] - robot.platform_index
+                if i < platform:
+                    border[i, m] = border[m, i] = get(work.small, (0, 0), lane)
+                else:
+                    border[m, m] = get(work.small, (0, 0), lane)
+
+
+@kernel
+def factor(robot, rotation, rows, columns, angles, work, factors):
+    """Factor the tangent of a square problem, from the slots in the workspace.
 
     Args:
         robot: RobotArrays.
-        tangent: Tangent of the model (N, N), SI units.
-        rows: State indices of the equations beside those of the legs, (b,).
-        columns: State indices of the unknowns beside those of the legs, (b,).
+        rotation: Platform rotation, (3, 3).
+        rows: State indices of the equations beside those of the legs, (s,).
+        columns: State indices of the unknowns beside those of the legs, (s,).
+        angles: Whether the rotation unknowns are roll, pitch and yaw, not world rotations.
+        work: Workspace.
         factors: Result.
 
     Returns:
         CONDENSED or DENSE, how it was done, or NO_INVERSE.
     """
-    unit, per_energy = robot.unit, 1.0 / robot.energy_unit
-    starts, border = factors.starts, factors.border
-    size = rows.shape[0]
+    rotation_unknowns(rotation, angles, work.motions)
+    if condense(robot, work, factors):
+        factors.how[0] = CONDENSED
+        regular = factor_border(robot, rows, columns, angles, work, factors)
+        return CONDENSED if regular else NO_INVERSE
+    factors.how[0] = DENSE
+    _whole_problem(robot, rows, columns, angles, work)
+    size = robot.platform_index + rows.shape[0]
+    regular = lu_factor(work.whole, size, work.whole_pivots, _SMALLEST_PIVOT)
+    return DENSE if regular else NO_INVERSE
+
+
+@inlined
+def factor_border(robot, rows, columns, angles, work, factors):
+    """Factor the part of the border a problem has, into the workspace; whether it has an inverse."""
+    inner, size, square = robot.platform_index, rows.shape[0], work.square
     for i in range(size):
-        scale = unit[rows[i]] * per_energy
+        row = rows[i] - inner
         for j in range(size):
-            border[i, j] = scale * tangent[rows[i], columns[j]] * unit[columns[j]]
-    for leg in range(starts.shape[0] - 1):
-        first = starts[leg]
-        extent = starts[leg + 1] - first
-        block, pivots = factors.blocks[leg], factors.block_pivots[leg]
-        left, right = factors.left[leg], factors.right[leg]
-        largest = 0.0
-        for i in range(extent):
-            scale = unit[first + i] * per_energy
-            for j in range(extent):
-                value = scale * tangent[first + i, first + j] * unit[first + j]
-                block[i, j] = value
-                largest = max(largest, abs(value))
-            for j in range(size):
-                right[i, j] = scale * tangent[first + i, columns[j]] * unit[columns[j]]
-                left[j, i] = scale * tangent[rows[j], first + i] * unit[rows[j]]
-        if not lu_factor(block, extent, pivots, _SMALLEST_BLOCK_PIVOT * largest):
-            return _factor_whole(robot, tangent, rows, columns, factors)
-        _lu_solve_rows(block, extent, pivots, right, size)
-        for i in range(size):
-            for n in range(extent):
-                multiple = left[i, n]
-                for j in range(size):
-                    border[i, j] -= multiple * right[n, j]
-    if not lu_factor(border, size, factors.border_pivots, _SMALLEST_PIVOT):
-        return NO_INVERSE
-    return CONDENSED
+            column = columns[j] - inner
+            if angles and column < 3:
+                value = 0.0
+                for n in range(3):
+                    value += factors.border[row, n] * work.motions[n, column]
+                square[i, j] = value
+            else:
+                square[i, j] = factors.border[row, column]
+    return lu_factor(square, size, work.pivots, _SMALLEST_PIVOT)
 
 
-@compiled
-def _factor_whole(robot, tangent, rows, columns, factors):
+@inlined
+def rotation_unknowns(rotation, angles, motions):
+    """World rotations of the rotation unknowns, (3, 3): themselves, or roll, pitch and yaw rates."""
+    for i in range(3):
+        for j in range(3):
+            motions[i, j] = 1.0 if i == j else 0.0
+    if angles:
+        yaw = math.atan2(rotation[1, 0], rotation[0, 0])
+        for i in range(3):
+            motions[i, 0] = rotation[i, 0]
+        motions[0, 1], motions[1, 1] = -math.sin(yaw), math.cos(yaw)
+
+
+@kernel
+def _whole_problem(robot, rows, columns, angles, work):
+    """The dimensionless matrix of a problem, into the workspace."""
     unit, per_energy = robot.unit, 1.0 / robot.energy_unit
-    inner, size = robot.platform_index, rows.shape[0]
+    inner, size, whole, tangent = robot.platform_index, rows.shape[0], work.whole, work.tangent
+    motions = work.motions
+    assemble(robot, work, tangent)
     for i in range(inner + size):
         row = i if i < inner else rows[i - inner]
         for j in range(inner + size):
             column = j if j < inner else columns[j - inner]
-            factors.whole[i, j] = per_energy * unit[row] * tangent[row, column] * unit[column]
-    if not lu_factor(factors.whole, inner + size, factors.whole_pivots, _SMALLEST_PIVOT):
-        return NO_INVERSE
-    return DENSE
+            value = tangent[row, column]
+            if angles and inner <= column < inner + 3:
+                value = 0.0
+                for n in range(3):
+                    value += tangent[row, inner + n] * motions[n, column - inner]
+            whole[i, j] = per_energy * unit[row] * value * unit[column]
 
 
-@compiled
-def solve(factors, how, vector):
+@kernel
+def solve(robot, rows, columns, angles, vector, work, factors):
     """Solve in place: legs first, border last, in the order of the equations and the unknowns."""
-    if how == DENSE:
-        lu_solve(factors.whole, vector.shape[0], factors.whole_pivots, vector)
+    inner, size = robot.platform_index, rows.shape[0]
+    if factors.how[0] == DENSE:
+        lu_solve(work.whole, inner + size, work.whole_pivots, vector)
         return
-    starts = factors.starts
-    count = starts.shape[0] - 1
-    border = vector[starts[count] :]
-    for leg in range(count):
-        first = starts[leg]
-        extent = starts[leg + 1] - first
-        part = vector[first : first + extent]
-        lu_solve(factors.blocks[leg], extent, factors.block_pivots[leg], part)
-        for i in range(border.shape[0]):
-            total = 0.0
-            for n in range(extent):
-                total += factors.left[leg, i, n] * part[n]
-            border[i] -= total
-    lu_solve(factors.border, border.shape[0], factors.border_pivots, border)
-    for leg in range(count):
-        first = starts[leg]
-        for n in range(starts[leg + 1] - first):
-            total = 0.0
-            for i in range(border.shape[0]):
-                total += factors.right[leg, n, i] * border[i]
-            vector[first + n] -= total
+    border = work.border
+    for i in range(border.shape[0]):
+        border[i] = 0.0
+    for i in range(size):
+        border[rows[i] - inner] = vector[inner + i]
+    for number in range(robot.groups.shape[0]):
+        _forward(robot, number, vector, work, factors)
+    _solve_border(robot, rows, columns, angles, vector, work)
+    for number in range(robot.groups.shape[0]):
+        _backward(robot, number, vector, work, factors)
 
 
-@compiled
+@kernel
+def solve_transposed(robot, rows, columns, angles, vector, work, factors):
+    """Solve with the transpose, in place: in the order of the unknowns and the equations."""
+    inner, size, border = robot.platform_index, rows.shape[0], work.border
+    if factors.how[0] == DENSE:
+        lu_solve_transposed(work.whole, inner + size, work.whole_pivots, vector)
+        return
+    for i in range(border.shape[0]):
+        border[i] = 0.0
+    for number in range(robot.groups.shape[0]):
+        _forward(robot, number, vector, work, factors)
+    part = vector[inner:]
+    for i in range(size):
+        column = columns[i] - inner
+        if angles and column < 3:
+            for n in range(3):
+                part[i] += work.motions[n, column] * border[n]
+        else:
+            part[i] += border[column]
+    lu_solve_transposed(work.square, size, work.pivots, part)
+    for i in range(border.shape[0]):
+        border[i] = 0.0
+    for i in range(size):
+        border[rows[i] - inner] = part[i]
+    for number in range(robot.groups.shape[0]):
+        _backward(robot, number, vector, work, factors)
+
+
+@kernel
+def predict(robot, rows, columns, angles, known, efforts, vector, work, factors):
+    """Change of the unknowns, to first order, with what is imposed.
+
+    Args:
+        robot: RobotArrays.
+        rows: Equations beside those of the legs, (s,).
+        columns: Unknowns beside those of the legs, (s,).
+        angles: Whether the rotation unknowns are roll, pitch and yaw.
+        known: Imposed change of the border, world twist and motors, dimensionless; zero where unknown.
+        efforts: Imposed change of the efforts, dimensionless, (motors,).
+        vector: Result, legs first.
+        work: Workspace.
+        factors: Of the tangent at the start of the change, CONDENSED; its rotation unknowns are in the
+            workspace.
+
+    Returns:
+        Whether the problem has an inverse there.
+    """
+    if not factor_border(robot, rows, columns, angles, work, factors):
+        return False
+    border = work.border
+    count = border.shape[0]
+    for i in range(count):
+        value = efforts[i - count + efforts.shape[0]] if i >= count - efforts.shape[0] else 0.0
+        for j in range(count):
+            value -= factors.border[i, j] * known[j]
+        border[i] = value
+    zero = broadcast(work.solution, 0.0)
+    for number in range(robot.groups.shape[0]):
+        for slot in range(robot.index.shape[1]):
+            store(work.solution, (number, slot), zero)
+    _solve_border(robot, rows, columns, angles, vector, work)
+    for i in range(count):
+        border[i] += known[i]
+    for number in range(robot.groups.shape[0]):
+        _backward(robot, number, vector, work, factors)
+    return True
+
+
+@inlined
+def _forward(robot, number, vector, work, factors):
+    """``L^-1 r`` of a group into the workspace, and what it does to the border."""
+    index, upper, solution = robot.index[number], factors.upper, work.solution
+    inner, last = index.shape[0], work.blocks.shape[1] - 1
+    for slot in range(inner):
+        for lane in range(index.shape[1]):
+            i = index[slot, lane]
+            put(solution, (number, slot), lane, vector[i] if i >= 0 else 0.0)
+    for i in range(1, inner):
+        value = load(solution, (number, i))
+        for k in range(i):
+            value -= load(upper, (number, k, i)) * load(solution, (number, k))
+        store(solution, (number, i), value)
+    first = robot.function.shape[0] if robot.orientation_count == 0 else 0
+    for j in range(inner, last + 1):
+        value = broadcast(solution, 0.0)
+        for k in range(first if j < last else 0, inner):
+            value -= load(upper, (number, k, j)) * load(solution, (number, k))
+        if j < last:
+            work.border[j - inner] += total(value)
+        else:
+            motors = robot.groups[number].motor_index
+            store(work.small, (0, 0), value)
+            for lane in range(motors.shape[0]):
+                if motors[lane] >= 0:
+                    at = motors[lane] - robot.platform_index
+                    work.border[at] += get(work.small, (0, 0), lane)
+
+
+@inlined
+def _solve_border(robot, rows, columns, angles, vector, work):
+    """Unknowns of the border, into the vector; world twist and motors into the workspace."""
+    inner, size, border, motions = robot.platform_index, rows.shape[0], work.border, work.motions
+    part = vector[inner:]
+    for i in range(size):
+        part[i] = border[rows[i] - inner]
+    lu_solve(work.square, size, work.pivots, part)
+    for i in range(border.shape[0]):
+        border[i] = 0.0
+    for i in range(size):
+        column = columns[i] - inner
+        if angles and column < 3:
+            for n in range(3):
+                border[n] += motions[n, column] * part[i]
+        else:
+            border[column] = part[i]
+
+
+@inlined
+def _backward(robot, number, vector, work, factors):
+    """``L^-T (D^-1 y - ...)`` of a group, into the vector."""
+    index, upper, solution = robot.index[number], factors.upper, work.solution
+    inner, last = index.shape[0], work.blocks.shape[1] - 1
+    motors = robot.groups[number].motor_index
+    for lane in range(motors.shape[0]):
+        at = motors[lane] - robot.platform_index
+        put(work.small, (0, 0), lane, work.border[at] if motors[lane] >= 0 else 0.0)
+    motor = load(work.small, (0, 0))
+    first = robot.function.shape[0] if robot.orientation_count == 0 else 0
+    for i in range(inner - 1, -1, -1):
+        value = load(factors.inverse, (number, i)) * load(solution, (number, i))
+        value -= load(upper, (number, i, last)) * motor
+        for j in range(i + 1, inner):
+            value -= load(upper, (number, i, j)) * load(solution, (number, j))
+        if i >= first:
+            for j in range(inner, last):
+                value -= load(upper, (number, i, j)) * work.border[j - inner]
+        store(solution, (number, i), value)
+    for slot in range(inner):
+        for lane in range(index.shape[1]):
+            i = index[slot, lane]
+            if i >= 0:
+                vector[i] = get(solution, (number, slot), lane)
+
+
+@kernel
 def lu_factor(matrix, size, pivots, smallest):
     """Factor the leading square of a matrix in place, rows exchanged.
 
@@ -193,32 +411,7 @@ def lu_factor(matrix, size, pivots, smallest):
     return True
 
 
-@compiled
-def _lu_solve_rows(matrix, size, pivots, right, count):
-    """Solve for many right-hand sides at once, the columns of ``right``, in place."""
-    for k in range(size):
-        row = pivots[k]
-        if row != k:
-            for j in range(count):
-                right[k, j], right[row, j] = right[row, j], right[k, j]
-    for i in range(size):
-        target = right[i]
-        for n in range(i):
-            multiple, source = matrix[i, n], right[n]
-            for j in range(count):
-                target[j] -= multiple * source[j]
-    for i in range(size - 1, -1, -1):
-        target = right[i]
-        for n in range(i + 1, size):
-            multiple, source = matrix[i, n], right[n]
-            for j in range(count):
-                target[j] -= multiple * source[j]
-        inverse = 1.0 / matrix[i, i]
-        for j in range(count):
-            target[j] *= inverse
-
-
-@compiled
+@kernel
 def lu_solve(matrix, size, pivots, vector):
     """Solve with the result of ``lu_factor``, in place."""
     for k in range(size):
@@ -226,12 +419,28 @@ def lu_solve(matrix, size, pivots, vector):
         if row != k:
             vector[k], vector[row] = vector[row], vector[k]
     for i in range(size):
-        total = vector[i]
+        total_of_row = vector[i]
         for j in range(i):
-            total -= matrix[i, j] * vector[j]
-        vector[i] = total
+            total_of_row -= matrix[i, j] * vector[j]
+        vector[i] = total_of_row
     for i in range(size - 1, -1, -1):
-        total = vector[i]
+        total_of_row = vector[i]
         for j in range(i + 1, size):
-            total -= matrix[i, j] * vector[j]
-        vector[i] = total / matrix[i, i]
+            total_of_row -= matrix[i, j] * vector[j]
+        vector[i] = total_of_row / matrix[i, i]
+
+
+@kernel
+def lu_solve_transposed(matrix, size, pivots, vector):
+    """Solve with the transpose of what ``lu_factor`` factored, in place."""
+    for i in range(size):
+        vector[i] /= matrix[i, i]
+        for j in range(i + 1, size):
+            vector[j] -= matrix[i, j] * vector[i]
+    for i in range(size - 1, -1, -1):
+        for j in range(i):
+            vector[j] -= matrix[i, j] * vector[i]
+    for k in range(size - 1, -1, -1):
+        row = pivots[k]
+        if row != k:
+            vector[k], vector[row] = vector[row], vector[k]

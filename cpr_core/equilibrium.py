@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import LoadArrays
+from .arrays import Factors, LoadArrays, factors_of, workspace
+from .condensation_kernel import CONDENSED, condense
 from .inertia import Inertia
 from .lie import quaternion_from_rotation
 from .loads import Loads
+from .model_kernel import evaluate
 from .robot import Robot
 
 if TYPE_CHECKING:
@@ -42,6 +44,7 @@ class Equilibrium:
         energy: Potential energy without the work of motors and non-conservative loads [J].
         load_arrays: The loads as the kernels see them.
         inertia: Stability indices and the side of the inverse singularity.
+        known_factors: The condensed tangent, where the solver has left it.
     """
 
     robot: Robot
@@ -55,6 +58,7 @@ class Equilibrium:
     energy: float
     load_arrays: LoadArrays = field(repr=False)
     inertia: Inertia
+    known_factors: Factors | None = field(repr=False, default=None)
 
     def __post_init__(self) -> None:
         for array in (self.state, self.platform_rotation, self.platform_position, self.efforts):
@@ -84,6 +88,21 @@ class Equilibrium:
     def platform_quaternion(self) -> Floats:
         """Orientation of the platform as a unit quaternion (w, x, y, z)."""
         return quaternion_from_rotation(self.platform_rotation)
+
+    @cached_property
+    def factors(self) -> Factors:
+        """The condensed tangent."""
+        if self.known_factors is not None:
+            return self.known_factors
+        arrays, work = self.robot.arrays, workspace(self.robot.arrays)
+        factors = factors_of(arrays)
+        evaluate(
+            arrays, self.load_arrays, self.state.copy(), self.platform_rotation.copy(),
+            self.platform_position.copy(), np.empty(len(self.state)), work,
+        )  # fmt: skip
+        if condense(arrays, work, factors):
+            factors.how[0] = CONDENSED
+        return factors
 
     @cached_property
     def spectrum_locked(self) -> Spectrum:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import workspace
+from .arrays import factors_of, workspace
+from .condensation_kernel import factor
 from .continuation import Walk, follow
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
 from .errors import (
@@ -276,13 +277,15 @@ def refine(
         The result, converged or not: the caller has to look.
     """
     arrays, load_arrays = robot.arrays, robot.load_arrays(loads)
-    size = len(arrays.unit)
-    residual, tangent = np.empty(size), np.zeros((size, size))
+    residual, work, factors = np.empty(len(arrays.unit)), workspace(arrays), factors_of(arrays)
+    rows, columns = robot.problems["motors"]
     _, steps, largest, energy = newton(
         arrays, load_arrays, state, rotation, position, *robot.problems["motors"], False,
         np.zeros(robot.motor_count), RESIDUAL_TOLERANCE, iterations, contraction,
-        residual, tangent, workspace(arrays),
+        residual, work, factors,
     )  # fmt: skip
+    if not largest < RESIDUAL_TOLERANCE:
+        factor(arrays, rotation, rows, columns, False, work, factors)
     return Equilibrium(
         robot=robot,
         loads=loads,
@@ -294,7 +297,8 @@ def refine(
         iterations=steps,
         energy=energy,
         load_arrays=load_arrays,
-        inertia=inertia_of(robot, tangent, rotation),
+        inertia=inertia_of(robot, rotation, work, factors),
+        known_factors=factors,
     )
 
 

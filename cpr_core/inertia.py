@@ -10,15 +10,15 @@ from scipy import linalg
 
 from .inertia_kernel import SINGULAR_LEG, signs_of
 from .lie import angle_motions
+from .model_kernel import assemble
 
 if TYPE_CHECKING:
+    from .arrays import Factors, Workspace
     from .robot import Robot
 
-__all__ = ["Inertia", "inertia_of"]
+__all__ = ["Inertia", "inertia_from", "inertia_of"]
 
 Floats = NDArray[np.float64]
-
-_NONE = np.zeros(0, np.int64)
 
 
 class Inertia(NamedTuple):
@@ -35,26 +35,37 @@ class Inertia(NamedTuple):
     inverse_sign: int
 
 
-def inertia_of(robot: Robot, tangent: Floats, platform_rotation: Floats) -> Inertia:
-    """Signs of a tangent.
+def inertia_of(
+    robot: Robot, platform_rotation: Floats, work: Workspace, factors: Factors
+) -> Inertia:
+    """Signs of the tangent at an equilibrium.
 
     Args:
         robot: The robot.
-        tangent: Of the model, (N, N); its symmetric part is read.
-        platform_rotation: R_p in the world, (3, 3).
+        platform_rotation: R_p in the world, (3, 3), writeable.
+        work: Workspace with the tangent there.
+        factors: Its factors.
     """
-    columns = robot.problems["platform"][0] if len(robot.controlled_axes) else _NONE
+    signs = np.empty(3, np.int64)
+    columns, angles = robot.inverse_unknowns
+    signs_of(robot.arrays, platform_rotation, factors, columns, angles, work, signs)
+    return inertia_from(robot, signs, platform_rotation, work)
+
+
+def inertia_from(
+    robot: Robot, signs: NDArray[np.int64], platform_rotation: Floats, work: Workspace
+) -> Inertia:
+    """The result of ``signs_of``, or all eigenvalues where the legs were not condensed."""
+    if signs[0] != SINGULAR_LEG:
+        return Inertia(*signs.tolist())
+    tangent = np.zeros_like(work.tangent)
+    assemble(robot.arrays, work, tangent)
     if robot.controls_angles:  # the unknown ones among roll, pitch, yaw are columns of their own
         turns = robot.platform_indices[:3]
         motions = angle_motions(platform_rotation)
-        tangent = tangent.copy()
         tangent[:, turns] = tangent[:, turns] @ motions
         tangent[turns] = motions.T @ tangent[turns]
-    signs = np.empty(3, np.int64)
-    signs_of(robot.arrays, tangent, columns, signs)
-    if signs[0] == SINGULAR_LEG:
-        return _dense(robot, tangent, columns)
-    return Inertia(*signs.tolist())
+    return _dense(robot, tangent, robot.inverse_unknowns[0])
 
 
 def _dense(robot: Robot, tangent: Floats, columns: NDArray[np.int64]) -> Inertia:

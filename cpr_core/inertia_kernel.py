@@ -1,7 +1,7 @@
 """Signs of the tangent: how many directions lose energy, without eigenvalues.
 
 Sylvester's law: any symmetric elimination of a matrix shows its number of negative eigenvalues. The
-legs are eliminated one by one onto the border (platform and motors); what is left of the border tells
+solver has eliminated the legs onto the border (platform and motors); what is left of the border tells
 the stability index for both readings of the motors, and on which side of an inverse singularity the
 robot is. With n_Psi constraints of full rank, the bordered Hessian has n_Psi negative eigenvalues more
 than H_r of Eq. (48).
@@ -11,22 +11,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiled import compiled
-from .condensation_kernel import lu_factor
+from .compiled import kernel
+from .condensation_kernel import DENSE, lu_factor, rotation_unknowns
+from .lanes import get
 
 __all__ = ["SINGULAR_LEG", "eliminate", "signs_of"]
 
-#: Returned in place of a count where a leg block has no inverse (a straight leg under no force).
+#: Returned in place of a count where the legs were not condensed (a straight leg under no force).
 SINGULAR_LEG = -1
 
 #: Pivots below this fraction of the largest entry of a matrix count as zero.
 _SMALLEST_PIVOT = 1e-11
-#: The same for a leg block, which has to be inverted.
-_SMALLEST_LEG_PIVOT = 1e-9
 _GROWTH = (1.0 + np.sqrt(17.0)) / 8.0
 
 
-@compiled
+@kernel
 def eliminate(matrix, pivot_count, smallest):
     """Symmetric elimination with complete pivoting (Bunch and Parlett), in place.
 
@@ -79,7 +78,7 @@ def eliminate(matrix, pivot_count, smallest):
     return negative, 0
 
 
-@compiled
+@kernel
 def _exchange(matrix, one, two):
     """Exchange two rows and the same columns."""
     if one == two:
@@ -90,79 +89,64 @@ def _exchange(matrix, one, two):
         matrix[i, one], matrix[i, two] = matrix[i, two], matrix[i, one]
 
 
-@compiled
-def signs_of(robot, tangent, inverse_columns, signs):
+@kernel
+def signs_of(robot, rotation, factors, inverse_columns, angles, work, signs):
     """Count negative directions and find the sign of the inverse problem's determinant.
 
     Args:
         robot: RobotArrays.
-        tangent: Tangent of the model at an equilibrium, (N, N); its symmetric part is read.
+        rotation: Platform rotation, (3, 3).
+        factors: Of the tangent at an equilibrium.
         inverse_columns: State indices of the unknowns of the inverse problem; none where there is none.
+        angles: Whether rotation unknowns of the inverse problem are roll, pitch and yaw.
+        work: Workspace; factors of a problem in it are lost.
         signs: Result, (3,): index with the motors locked, with the motors free, and the sign of the
             determinant of the inverse problem (0 where there is no such problem). The first entry is
-            SINGULAR_LEG, and nothing else is set, where a leg block has no inverse.
+            SINGULAR_LEG, and nothing else is set, where the legs were not condensed.
     """
-    unit, per_energy = robot.unit, 1.0 / robot.energy_unit
-    inner, size = robot.platform_index, tangent.shape[0]
-    border = size - inner
-    platform = robot.platform_axes.shape[0]
-    left = np.zeros((border, border))
-    for i in range(border):
-        for j in range(i + 1):
-            value = 0.5 * (tangent[inner + i, inner + j] + tangent[inner + j, inner + i])
-            left[i, j] = left[j, i] = per_energy * value * unit[inner + i] * unit[inner + j]
-    below, constraints = 0, 0
-    for number in range(robot.legs.shape[0]):
-        leg = robot.legs[number]
-        held = robot.position_axes.shape[0] + leg.orientation_count
-        last = leg.multiplier_index + held
-        first = 0
-        if number > 0:
-            before = robot.legs[number - 1]
-            first = (
-                before.multiplier_index + robot.position_axes.shape[0] + before.orientation_count
-            )
-        count = last - first
-        block = np.zeros((count + border, count + border))
-        largest = 0.0
-        for i in range(count):
-            for j in range(i + 1):
-                value = 0.5 * (tangent[first + i, first + j] + tangent[first + j, first + i])
-                value *= per_energy * unit[first + i] * unit[first + j]
-                block[i, j] = block[j, i] = value
-                largest = max(largest, abs(value))
-            for j in range(border):
-                value = 0.5 * (tangent[first + i, inner + j] + tangent[inner + j, first + i])
-                value *= per_energy * unit[first + i] * unit[inner + j]
-                block[i, count + j] = block[count + j, i] = value
-        negative, zero = eliminate(block, count, _SMALLEST_LEG_PIVOT * largest)
-        if zero > 0:
-            signs[0] = SINGULAR_LEG
-            return
-        below += negative
-        constraints += held
-        for i in range(border):
-            for j in range(border):
-                left[i, j] += block[count + i, count + j]
+    if factors.how[0] == DENSE:
+        signs[0] = SINGULAR_LEG
+        return
+    inner, platform = robot.platform_index, robot.platform_axes.shape[0]
+    below = 0
+    for number in range(robot.groups.shape[0]):
+        for slot in range(factors.inverse.shape[1]):
+            for lane in range(robot.index.shape[2]):
+                if get(factors.inverse, (number, slot), lane) < 0.0:
+                    below += 1
+    left, square = work.symmetric, work.square
+    border = left.shape[0]
     largest = 0.0
     for i in range(border):
-        for j in range(border):
-            largest = max(largest, abs(left[i, j]))
+        for j in range(i + 1):
+            value = 0.5 * (factors.border[i, j] + factors.border[j, i])
+            left[i, j] = left[j, i] = value
+            largest = max(largest, abs(value))
 
     signs[2] = 0
     if inverse_columns.shape[0] == platform:
-        square, pivots = np.empty((platform, platform)), np.empty(platform, np.int64)
+        rotation_unknowns(rotation, angles, work.motions)
         for i in range(platform):
             for j in range(platform):
-                square[i, j] = left[i, inverse_columns[j] - inner]
-        if lu_factor(square, platform, pivots, 0.0):
+                column = inverse_columns[j] - inner
+                if angles and column < 3:
+                    value = 0.0
+                    for n in range(3):
+                        value += left[i, n] * work.motions[n, column]
+                    square[i, j] = value
+                else:
+                    square[i, j] = left[i, column]
+        if lu_factor(square, platform, work.pivots, 0.0):
             sign = 1 if below % 2 == 0 else -1
             for i in range(platform):
-                if (square[i, i] < 0.0) != (pivots[i] != i):
+                if (square[i, i] < 0.0) != (work.pivots[i] != i):
                     sign = -sign
             signs[2] = sign
     # Platform first: what it leaves tells the motors'.
-    locked, _ = eliminate(left[:platform, :platform].copy(), platform, _SMALLEST_PIVOT * largest)
+    for i in range(platform):
+        for j in range(platform):
+            square[i, j] = left[i, j]
+    locked, _ = eliminate(square[:platform, :platform], platform, _SMALLEST_PIVOT * largest)
     free, _ = eliminate(left, border, _SMALLEST_PIVOT * largest)
-    signs[0] = below + locked - constraints
-    signs[1] = below + free - constraints
+    signs[0] = below + locked - robot.constraint_count
+    signs[1] = below + free - robot.constraint_count

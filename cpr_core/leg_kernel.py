@@ -1,4 +1,4 @@
-"""Energy, static balance, constraint and exact tangent of one leg, in one pass along the rod.
+"""Energy, static balance, constraint and exact tangent of a group of legs, in one pass along the rods.
 
 The world frame and small world rotations are used throughout. Every leg coordinate that turns
 cross-sections has a density omega_a(s) and a rotation field Theta_a(s) = int_0^s omega_a. All loads
@@ -8,499 +8,569 @@ and multipliers enter through two fields only (docs/derivations.md):
     Hessian    -int Theta_a . Q omega_b ds + (a <-> b),   Q(s) = int_s^l (t n^T - t.n 1) - S
 
 with the tangent t = R e1, the internal force n(s), and c, S from the moment multipliers.
+
+Results go to the slots of `arrays`: `blocks` (upper triangle, slots of the leg, platform, motor),
+`residuals`, and what all legs do to the platform. Slots a leg lacks hold numbers without meaning.
 """
 
 from __future__ import annotations
 
-import math
+from .compiled import inlined
+from .lanes import broadcast, load, put, store, total
+from .rod_kernel import integrate_arms, integrate_frames, turn_base
 
-import numpy as np
+__all__ = ["evaluate_group"]
 
-from .compiled import compiled
-from .lie import multiply, rotate, rotation_exp_into
-
-__all__ = ["evaluate_leg", "rotation_steps"]
-
-_ALPHA_2 = math.sqrt(15.0) / 3.0
-_ALPHA_3 = 10.0 / 3.0
-
-
-@compiled
-def rotation_steps(curvature, lengths, vectors):
-    """Rotation vectors over steps of ``R' = R kappa^``: Magnus expansion of order six.
-
-    Args:
-        curvature: Body curvature at the three Gauss points of G steps, [component, point, step].
-        lengths: Lengths of the steps, (G,).
-        vectors: Result, (3, G), such that ``R(end) = R(start) exp(vector^)``.
-    """
-    for step in range(lengths.shape[0]):
-        h = lengths[step]
-        a1, a2, a3 = h * curvature[0, 1, step], h * curvature[1, 1, step], h * curvature[2, 1, step]
-        p1, p2, p3 = h * curvature[0, 0, step], h * curvature[1, 0, step], h * curvature[2, 0, step]
-        q1, q2, q3 = h * curvature[0, 2, step], h * curvature[1, 2, step], h * curvature[2, 2, step]
-        b1, b2, b3 = _ALPHA_2 * (q1 - p1), _ALPHA_2 * (q2 - p2), _ALPHA_2 * (q3 - p3)
-        c1 = _ALPHA_3 * (q1 - 2.0 * a1 + p1)
-        c2 = _ALPHA_3 * (q2 - 2.0 * a2 + p2)
-        c3 = _ALPHA_3 * (q3 - 2.0 * a3 + p3)
-        # f = a x b;  s = a x (f - 2 c) / 60 - b
-        f1, f2, f3 = a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1
-        g1, g2, g3 = f1 - 2.0 * c1, f2 - 2.0 * c2, f3 - 2.0 * c3
-        s1 = (a2 * g3 - a3 * g2) / 60.0 - b1
-        s2 = (a3 * g1 - a1 * g3) / 60.0 - b2
-        s3 = (a1 * g2 - a2 * g1) / 60.0 - b3
-        u1, u2, u3 = 20.0 * a1 + c1 + f1, 20.0 * a2 + c2 + f2, 20.0 * a3 + c3 + f3
-        vectors[0, step] = a1 + c1 / 12.0 - (u2 * s3 - u3 * s2) / 240.0
-        vectors[1, step] = a2 + c2 / 12.0 - (u3 * s1 - u1 * s3) / 240.0
-        vectors[2, step] = a3 + c3 / 12.0 - (u1 * s2 - u2 * s1) / 240.0
+# Vectors and matrices in the workspace.
+_CHORD, _BASE, _FORCE, _LEVER, _MOMENT, _BASE_MOMENT, _TURN, _POINT, _SPREAD = 1, 2, 3, 4, 5, 6, 7, 8, 9
+_FRAME, _ALIGNMENT, _BASE_MATRIX, _MOMENTS, _IMAGE = 0, 1, 2, 3, 4
+# What is integrated with the shape functions.
+_DENSITY, _SWEPT, _TIP_TURN, _TURNING = 0, 1, 4, 7
 
 
-@compiled
-def _integrate_rotation(
-    leg, direction, step_values, steps, step_node, state, rotation, curvature, vectors, work, frames
+@inlined
+def evaluate_group(
+    robot, loads, loaded, number, state, platform_rotation, platform_position, work
 ):  # fmt: skip
-    """Frames at the nodes and at the tip.
-
-    Args:
-        leg: LEG record.
-        direction: Strain component of every coordinate, (M,).
-        step_values: Shape functions at the Gauss points of the steps, (M, 3, G).
-        steps: Step lengths in sigma, (G,).
-        step_node: Node at the end of every step or -1, (G,).
-        state: Global state.
-        rotation: On entry the base frame, on return the tip frame, (3, 3).
-        curvature: Work space, (3, 3, G).
-        vectors: Work space, (3, G).
-        work: Work space, (2, 3, 3).
-        frames: Result [direction, component, node]: the vectors d1, d2, d3 at the nodes.
-    """
-    increment, product = work[0], work[1]
-    for i in range(3):
-        for point in range(3):
-            for step in range(steps.shape[0]):
-                curvature[i, point, step] = 0.0
-    # Strain coordinates are curvatures at the nominal length: the rotation does not see the length.
-    for mode in range(leg.strain_count):
-        amplitude = leg.length * state[leg.strain_index + mode]
-        i = direction[mode]
-        for point in range(3):
-            for step in range(steps.shape[0]):
-                curvature[i, point, step] += amplitude * step_values[mode, point, step]
-    rotation_steps(curvature, steps, vectors)
-    for step in range(steps.shape[0]):
-        rotation_exp_into(vectors[0, step], vectors[1, step], vectors[2, step], increment)
-        multiply(rotation, increment, product)
-        node = step_node[step]
-        for i in range(3):
-            for c in range(3):
-                rotation[i, c] = product[i, c]
-                if node >= 0:
-                    frames[c, i, node] = product[i, c]
-
-
-@compiled
-def evaluate_leg(
-    robot, loads, number, state, platform_rotation, platform_position,
-    residual, tangent, platform_residual, platform_tangent, slot, work,
-):  # fmt: skip
-    """Add one leg to the model and return its potential energy.
+    """Add a group of legs to the model and return its potential energy.
 
     Args:
         robot: RobotArrays.
         loads: LoadArrays.
-        number: Number of the leg.
-        state: Global state, shape (N,).
+        loaded: Whether any rod carries a load.
+        number: Number of the group.
+        state: Global state, (N,).
         platform_rotation: R_p in the world, (3, 3).
         platform_position: p_p in the world, (3,).
-        residual: Global residual (N,): rows of this leg are set, its motor row too.
-        tangent: Global tangent (N, N): entries of this leg are set.
-        platform_residual: Residual of the whole platform twist (6,), added to.
-        platform_tangent: Its tangent (6, 6), added to.
-        slot: State index of each component of the platform twist, -1 where held, (6,).
-        work: Workspace.
+        work: Workspace; `blocks` and `residuals` of the group are set, `platform_residual` and
+            `platform_tangent` are added to.
 
     Returns:
-        Elastic energy and potential of the rod's loads [J].
+        Elastic energy and potential of the rods' loads [J].
     """
-    leg = robot.legs[number]
-    weights, integration = robot.weights, robot.integration
-    values, direction = robot.values[number], robot.direction[number]
-    stiffness, rest_moment = robot.stiffness[number], robot.rest_moment[number]
-    distributed, point = loads.distributed[number], loads.point[number]
-    position_axes = robot.position_axes
-    nodes, count, first = weights.shape[0], leg.strain_count, leg.strain_index
-    multiplier, turn, shift = leg.multiplier_index, leg.rotation_index, leg.translation_index
-    position_count, orientation_count = position_axes.shape[0], leg.orientation_count
-    moments = multiplier + position_count
-    nominal, axis = leg.length, leg.rotation_axis
-    extensible = leg.extensible == 1
-
-    frames, arm, internal_moment = work.fields[0], work.fields[1, 0], work.fields[1, 1]
-    density, projected = work.fields[2], work.fields[3, 0]
-    densities, integrals = work.densities, work.integrals
-    matrix, turned, swept = work.fields[4], work.fields[5], work.fields[6]
-    base, chord, lever, force = work.vectors[0], work.vectors[1], work.vectors[2], work.vectors[3]
-    moment, base_moment, tip_turn = work.vectors[4], work.vectors[5], work.vectors[6]
-    rotation, joint, alignment = work.matrices[0], work.matrices[1], work.matrices[2]
-    moment_vectors, base_matrix, image = work.matrices[3], work.matrices[4], work.matrices[5]
-    elastic, geometric = work.elastic, work.modes
-
-    # Base.
-    length = nominal
-    for i in range(3):
-        base[i] = leg.base_position[i]
-        force[i] = 0.0
-        moment[i] = 0.0
-        for j in range(3):
-            rotation[i, j] = leg.base_rotation[i, j]
-            alignment[i, j] = 0.0  # N = sum_k mu_k sum_j (R_l e_j) (G_k e_j)^T
-    if turn >= 0:
-        angle = state[turn]
-        rotation_exp_into(angle * axis[0], angle * axis[1], angle * axis[2], image)
-        multiply(image, leg.base_rotation, rotation)
-    if shift >= 0:
-        if extensible:
-            length = state[shift]
-        else:
-            for i in range(3):
-                base[i] += leg.translation_axis[i] * state[shift]
-
-    # Frames, and lever arms to the tip: arm(s) = p(l) - p(s).
-    _integrate_rotation(
-        leg, direction, robot.step_values[number], robot.steps, robot.step_node,
-        state, rotation, work.curvature, work.vectors_of_steps, work.matrices[5:7], frames,
-    )  # fmt: skip
-    # Densities omega_a and rotation fields Theta_a of the strain coordinates, and the way p(s) - p(0)
-    # along the rod, all in one product with the integration matrix.
-    for mode in range(count):
-        c = direction[mode]
-        for i in range(3):
-            for k in range(nodes):
-                densities[3 * mode + i, k] = nominal * values[mode, k] * frames[c, i, k]
-    way = densities.shape[0] - 3
-    for i in range(3):
-        for k in range(nodes):
-            densities[way + i, k] = length * frames[0, i, k]
-    np.dot(densities, integration, integrals)
-    for i in range(3):
-        total = 0.0
-        for j in range(nodes):
-            total += weights[j] * frames[0, i, j]
-        chord[i] = total
-        for k in range(nodes):
-            arm[i, k] = length * total - integrals[way + i, k]
-
-    # Constraints; the multipliers as force on the tip, moment vector and its matrix.
-    rotate(platform_rotation, leg.tip_position, lever)
-    for row in range(position_count):
-        i = position_axes[row]
-        force[i] = state[multiplier + row]
-        residual[multiplier + row] = platform_position[i] + lever[i] - base[i] - length * chord[i]
-    if orientation_count > 0:
-        multiply(platform_rotation, leg.joint_rotation, joint)
-        for row in range(orientation_count):
-            multiply(joint, leg.orientation[row], image)
-            value = 0.0
-            for j in range(3):
-                moment_vectors[row, j] = 0.0
-            for j in range(3):
-                l0, l1, l2 = rotation[0, j], rotation[1, j], rotation[2, j]
-                g0, g1, g2 = image[0, j], image[1, j], image[2, j]
-                value += l0 * g0 + l1 * g1 + l2 * g2
-                moment_vectors[row, 0] += l1 * g2 - l2 * g1
-                moment_vectors[row, 1] += l2 * g0 - l0 * g2
-                moment_vectors[row, 2] += l0 * g1 - l1 * g0
-            residual[moments + row] = value
-            multiple = state[moments + row]
-            for i in range(3):
-                moment[i] += multiple * moment_vectors[row, i]
-                for j in range(3):
-                    for n in range(3):
-                        alignment[i, j] += multiple * rotation[i, n] * image[j, n]
-    trace = alignment[0, 0] + alignment[1, 1] + alignment[2, 2]
-
-    # Platform rows: force and moment of this leg.
-    for i in range(3):
-        j, n = (i + 1) % 3, (i + 2) % 3
-        platform_residual[3 + i] += force[i]
-        platform_residual[i] += lever[j] * force[n] - lever[n] * force[j] - moment[i]
-
-    # Internal moment m(s) and its matrix int_s^l t n^T at the nodes, and at the base.
-    loaded = False
-    for i in range(3):
-        if distributed[i, nodes] != 0.0 or point[i, nodes] != 0.0:
-            loaded = True
-    for i in range(3):
-        for j in range(3):
-            base_matrix[i, j] = length * chord[i] * force[j]
-            for k in range(nodes):
-                matrix[i, j, k] = arm[i, k] * force[j]
+    _gather(robot, number, state, work)
+    length = _base(robot, number, state, work)
+    integrate_frames(robot, number, work.squares[_FRAME], work)
+    integrate_arms(robot, length, _CHORD, work)
     if loaded:
-        for i in range(3):
-            for j in range(3):
-                for node in range(nodes):
-                    carried = point[j, node] + length * distributed[j, node]
-                    value = length * frames[0, i, node] * carried
-                    base_matrix[i, j] += weights[node] * value
-                    for k in range(nodes):
-                        matrix[i, j, k] += (weights[node] - integration[node, k]) * value
-    for i in range(3):
-        j, n = (i + 1) % 3, (i + 2) % 3
-        base_moment[i] = base_matrix[j, n] - base_matrix[n, j] - moment[i]
-        for k in range(nodes):
-            internal_moment[i, k] = matrix[j, n, k] - matrix[n, j, k] - moment[i]
-
-    # Balance of the strain coordinates.
-    ratio = nominal / length
-    energy = 0.5 * leg.rest_energy / ratio
-    stored = 0.0
-    for mode in range(count):
-        total = 0.0
-        for other in range(count):
-            total += stiffness[mode, other] * state[first + other]
-        elastic[mode] = total
-        stored += total * state[first + mode]
-        energy -= state[first + mode] * rest_moment[mode]
-    energy += 0.5 * ratio * stored
-    for c in range(3):
-        for k in range(nodes):
-            density[c, 0, k] = (nominal * weights[k]) * (
-                frames[c, 0, k] * internal_moment[0, k]
-                + frames[c, 1, k] * internal_moment[1, k]
-                + frames[c, 2, k] * internal_moment[2, k]
-            )
-    for mode in range(count):
-        c = direction[mode]
-        total = 0.0
-        for k in range(nodes):
-            total += values[mode, k] * density[c, 0, k]
-        residual[first + mode] = ratio * elastic[mode] - rest_moment[mode] - total
-
-    # Balance of the base coordinates, and the potential of the loads.
-    length_force = 0.0  # minus d/dl of the potential of multipliers and loads
-    length_rate = 0.0
-    for i in range(3):
-        direct, spread = 0.0, 0.0
-        if loaded:
-            for k in range(nodes):
-                weighted = weights[k] * frames[0, i, k]
-                direct += weighted * point[i, k]
-                spread += weighted * distributed[i, k]
-        length_force += force[i] * chord[i] + direct + 2.0 * length * spread
-        length_rate += 2.0 * spread
-        energy -= length * direct + length * length * spread + base[i] * point[i, nodes]
-        # The rod of an extensible leg comes out of its base point: no potential is counted there.
-        if not extensible:
-            energy -= base[i] * length * distributed[i, nodes]
-    if turn >= 0:
-        residual[turn] = -(
-            axis[0] * base_moment[0] + axis[1] * base_moment[1] + axis[2] * base_moment[2]
-        )
-    if shift >= 0:
-        total = 0.0
-        if extensible:
-            total = length_force + 0.5 * ratio / length * stored - 0.5 * leg.rest_energy / nominal
-        else:
-            for i in range(3):
-                carried = force[i] + point[i, nodes] + length * distributed[i, nodes]
-                total += leg.translation_axis[i] * carried
-        residual[shift] = -total
-
-    # From here on the tangent. Platform block and its coupling to the multipliers.
-    dot = lever[0] * force[0] + lever[1] * force[1] + lever[2] * force[2]
-    for i in range(3):
-        for j in range(3):
-            platform_tangent[i, j] += lever[i] * force[j] + alignment[j, i]
-        platform_tangent[i, i] -= dot + trace
-    for row in range(position_count):
-        i = position_axes[row]
-        j, n = (i + 1) % 3, (i + 2) % 3
-        _couple(tangent, slot[3 + i], multiplier + row, 1.0)
-        # Written although it is zero: with roll, pitch, yaw as unknowns the three columns are mixed.
-        _couple(tangent, slot[i], multiplier + row, 0.0)
-        _couple(tangent, slot[j], multiplier + row, lever[n])
-        _couple(tangent, slot[n], multiplier + row, -lever[j])
-    for row in range(orientation_count):
-        for i in range(3):
-            _couple(tangent, slot[i], moments + row, -moment_vectors[row, i])
-
-    # Q = matrix - tr(matrix) 1 - (N - tr(N) 1), in place of the matrix.
-    for k in range(nodes):
-        diagonal = matrix[0, 0, k] + matrix[1, 1, k] + matrix[2, 2, k] - trace
-        for i in range(3):
-            matrix[i, i, k] -= diagonal
-    diagonal = base_matrix[0, 0] + base_matrix[1, 1] + base_matrix[2, 2] - trace
-    for i in range(3):
-        base_matrix[i, i] -= diagonal
-        for j in range(3):
-            base_matrix[i, j] -= alignment[i, j]
-            if orientation_count > 0:
-                for k in range(nodes):
-                    matrix[i, j, k] -= alignment[i, j]
-
-    torsion, bending = False, False
-    for mode in range(count):
-        torsion = torsion or direction[mode] == 0
-        bending = bending or direction[mode] == 1
-    start = 0 if torsion else (1 if bending else 2)
-    for c in range(start, 3):
-        for i in range(3):
-            j, n = (i + 1) % 3, (i + 2) % 3
-            for k in range(nodes):
-                scale = nominal * weights[k]
-                # weight * l0 * Q d_c, and weight * l0 * d_c x arm
-                turned[c, i, k] = scale * (
-                    matrix[i, 0, k] * frames[c, 0, k]
-                    + matrix[i, 1, k] * frames[c, 1, k]
-                    + matrix[i, 2, k] * frames[c, 2, k]
-                )
-                swept[c, i, k] = scale * (frames[c, j, k] * arm[n, k] - frames[c, n, k] * arm[j, k])
-
-    for mode in range(count):
-        c = direction[mode]
-        # Constraint Jacobian: minus the motion of the tip.
-        for row in range(position_count):
-            i = position_axes[row]
-            total = 0.0
-            for k in range(nodes):
-                total += values[mode, k] * swept[c, i, k]
-            tangent[first + mode, multiplier + row] = -total
-            tangent[multiplier + row, first + mode] = -total
-        # Geometric stiffness: int Theta_a . Q omega_b.
-        for d in range(start, 3):
-            for k in range(nodes):
-                projected[d, k] = (
-                    integrals[3 * mode, k] * turned[d, 0, k]
-                    + integrals[3 * mode + 1, k] * turned[d, 1, k]
-                    + integrals[3 * mode + 2, k] * turned[d, 2, k]
-                )
-        for other in range(count):
-            d = direction[other]
-            total = 0.0
-            for k in range(nodes):
-                total += projected[d, k] * values[other, k]
-            geometric[mode, other] = total
-        if orientation_count > 0:
-            for i in range(3):
-                total = 0.0
-                for k in range(nodes):
-                    total += weights[k] * values[mode, k] * frames[c, i, k]
-                tip_turn[i] = nominal * total
-            _couple_orientation(
-                tangent, slot, first + mode, tip_turn, moments,
-                orientation_count, moment_vectors, alignment, trace,
-            )  # fmt: skip
-        if turn >= 0:
-            total = 0.0
-            for k in range(nodes):
-                total += values[mode, k] * (
-                    axis[0] * turned[c, 0, k]
-                    + axis[1] * turned[c, 1, k]
-                    + axis[2] * turned[c, 2, k]
-                )
-            tangent[turn, first + mode] = -total
-            tangent[first + mode, turn] = -total
-    for mode in range(count):
-        for other in range(count):
-            tangent[first + mode, first + other] = (
-                ratio * stiffness[mode, other] - geometric[mode, other] - geometric[other, mode]
-            )
-
-    # Base coordinates.
-    if turn >= 0:
-        total = 0.0
-        for i in range(3):
-            for j in range(3):
-                total += axis[i] * base_matrix[i, j] * axis[j]
-        tangent[turn, turn] = -total
-        for row in range(position_count):
-            i = position_axes[row]
-            j, n = (i + 1) % 3, (i + 2) % 3
-            moved = length * (axis[j] * chord[n] - axis[n] * chord[j])
-            _couple(tangent, turn, multiplier + row, -moved)
-        if orientation_count > 0:
-            _couple_orientation(
-                tangent, slot, turn, axis, moments,
-                orientation_count, moment_vectors, alignment, trace,
-            )  # fmt: skip
-    if shift >= 0:
-        if extensible:
-            tangent[shift, shift] = nominal / length**3 * stored - length_rate
-            _extension_tangent(
-                leg, direction, values, weights, integration, distributed, point, position_axes,
-                shift, length, chord, force, frames, elastic, loaded, work.fields[7, 0], tangent,
-            )  # fmt: skip
-        else:
-            for row in range(position_count):
-                moved = leg.translation_axis[position_axes[row]]
-                _couple(tangent, shift, multiplier + row, -moved)
+        _gather_loads(robot, loads, number, work)
+    _constraints(robot, number, length, platform_rotation, platform_position, work)
+    _internal_loads(robot, number, length, loaded, work)
+    energy = _balance(robot, number, length, loaded, work)
+    _fields(robot, number, work)
+    _coordinates(robot, number, work)
+    _geometric_stiffness(robot, number, length, work)
+    _base_coordinates(robot, number, length, loaded, work)
     return energy
 
 
-@compiled
-def _couple(tangent, i, j, value):
-    """Set a symmetric pair of entries; nothing where an index is -1."""
-    if i >= 0 and j >= 0:
-        tangent[i, j] = value
-        tangent[j, i] = value
+@inlined
+def _gather(robot, number, state, work):
+    """The state by slots; zero where a leg lacks a slot."""
+    index = robot.index[number]
+    for slot in range(index.shape[0]):
+        for lane in range(index.shape[1]):
+            i = index[slot, lane]
+            put(work.strain, slot, lane, state[i] if i >= 0 else 0.0)
 
 
-@compiled
-def _couple_orientation(
-    tangent, slot, index, turned, row, count, moment_vectors, alignment, trace
-):  # fmt: skip
-    """Entries of a coordinate that turns the tip by ``turned``: joint rows, platform rotation."""
-    for k in range(count):
-        _couple(
-            tangent,
-            index,
-            row + k,
-            turned[0] * moment_vectors[k, 0]
-            + turned[1] * moment_vectors[k, 1]
-            + turned[2] * moment_vectors[k, 2],
-        )
-    for j in range(3):
-        # Theta^T (tr(N) 1 - N^T)
-        value = trace * turned[j]
+@inlined
+def _gather_loads(robot, loads, number, work):
+    """Loads of the rods by lanes, and those on the whole rod."""
+    width, nodes = robot.index.shape[2], loads.point.shape[2]
+    for lane in range(width):
+        leg = number * width + lane
         for i in range(3):
-            value -= turned[i] * alignment[j, i]
-        _couple(tangent, index, slot[j], value)
+            for k in range(nodes):
+                there = leg < loads.point.shape[0]
+                put(work.rod_loads, (0, i, k), lane, loads.point[leg, i, k] if there else 0.0)
+                put(work.rod_loads, (1, i, k), lane, loads.distributed[leg, i, k] if there else 0.0)
 
 
-@compiled
-def _extension_tangent(
-    leg, direction, values, weights, integration, distributed, point, position_axes,
-    shift, length, chord, force, frames, elastic, loaded, rate, tangent,
-):  # fmt: skip
-    """Couplings of a rod length as coordinate: p(l) = p_0 + l int t dsigma."""
-    nodes, nominal = weights.shape[0], leg.length
-    for row in range(position_axes.shape[0]):
-        _couple(tangent, shift, leg.multiplier_index + row, -chord[position_axes[row]])
+@inlined
+def _base(robot, number, state, work):
+    """Base points and frames; returns the rod lengths."""
+    group = robot.groups[number]
+    small = work.small
+    turn_base(group, state, work.squares[_FRAME], small)
+    length = load(group.length, ())
+    for i in range(3):
+        store(small, (_BASE, i), load(group.base_position, i))
+    if robot.shifted:
+        for lane in range(group.shift_index.shape[0]):
+            i = group.shift_index[lane]
+            put(small, (_TURN, 0), lane, state[i] if i >= 0 else 0.0)
+        shift, extensible = load(small, (_TURN, 0)), load(group.extensible, ())
+        length = length + extensible * (shift - length)
+        for i in range(3):
+            moved = load(group.base_position, i) + load(group.translation_axis, i) * shift
+            store(small, (_BASE, i), moved)
+    return length
+
+
+@inlined
+def _constraints(robot, number, length, platform_rotation, platform_position, work):
+    """Constraints, what their multipliers do to rod tips and platform, and the couplings."""
+    group, small, blocks = robot.groups[number], work.small, work.blocks
+    residuals, strain = work.residuals, work.strain
+    frame, alignment = work.squares[_FRAME], work.squares[_ALIGNMENT]
+    moments, image = work.squares[_MOMENTS], work.squares[_IMAGE]
+    strains, count = robot.function.shape[0], robot.position_axes.shape[0]
+    inner, axes = robot.index.shape[1], robot.platform_axes
+    zero = broadcast(small, 0.0)
+    for i in range(3):
+        store(small, (_FORCE, i), zero)
+        store(small, (_MOMENT, i), zero)
+        lever = platform_rotation[i, 0] * load(group.tip_position, 0)
+        lever += platform_rotation[i, 1] * load(group.tip_position, 1)
+        lever += platform_rotation[i, 2] * load(group.tip_position, 2)
+        store(small, (_LEVER, i), lever)
+        for j in range(3):
+            store(alignment, (i, j), zero)
+    for row in range(count):
+        i = robot.position_axes[row]
+        store(small, (_FORCE, i), load(strain, strains + row))
+        gap = load(small, (_LEVER, i)) + platform_position[i] - load(small, (_BASE, i))
+        store(residuals, (number, strains + row), gap - length * load(small, (_CHORD, i)))
+    for row in range(robot.orientation_count):
+        slot = strains + count + row
+        for i in range(3):
+            for j in range(3):
+                value = platform_rotation[i, 0] * load(group.orientation, (row, 0, j))
+                value += platform_rotation[i, 1] * load(group.orientation, (row, 1, j))
+                value += platform_rotation[i, 2] * load(group.orientation, (row, 2, j))
+                store(image, (i, j), value)
+        value, mx, my, mz = zero, zero, zero, zero
+        for j in range(3):
+            l0, l1, l2 = load(frame, (0, j)), load(frame, (1, j)), load(frame, (2, j))
+            g0, g1, g2 = load(image, (0, j)), load(image, (1, j)), load(image, (2, j))
+            value += l0 * g0 + l1 * g1 + l2 * g2
+            mx += l1 * g2 - l2 * g1
+            my += l2 * g0 - l0 * g2
+            mz += l0 * g1 - l1 * g0
+        store(moments, (row, 0), mx)
+        store(moments, (row, 1), my)
+        store(moments, (row, 2), mz)
+        store(residuals, (number, slot), value)
+        multiple = load(strain, slot)
+        for i in range(3):
+            store(small, (_MOMENT, i), load(small, (_MOMENT, i)) + multiple * load(moments, (row, i)))
+            for j in range(3):
+                value = load(alignment, (i, j))  # N = sum_k mu_k sum_j (R_l e_j) (G_k e_j)^T
+                for n in range(3):
+                    value += multiple * load(frame, (i, n)) * load(image, (j, n))
+                store(alignment, (i, j), value)
+
+    # What the legs do to the platform. Missing legs have neither force nor moment.
+    dot, trace = zero, zero
+    for i in range(3):
+        j, n = (i + 1) % 3, (i + 2) % 3
+        force = load(small, (_FORCE, i))
+        work.platform_residual[3 + i] += total(force)
+        torque = load(small, (_LEVER, j)) * load(small, (_FORCE, n))
+        torque -= load(small, (_LEVER, n)) * load(small, (_FORCE, j))
+        work.platform_residual[i] += total(torque - load(small, (_MOMENT, i)))
+        dot += load(small, (_LEVER, i)) * force
+        trace += load(alignment, (i, i))
+    rest = total(dot + trace)
+    for i in range(3):
+        for j in range(3):
+            value = load(small, (_LEVER, i)) * load(small, (_FORCE, j)) + load(alignment, (j, i))
+            work.platform_tangent[i, j] += total(value)
+        work.platform_tangent[i, i] -= rest
+
+    for column in range(axes.shape[0]):
+        axis = axes[column]
+        for row in range(count):
+            i = robot.position_axes[row]
+            j, n = (i + 1) % 3, (i + 2) % 3
+            value = zero
+            if axis == 3 + i:
+                value = broadcast(small, 1.0)
+            elif axis == j:
+                value = load(small, (_LEVER, n))
+            elif axis == n:
+                value = -load(small, (_LEVER, j))
+            store(blocks, (number, strains + row, inner + column), value)
+        if axis < 3:
+            for row in range(robot.orientation_count):
+                value = -load(moments, (row, axis))
+                store(blocks, (number, strains + count + row, inner + column), value)
+
+
+@inlined
+def _internal_loads(robot, number, length, loaded, work):
+    """The matrices ``int_s^l t n^T`` at nodes and base, and the moment at the base."""
+    small, arm, matrix, frames = work.small, work.arm, work.matrix, work.frames
+    base_matrix, nodes = work.squares[_BASE_MATRIX], robot.weights.shape[0]
+    for j in range(3):
+        force = load(small, (_FORCE, j))
+        for i in range(3):
+            store(base_matrix, (i, j), length * load(small, (_CHORD, i)) * force)
+            for k in range(nodes):
+                store(matrix, (i, j, k), load(arm, (i, k)) * force)
+    if loaded:
+        for j in range(3):
+            for node in range(nodes):
+                carried = load(work.rod_loads, (0, j, node))
+                carried += length * load(work.rod_loads, (1, j, node))
+                for i in range(3):
+                    value = length * load(frames, (0, i, node)) * carried
+                    store(
+                        base_matrix, (i, j),
+                        load(base_matrix, (i, j)) + robot.weights[node] * value,
+                    )  # fmt: skip
+                    for k in range(nodes):
+                        beyond = robot.weights[node] - robot.integration[node, k]
+                        store(matrix, (i, j, k), load(matrix, (i, j, k)) + beyond * value)
+    for i in range(3):
+        j, n = (i + 1) % 3, (i + 2) % 3
+        value = load(base_matrix, (j, n)) - load(base_matrix, (n, j)) - load(small, (_MOMENT, i))
+        store(small, (_BASE_MOMENT, i), value)
+
+
+@inlined
+def _balance(robot, number, length, loaded, work):
+    """What does not come from fields along the rods: elastic forces, base coordinates, energy."""
+    group, small, strain, residuals = robot.groups[number], work.small, work.strain, work.residuals
+    strains, motor = robot.function.shape[0], work.residuals.shape[1] - 1
+    passive = robot.index.shape[1] - 1
+    zero = broadcast(small, 0.0)
+    nominal, exists = load(group.length, ()), load(group.exists, ())
+    ratio = nominal / length
+    stored, relaxed = zero, zero
+    for slot in range(strains):
+        value = zero
+        for other in range(strains):
+            value += load(robot.elastic, (number, slot, other)) * load(strain, other)
+        store(work.stretched, slot, value)
+        amplitude, rest = load(strain, slot), load(robot.rest_moment, (number, slot))
+        stored += value * amplitude
+        relaxed += amplitude * rest
+        store(residuals, (number, slot), ratio * value - rest)
+    energy = 0.5 * load(group.rest_energy, ()) / ratio - relaxed + 0.5 * ratio * stored
+
+    turn = zero
+    for i in range(3):
+        turn -= load(group.rotation_axis, i) * load(small, (_BASE_MOMENT, i))
+    shift = zero
+    if robot.shifted or loaded:
+        # Loads on the whole rod: their potential, and its derivative by the shift.
+        extensible = load(group.extensible, ())
+        length_force = zero
+        for i in range(3):
+            direct, spread, whole_point, whole_spread = zero, zero, zero, zero
+            force, chord = load(small, (_FORCE, i)), load(small, (_CHORD, i))
+            if loaded:
+                last = robot.weights.shape[0]
+                for k in range(last):
+                    weighted = robot.weights[k] * load(work.frames, (0, i, k))
+                    direct += weighted * load(work.rod_loads, (0, i, k))
+                    spread += weighted * load(work.rod_loads, (1, i, k))
+                whole_point = load(work.rod_loads, (0, i, last))
+                whole_spread = load(work.rod_loads, (1, i, last))
+            base = load(small, (_BASE, i))
+            length_force += force * chord + direct + 2.0 * length * spread
+            # The rod of an extensible leg comes out of its base point: no potential is counted there.
+            energy -= length * direct + length * length * spread + base * whole_point
+            energy -= (1.0 - extensible) * base * length * whole_spread
+            shift -= load(group.translation_axis, i) * (force + whole_point + length * whole_spread)
+        length_force += 0.5 * ratio / length * stored - 0.5 * load(group.rest_energy, ()) / nominal
+        shift -= extensible * length_force
+    turn_motor, shift_motor = load(group.turn_motor, ()), load(group.shift_motor, ())
+    store(residuals, (number, motor), turn_motor * turn + shift_motor * shift)
+    if robot.passive:
+        value = load(group.turn_passive, ()) * turn + load(group.shift_passive, ()) * shift
+        store(residuals, (number, passive), value)
+    return total(exists * energy)
+
+
+@inlined
+def _fields(robot, number, work):
+    """Q at nodes and base, and all that is integrated along the rods with shape functions."""
+    group, small, frames, arm = robot.groups[number], work.small, work.frames, work.arm
+    matrix, turned, sources = work.matrix, work.turned, work.sources
+    alignment, base_matrix = work.squares[_ALIGNMENT], work.squares[_BASE_MATRIX]
+    nominal = load(group.length, ())
+    start = _first_component(robot)
+    n00, n01, n02 = load(alignment, (0, 0)), load(alignment, (0, 1)), load(alignment, (0, 2))
+    n10, n11, n12 = load(alignment, (1, 0)), load(alignment, (1, 1)), load(alignment, (1, 2))
+    n20, n21, n22 = load(alignment, (2, 0)), load(alignment, (2, 1)), load(alignment, (2, 2))
+    trace = n00 + n11 + n22
+    mx, my, mz = load(small, (_MOMENT, 0)), load(small, (_MOMENT, 1)), load(small, (_MOMENT, 2))
+    x, y, z = (
+        load(group.rotation_axis, 0), load(group.rotation_axis, 1), load(group.rotation_axis, 2),
+    )  # fmt: skip
+    for k in range(robot.weights.shape[0]):
+        scale = robot.weights[k] * nominal
+        q00, q01, q02 = load(matrix, (0, 0, k)), load(matrix, (0, 1, k)), load(matrix, (0, 2, k))
+        q10, q11, q12 = load(matrix, (1, 0, k)), load(matrix, (1, 1, k)), load(matrix, (1, 2, k))
+        q20, q21, q22 = load(matrix, (2, 0, k)), load(matrix, (2, 1, k)), load(matrix, (2, 2, k))
+        # Internal moment, and Q = matrix - tr(matrix) 1 - (N - tr(N) 1).
+        m0, m1, m2 = q12 - q21 - mx, q20 - q02 - my, q01 - q10 - mz
+        diagonal = q00 + q11 + q22 - trace
+        q00, q01, q02 = q00 - diagonal - n00, q01 - n01, q02 - n02
+        q10, q11, q12 = q10 - n10, q11 - diagonal - n11, q12 - n12
+        q20, q21, q22 = q20 - n20, q21 - n21, q22 - diagonal - n22
+        ax, ay, az = load(arm, (0, k)), load(arm, (1, k)), load(arm, (2, k))
+        for c in range(start, 3):
+            dx, dy, dz = load(frames, (c, 0, k)), load(frames, (c, 1, k)), load(frames, (c, 2, k))
+            dx, dy, dz = scale * dx, scale * dy, scale * dz
+            tx = q00 * dx + q01 * dy + q02 * dz
+            ty = q10 * dx + q11 * dy + q12 * dz
+            tz = q20 * dx + q21 * dy + q22 * dz
+            store(turned, (c, 0, k), tx)
+            store(turned, (c, 1, k), ty)
+            store(turned, (c, 2, k), tz)
+            store(sources, (c, _DENSITY, k), dx * m0 + dy * m1 + dz * m2)
+            store(sources, (c, _SWEPT, k), dy * az - dz * ay)
+            store(sources, (c, _SWEPT + 1, k), dz * ax - dx * az)
+            store(sources, (c, _SWEPT + 2, k), dx * ay - dy * ax)
+            store(sources, (c, _TIP_TURN, k), dx)
+            store(sources, (c, _TIP_TURN + 1, k), dy)
+            store(sources, (c, _TIP_TURN + 2, k), dz)
+            store(sources, (c, _TURNING, k), x * tx + y * ty + z * tz)
+    diagonal = load(base_matrix, (0, 0)) + load(base_matrix, (1, 1)) + load(base_matrix, (2, 2))
+    diagonal -= trace
+    for i in range(3):
+        store(base_matrix, (i, i), load(base_matrix, (i, i)) - diagonal)
+        for j in range(3):
+            store(base_matrix, (i, j), load(base_matrix, (i, j)) - load(alignment, (i, j)))
+
+
+@inlined
+def _first_component(robot):
+    """The first strain component any leg has."""
+    first = 0
+    while first < 2 and robot.component_start[first + 1] == robot.component_start[first]:
+        first += 1
+    return first
+
+
+@inlined
+def _coordinates(robot, number, work):
+    """Integrals of all fields with the shape functions: balance, tip Jacobian, couplings."""
+    group, blocks, residuals = robot.groups[number], work.blocks, work.residuals
+    sources, functions = work.sources, robot.functions
+    strains, count = robot.function.shape[0], robot.position_axes.shape[0]
+    inner, motor = robot.index.shape[1], work.blocks.shape[1] - 1
+    turn_motor, turn_passive = load(group.turn_motor, ()), load(group.turn_passive, ())
+    nodes = robot.weights.shape[0]
+    zero = broadcast(sources, 0.0)
+    for c in range(3):
+        for slot in range(robot.component_start[c], robot.component_start[c + 1]):
+            f = robot.function[slot]
+            s0, s1, s2, s3, s4 = zero, zero, zero, zero, zero
+            for k in range(nodes):
+                value = load(functions, (number, f, k))
+                s0 += value * load(sources, (c, _DENSITY, k))
+                s1 += value * load(sources, (c, _SWEPT, k))
+                s2 += value * load(sources, (c, _SWEPT + 1, k))
+                s3 += value * load(sources, (c, _SWEPT + 2, k))
+                s4 += value * load(sources, (c, _TURNING, k))
+            store(residuals, (number, slot), load(residuals, (number, slot)) - s0)
+            for row in range(count):
+                i = robot.position_axes[row]
+                swept = s1 if i == 0 else (s2 if i == 1 else s3)
+                store(blocks, (number, slot, strains + row), -swept)
+            store(blocks, (number, slot, motor), -(turn_motor * s4))
+            if robot.passive:
+                store(blocks, (number, slot, inner - 1), -(turn_passive * s4))
+            if robot.orientation_count > 0:
+                s1, s2, s3 = zero, zero, zero
+                for k in range(nodes):
+                    value = load(functions, (number, f, k))
+                    s1 += value * load(sources, (c, _TIP_TURN, k))
+                    s2 += value * load(sources, (c, _TIP_TURN + 1, k))
+                    s3 += value * load(sources, (c, _TIP_TURN + 2, k))
+                _couple_orientation(robot, number, slot, s1, s2, s3, work)
+
+
+@inlined
+def _couple_orientation(robot, number, slot, x, y, z, work):
+    """Entries of a coordinate that turns the tip by (x, y, z): joint rows, platform rotation."""
+    moments, alignment = work.squares[_MOMENTS], work.squares[_ALIGNMENT]
+    first = robot.function.shape[0] + robot.position_axes.shape[0]
+    inner = robot.index.shape[1]
+    for row in range(robot.orientation_count):
+        value = x * load(moments, (row, 0)) + y * load(moments, (row, 1))
+        _set(work.blocks, number, slot, first + row, value + z * load(moments, (row, 2)))
+    trace = load(alignment, (0, 0)) + load(alignment, (1, 1)) + load(alignment, (2, 2))
+    for column in range(robot.platform_axes.shape[0]):
+        j = robot.platform_axes[column]
+        if j < 3:
+            # Theta^T (tr(N) 1 - N^T)
+            own = x if j == 0 else (y if j == 1 else z)
+            value = trace * own - x * load(alignment, (j, 0)) - y * load(alignment, (j, 1))
+            value -= z * load(alignment, (j, 2))
+            _set(work.blocks, number, slot, inner + column, value)
+
+
+@inlined
+def _set(blocks, number, i, j, value):
+    """Set an entry of the upper triangle."""
+    store(blocks, (number, min(i, j), max(i, j)), value)
+
+
+@inlined
+def _geometric_stiffness(robot, number, length, work):
+    """Strain block: elastic stiffness less ``int Theta_a . Q omega_b`` and its transpose."""
+    functions, integration = robot.functions, robot.integration
+    frames, turned, density = work.frames, work.turned, work.density
+    projected, geometric, blocks = work.projected, work.geometric, work.blocks
+    nodes, strains = robot.weights.shape[0], robot.function.shape[0]
+    nominal = load(robot.groups[number].length, ())
+    zero = broadcast(frames, 0.0)
+    start = _first_component(robot)
+    for c in range(start, 3):
+        for slot in range(robot.component_start[c], robot.component_start[c + 1]):
+            f = robot.function[slot]
+            for j in range(nodes):
+                value = nominal * load(functions, (number, f, j))
+                store(density, (0, j), value * load(frames, (c, 0, j)))
+                store(density, (1, j), value * load(frames, (c, 1, j)))
+                store(density, (2, j), value * load(frames, (c, 2, j)))
+            for k in range(0, nodes, 4):
+                x0, x1, x2, x3 = zero, zero, zero, zero
+                y0, y1, y2, y3 = zero, zero, zero, zero
+                z0, z1, z2, z3 = zero, zero, zero, zero
+                for j in range(nodes):
+                    x, y, z = load(density, (0, j)), load(density, (1, j)), load(density, (2, j))
+                    w0, w1 = integration[j, k], integration[j, k + 1]
+                    w2, w3 = integration[j, k + 2], integration[j, k + 3]
+                    x0 += w0 * x
+                    x1 += w1 * x
+                    x2 += w2 * x
+                    x3 += w3 * x
+                    y0 += w0 * y
+                    y1 += w1 * y
+                    y2 += w2 * y
+                    y3 += w3 * y
+                    z0 += w0 * z
+                    z1 += w1 * z
+                    z2 += w2 * z
+                    z3 += w3 * z
+                for d in range(start, 3):
+                    _project(turned, projected, d, k, x0, y0, z0)
+                    _project(turned, projected, d, k + 1, x1, y1, z1)
+                    _project(turned, projected, d, k + 2, x2, y2, z2)
+                    _project(turned, projected, d, k + 3, x3, y3, z3)
+            for d in range(start, 3):
+                for other in range(robot.component_start[d], robot.component_start[d + 1]):
+                    g = robot.function[other]
+                    even, odd = zero, zero
+                    for k in range(0, nodes, 2):
+                        even += load(projected, (d, k)) * load(functions, (number, g, k))
+                        odd += load(projected, (d, k + 1)) * load(functions, (number, g, k + 1))
+                    store(geometric, (slot, other), even + odd)
+    ratio = nominal / length
+    for slot in range(strains):
+        for other in range(slot, strains):
+            value = ratio * load(robot.elastic, (number, slot, other))
+            value -= load(geometric, (slot, other)) + load(geometric, (other, slot))
+            store(blocks, (number, slot, other), value)
+
+
+@inlined
+def _project(turned, projected, d, k, x, y, z):
+    value = x * load(turned, (d, 0, k)) + y * load(turned, (d, 1, k)) + z * load(turned, (d, 2, k))
+    store(projected, (d, k), value)
+
+
+@inlined
+def _base_coordinates(robot, number, length, loaded, work):
+    """Rows and columns of the coordinates of the base: the motor, and the passive one."""
+    group, small, blocks = robot.groups[number], work.small, work.blocks
+    base_matrix = work.squares[_BASE_MATRIX]
+    strains, count = robot.function.shape[0], robot.position_axes.shape[0]
+    passive, motor = robot.index.shape[1] - 1, work.blocks.shape[1] - 1
+    turn_motor, turn_passive = load(group.turn_motor, ()), load(group.turn_passive, ())
+    shift_motor, extensible = load(group.shift_motor, ()), load(group.extensible, ())
+    x, y, z = (
+        load(group.rotation_axis, 0), load(group.rotation_axis, 1), load(group.rotation_axis, 2),
+    )  # fmt: skip
+    zero = broadcast(small, 0.0)
+    turning = zero
+    for i in range(3):
+        row = x * load(base_matrix, (i, 0)) + y * load(base_matrix, (i, 1))
+        row += z * load(base_matrix, (i, 2))
+        turning -= load(group.rotation_axis, i) * row
+    store(blocks, (number, motor, motor), turn_motor * turning)
+    if robot.passive:
+        store(blocks, (number, passive, passive), turn_passive * turning)
+    for row in range(count):
+        i = robot.position_axes[row]
+        j, n = (i + 1) % 3, (i + 2) % 3
+        moved = load(group.rotation_axis, j) * load(small, (_CHORD, n))
+        moved -= load(group.rotation_axis, n) * load(small, (_CHORD, j))
+        moved = length * moved
+        by_motor = turn_motor * moved
+        if robot.shifted:
+            by_motor += shift_motor * load(group.translation_axis, i)
+            by_motor += extensible * load(small, (_CHORD, i))
+        store(blocks, (number, strains + row, motor), -by_motor)
+        if robot.passive:
+            by_passive = turn_passive * moved
+            by_passive += load(group.shift_passive, ()) * load(group.translation_axis, i)
+            store(blocks, (number, strains + row, passive), -by_passive)
+    if robot.orientation_count > 0:
+        _couple_orientation(
+            robot, number, motor, turn_motor * x, turn_motor * y, turn_motor * z, work
+        )  # fmt: skip
+        if robot.passive:
+            _couple_orientation(
+                robot, number, passive, turn_passive * x, turn_passive * y, turn_passive * z, work
+            )  # fmt: skip
+    if robot.extensible:
+        _extension(robot, number, length, loaded, work)
+
+
+@inlined
+def _extension(robot, number, length, loaded, work):
+    """Couplings of a rod length as motor: ``p(l) = p_0 + l int t dsigma``."""
+    group, small, blocks, frames = robot.groups[number], work.small, work.blocks, work.frames
+    rate, sources = work.density, work.sources
+    nodes, motor = robot.weights.shape[0], work.blocks.shape[1] - 1
+    passive, strains = robot.index.shape[1] - 1, robot.function.shape[0]
+    extensible, nominal = load(group.extensible, ()), load(group.length, ())
+    zero = broadcast(small, 0.0)
     # Derivative of the internal moment by the length, int_s^1 t x (f + point + 2 l distributed).
-    turning = 0.0
+    turning, length_rate = zero, zero
     for i in range(3):
         a, b = (i + 1) % 3, (i + 2) % 3
         for k in range(nodes):
-            rate[i, k] = 0.0
-        base_rate = 0.0
+            store(rate, (i, k), zero)
+        base_rate = zero
         for j in range(nodes):
-            first, second = force[a], force[b]
+            first, second = load(small, (_FORCE, a)), load(small, (_FORCE, b))
             if loaded:
-                first += point[a, j] + 2.0 * length * distributed[a, j]
-                second += point[b, j] + 2.0 * length * distributed[b, j]
-            value = frames[0, a, j] * second - frames[0, b, j] * first
-            base_rate += weights[j] * value
+                first += load(work.rod_loads, (0, a, j)) + 2.0 * length * load(work.rod_loads, (1, a, j))
+                second += load(work.rod_loads, (0, b, j)) + 2.0 * length * load(work.rod_loads, (1, b, j))
+                spread = load(work.rod_loads, (1, i, j))
+                length_rate += 2.0 * robot.weights[j] * load(frames, (0, i, j)) * spread
+            value = load(frames, (0, a, j)) * second - load(frames, (0, b, j)) * first
+            base_rate += robot.weights[j] * value
             for k in range(nodes):
-                rate[i, k] += (weights[j] - integration[j, k]) * value
-        turning -= leg.rotation_axis[i] * base_rate
-    _couple(tangent, shift, leg.rotation_index, turning)
-    for mode in range(leg.strain_count):
-        c = direction[mode]
-        total = nominal / (length * length) * elastic[mode]
-        for k in range(nodes):
-            total += (nominal * weights[k] * values[mode, k]) * (
-                frames[c, 0, k] * rate[0, k]
-                + frames[c, 1, k] * rate[1, k]
-                + frames[c, 2, k] * rate[2, k]
-            )
-        _couple(tangent, shift, leg.strain_index + mode, -total)
+                beyond = robot.weights[j] - robot.integration[j, k]
+                store(rate, (i, k), load(rate, (i, k)) + beyond * value)
+        turning -= load(group.rotation_axis, i) * base_rate
+    stored = zero
+    for c in range(3):
+        for slot in range(robot.component_start[c], robot.component_start[c + 1]):
+            f = robot.function[slot]
+            stretched = load(work.stretched, slot)
+            stored += stretched * load(work.strain, slot)
+            value = nominal / (length * length) * stretched
+            for k in range(nodes):
+                # The frames times nominal length and weight are the tip turns of the modes.
+                turn = load(sources, (c, _TIP_TURN, k)) * load(rate, (0, k))
+                turn += load(sources, (c, _TIP_TURN + 1, k)) * load(rate, (1, k))
+                turn += load(sources, (c, _TIP_TURN + 2, k)) * load(rate, (2, k))
+                value += load(robot.functions, (number, f, k)) * turn
+            before = load(blocks, (number, slot, motor))
+            store(blocks, (number, slot, motor), before - extensible * value)
+    stiffening = nominal / (length * length * length) * stored - length_rate
+    before = load(blocks, (number, motor, motor))
+    store(blocks, (number, motor, motor), before + extensible * stiffening)
+    if robot.passive:
+        store(blocks, (number, passive, motor), extensible * turning)

@@ -7,23 +7,25 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .compiled import compiled
+from .compiled import kernel
 from .errors import InvalidQuaternion
 from .validation import checked_vector
 
 __all__ = [
     "angle_motions",
     "multiply",
+    "multiply_transposed",
     "quaternion_from_rotation",
     "roll_pitch_yaw",
     "roll_pitch_yaw_into",
-    "rotate",
+    "rotate_by",
     "rotation_exp",
     "rotation_exp_into",
     "rotation_from_angles",
     "rotation_from_angles_into",
     "rotation_from_quaternion",
     "rotation_log",
+    "rotation_log_into",
     "skew",
 ]
 
@@ -31,7 +33,7 @@ __all__ = [
 QUATERNION_TOLERANCE = 1e-3
 
 
-@compiled
+@kernel
 def multiply(left, right, result):
     """Product of two (3, 3) matrices into a third."""
     for i in range(3):
@@ -41,14 +43,28 @@ def multiply(left, right, result):
             )
 
 
-@compiled
-def rotate(matrix, vector, result):
-    """Product of a (3, 3) matrix and a vector of shape (3,) into another."""
+@kernel
+def multiply_transposed(left, right, result):
+    """Product of a (3, 3) matrix and the transpose of another."""
     for i in range(3):
-        result[i] = matrix[i, 0] * vector[0] + matrix[i, 1] * vector[1] + matrix[i, 2] * vector[2]
+        for j in range(3):
+            result[i, j] = (
+                left[i, 0] * right[j, 0] + left[i, 1] * right[j, 1] + left[i, 2] * right[j, 2]
+            )
 
 
-@compiled
+@kernel
+def rotate_by(matrix, vector):
+    """Product of a (3, 3) matrix and a vector of shape (3,), three numbers."""
+    x, y, z = vector[0], vector[1], vector[2]
+    return (
+        matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z,
+        matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z,
+        matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z,
+    )
+
+
+@kernel
 def rotation_exp_into(x, y, z, rotation):
     """Rotation matrix ``exp((x, y, z)^)`` into an array (3, 3), Rodrigues' formula."""
     squared = x * x + y * y + z * z
@@ -90,7 +106,7 @@ def rotation_exp(vector: ArrayLike) -> NDArray[np.float64]:
     return rotation
 
 
-@compiled
+@kernel
 def roll_pitch_yaw_into(rotation, angles):
     """Angles (roll, pitch, yaw) of ``Rz(yaw) Ry(pitch) Rx(roll)`` into an array (3,)."""
     angles[0] = math.atan2(rotation[2, 1], rotation[2, 2])
@@ -98,7 +114,7 @@ def roll_pitch_yaw_into(rotation, angles):
     angles[2] = math.atan2(rotation[1, 0], rotation[0, 0])
 
 
-@compiled
+@kernel
 def rotation_from_angles_into(roll, pitch, yaw, rotation):
     """``Rz(yaw) Ry(pitch) Rx(roll)`` into an array (3, 3)."""
     cr, sr = math.cos(roll), math.sin(roll)
@@ -152,6 +168,17 @@ def rotation_log(rotation: ArrayLike) -> NDArray[np.float64]:
     if sine < 1e-12:
         return 2.0 * axis
     return 2.0 * math.atan2(sine, w) / sine * axis
+
+
+@kernel
+def rotation_log_into(rotation, vector):
+    """Rotation vector of a rotation by less than a right angle, into an array (3,)."""
+    x = 0.5 * (rotation[2, 1] - rotation[1, 2])
+    y = 0.5 * (rotation[0, 2] - rotation[2, 0])
+    z = 0.5 * (rotation[1, 0] - rotation[0, 1])
+    sine = math.sqrt(x * x + y * y + z * z)
+    scale = 1.0 if sine < 1e-8 else math.asin(min(1.0, sine)) / sine
+    vector[0], vector[1], vector[2] = scale * x, scale * y, scale * z
 
 
 def quaternion_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+from .compiled import inlined, kernel
+from .lanes import get
+from .leg_kernel import evaluate_group
+from .lie import rotate_by
 
-from .compiled import compiled
-from .leg_kernel import evaluate_leg
-from .lie import rotate
-
-__all__ = ["evaluate_model"]
+__all__ = ["assemble", "evaluate", "evaluate_model"]
 
 
-@compiled
+@kernel
 def evaluate_model(
     robot, loads, state, platform_rotation, platform_position, residual, tangent, work
 ):
@@ -35,38 +34,97 @@ def evaluate_model(
     Returns:
         Potential energy without the work of motors and of non-conservative loads [J].
     """
-    platform_residual = np.zeros(6)
-    platform_tangent = np.zeros((6, 6))
-    slot = np.full(6, -1, np.int64)
-    for row in range(robot.platform_axes.shape[0]):
-        slot[robot.platform_axes[row]] = robot.platform_index + row
-
-    energy = 0.0
-    for leg in range(robot.legs.shape[0]):
-        energy += evaluate_leg(
-            robot, loads, leg, state, platform_rotation, platform_position,
-            residual, tangent, platform_residual, platform_tangent, slot, work,
-        )  # fmt: skip
-    energy += _add_platform_loads(
-        loads, platform_rotation, platform_position, platform_residual, platform_tangent, work
-    )
-    for i in range(6):
-        if slot[i] >= 0:
-            residual[slot[i]] = platform_residual[i]
-            for j in range(6):
-                if slot[j] >= 0:
-                    tangent[slot[i], slot[j]] = platform_tangent[i, j]
+    energy = evaluate(robot, loads, state, platform_rotation, platform_position, residual, work)
+    assemble(robot, work, tangent)
     return energy
 
 
-@compiled
-def _add_platform_loads(loads, rotation, position, residual, tangent, work):
+@kernel
+def evaluate(robot, loads, state, platform_rotation, platform_position, residual, work):
+    """The same with the tangent left in the workspace, by slots of the legs."""
+    platform_residual, platform_tangent = work.platform_residual, work.platform_tangent
+    for i in range(6):
+        platform_residual[i] = 0.0
+        for j in range(6):
+            platform_tangent[i, j] = 0.0
+    loaded = _any(loads.point) or _any(loads.distributed)
+    energy = 0.0
+    for number in range(robot.groups.shape[0]):
+        energy += evaluate_group(
+            robot, loads, loaded, number, state, platform_rotation, platform_position, work
+        )
+    energy += _add_platform_loads(
+        loads, platform_rotation, platform_position, platform_residual, platform_tangent
+    )
+    for row in range(robot.platform_axes.shape[0]):
+        residual[robot.platform_index + row] = platform_residual[robot.platform_axes[row]]
+    motor = work.residuals.shape[1] - 1
+    for number in range(robot.groups.shape[0]):
+        index, motors = robot.index[number], robot.groups[number].motor_index
+        for lane in range(index.shape[1]):
+            for slot in range(index.shape[0]):
+                i = index[slot, lane]
+                if i >= 0:
+                    residual[i] = get(work.residuals, (number, slot), lane)
+            if motors[lane] >= 0:
+                residual[motors[lane]] = get(work.residuals, (number, motor), lane)
+    return energy
+
+
+@inlined
+def _any(loads):
+    """Whether any entry is not zero."""
+    total = 0.0
+    for leg in range(loads.shape[0]):
+        for i in range(3):
+            for k in range(loads.shape[2]):
+                total += abs(loads[leg, i, k])
+    return total > 0.0
+
+
+@kernel
+def assemble(robot, work, tangent):
+    """The tangent by states, (N, N), from the slots of the workspace."""
+    inner, platform = robot.index.shape[1], robot.platform_index
+    axes = robot.platform_axes
+    motor = work.blocks.shape[1] - 1
+    for row in range(axes.shape[0]):
+        for column in range(axes.shape[0]):
+            value = work.platform_tangent[axes[row], axes[column]]
+            tangent[platform + row, platform + column] = value
+    for number in range(robot.groups.shape[0]):
+        index, motors = robot.index[number], robot.groups[number].motor_index
+        for lane in range(index.shape[1]):
+            m = motors[lane]
+            if m >= 0:
+                tangent[m, m] = get(work.blocks, (number, motor, motor), lane)
+                for column in range(axes.shape[0]):
+                    value = get(work.blocks, (number, inner + column, motor), lane)
+                    tangent[m, platform + column] = tangent[platform + column, m] = value
+            for slot in range(inner):
+                i = index[slot, lane]
+                if i < 0:
+                    continue
+                for other in range(slot, inner):
+                    j = index[other, lane]
+                    if j >= 0:
+                        value = get(work.blocks, (number, slot, other), lane)
+                        tangent[i, j] = tangent[j, i] = value
+                for column in range(axes.shape[0]):
+                    value = get(work.blocks, (number, slot, inner + column), lane)
+                    tangent[i, platform + column] = tangent[platform + column, i] = value
+                if m >= 0:
+                    value = get(work.blocks, (number, slot, motor), lane)
+                    tangent[i, m] = tangent[m, i] = value
+
+
+@inlined
+def _add_platform_loads(loads, rotation, position, residual, tangent):
     """Weight and wrench of the platform; returns their potential [J]."""
     weight, moment_world, force_world = loads.platform[0], loads.platform[2], loads.platform[3]
-    center, moment_body, force_body = work.vectors[0], work.vectors[1], work.vectors[2]
-    rotate(rotation, loads.platform[1], center)
-    rotate(rotation, loads.platform[4], moment_body)
-    rotate(rotation, loads.platform[5], force_body)
+    center = rotate_by(rotation, loads.platform[1])
+    moment_body = rotate_by(rotation, loads.platform[4])
+    force_body = rotate_by(rotation, loads.platform[5])
     energy = 0.0
     dot = center[0] * weight[0] + center[1] * weight[1] + center[2] * weight[2]
     for i in range(3):

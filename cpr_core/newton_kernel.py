@@ -4,19 +4,27 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from .compiled import compiled
-from .condensation_kernel import NO_INVERSE, allocate, factor, solve
+from .compiled import inlined, kernel
+from .condensation_kernel import (
+    CONDENSED,
+    NO_INVERSE,
+    factor,
+    predict,
+    rotation_unknowns,
+    solve,
+)
+from .inertia_kernel import signs_of
 from .lie import (
     multiply,
+    multiply_transposed,
     roll_pitch_yaw_into,
     rotation_exp_into,
     rotation_from_angles_into,
+    rotation_log_into,
 )
-from .model_kernel import evaluate_model
+from .model_kernel import evaluate
 
-__all__ = ["CONVERGED", "DIVERGED", "SINGULAR", "STALLED", "newton"]
+__all__ = ["CONVERGED", "DIVERGED", "SINGULAR", "STALLED", "newton", "predict_state", "step_to"]
 
 CONVERGED = 0
 DIVERGED = 1  # a correction did not contract: too far from the solution for a full step
@@ -24,17 +32,18 @@ SINGULAR = 2  # the tangent of the problem has no inverse
 STALLED = 3  # out of iterations, or no damping reduces the correction
 
 
-@compiled
+@inlined
 def _scaled_residual(robot, residual, given_effort, rows, result):
     """Dimensionless residual of the legs and of the given rows; returns its largest entry."""
     largest = 0.0
     inner = robot.platform_index
-    for row in range(result.shape[0]):
+    per_energy = 1.0 / robot.energy_unit
+    for row in range(inner + rows.shape[0]):
         i = row if row < inner else rows[row - inner]
         value = residual[i]
         if i >= robot.motor_index:
             value -= given_effort[i - robot.motor_index]
-        value *= robot.unit[i] / robot.energy_unit
+        value *= robot.unit[i] * per_energy
         if not math.isfinite(value):
             return math.inf
         result[row] = value
@@ -42,37 +51,25 @@ def _scaled_residual(robot, residual, given_effort, rows, result):
     return largest
 
 
-@compiled
-def _use_angles(robot, rotation, tangent, work):
-    """Turn the derivatives by world rotations into those by roll, pitch and yaw."""
-    first = robot.platform_index
-    angles = work.vectors[0]
-    roll_pitch_yaw_into(rotation, angles)
-    cosine, sine = math.cos(angles[2]), math.sin(angles[2])
-    for i in range(tangent.shape[0]):
-        x, y, z = tangent[i, first], tangent[i, first + 1], tangent[i, first + 2]
-        tangent[i, first] = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z
-        tangent[i, first + 1] = cosine * y - sine * x
-        tangent[i, first + 2] = z
-
-
-@compiled
+@inlined
 def _move(robot, columns, angles, step, factor, state, rotation, position, work):
     """Subtract ``factor * step`` (dimensionless) from the unknowns."""
-    increment, product, twist = work.matrices[0], work.matrices[1], work.vectors[:2].reshape(6)
+    increment, product, twist = work.rotations[0], work.rotations[1], work.platform_residual
     inner = robot.platform_index
     last = inner + robot.platform_axes.shape[0]
     for i in range(6):
         twist[i] = 0.0
-    for row in range(step.shape[0]):
-        i = row if row < inner else columns[row - inner]
-        value = factor * step[row] * robot.unit[i]
-        if inner <= i < last:
+    for i in range(inner):
+        state[i] -= factor * step[i] * robot.unit[i]
+    for row in range(columns.shape[0]):
+        i = columns[row]
+        value = factor * step[inner + row] * robot.unit[i]
+        if i < last:
             twist[robot.platform_axes[i - inner]] = -value
         else:
             state[i] -= value
     if angles:
-        turned = work.vectors[2]
+        turned = work.rotations[1, 0]
         roll_pitch_yaw_into(rotation, turned)
         rotation_from_angles_into(
             turned[0] + twist[0], turned[1] + twist[1], turned[2] + twist[2], rotation
@@ -80,31 +77,77 @@ def _move(robot, columns, angles, step, factor, state, rotation, position, work)
     else:
         rotation_exp_into(twist[0], twist[1], twist[2], increment)
         multiply(increment, rotation, product)
-        _copy(product, rotation)
+        for i in range(3):
+            for j in range(3):
+                rotation[i, j] = product[i, j]
     for i in range(3):
         position[i] += twist[3 + i]
 
 
-@compiled
-def _copy(source, target):
-    """Copy between arrays of the same shape (an assignment of slices compiles for seconds)."""
-    flat_source, flat_target = source.ravel(), target.ravel()
-    for i in range(flat_source.shape[0]):
-        flat_target[i] = flat_source[i]
+@inlined
+def _copy(rotation, position, to_rotation, to_position):
+    """Copy a pose."""
+    for i in range(3):
+        to_position[i] = position[i]
+        for j in range(3):
+            to_rotation[i, j] = rotation[i, j]
 
 
-@compiled
-def _norm(vector):
+@inlined
+def _norm(vector, size):
     total = 0.0
-    for i in range(vector.shape[0]):
+    for i in range(size):
         total += vector[i] * vector[i]
     return math.sqrt(total)
 
 
-@compiled
+@inlined
+def predict_state(
+    robot, columns, rows, angles, motors, to_rotation, to_position, effort_change,
+    state, rotation, position, work, factors,
+):  # fmt: skip
+    """Impose, and move the unknowns along the tangent to it, in place.
+
+    Args:
+        robot: RobotArrays.
+        columns: State indices of the unknowns among platform and motors.
+        rows: State indices of the equations among platform and motors.
+        angles: Whether the rotation unknowns are roll, pitch and yaw.
+        motors: Motors, where they are imposed, as they are elsewhere, (motors,).
+        to_rotation: The same for the platform's rotation.
+        to_position: The same for its position.
+        effort_change: Change of the imposed efforts, (motors,).
+        state: A solution, overwritten.
+        rotation: The same for the platform's rotation.
+        position: The same for its position.
+        work: Workspace.
+        factors: Of the tangent there; where legs were not condensed nothing is predicted.
+    """
+    inner, known, efforts = robot.platform_index, work.known, work.efforts
+    turn = work.rotations[2, 0]
+    multiply_transposed(to_rotation, rotation, work.rotations[0])
+    rotation_log_into(work.rotations[0], turn)
+    for row in range(robot.platform_axes.shape[0]):
+        axis = robot.platform_axes[row]
+        change = turn[axis] if axis < 3 else to_position[axis - 3] - position[axis - 3]
+        known[row] = change / robot.unit[inner + row]
+    for i in range(motors.shape[0]):
+        at = robot.motor_index + i
+        known[at - inner] = (motors[i] - state[at]) / robot.unit[at]
+        efforts[i] = effort_change[i] * robot.unit[at] / robot.energy_unit
+        state[at] = motors[i]
+    rotation_unknowns(rotation, angles, work.motions)
+    _copy(to_rotation, to_position, rotation, position)
+    if factors.how[0] == CONDENSED and predict(
+        robot, rows, columns, angles, known, efforts, work.step, work, factors
+    ):
+        _move(robot, columns, angles, work.step, -1.0, state, rotation, position, work)
+
+
+@kernel
 def newton(
     robot, loads, state, rotation, position, columns, rows, angles, given_effort,
-    tolerance, iterations, contraction, residual, tangent, work,
+    tolerance, iterations, contraction, residual, work, factors,
 ):  # fmt: skip
     """Solve a square problem from a given state, in place.
 
@@ -129,57 +172,49 @@ def newton(
             not smaller than this times the one before; the solution then lies on the branch of the
             start. 1: damp the steps instead, for a start that may be far away.
         residual: On return the residual of the model at the result, (N,).
-        tangent: Zero on entry, on return the tangent of the model at the result, (N, N).
-        work: Workspace.
+        work: Workspace; on return it has the tangent at the result.
+        factors: On return those of the tangent at the result, where CONVERGED.
 
     Returns:
         Status, number of steps, largest dimensionless residual, potential energy.
     """
     size = robot.platform_index + rows.shape[0]
-    factors = allocate(robot, rows.shape[0])
-    step, correction, simplified = np.empty(size), np.empty(size), np.empty(size)
-    trial_state, trial_rotation, trial_position = state.copy(), rotation.copy(), position.copy()
+    step, correction, simplified = work.step, work.correction, work.simplified
+    trial_state, trial_rotation = work.trial_state, work.rotations[3]
+    trial_position = work.rotations[4, 0]
 
-    energy = evaluate_model(robot, loads, state, rotation, position, residual, tangent, work)
+    energy = evaluate(robot, loads, state, rotation, position, residual, work)
     largest = _scaled_residual(robot, residual, given_effort, rows, step)
     for iteration in range(iterations):
-        if largest < tolerance:
-            return CONVERGED, iteration, largest, energy
         if not math.isfinite(largest):
             return DIVERGED, iteration, largest, energy
-        if angles:
-            _use_angles(robot, rotation, tangent, work)
-        how = factor(robot, tangent, rows, columns, factors)
+        how = factor(robot, rotation, rows, columns, angles, work, factors)
+        if largest < tolerance:
+            return CONVERGED, iteration, largest, energy
         if how == NO_INVERSE:
             return SINGULAR, iteration, largest, energy
-        solve(factors, how, step)
-        length = _norm(step)
+        solve(robot, rows, columns, angles, step, work, factors)
+        length = _norm(step, size)
         fraction = 1.0
         while True:
-            _copy(state, trial_state)
-            _copy(rotation, trial_rotation)
-            _copy(position, trial_position)
+            for i in range(state.shape[0]):
+                trial_state[i] = state[i]
+            _copy(rotation, position, trial_rotation, trial_position)
             _move(
-                robot,
-                columns,
-                angles,
-                step,
-                fraction,
-                trial_state,
-                trial_rotation,
-                trial_position,
-                work,
-            )
-            energy = evaluate_model(
-                robot, loads, trial_state, trial_rotation, trial_position, residual, tangent, work
+                robot, columns, angles, step, fraction, trial_state, trial_rotation,
+                trial_position, work,
+            )  # fmt: skip
+            energy = evaluate(
+                robot, loads, trial_state, trial_rotation, trial_position, residual, work
             )
             largest = _scaled_residual(robot, residual, given_effort, rows, correction)
             if largest < tolerance:
                 break
             if math.isfinite(largest):
-                _copy(correction, simplified)
-                solve(factors, how, simplified)
-                remaining = _norm(simplified)
+                for i in range(size):
+                    simplified[i] = correction[i]
+                solve(robot, rows, columns, angles, simplified, work, factors)
+                remaining = _norm(simplified, size)
                 if contraction < 1.0:
                     if remaining <= contraction * length:
                         break
@@ -191,10 +226,64 @@ def newton(
             fraction *= 0.5
             if fraction < 1e-4:
                 return STALLED, iteration + 1, largest, energy
-        _copy(trial_state, state)
-        _copy(trial_rotation, rotation)
-        _copy(trial_position, position)
-        _copy(correction, step)
+        for i in range(state.shape[0]):
+            state[i] = trial_state[i]
+        _copy(trial_rotation, trial_position, rotation, position)
+        for i in range(size):
+            step[i] = correction[i]
     if largest < tolerance:
+        factor(robot, rotation, rows, columns, angles, work, factors)
         return CONVERGED, iterations, largest, energy
     return STALLED, iterations, largest, energy
+
+
+@kernel
+def step_to(
+    robot, loads, columns, rows, angles, motors, to_rotation, to_position, first_efforts, efforts,
+    inverse_columns, inverse_angles, before, tolerance, iterations, contraction,
+    state, rotation, position, residual, signs, work, factors,
+):  # fmt: skip
+    """From one solution to a neighbour: predicted along the tangent, corrected, with its signs.
+
+    Args:
+        robot: RobotArrays.
+        loads: LoadArrays at the neighbour.
+        columns: State indices of the unknowns among platform and motors.
+        rows: State indices of the equations among platform and motors.
+        angles: Whether the rotation unknowns are roll, pitch and yaw.
+        motors: Motors, where they are imposed, as they are elsewhere, (motors,).
+        to_rotation: The same for the platform's rotation.
+        to_position: The same for its position.
+        first_efforts: Efforts of the solution, (motors,).
+        efforts: Imposed efforts, where motor rows are among the equations.
+        inverse_columns: See ``signs_of``.
+        inverse_angles: See ``signs_of``.
+        before: Factors of the tangent at the solution.
+        tolerance: See ``newton``.
+        iterations: See ``newton``.
+        contraction: See ``newton``.
+        state: The solution, overwritten by its neighbour.
+        rotation: The same for the platform's rotation.
+        position: The same for its position.
+        residual: See ``newton``.
+        signs: Result, (3,), see ``signs_of``.
+        work: Workspace.
+        factors: Result, factors of the tangent at the neighbour.
+
+    Returns:
+        Status, number of steps, largest dimensionless residual, potential energy.
+    """
+    change = work.effort_change
+    for i in range(change.shape[0]):
+        change[i] = efforts[i] - first_efforts[i]
+    predict_state(
+        robot, columns, rows, angles, motors, to_rotation, to_position, change,
+        state, rotation, position, work, before,
+    )  # fmt: skip
+    status, steps, largest, energy = newton(
+        robot, loads, state, rotation, position, columns, rows, angles, efforts,
+        tolerance, iterations, contraction, residual, work, factors,
+    )  # fmt: skip
+    if status == CONVERGED:
+        signs_of(robot, rotation, factors, inverse_columns, inverse_angles, work, signs)
+    return status, steps, largest, energy

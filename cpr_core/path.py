@@ -15,14 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from .arrays import LoadArrays, workspace
+from .arrays import Factors, LoadArrays, factors_of, workspace
+from .condensation_kernel import factor
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
-from .inertia import inertia_of
+from .inertia import inertia_from
+from .inertia_kernel import signs_of
 from .lie import angle_motions, rotation_exp
 from .limits import Limit, margins, violated
 from .loads import Loads
-from .model_kernel import evaluate_model
-from .newton_kernel import CONVERGED, newton
+from .model_kernel import assemble, evaluate_model
+from .newton_kernel import CONVERGED, step_to
 from .targets import Imposed, Target
 
 __all__ = ["OutOfTime", "Path", "Point", "Tangent"]
@@ -188,21 +190,29 @@ class Path:
             None if a correction did not contract: then the fraction is too far from the point.
         """
         self._check_time()
-        robot = self._robot
-        state, rotation, position, efforts = self._imposed(here.equilibrium, fraction)
+        robot, before = self._robot, here.equilibrium
+        state, rotation = before.state.copy(), before.platform_rotation.copy()
+        position = before.platform_position.copy()
+        motors, to_rotation, to_position = before.motors.copy(), rotation.copy(), position.copy()
+        efforts = np.zeros(len(motors))
+        imposed = Imposed(motors, efforts, to_rotation, to_position)
+        self._target.impose(self.start, fraction, imposed)
         lengths = robot.length_indices
-        if lengths.size and state[lengths].min() <= 0.0:
+        if lengths.size and motors[robot.length_motors].min() <= 0.0:
             return None
-        loads = self._loads_at(fraction)
-        status, iterations, largest, energy = newton(
-            robot.arrays, loads, state, rotation, position, self._columns, self._rows, self._angles,
-            efforts, RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION, self._residual, self._tangent,
-            self._work,
+        loads, factors, signs = self._loads_at(fraction), factors_of(robot.arrays), np.empty(3, int)
+        status, iterations, largest, energy = step_to(
+            robot.arrays, loads, self._columns, self._rows, self._angles,
+            motors, to_rotation, to_position, before.efforts.copy(), efforts,
+            *robot.inverse_unknowns, before.factors, RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION,
+            state, rotation, position, self._residual, signs, self._work, factors,
         )  # fmt: skip
         self.iterations += iterations
         if status != CONVERGED or (lengths.size and state[lengths].min() <= 0.0):
             return None
-        return self._found(fraction, state, rotation, position, loads, largest, iterations, energy)
+        return self._found(
+            fraction, state, rotation, position, loads, largest, iterations, energy, factors, signs
+        )
 
     def crossing(self, low: Point, high: Point) -> float:
         """Fraction where the determinant of the problem vanishes between two neighbours, linearly."""
@@ -271,9 +281,16 @@ class Path:
             if not np.isfinite(largest):
                 return None
             if largest < POLISHED or (largest < RESIDUAL_TOLERANCE and polished):
-                return self._found(
-                    fraction, state, rotation, position, loads, largest, iteration, energy
+                factors, signs = factors_of(robot.arrays), np.empty(3, np.int64)
+                rows, columns = self._robot.problems["motors"]
+                factor(robot.arrays, rotation, rows, columns, False, self._work, factors)
+                signs_of(
+                    robot.arrays, rotation, factors, *robot.inverse_unknowns, self._work, signs
                 )
+                return self._found(
+                    fraction, state, rotation, position, loads, largest, iteration, energy,
+                    factors, signs,
+                )  # fmt: skip
             polished = largest < RESIDUAL_TOLERANCE
             matrix = self._scaled_tangent(rotation)
             rate = self._rate(state, rotation, position, fraction)
@@ -304,6 +321,8 @@ class Path:
         residual: float,
         iterations: int,
         energy: float,
+        factors: Factors,
+        signs: NDArray[np.int64],
     ) -> Point:
         """A solution at which the model has just been evaluated, as a point; arrays are taken over."""
         robot = self._robot
@@ -318,8 +337,11 @@ class Path:
             iterations=iterations,
             energy=energy,
             load_arrays=loads,
-            inertia=inertia_of(robot, self._tangent, rotation),
+            inertia=inertia_from(robot, signs, rotation, self._work),
+            known_factors=factors,
         )
+        if not self.conservative:
+            assemble(robot.arrays, self._work, self._tangent)
         return self._point(fraction, equilibrium)
 
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import LEG, LoadArrays, RobotArrays
+from .arrays import LoadArrays, RobotArrays
 from .description import LegDescription, RobotDescription
 from .description_file import read_description
 from .errors import InvalidRequest
 from .loads import Loads
 from .motors import MotorLimits
 from .quadrature import RodGrid, rod_grid
+from .robot_arrays import robot_arrays
 
 if TYPE_CHECKING:
     from .equilibrium import Equilibrium
@@ -27,6 +28,8 @@ __all__ = ["Robot", "load_robot"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+_NONE = np.zeros(0, np.int64)
 
 #: Components of the world twist [omega; v] behind a platform coordinate.
 _TWIST_COMPONENTS = {
@@ -120,7 +123,7 @@ class Robot:
     @cached_property
     def arrays(self) -> RobotArrays:
         """The robot as the kernels see it."""
-        return _robot_arrays(self)
+        return robot_arrays(self)
 
     @cached_property
     def motor_indices(self) -> Integers:
@@ -173,6 +176,11 @@ class Robot:
         return legs["translation_index"][legs["extensible"] == 1]
 
     @cached_property
+    def length_motors(self) -> Integers:
+        """Numbers of the motors that are rod lengths."""
+        return self.length_indices - self.arrays.motor_index
+
+    @cached_property
     def platform_indices(self) -> Integers:
         """State indices of the platform twist."""
         return self.arrays.platform_index + np.arange(len(self.platform_axes))
@@ -221,6 +229,12 @@ class Robot:
             "efforts": (both, both),
             "platform": (np.concatenate([uncontrolled, motors]), platform),
         }
+
+    @cached_property
+    def inverse_unknowns(self) -> tuple[Integers, bool]:
+        """Unknowns of the inverse problem, none where there is none; whether angles are among them."""
+        columns = self.problems["platform"][0] if len(self.controlled_axes) else _NONE
+        return columns, self.controls_angles
 
     @cached_property
     def unit_motions(self) -> Floats:
@@ -325,89 +339,3 @@ class Robot:
         for name, forces in (("distributed", loads.distributed), ("points", loads.points)):
             if any(np.any(np.atleast_2d(force.force)[:, 2]) for force in forces):
                 raise InvalidRequest(name, "expected z = 0 for a planar robot")
-
-
-def _robot_arrays(robot: Robot) -> RobotArrays:
-    description, grid = robot.description, robot.grid
-    count = len(description.legs)
-    steps = len(grid.steps)
-    widest = max(leg.modes.total for leg in description.legs)
-    position_axes = np.array([0, 1] if robot.planar else [0, 1, 2])
-    legs = np.zeros(count, LEG)
-    direction = np.zeros((count, widest), np.int64)
-    values = np.zeros((count, widest, len(grid.nodes)))
-    step_values = np.zeros((count, widest, 3, steps))
-    stiffness = np.zeros((count, widest, widest))
-    rest_moment = np.zeros((count, widest))
-    length_unit = robot.mean_length
-    energy_unit = float(np.mean([leg.rod.rigidities.max() for leg in description.legs]))
-    energy_unit /= length_unit
-
-    unit: list[float] = []
-    motors: list[tuple[int, str, float]] = []  # leg, its coordinate, natural unit
-    for number, leg in enumerate(description.legs):
-        here = legs[number]
-        here["length"] = leg.rod.length
-        here["base_position"] = leg.base_position
-        here["base_rotation"] = leg.base_rotation
-        for kind, axis, name, natural in (
-            ("turn", leg.motor.turn_axis(leg.base_rotation), "rotation", 1.0),
-            ("shift", leg.motor.shift_axis, "translation", length_unit),
-        ):
-            here[f"{name}_index"] = -1
-            if axis is None:
-                continue
-            here[f"{name}_axis"] = axis
-            if leg.motor.actuated == kind:
-                motors.append((number, f"{name}_index", natural))
-            else:
-                here[f"{name}_index"] = len(unit)
-                unit.append(natural)
-        here["extensible"] = leg.motor.extensible
-
-        total = leg.modes.total
-        here["strain_index"] = len(unit)
-        here["strain_count"] = total
-        unit += [1.0 / length_unit] * total
-        direction[number, :total] = leg.modes.directions
-        values[number, :total] = leg.modes.values(grid.nodes).T
-        step_values[number, :total] = leg.modes.values(grid.step_points.T.ravel()).T.reshape(
-            total, 3, steps
-        )
-        stiffness[number, :total, :total] = leg.rod.stiffness(leg.modes, grid)
-        rest_moment[number, :total] = leg.rod.rest_moment(leg.modes, grid)
-        here["rest_energy"] = leg.rod.rest_energy(grid)
-
-        orientation = leg.joint.orientation(robot.planar)
-        here["tip_position"] = leg.joint.position
-        here["joint_rotation"] = leg.joint.rotation()
-        here["orientation"][: len(orientation)] = orientation
-        here["orientation_count"] = len(orientation)
-        here["multiplier_index"] = len(unit)
-        unit += [energy_unit / length_unit] * len(position_axes)
-        unit += [energy_unit] * len(orientation)
-
-    platform_index = len(unit)
-    unit += [1.0 if axis < 3 else length_unit for axis in robot.platform_axes]
-    motor_index = len(unit)
-    for number, index, natural in motors:
-        legs[number][index] = len(unit)
-        unit.append(natural)
-    return RobotArrays(
-        legs=legs,
-        direction=direction,
-        values=values,
-        step_values=step_values,
-        stiffness=stiffness,
-        rest_moment=rest_moment,
-        weights=grid.weights,
-        integration=np.ascontiguousarray(grid.integration.T),
-        steps=grid.steps,
-        step_node=grid.step_node,
-        position_axes=position_axes,
-        platform_axes=robot.platform_axes,
-        unit=np.array(unit),
-        energy_unit=energy_unit,
-        platform_index=platform_index,
-        motor_index=motor_index,
-    )

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .equilibrium import Equilibrium
-from .leg_kernel import rotation_steps
 from .lie import rotation_exp
 from .quadrature import rod_grid
 from .robot import Robot
+from .rotation_kernel import rotation_steps
 
 __all__ = ["LegShape", "leg_shapes", "tip_positions"]
 

@@ -13,8 +13,8 @@ import math
 import numpy as np
 
 from ..compiled import compiled_strictly
-from ..condensation_kernel import DENSE, NO_INVERSE, allocate, factor, solve
-from ..newton_kernel import _use_angles
+from ..condensation_kernel import NO_INVERSE, factor, solve, solve_transposed
+from ..lie import roll_pitch_yaw_into
 from .eigenvalue_kernel import (
     count_below,
     eigenvalues_of_tridiagonal,
@@ -164,17 +164,17 @@ def smallest_singular_value(problem, tangent, rotation, columns, forward, scratc
         columns: Unknowns of the problem beside those of the legs.
         forward: Whether this is the forward problem, where world rotations are unknown.
         scratch: Memory, (N, N).
-        work: Workspace.
+        work: Workspace with the same tangent.
     """
     robot = problem.robot
     for i in range(tangent.shape[0]):
         for j in range(tangent.shape[0]):
             scratch[i, j] = tangent[i, j]
-    if problem.angles and not forward:
-        _use_angles(robot, rotation, scratch, work)
-    factors = allocate(robot, columns.shape[0])
-    how = factor(robot, scratch, problem.platform_rows, columns, factors)
-    if how == NO_INVERSE:
+    angles = problem.angles and not forward
+    if angles:
+        _use_angles(robot, rotation, scratch)
+    rows = problem.platform_rows
+    if factor(robot, rotation, rows, columns, angles, work, work.factors) == NO_INVERSE:
         return 0.0
     inner, motors = robot.platform_index, tangent.shape[0] - robot.motor_index
     size = inner + columns.shape[0]
@@ -202,7 +202,7 @@ def smallest_singular_value(problem, tangent, rotation, columns, forward, scratc
         for i in range(size + motors):
             basis[step, i] = vector[i] / length
             vector[i] = basis[step, i]
-        _apply_inverse_square(robot, factors, how, effort_rows, rigid, vector)
+        _apply_inverse_square(problem, columns, angles, effort_rows, rigid, vector, work)
         total = 0.0
         for i in range(size + motors):
             total += vector[i] * basis[step, i]
@@ -238,7 +238,7 @@ def _length(vector):
 
 
 @compiled_strictly
-def _apply_inverse_square(robot, factors, how, effort_rows, rigid, vector):
+def _apply_inverse_square(problem, columns, angles, effort_rows, rigid, vector, work):
     """Multiply by the inverse of M^T M, in place; efforts are the last entries."""
     motors, size = effort_rows.shape
     for i in range(motors):  # M^T y = c: the columns of the efforts are minus unit vectors
@@ -247,8 +247,9 @@ def _apply_inverse_square(robot, factors, how, effort_rows, rigid, vector):
             vector[j] -= effort_rows[i, j] * pushed
         vector[size + i] = pushed
     part = vector[:size]
-    _solve_transposed(factors, how, part)
-    solve(factors, how, part)
+    robot, rows = problem.robot, problem.platform_rows
+    solve_transposed(robot, rows, columns, angles, part, work, work.factors)
+    solve(robot, rows, columns, angles, part, work, work.factors)
     for i in range(motors):
         total = -vector[size + i]
         for j in range(size):
@@ -259,42 +260,14 @@ def _apply_inverse_square(robot, factors, how, effort_rows, rigid, vector):
 
 
 @compiled_strictly
-def _solve_transposed(factors, how, vector):
-    """Solve with the transpose of a factored matrix, in place."""
-    if how == DENSE:
-        _lu_solve_transposed(factors.whole, vector.shape[0], factors.whole_pivots, vector)
-        return
-    starts = factors.starts
-    count = starts.shape[0] - 1
-    border = vector[starts[count] :]
-    size = border.shape[0]
-    for leg in range(count):
-        first = starts[leg]
-        for n in range(starts[leg + 1] - first):
-            for i in range(size):
-                border[i] -= factors.right[leg, n, i] * vector[first + n]
-    _lu_solve_transposed(factors.border, size, factors.border_pivots, border)
-    for leg in range(count):
-        first = starts[leg]
-        extent = starts[leg + 1] - first
-        part = vector[first : first + extent]
-        for i in range(size):
-            for n in range(extent):
-                part[n] -= factors.left[leg, i, n] * border[i]
-        _lu_solve_transposed(factors.blocks[leg], extent, factors.block_pivots[leg], part)
-
-
-@compiled_strictly
-def _lu_solve_transposed(matrix, size, pivots, vector):
-    """Solve with the transpose of what ``lu_factor`` factored, in place."""
-    for i in range(size):
-        vector[i] /= matrix[i, i]
-        for j in range(i + 1, size):
-            vector[j] -= matrix[i, j] * vector[i]
-    for i in range(size - 1, -1, -1):
-        for j in range(i):
-            vector[j] -= matrix[i, j] * vector[i]
-    for k in range(size - 1, -1, -1):
-        row = pivots[k]
-        if row != k:
-            vector[k], vector[row] = vector[row], vector[k]
+def _use_angles(robot, rotation, tangent):
+    """Turn the derivatives by world rotations into those by roll, pitch and yaw."""
+    first = robot.platform_index
+    angles = np.empty(3)
+    roll_pitch_yaw_into(rotation, angles)
+    cosine, sine = math.cos(angles[2]), math.sin(angles[2])
+    for i in range(tangent.shape[0]):
+        x, y, z = tangent[i, first], tangent[i, first + 1], tangent[i, first + 2]
+        tangent[i, first] = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z
+        tangent[i, first + 1] = cosine * y - sine * x
+        tangent[i, first + 2] = z

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compiled import compiled
+from ..condensation_kernel import factor
 from ..model_kernel import evaluate_model
 from .analysis_kernel import smallest_singular_value, spectrum_of
 from .step_kernel import advance, signs_at
@@ -134,4 +135,8 @@ def signs_of_cell(problem, state, rotation, position, work, signs):
     size = state.shape[0]
     tangent, scratch, residual = np.zeros((size, size)), np.zeros((size, size)), np.empty(size)
     evaluate_model(problem.robot, problem.loads, state, rotation, position, residual, tangent, work)
-    signs_at(problem, tangent, rotation, scratch, signs)
+    factor(
+        problem.robot, rotation, problem.platform_rows, problem.platform_rows, False, work,
+        work.factors,
+    )  # fmt: skip
+    signs_at(problem, tangent, rotation, scratch, work, signs)

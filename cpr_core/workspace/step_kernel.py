@@ -15,6 +15,7 @@ from ..compiled import compiled
 from ..condensation_kernel import lu_factor
 from ..inertia_kernel import SINGULAR_LEG, signs_of
 from ..lie import roll_pitch_yaw_into, rotation_from_angles_into
+from ..model_kernel import assemble
 from ..newton_kernel import CONVERGED, newton
 from .eigenvalue_kernel import count_below, eigenvalues_of_tridiagonal, tridiagonalise
 
@@ -64,22 +65,27 @@ def _rotation_zyz(one, two, three, rotation):
 
 
 @compiled
-def signs_at(problem, tangent, rotation, scratch, signs):
+def signs_at(problem, tangent, rotation, scratch, work, signs):
     """Stability indices, side of the inverse singularity, and the sign that tells branches apart.
 
     Args:
         problem: CellProblem.
-        tangent: Of the model at an equilibrium, (N, N).
-        rotation: Platform rotation there.
+        tangent: Memory, (N, N), zero where the model has no entries.
+        rotation: Platform rotation at an equilibrium.
         scratch: Memory, (N, N).
+        work: Workspace with the tangent of the model there and its factors.
         signs: Result, (4,).
     """
+    signs_of(
+        problem.robot, rotation, work.factors, problem.inverse_columns, problem.angles, work, signs
+    )
     read = tangent
-    if problem.angles:
-        _copy_matrix(tangent, scratch)
-        _rows_and_columns_by_angles(problem.robot, rotation, scratch)
-        read = scratch
-    signs_of(problem.robot, read, problem.inverse_columns, signs)
+    if signs[_LOCKED] == SINGULAR_LEG or not problem.conservative:
+        assemble(problem.robot, work, tangent)
+        if problem.angles:
+            _copy_matrix(tangent, scratch)
+            _rows_and_columns_by_angles(problem.robot, rotation, scratch)
+            read = scratch
     if signs[_LOCKED] == SINGULAR_LEG:
         _dense_signs(problem, read, signs)
     if not problem.conservative:
@@ -208,14 +214,15 @@ def advance(
         status, _, _, energy = newton(
             problem.robot, problem.loads, trial_state, trial_rotation, trial_position,
             problem.columns, problem.rows, problem.solved_by_angles, effort,
-            problem.tolerance, problem.iterations, problem.contraction, residual, tangent, work,
+            problem.tolerance, problem.iterations, problem.contraction, residual, work,
+            work.factors,
         )  # fmt: skip
         ok = status == CONVERGED
         for i in range(problem.lengths.shape[0]):
             ok = ok and trial_state[problem.lengths[i]] > 0.0
         flipped = False
         if ok:
-            signs_at(problem, tangent, trial_rotation, scratch, found)
+            signs_at(problem, tangent, trial_rotation, scratch, work, found)
             flipped = found[_BRANCH] != signs[_BRANCH]
         if ok and not flipped:
             for i in range(state.shape[0]):

@@ -1,0 +1,220 @@
+"""From a robot to the arrays the kernels see: the order of the state, and the slots of the legs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import LEG, RobotArrays, group_dtype
+from .lanes import WIDTHS, zeros_lanes
+
+if TYPE_CHECKING:
+    from .description import LegDescription
+    from .robot import Robot
+
+__all__ = ["robot_arrays"]
+
+Floats = NDArray[np.float64]
+
+
+def robot_arrays(robot: Robot) -> RobotArrays:
+    """The robot as the kernels see it."""
+    return _Builder(robot).build()
+
+
+class _Builder:
+    """Numbers the states leg by leg, then fills the slots of the lanes."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot, self.grid = robot, robot.grid
+        self.described = robot.description.legs
+        self.length_unit = robot.mean_length
+        rigidities = [leg.rod.rigidities.max() for leg in self.described]
+        self.energy_unit = float(np.mean(rigidities)) / self.length_unit
+        self.position_axes = np.array([0, 1] if robot.planar else [0, 1, 2])
+        self.legs = np.zeros(len(self.described), LEG)
+        self.unit: list[float] = []
+        # Leg, the name of its coordinate, and the natural unit.
+        self.motors: list[tuple[int, str, float]] = []
+
+    def build(self) -> RobotArrays:
+        """All arrays."""
+        for number, leg in enumerate(self.described):
+            self._number_states(number, leg)
+        platform_index = len(self.unit)
+        axes = self.robot.platform_axes
+        self.unit += [1.0 if axis < 3 else self.length_unit for axis in axes]
+        motor_index = len(self.unit)
+        for number, name, natural in self.motors:
+            self.legs[number][f"{name}_index"] = len(self.unit)
+            self.unit.append(natural)
+        constraints = len(self.position_axes) * len(self.legs) + self.legs["orientation_count"].sum()
+        return RobotArrays(
+            legs=self.legs,
+            stiffness=self._stiffness(),
+            **self._slots(motor_index),
+            weights=self.grid.weights,
+            integration=np.ascontiguousarray(self.grid.integration.T),
+            steps=self.grid.steps,
+            step_node=self.grid.step_node,
+            position_axes=self.position_axes,
+            platform_axes=axes,
+            unit=np.array(self.unit),
+            energy_unit=self.energy_unit,
+            platform_index=platform_index,
+            motor_index=motor_index,
+            constraint_count=int(constraints),
+            orientation_count=int(self.legs["orientation_count"].max()),
+        )
+
+    def _number_states(self, number: int, leg: LegDescription) -> None:
+        here = self.legs[number]
+        here["length"] = leg.rod.length
+        for kind, axis, name, natural in (
+            ("turn", leg.motor.turn_axis(leg.base_rotation), "rotation", 1.0),
+            ("shift", leg.motor.shift_axis, "translation", self.length_unit),
+        ):
+            here[f"{name}_index"] = -1
+            if axis is None:
+                continue
+            here[f"{name}_axis"] = axis
+            if leg.motor.actuated == kind:
+                self.motors.append((number, name, natural))
+            else:
+                here[f"{name}_index"] = len(self.unit)
+                self.unit.append(natural)
+        here["extensible"] = leg.motor.extensible
+        here["strain_index"] = len(self.unit)
+        here["strain_count"] = leg.modes.total
+        self.unit += [1.0 / self.length_unit] * leg.modes.total
+        here["orientation_count"] = len(leg.joint.orientation(self.robot.planar))
+        here["multiplier_index"] = len(self.unit)
+        self.unit += [self.energy_unit / self.length_unit] * len(self.position_axes)
+        self.unit += [self.energy_unit] * here["orientation_count"]
+
+    def _stiffness(self) -> Floats:
+        widest = max(leg.modes.total for leg in self.described)
+        stiffness = np.zeros((len(self.legs), widest, widest))
+        for number, leg in enumerate(self.described):
+            total = leg.modes.total
+            stiffness[number, :total, :total] = leg.rod.stiffness(leg.modes, self.grid)
+        return stiffness
+
+    def _slots(self, motor_index: int) -> dict[str, object]:
+        """What the kernels read by slots and lanes."""
+        robot, grid, legs = self.robot, self.grid, self.legs
+        width = next((w for w in WIDTHS if w >= len(legs)), WIDTHS[-1])
+        count = -(-len(legs) // width)
+        counts = np.array([leg.modes.counts for leg in self.described])
+        start = np.concatenate([[0], np.cumsum(counts.max(axis=0))])
+        strains, held = start[-1], len(self.position_axes)
+        orientation = int(legs["orientation_count"].max())
+        free = np.stack([legs["rotation_index"], legs["translation_index"]])
+        is_passive = (free >= 0) & (free < motor_index)
+        passive = int(is_passive.any())
+        inner = strains + held + orientation + passive
+        platform = len(robot.platform_axes)
+
+        index = np.full((count, inner, width), -1)
+        units = zeros_lanes(width, count, inner + platform + 1)
+        missing = zeros_lanes(width, count, inner)
+        groups = np.zeros(count, group_dtype(width))
+        function, names = _functions(self.described, start)
+        functions = zeros_lanes(width, count, len(names), len(grid.nodes))
+        step_functions = zeros_lanes(width, count, len(grid.steps), 3, len(names))
+        elastic = zeros_lanes(width, count, strains, strains)
+        rest_moment = zeros_lanes(width, count, strains)
+        for name in ("turn_index", "shift_index", "motor_index"):
+            groups[name] = -1
+
+        for lane_number in range(count * width):
+            group, lane = divmod(lane_number, width)
+            exists = lane_number < len(legs)
+            # A lane without leg repeats the last one, without tip, force or motor.
+            number = min(lane_number, len(legs) - 1)
+            leg, here, fields = self.described[number], legs[number], groups[group]
+            fields["length"][lane] = leg.rod.length
+            fields["base_rotation"][..., lane] = leg.base_rotation
+            fields["base_position"][..., lane] = leg.base_position
+            values = leg.modes.values(grid.nodes)
+            step_values = leg.modes.values(grid.step_points.ravel())
+            slots = np.concatenate([start[c] + np.arange(counts[number, c]) for c in range(3)])
+            for mode, slot in enumerate(slots):
+                at = function[slot]
+                functions["lane"][group, at, :, lane] = values[:, mode]
+                step_functions["lane"][group, :, :, at, lane] = step_values[:, mode].reshape(-1, 3)
+            if not exists:
+                continue
+            fields["exists"][lane] = 1.0
+            fields["rest_energy"][lane] = leg.rod.rest_energy(grid)
+            fields["extensible"][lane] = leg.motor.extensible
+            fields["tip_position"][..., lane] = leg.joint.position
+            conditions = leg.joint.orientation(robot.planar)
+            for row, condition in enumerate(conditions):
+                fields["orientation"][row, ..., lane] = leg.joint.rotation() @ condition
+            for axis, name, own in (
+                (leg.motor.turn_axis(leg.base_rotation), "turn", "rotation"),
+                (leg.motor.shift_axis, "shift", "translation"),
+            ):
+                if axis is None:
+                    continue
+                at = here[f"{own}_index"]
+                fields[f"{own}_axis"][..., lane] = axis
+                fields[f"{name}_index"][lane] = at
+                fields[f"{name}_motor"][lane] = at >= motor_index
+                fields[f"{name}_passive"][lane] = at < motor_index
+                if at >= motor_index:
+                    fields["motor_index"][lane] = at
+                    units["lane"][group, -1, lane] = self.unit[at]
+                else:
+                    index[group, inner - 1, lane] = at
+            index[group, slots, lane] = here["strain_index"] + np.arange(len(slots))
+            multipliers = held + len(conditions)
+            index[group, strains : strains + multipliers, lane] = here[
+                "multiplier_index"
+            ] + np.arange(multipliers)
+            elastic["lane"][group, slots[:, None], slots, lane] = leg.rod.stiffness(leg.modes, grid)
+            rest_moment["lane"][group, slots, lane] = leg.rod.rest_moment(leg.modes, grid)
+        unit = np.array(self.unit)
+        there = index >= 0
+        units["lane"][:, :inner] = np.where(there, unit[index], 0.0)
+        units["lane"][:, inner:-1] = unit[motor_index - platform : motor_index, None]
+        missing["lane"][:] = ~there
+        return {
+            "groups": groups,
+            "index": index,
+            "units": units,
+            "missing": missing,
+            "component_start": start,
+            "function": function,
+            "functions": functions,
+            "step_functions": step_functions,
+            "elastic": elastic,
+            "rest_moment": rest_moment,
+            "passive": passive,
+            "shifted": int(any(leg.motor.shift_axis is not None for leg in self.described)),
+            "extensible": int(legs["extensible"].any()),
+        }
+
+
+def _functions(
+    legs: tuple[LegDescription, ...], start: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], list[tuple[int, int]]]:
+    """Which shape function every strain slot uses; components share them where all legs agree.
+
+    The n-th function of a basis may depend on how many there are, so components are alike only where
+    every leg has as many modes in one as in the other.
+    """
+    counts = np.array([leg.modes.counts for leg in legs])
+    names: list[tuple[int, int]] = []
+    function = []
+    for component in range(3):
+        alike = [c for c in range(component) if np.array_equal(counts[:, c], counts[:, component])]
+        for n in range(start[component + 1] - start[component]):
+            name = (alike[0] if alike else component, n)
+            if name not in names:
+                names.append(name)
+            function.append(names.index(name))
+    return np.array(function, dtype=np.int64), names
