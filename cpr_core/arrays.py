@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .lanes import empty_lanes, zeros_lanes
+from .lanes import empty_lanes, lanes_dtype, zeros_lanes
 
 __all__ = [
     "LEG",
@@ -27,6 +27,7 @@ __all__ = [
     "Workspace",
     "factors_of",
     "group_dtype",
+    "kept_factors",
     "workspace",
 ]
 
@@ -104,6 +105,9 @@ class RobotArrays(NamedTuple):
     energy_unit: float  # natural unit of energy, E J / l [J]
     platform_index: int  # state index of the first platform coordinate
     motor_index: int  # state index of the first motor
+    border_indices: Integers  # state indices of platform and motors
+    inverse_unknowns: Integers  # state indices of those of the inverse problem; none: no such problem
+    controls_angles: int  # 1: among them are roll, pitch, yaw instead of world rotations
     constraint_count: int  # number of multipliers of all legs
     orientation_count: int  # conditions on the orientation of the tip: the most a leg has
     passive: int  # 1: some base has a passive coordinate
@@ -167,10 +171,19 @@ class Workspace(NamedTuple):
     trial_state: Floats  # (N,)
     rotations: Floats  # (5, 3, 3)
     factors: Factors  # of the last tangent, where nobody wants to keep them
+    before: Factors  # of the tangent where a step begins
     known: Floats  # (B,)
     efforts: Floats  # (motors,)
     effort_change: Floats  # (motors,)
     whole_pivots: Integers  # (N,)
+
+
+def kept_factors(robot: RobotArrays) -> Lanes:
+    """Memory in which factors are kept with an equilibrium."""
+    groups, inner, width = robot.index.shape
+    border = len(robot.unit) - robot.platform_index
+    count = 1 + groups * inner * robot.units.shape[1] + -(-border * border // width)
+    return np.empty(count, lanes_dtype(width))
 
 
 def workspace(robot: RobotArrays) -> Workspace:
@@ -218,6 +231,7 @@ def workspace(robot: RobotArrays) -> Workspace:
         trial_state=np.empty(size),
         rotations=np.empty((5, 3, 3)),
         factors=factors_of(robot),
+        before=factors_of(robot),
         known=np.zeros(border),
         efforts=np.zeros(size - robot.motor_index),
         effort_change=np.zeros(size - robot.motor_index),

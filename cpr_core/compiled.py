@@ -23,6 +23,7 @@ KERNEL_MODULES = (
     "condensation_kernel",
     "inertia_kernel",
     "newton_kernel",
+    "bound_robot",
     "workspace.eigenvalue_kernel",
     "workspace.step_kernel",
     "workspace.analysis_kernel",

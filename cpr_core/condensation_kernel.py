@@ -29,10 +29,12 @@ __all__ = [
     "condense",
     "factor",
     "factor_border",
+    "keep",
     "lu_factor",
     "lu_solve",
     "lu_solve_transposed",
     "predict",
+    "recall",
     "rotation_unknowns",
     "solve",
     "solve_transposed",
@@ -377,6 +379,49 @@ def _backward(robot, number, vector, work, factors):
             i = index[slot, lane]
             if i >= 0:
                 vector[i] = get(solution, (number, slot), lane)
+
+
+@inlined
+def keep(robot, factors, kept):
+    """Copy factors to memory of their own (``kept_factors``)."""
+    upper, border = factors.upper, factors.border
+    put(kept, 0, 0, float(factors.how[0]))
+    at = 1
+    for number in range(upper.shape[0]):
+        for i in range(upper.shape[1]):
+            for j in range(upper.shape[2]):
+                store(kept, at, load(upper, (number, i, j)))
+                at += 1
+    width, lane = robot.index.shape[2], 0
+    for i in range(border.shape[0]):
+        for j in range(border.shape[1]):
+            put(kept, at, lane, border[i, j])
+            lane += 1
+            if lane == width:
+                at, lane = at + 1, 0
+
+
+@inlined
+def recall(robot, kept, factors):
+    """Copy them back, all but the inverse pivots, which no prediction needs."""
+    upper, border = factors.upper, factors.border
+    factors.how[0] = int(get(kept, 0, 0))
+    if factors.how[0] != CONDENSED:
+        return
+    at = 1
+    for number in range(upper.shape[0]):
+        for i in range(upper.shape[1]):
+            store(factors.inverse, (number, i), 0.0)
+            for j in range(upper.shape[2]):
+                store(upper, (number, i, j), load(kept, at))
+                at += 1
+    width, lane = robot.index.shape[2], 0
+    for i in range(border.shape[0]):
+        for j in range(border.shape[1]):
+            border[i, j] = get(kept, at, lane)
+            lane += 1
+            if lane == width:
+                at, lane = at + 1, 0
 
 
 @kernel

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import Factors, LoadArrays, factors_of, workspace
-from .condensation_kernel import CONDENSED, condense
+from .arrays import Lanes, LoadArrays, kept_factors
+from .bound_robot import factors_bound
 from .inertia import Inertia
 from .lie import quaternion_from_rotation
 from .loads import Loads
-from .model_kernel import evaluate
 from .robot import Robot
 
 if TYPE_CHECKING:
@@ -58,7 +57,7 @@ class Equilibrium:
     energy: float
     load_arrays: LoadArrays = field(repr=False)
     inertia: Inertia
-    known_factors: Factors | None = field(repr=False, default=None)
+    known_factors: Lanes | None = field(repr=False, default=None)
 
     def __post_init__(self) -> None:
         for array in (self.state, self.platform_rotation, self.platform_position, self.efforts):
@@ -90,19 +89,16 @@ class Equilibrium:
         return quaternion_from_rotation(self.platform_rotation)
 
     @cached_property
-    def factors(self) -> Factors:
-        """The condensed tangent."""
+    def factors(self) -> Lanes:
+        """The condensed tangent, as the kernels keep it."""
         if self.known_factors is not None:
             return self.known_factors
-        arrays, work = self.robot.arrays, workspace(self.robot.arrays)
-        factors = factors_of(arrays)
-        evaluate(
-            arrays, self.load_arrays, self.state.copy(), self.platform_rotation.copy(),
-            self.platform_position.copy(), np.empty(len(self.state)), work,
+        kept = kept_factors(self.robot.arrays)
+        factors_bound(
+            self.robot.bound, self.load_arrays, self.state.copy(), self.platform_rotation.copy(),
+            self.platform_position.copy(), np.empty(len(self.state)), np.empty(3, np.int64), kept,
         )  # fmt: skip
-        if condense(arrays, work, factors):
-            factors.how[0] = CONDENSED
-        return factors
+        return kept
 
     @cached_property
     def spectrum_locked(self) -> Spectrum:

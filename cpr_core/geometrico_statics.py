@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import factors_of, workspace
-from .condensation_kernel import factor
+from .arrays import kept_factors, workspace
+from .bound_robot import factors_bound
 from .continuation import Walk, follow
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
 from .errors import (
@@ -18,10 +18,11 @@ from .errors import (
     UnstableEquilibrium,
 )
 from .events import PathEvent
-from .inertia import inertia_of
+from .inertia import inertia_from
 from .lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
 from .limits import check_limits, limit_error
 from .loads import Loads
+from .model import evaluate
 from .newton_kernel import newton
 from .robot import Robot
 from .targets import EffortTarget, MotorTarget, PlatformTarget, Target
@@ -277,15 +278,14 @@ def refine(
         The result, converged or not: the caller has to look.
     """
     arrays, load_arrays = robot.arrays, robot.load_arrays(loads)
-    residual, work, factors = np.empty(len(arrays.unit)), workspace(arrays), factors_of(arrays)
-    rows, columns = robot.problems["motors"]
+    residual, kept, signs = np.empty(len(arrays.unit)), kept_factors(arrays), np.empty(3, np.int64)
+    work = workspace(arrays)
     _, steps, largest, energy = newton(
         arrays, load_arrays, state, rotation, position, *robot.problems["motors"], False,
         np.zeros(robot.motor_count), RESIDUAL_TOLERANCE, iterations, contraction,
-        residual, work, factors,
+        residual, work, work.factors,
     )  # fmt: skip
-    if not largest < RESIDUAL_TOLERANCE:
-        factor(arrays, rotation, rows, columns, False, work, factors)
+    factors_bound(robot.bound, load_arrays, state, rotation, position, residual, signs, kept)
     return Equilibrium(
         robot=robot,
         loads=loads,
@@ -297,9 +297,12 @@ def refine(
         iterations=steps,
         energy=energy,
         load_arrays=load_arrays,
-        inertia=inertia_of(robot, rotation, work, factors),
-        known_factors=factors,
-    )
+        inertia=inertia_from(
+            robot, signs,
+            lambda: evaluate(robot, load_arrays, state, rotation, position).tangent, rotation,
+        ),
+        known_factors=kept,
+    )  # fmt: skip
 
 
 def _motor_vector(robot: Robot, name: str, values: ArrayLike) -> Floats:

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from .inertia_kernel import SINGULAR_LEG, signs_of
+from .inertia_kernel import SINGULAR_LEG
 from .lie import angle_motions
-from .model_kernel import assemble
 
 if TYPE_CHECKING:
-    from .arrays import Factors, Workspace
     from .robot import Robot
 
-__all__ = ["Inertia", "inertia_from", "inertia_of"]
+__all__ = ["Inertia", "inertia_from"]
 
 Floats = NDArray[np.float64]
 
@@ -35,37 +34,26 @@ class Inertia(NamedTuple):
     inverse_sign: int
 
 
-def inertia_of(
-    robot: Robot, platform_rotation: Floats, work: Workspace, factors: Factors
+def inertia_from(
+    robot: Robot, signs: NDArray[np.int64], tangent: Callable[[], Floats], platform_rotation: Floats
 ) -> Inertia:
-    """Signs of the tangent at an equilibrium.
+    """The signs the kernels found, or all eigenvalues where the legs were not condensed.
 
     Args:
         robot: The robot.
-        platform_rotation: R_p in the world, (3, 3), writeable.
-        work: Workspace with the tangent there.
-        factors: Its factors.
+        signs: Result of ``signs_of``, (3,).
+        tangent: Gives the tangent, (N, N), where it is needed.
+        platform_rotation: R_p in the world, (3, 3).
     """
-    signs = np.empty(3, np.int64)
-    columns, angles = robot.inverse_unknowns
-    signs_of(robot.arrays, platform_rotation, factors, columns, angles, work, signs)
-    return inertia_from(robot, signs, platform_rotation, work)
-
-
-def inertia_from(
-    robot: Robot, signs: NDArray[np.int64], platform_rotation: Floats, work: Workspace
-) -> Inertia:
-    """The result of ``signs_of``, or all eigenvalues where the legs were not condensed."""
     if signs[0] != SINGULAR_LEG:
         return Inertia(*signs.tolist())
-    tangent = np.zeros_like(work.tangent)
-    assemble(robot.arrays, work, tangent)
+    matrix = tangent()
     if robot.controls_angles:  # the unknown ones among roll, pitch, yaw are columns of their own
         turns = robot.platform_indices[:3]
         motions = angle_motions(platform_rotation)
-        tangent[:, turns] = tangent[:, turns] @ motions
-        tangent[turns] = motions.T @ tangent[turns]
-    return _dense(robot, tangent, robot.inverse_unknowns[0])
+        matrix[:, turns] = matrix[:, turns] @ motions
+        matrix[turns] = motions.T @ matrix[turns]
+    return _dense(robot, matrix, robot.arrays.inverse_unknowns)
 
 
 def _dense(robot: Robot, tangent: Floats, columns: NDArray[np.int64]) -> Inertia:

@@ -90,15 +90,13 @@ def _exchange(matrix, one, two):
 
 
 @kernel
-def signs_of(robot, rotation, factors, inverse_columns, angles, work, signs):
+def signs_of(robot, rotation, factors, work, signs):
     """Count negative directions and find the sign of the inverse problem's determinant.
 
     Args:
         robot: RobotArrays.
         rotation: Platform rotation, (3, 3).
         factors: Of the tangent at an equilibrium.
-        inverse_columns: State indices of the unknowns of the inverse problem; none where there is none.
-        angles: Whether rotation unknowns of the inverse problem are roll, pitch and yaw.
         work: Workspace; factors of a problem in it are lost.
         signs: Result, (3,): index with the motors locked, with the motors free, and the sign of the
             determinant of the inverse problem (0 where there is no such problem). The first entry is
@@ -108,6 +106,7 @@ def signs_of(robot, rotation, factors, inverse_columns, angles, work, signs):
         signs[0] = SINGULAR_LEG
         return
     inner, platform = robot.platform_index, robot.platform_axes.shape[0]
+    inverse_columns, angles = robot.inverse_unknowns, robot.controls_angles == 1
     below = 0
     for number in range(robot.groups.shape[0]):
         for slot in range(factors.inverse.shape[1]):

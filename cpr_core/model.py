@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import LoadArrays, workspace
+from .arrays import LoadArrays
+from .bound_robot import evaluate_bound
 from .equilibrium import Equilibrium
-from .model_kernel import evaluate_model
 from .robot import Robot
 
 __all__ = ["ModelValue", "evaluate", "tangent_at"]
@@ -43,9 +43,9 @@ def evaluate(
     residual = np.empty(len(state))
     tangent = np.zeros((len(state), len(state)))
     # Copies: read-only arrays are another type to numba, for which it would compile all again.
-    energy = evaluate_model(
-        robot.arrays, loads, state.copy(), platform_rotation.copy(), platform_position.copy(),
-        residual, tangent, workspace(robot.arrays),
+    energy = evaluate_bound(
+        robot.bound, loads, state.copy(), platform_rotation.copy(), platform_position.copy(),
+        residual, tangent,
     )  # fmt: skip
     return ModelValue(residual, tangent, energy)
 

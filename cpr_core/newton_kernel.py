@@ -7,9 +7,13 @@ import math
 from .compiled import inlined, kernel
 from .condensation_kernel import (
     CONDENSED,
+    DENSE,
     NO_INVERSE,
+    condense,
     factor,
+    keep,
     predict,
+    recall,
     rotation_unknowns,
     solve,
 )
@@ -24,7 +28,21 @@ from .lie import (
 )
 from .model_kernel import evaluate
 
-__all__ = ["CONVERGED", "DIVERGED", "SINGULAR", "STALLED", "newton", "predict_state", "step_to"]
+__all__ = [
+    "CONVERGED",
+    "DIVERGED",
+    "EFFORTS",
+    "MOTORS",
+    "PLATFORM",
+    "SINGULAR",
+    "STALLED",
+    "factors_at",
+    "newton",
+    "step_to",
+]
+
+#: What a problem imposes.
+MOTORS, EFFORTS, PLATFORM = 0, 1, 2
 
 CONVERGED = 0
 DIVERGED = 1  # a correction did not contract: too far from the solution for a full step
@@ -239,26 +257,21 @@ def newton(
 
 @kernel
 def step_to(
-    robot, loads, columns, rows, angles, motors, to_rotation, to_position, first_efforts, efforts,
-    inverse_columns, inverse_angles, before, tolerance, iterations, contraction,
-    state, rotation, position, residual, signs, work, factors,
+    robot, loads, problem, motors, to_rotation, to_position, first_efforts, efforts, before,
+    tolerance, iterations, contraction, state, rotation, position, residual, signs, after, work,
 ):  # fmt: skip
     """From one solution to a neighbour: predicted along the tangent, corrected, with its signs.
 
     Args:
         robot: RobotArrays.
         loads: LoadArrays at the neighbour.
-        columns: State indices of the unknowns among platform and motors.
-        rows: State indices of the equations among platform and motors.
-        angles: Whether the rotation unknowns are roll, pitch and yaw.
+        problem: MOTORS, EFFORTS or PLATFORM: what is imposed.
         motors: Motors, where they are imposed, as they are elsewhere, (motors,).
         to_rotation: The same for the platform's rotation.
         to_position: The same for its position.
         first_efforts: Efforts of the solution, (motors,).
-        efforts: Imposed efforts, where motor rows are among the equations.
-        inverse_columns: See ``signs_of``.
-        inverse_angles: See ``signs_of``.
-        before: Factors of the tangent at the solution.
+        efforts: Imposed efforts, where they are imposed, (motors,).
+        before: Kept factors of the tangent at the solution.
         tolerance: See ``newton``.
         iterations: See ``newton``.
         contraction: See ``newton``.
@@ -267,23 +280,39 @@ def step_to(
         position: The same for its position.
         residual: See ``newton``.
         signs: Result, (3,), see ``signs_of``.
+        after: Result, kept factors of the tangent at the neighbour.
         work: Workspace.
-        factors: Result, factors of the tangent at the neighbour.
 
     Returns:
         Status, number of steps, largest dimensionless residual, potential energy.
     """
+    border, platform = robot.border_indices, robot.platform_axes.shape[0]
+    rows = border if problem == EFFORTS else border[:platform]
+    columns = robot.inverse_unknowns if problem == PLATFORM else rows
+    angles = problem == PLATFORM and robot.controls_angles == 1
     change = work.effort_change
     for i in range(change.shape[0]):
-        change[i] = efforts[i] - first_efforts[i]
+        change[i] = efforts[i] - first_efforts[i] if problem == EFFORTS else 0.0
+    recall(robot, before, work.before)
     predict_state(
         robot, columns, rows, angles, motors, to_rotation, to_position, change,
-        state, rotation, position, work, before,
+        state, rotation, position, work, work.before,
     )  # fmt: skip
     status, steps, largest, energy = newton(
         robot, loads, state, rotation, position, columns, rows, angles, efforts,
-        tolerance, iterations, contraction, residual, work, factors,
+        tolerance, iterations, contraction, residual, work, work.factors,
     )  # fmt: skip
     if status == CONVERGED:
-        signs_of(robot, rotation, factors, inverse_columns, inverse_angles, work, signs)
+        signs_of(robot, rotation, work.factors, work, signs)
+        keep(robot, work.factors, after)
     return status, steps, largest, energy
+
+
+@kernel
+def factors_at(robot, loads, state, rotation, position, residual, signs, after, work):
+    """Residual, signs and kept factors of the tangent at any state; returns the energy [J]."""
+    energy = evaluate(robot, loads, state, rotation, position, residual, work)
+    work.factors.how[0] = CONDENSED if condense(robot, work, work.factors) else DENSE
+    signs_of(robot, rotation, work.factors, work, signs)
+    keep(robot, work.factors, after)
+    return energy

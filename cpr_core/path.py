@@ -9,28 +9,28 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from .arrays import Factors, LoadArrays, factors_of, workspace
-from .condensation_kernel import factor
+from .arrays import Lanes, LoadArrays, kept_factors
+from .bound_robot import evaluate_bound, factors_bound, step_bound
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
 from .inertia import inertia_from
-from .inertia_kernel import signs_of
 from .lie import angle_motions, rotation_exp
 from .limits import Limit, margins, violated
 from .loads import Loads
-from .model_kernel import assemble, evaluate_model
-from .newton_kernel import CONVERGED, step_to
+from .newton_kernel import CONVERGED, EFFORTS, MOTORS, PLATFORM
 from .targets import Imposed, Target
 
 __all__ = ["OutOfTime", "Path", "Point", "Tangent"]
 
 Floats = NDArray[np.float64]
 
+#: How the kernels number the problems.
+PROBLEMS = {"motors": MOTORS, "efforts": EFFORTS, "platform": PLATFORM}
 #: A correction must be smaller than this times the one before: by Kantorovich's theorem the solution
 #: then moves continuously from the last one to this one.
 CONTRACTION = 0.25
@@ -147,9 +147,11 @@ class Path:
         )
         self._columns, self._rows = robot.problems[target.problem]
         self._angles = target.problem == "platform" and robot.controls_angles
-        size = len(robot.arrays.unit)
-        self._residual, self._tangent = np.empty(size), np.zeros((size, size))
-        self._work = workspace(robot.arrays)
+        self._residual = np.empty(len(robot.arrays.unit))
+
+    @cached_property
+    def _tangent(self) -> Floats:
+        return np.zeros((len(self._residual), len(self._residual)))
 
     @cached_property
     def load_distance(self) -> float:
@@ -177,9 +179,10 @@ class Path:
     def begin(self) -> Point:
         """The start as a point of the path."""
         if not self.conservative:
+            start = self.start
             self._evaluate(
-                self.start.state.copy(), self.start.platform_rotation.copy(),
-                self.start.platform_position.copy(), self.start.load_arrays,
+                start.state.copy(), start.platform_rotation.copy(), start.platform_position.copy(),
+                start.load_arrays,
             )  # fmt: skip
         return self._point(0.0, self.start)
 
@@ -200,18 +203,18 @@ class Path:
         lengths = robot.length_indices
         if lengths.size and motors[robot.length_motors].min() <= 0.0:
             return None
-        loads, factors, signs = self._loads_at(fraction), factors_of(robot.arrays), np.empty(3, int)
-        status, iterations, largest, energy = step_to(
-            robot.arrays, loads, self._columns, self._rows, self._angles,
-            motors, to_rotation, to_position, before.efforts.copy(), efforts,
-            *robot.inverse_unknowns, before.factors, RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION,
-            state, rotation, position, self._residual, signs, self._work, factors,
+        loads, kept = self._loads_at(fraction), kept_factors(robot.arrays)
+        signs = np.empty(3, np.int64)
+        status, iterations, largest, energy = step_bound(
+            robot.bound, loads, PROBLEMS[self.problem], motors, to_rotation, to_position,
+            before.efforts.copy(), efforts, before.factors, RESIDUAL_TOLERANCE, ITERATIONS,
+            CONTRACTION, state, rotation, position, self._residual, signs, kept,
         )  # fmt: skip
         self.iterations += iterations
         if status != CONVERGED or (lengths.size and state[lengths].min() <= 0.0):
             return None
         return self._found(
-            fraction, state, rotation, position, loads, largest, iterations, energy, factors, signs
+            fraction, state, rotation, position, loads, largest, iterations, energy, kept, signs
         )
 
     def crossing(self, low: Point, high: Point) -> float:
@@ -281,15 +284,13 @@ class Path:
             if not np.isfinite(largest):
                 return None
             if largest < POLISHED or (largest < RESIDUAL_TOLERANCE and polished):
-                factors, signs = factors_of(robot.arrays), np.empty(3, np.int64)
-                rows, columns = self._robot.problems["motors"]
-                factor(robot.arrays, rotation, rows, columns, False, self._work, factors)
-                signs_of(
-                    robot.arrays, rotation, factors, *robot.inverse_unknowns, self._work, signs
+                kept, signs = kept_factors(robot.arrays), np.empty(3, np.int64)
+                factors_bound(
+                    robot.bound, loads, state, rotation, position, self._residual, signs, kept
                 )
                 return self._found(
-                    fraction, state, rotation, position, loads, largest, iteration, energy,
-                    factors, signs,
+                    fraction, state, rotation, position, loads, largest, iteration, energy, kept,
+                    signs,
                 )  # fmt: skip
             polished = largest < RESIDUAL_TOLERANCE
             matrix = self._scaled_tangent(rotation)
@@ -321,7 +322,7 @@ class Path:
         residual: float,
         iterations: int,
         energy: float,
-        factors: Factors,
+        kept: Lanes,
         signs: NDArray[np.int64],
     ) -> Point:
         """A solution at which the model has just been evaluated, as a point; arrays are taken over."""
@@ -337,11 +338,13 @@ class Path:
             iterations=iterations,
             energy=energy,
             load_arrays=loads,
-            inertia=inertia_from(robot, signs, rotation, self._work),
-            known_factors=factors,
+            inertia=inertia_from(
+                robot, signs, partial(self._tangent_at, state, rotation, position, loads), rotation
+            ),
+            known_factors=kept,
         )
         if not self.conservative:
-            assemble(robot.arrays, self._work, self._tangent)
+            self._evaluate(state, rotation, position, loads)
         return self._point(fraction, equilibrium)
 
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
@@ -392,17 +395,17 @@ class Path:
     ) -> float:
         """Residual and tangent at any state; returns the energy."""
         return float(
-            evaluate_model(
-                self._robot.arrays,
-                loads,
-                state,
-                rotation,
-                position,
-                self._residual,
-                self._tangent,
-                self._work,
+            evaluate_bound(
+                self._robot.bound, loads, state, rotation, position, self._residual, self._tangent
             )
-        )
+        )  # fmt: skip
+
+    def _tangent_at(
+        self, state: Floats, rotation: Floats, position: Floats, loads: LoadArrays
+    ) -> Floats:
+        """The tangent at any state, (N, N)."""
+        self._evaluate(state, rotation, position, loads)
+        return self._tangent.copy()
 
     def _scaled_residual(self, efforts: Floats) -> Floats:
         """Dimensionless residual of the problem, legs first."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import LoadArrays, RobotArrays
+from .arrays import LoadArrays, RobotArrays, workspace
+from .bound_robot import BoundRobot
 from .description import LegDescription, RobotDescription
 from .description_file import read_description
 from .errors import InvalidRequest
@@ -28,8 +30,6 @@ __all__ = ["Robot", "load_robot"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-_NONE = np.zeros(0, np.int64)
 
 #: Components of the world twist [omega; v] behind a platform coordinate.
 _TWIST_COMPONENTS = {
@@ -67,6 +67,9 @@ class Robot:
     """
 
     description: RobotDescription
+
+    def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription]]:
+        return Robot, (self.description,)
 
     @property
     def planar(self) -> bool:
@@ -124,6 +127,20 @@ class Robot:
     def arrays(self) -> RobotArrays:
         """The robot as the kernels see it."""
         return robot_arrays(self)
+
+    @property
+    def bound(self) -> BoundRobot:
+        """The arrays with the memory of this thread, as entries of the kernels take them."""
+        memory = self._memory
+        try:
+            return memory.bound  # type: ignore[no-any-return]
+        except AttributeError:
+            memory.bound = BoundRobot(self.arrays, workspace(self.arrays))
+            return memory.bound  # type: ignore[no-any-return]
+
+    @cached_property
+    def _memory(self) -> threading.local:
+        return threading.local()
 
     @cached_property
     def motor_indices(self) -> Integers:
@@ -223,18 +240,12 @@ class Robot:
         """Unknowns and equations beside those of the legs, by what is imposed (Section IV-B)."""
         platform, motors = self.platform_indices, self.motor_indices
         both = np.concatenate([platform, motors])
-        uncontrolled = platform[~np.isin(self.platform_axes, self.controlled_axes)]
+        free = ~np.isin(self.platform_axes, self.controlled_axes)
         return {
             "motors": (platform, platform),
             "efforts": (both, both),
-            "platform": (np.concatenate([uncontrolled, motors]), platform),
+            "platform": (np.concatenate([platform[free], motors]), platform),
         }
-
-    @cached_property
-    def inverse_unknowns(self) -> tuple[Integers, bool]:
-        """Unknowns of the inverse problem, none where there is none; whether angles are among them."""
-        columns = self.problems["platform"][0] if len(self.controlled_axes) else _NONE
-        return columns, self.controls_angles
 
     @cached_property
     def unit_motions(self) -> Floats:

@@ -65,6 +65,9 @@ class _Builder:
             energy_unit=self.energy_unit,
             platform_index=platform_index,
             motor_index=motor_index,
+            border_indices=np.arange(platform_index, len(self.unit)),
+            inverse_unknowns=self._inverse_unknowns(platform_index, motor_index),
+            controls_angles=int(self.robot.controls_angles),
             constraint_count=int(constraints),
             orientation_count=int(self.legs["orientation_count"].max()),
         )
@@ -93,6 +96,13 @@ class _Builder:
         here["multiplier_index"] = len(self.unit)
         self.unit += [self.energy_unit / self.length_unit] * len(self.position_axes)
         self.unit += [self.energy_unit] * here["orientation_count"]
+
+    def _inverse_unknowns(self, platform_index: int, motor_index: int) -> NDArray[np.int64]:
+        if not len(self.robot.controlled_axes):
+            return np.zeros(0, np.int64)
+        free = ~np.isin(self.robot.platform_axes, self.robot.controlled_axes)
+        motors = np.arange(motor_index, len(self.unit))
+        return np.concatenate([platform_index + np.flatnonzero(free), motors])
 
     def _stiffness(self) -> Floats:
         widest = max(leg.modes.total for leg in self.described)

@@ -76,9 +76,7 @@ def signs_at(problem, tangent, rotation, scratch, work, signs):
         work: Workspace with the tangent of the model there and its factors.
         signs: Result, (4,).
     """
-    signs_of(
-        problem.robot, rotation, work.factors, problem.inverse_columns, problem.angles, work, signs
-    )
+    signs_of(problem.robot, rotation, work.factors, work, signs)
     read = tangent
     if signs[_LOCKED] == SINGULAR_LEG or not problem.conservative:
         assemble(problem.robot, work, tangent)

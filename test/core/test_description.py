@@ -242,7 +242,7 @@ def test_a_whole_number_written_as_a_float_counts_modes(file, modes):
     except DescriptionError as error:
         assert error.field == "strain.bending_3"  # refusing it would do as well
     else:
-        assert robot.arrays.direction.shape == (2, 5)
+        assert robot.arrays.elastic.shape == (1, 5, 5)
 
 
 # Fields.

@@ -157,9 +157,7 @@ def test_conjugation_turns_the_axis(rotation, direction, angle):
 def test_kernels_are_matrix_product_cross_product_and_image(first, second):
     matrix, other = np.outer(first, second) + np.eye(3), lie.skew(second)
     assert_allclose(product(matrix, other), matrix @ other, rtol=0.0, atol=1e-15)
-    image = np.full(3, np.nan)
-    lie.rotate(matrix, second, image)
-    assert_allclose(image, matrix @ second, rtol=0.0, atol=1e-15)
+    assert_allclose(lie.rotate_by(matrix, second), matrix @ second, rtol=0.0, atol=1e-15)
     assert_allclose(lie.skew(first) @ second, np.cross(first, second), rtol=0.0, atol=1e-15)
 
 

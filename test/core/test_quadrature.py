@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from cpr_core.leg_kernel import rotation_steps
+from cpr_core.rotation_kernel import rotation_steps
 from cpr_core.lie import rotation_exp
 from cpr_core.quadrature import rod_grid
 from cpr_core.robot import load_robot

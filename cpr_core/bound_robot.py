@@ -1,0 +1,65 @@
+"""Entries from Python into the kernels, with a robot and its memory handed over once.
+
+Taking a hundred arrays apart costs more than a small robot's solve. They are taken apart when a robot is
+first used in a thread; from then on one object stands for all of them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba.core import types
+from numba.experimental import structref
+
+from .compiled import compiled
+from .model_kernel import evaluate_model
+from .newton_kernel import factors_at, step_to
+
+__all__ = ["BoundRobot", "evaluate_bound", "factors_bound", "step_bound"]
+
+
+@structref.register
+class _BoundRobotType(types.StructRef):  # type: ignore[misc]
+    """Numba's type of a BoundRobot."""
+
+    def preprocess_fields(self, fields: Any) -> Any:
+        return tuple((name, types.unliteral(kind)) for name, kind in fields)
+
+
+class BoundRobot(structref.StructRefProxy):  # type: ignore[misc]
+    """RobotArrays and a Workspace, for one thread."""
+
+    def __new__(cls, robot: Any, work: Any) -> BoundRobot:
+        return structref.StructRefProxy.__new__(cls, robot, work)  # type: ignore[no-any-return]
+
+
+structref.define_proxy(BoundRobot, _BoundRobotType, ["robot", "work"])
+
+
+@compiled
+def evaluate_bound(bound, loads, state, rotation, position, residual, tangent):
+    """``evaluate_model``."""
+    return evaluate_model(
+        bound.robot, loads, state, rotation, position, residual, tangent, bound.work
+    )
+
+
+@compiled
+def step_bound(
+    bound, loads, problem, motors, to_rotation, to_position, first_efforts, efforts, before,
+    tolerance, iterations, contraction, state, rotation, position, residual, signs, after,
+):  # fmt: skip
+    """``step_to``."""
+    return step_to(
+        bound.robot, loads, problem, motors, to_rotation, to_position, first_efforts, efforts, before,
+        tolerance, iterations, contraction, state, rotation, position, residual, signs, after,
+        bound.work,
+    )  # fmt: skip
+
+
+@compiled
+def factors_bound(bound, loads, state, rotation, position, residual, signs, after):
+    """``factors_at``."""
+    return factors_at(
+        bound.robot, loads, state, rotation, position, residual, signs, after, bound.work
+    )
