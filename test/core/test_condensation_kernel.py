@@ -1,20 +1,28 @@
 """Linear solves with the tangent, condensed leg by leg or whole, against numpy."""
 
+from itertools import combinations_with_replacement
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from cpr_core.arrays import factors_of, kept_factors, workspace
 from cpr_core.condensation_kernel import (
     CONDENSED,
     DENSE,
     NO_INVERSE,
-    allocate,
     factor,
+    keep,
     lu_factor,
     lu_solve,
+    predict,
+    recall,
+    rotation_unknowns,
     solve,
+    solve_transposed,
 )
 from cpr_core.model import evaluate, tangent_at
+from cpr_core.model_kernel import assemble
 from cpr_core.robot import load_robot
 
 ROBOTS = ["rfrfr", "six_rfs"]
@@ -51,10 +59,38 @@ def dimensionless(robot, tangent, problem):
     return unit[rows, None] * matrix * unit[columns] / robot.arrays.energy_unit
 
 
-def factored(robot, tangent, problem):
+def by_slots(robot, tangent):
+    """A workspace with a tangent whose legs are symmetric: the inverse of ``assemble``."""
+    arrays = robot.arrays
+    work, inner = workspace(arrays), arrays.index.shape[1]
+    platform = arrays.platform_index + np.arange(len(arrays.platform_axes))
+    blocks = work.blocks["lane"]
+    for group, lane in np.ndindex(len(arrays.groups), arrays.index.shape[2]):
+        states = [*arrays.index[group, :, lane], *platform, arrays.groups["motor_index"][group, lane]]
+        for i, j in combinations_with_replacement(range(len(states)), 2):
+            own = i < inner or j == len(states) - 1
+            if own and states[i] >= 0 and states[j] >= 0:
+                blocks[group, i, j, lane] = tangent[states[i], states[j]]
+    axes = arrays.platform_axes
+    work.platform_tangent[np.ix_(axes, axes)] = tangent[np.ix_(platform, platform)]
+    return work
+
+
+def factored(robot, tangent, problem, factors=None):
     columns, rows = robot.problems[problem]
-    factors = allocate(robot.arrays, len(rows))
-    return factor(robot.arrays, tangent, rows, columns, factors), factors
+    work = by_slots(robot, tangent)
+    factors = factors or factors_of(robot.arrays)
+    how = factor(robot.arrays, np.eye(3), rows, columns, False, work, factors)
+    return how, work, factors
+
+
+def solved(robot, problem, factored, right, transposed=False):
+    """The solution of a problem, straight or transposed."""
+    columns, rows = robot.problems[problem]
+    found = right.copy()
+    chosen = solve_transposed if transposed else solve
+    chosen(robot.arrays, rows, columns, False, found, *factored[1:])
+    return found
 
 
 def block_of(robot, leg):
@@ -67,15 +103,15 @@ def check_solutions(robot, tangent, problem, expected_how):
     matrix = dimensionless(robot, tangent, problem)
     assert np.linalg.cond(matrix) < 1e8
     before = tangent.copy()
-    how, factors = factored(robot, tangent, problem)
-    assert how == expected_how
+    made = factored(robot, tangent, problem)
+    assert made[0] == expected_how
     assert np.array_equal(tangent, before)
     size = len(matrix)
     for right in (*np.eye(size)[[0, -1]], *np.random.default_rng(3).normal(size=(5, size))):
-        found = right.copy()
-        solve(factors, how, found)
-        expected = np.linalg.solve(matrix, right)
-        assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+        for transposed in (False, True):
+            expected = np.linalg.solve(matrix.T if transposed else matrix, right)
+            found = solved(robot, problem, made, right, transposed)
+            assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
@@ -85,17 +121,55 @@ def test_condensed_solution_is_that_of_numpy(robot, tangent, problem):
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_tangents_that_are_not_symmetric_are_solved_too(robot, tangent, problem):
-    rng = np.random.default_rng(5)
-    outer = np.zeros_like(tangent)
-    border = np.arange(robot.arrays.platform_index, len(tangent))
-    for leg in range(len(robot.arrays.legs)):
-        block = block_of(robot, leg)
-        outer[np.ix_(block, block)] = 1.0
-        outer[np.ix_(block, border)] = outer[np.ix_(border, block)] = 1.0
-    outer[np.ix_(border, border)] = 1.0
-    changed = tangent * (1.0 + 0.05 * outer * rng.normal(size=tangent.shape))
+    """Loads that follow the platform make its own block unsymmetric, and states out of balance."""
+    rng, changed = np.random.default_rng(5), tangent.copy()
+    platform = robot.platform_indices
+    unit = robot.arrays.unit[platform]
+    away = rng.normal(size=(len(platform),) * 2) * robot.arrays.energy_unit / unit / unit[:, None]
+    changed[np.ix_(platform, platform)] += away
     assert not np.allclose(changed, changed.T)
     check_solutions(robot, changed, problem, CONDENSED)
+
+
+def test_a_tangent_put_together_from_slots_is_the_same(robot, tangent):
+    found = np.zeros_like(tangent)
+    assemble(robot.arrays, by_slots(robot, tangent), found)
+    assert_allclose(found, tangent, rtol=0.0, atol=1e-12 * np.abs(tangent).max())
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_predictions_are_those_of_numpy(robot, tangent, problem):
+    columns, rows = robot.problems[problem]
+    arrays, rng = robot.arrays, np.random.default_rng(2)
+    border = np.arange(arrays.platform_index, len(arrays.unit))
+    known = np.where(np.isin(border, columns), 0.0, rng.normal(size=len(border)))
+    efforts = rng.normal(size=robot.motor_count) if problem == "efforts" else None
+    matrix = dimensionless(robot, tangent, problem)
+    whole = tangent * arrays.unit[:, None] * arrays.unit / arrays.energy_unit
+    equations = np.concatenate([np.arange(arrays.platform_index), rows])
+    right = -whole[np.ix_(equations, border)] @ known
+    if efforts is not None:
+        right[-robot.motor_count :] += efforts
+    expected = np.linalg.solve(matrix, right)
+    _, work, factors = factored(robot, tangent, problem)
+    kept, other = kept_factors(arrays), factors_of(arrays)
+    store_and_recall(arrays, factors, kept, other)
+    for used in (factors, other):
+        if used is factors:
+            used.inverse["lane"][:] = 0.0
+        found = np.empty(len(arrays.unit))
+        rotation_unknowns(np.eye(3), False, work.motions)
+        efforts = np.zeros(robot.motor_count) if efforts is None else efforts
+        assert predict(arrays, rows, columns, False, known, efforts, found, work, used)
+        size = len(expected)
+        assert_allclose(found[:size], expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+
+
+def store_and_recall(arrays, factors, kept, other):
+    keep(arrays, factors, kept)
+    recall(arrays, kept, other)
+    np.testing.assert_array_equal(factors.border, other.border)
+    np.testing.assert_array_equal(factors.upper["lane"], other.upper["lane"])
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
@@ -123,51 +197,39 @@ def test_a_straight_leg_leaves_the_inverse_problem_without_inverse(robot):
     changed = straight_leg_tangent(robot)
     matrix = dimensionless(robot, changed, "platform")
     assert np.linalg.matrix_rank(matrix) < len(matrix)
-    how, _ = factored(robot, changed, "platform")
-    assert how == NO_INVERSE
+    assert factored(robot, changed, "platform")[0] == NO_INVERSE
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
-@pytest.mark.parametrize("what", ["row", "column"])
-def test_a_singular_border_has_no_inverse(robot, tangent, problem, what):
-    columns, rows = robot.problems[problem]
+def test_a_singular_border_has_no_inverse(robot, tangent, problem):
     changed = tangent.copy()
-    if what == "row":
-        changed[rows[0], :] = 0.0
-    else:
-        changed[:, columns[-1]] = 0.0
-    how, _ = factored(robot, changed, problem)
-    assert how == NO_INVERSE
+    changed[robot.platform_indices[0], :] = 0.0
+    changed[:, robot.platform_indices[0]] = 0.0
+    assert factored(robot, changed, problem)[0] == NO_INVERSE
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
-@pytest.mark.parametrize("what", ["row", "column"])
-def test_a_singular_whole_has_no_inverse(robot, tangent, problem, what):
+def test_a_singular_whole_has_no_inverse(robot, tangent, problem):
     changed = tangent.copy()
     strain = robot.arrays.legs[1]["strain_index"] + 1
-    if what == "row":
-        changed[strain, :] = 0.0
-    else:
-        changed[:, strain] = 0.0
-    how, _ = factored(robot, changed, problem)
-    assert how == NO_INVERSE
+    changed[strain, :] = 0.0
+    changed[:, strain] = 0.0
+    assert factored(robot, changed, problem)[0] == NO_INVERSE
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_nan_has_no_inverse(robot, tangent, problem):
-    how, _ = factored(robot, np.full_like(tangent, np.nan), problem)
-    assert how == NO_INVERSE
+    assert factored(robot, np.full_like(tangent, np.nan), problem)[0] == NO_INVERSE
 
 
 def test_factors_are_refilled_and_not_added_to(robot, tangent):
-    columns, rows = robot.problems["motors"]
-    factors = allocate(robot.arrays, len(rows))
-    right = np.random.default_rng(7).normal(size=robot.arrays.platform_index + len(rows))
+    factors = factors_of(robot.arrays)
+    size = len(dimensionless(robot, tangent, "motors"))
+    right = np.random.default_rng(7).normal(size=size)
     solutions = []
     for matrix in (tangent, straight_leg_tangent(robot), tangent):
-        found = right.copy()
-        solve(factors, factor(robot.arrays, matrix, rows, columns, factors), found)
-        solutions.append(found)
+        made = factored(robot, matrix, "motors", factors)
+        solutions.append(solved(robot, "motors", made, right))
     assert np.array_equal(solutions[0], solutions[2])
     assert not np.allclose(solutions[0], solutions[1])
 
