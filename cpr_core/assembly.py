@@ -61,7 +61,6 @@ def bowed_strain(robot: Robot, motors: Floats, bow: tuple[Floats | None, ...]) -
     """
     state = np.zeros(len(robot.arrays.unit))
     state[robot.motor_indices] = motors
-    sigma, weights = robot.grid.nodes, robot.grid.weights
     for here, leg, side in zip(robot.arrays.legs, robot.description.legs, bow, strict=True):
         if side is None:
             continue
@@ -71,14 +70,9 @@ def bowed_strain(robot: Robot, motors: Floats, bow: tuple[Floats | None, ...]) -
             frame = rotation_exp(turn) @ frame
         across = frame.T @ side  # r'' = R (0, kappa_3, -kappa_2) leads away from the bow
         across = _BOW / leg.rod.length * across / max(1e-12, float(np.hypot(*across[1:])))
-        values, directions = leg.modes.values(sigma), leg.modes.directions
-        for component, curvature in ((1, across[2]), (2, -across[1])):
-            mine = np.flatnonzero(directions == component)
-            if len(mine):
-                scale = np.sqrt(weights)
-                state[here["strain_index"] + mine] = np.linalg.lstsq(
-                    scale[:, None] * values[:, mine], scale * curvature, rcond=None
-                )[0]
+        bent = np.tile([0.0, across[2], -across[1]], (len(robot.grid.nodes), 1))
+        first = here["strain_index"]
+        state[first : first + leg.modes.total] = leg.modes.project(bent, robot.grid)
     return state
 
 

@@ -100,19 +100,11 @@ def _from_strain(
     state[robot.motor_indices] = guess.motors
     for number, leg in enumerate(robot.description.legs):
         first = arrays.legs[number]["strain_index"]
-        sigma, weights = robot.grid.nodes, robot.grid.weights
-        target = np.zeros((len(sigma), 3))
+        target = np.zeros((len(robot.grid.nodes), 3))
         for component, coefficients in enumerate(strain[number]):
             if len(coefficients):
-                target[:, component] = legendre.legval(2.0 * sigma - 1.0, coefficients)
-        values, directions = leg.modes.values(sigma), leg.modes.directions
-        scale = np.sqrt(weights)[:, None]
-        for component in range(3):
-            mine = np.flatnonzero(directions == component)
-            if len(mine):
-                state[first + mine] = np.linalg.lstsq(
-                    scale * values[:, mine], scale[:, 0] * target[:, component], rcond=None
-                )[0]
+                target[:, component] = legendre.legval(2.0 * robot.grid.nodes - 1.0, coefficients)
+        state[first : first + leg.modes.total] = leg.modes.project(target, robot.grid)
     rotation = guess.platform_rotation.copy()
     position = (
         guess.platform_position.copy()
