@@ -14,15 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from .arrays import LoadArrays
 from .equilibrium import Equilibrium
 from .geometrico_statics import refine
 from .lie import rotation_exp
 from .loads import Loads
 from .model import ModelValue, evaluate
 from .robot import Robot
-from .shape import leg_shapes
+from .shape import leg_shapes, tip_positions
 
-__all__ = ["Shape", "assemble", "bowed_strain", "moved_shape", "settle", "turned_over"]
+__all__ = [
+    "Shape",
+    "assemble",
+    "bowed_strain",
+    "moved_shape",
+    "platform_between_tips",
+    "settle",
+    "turned_over",
+    "with_best_multipliers",
+]
 
 Floats = NDArray[np.float64]
 
@@ -73,6 +83,35 @@ def bowed_strain(robot: Robot, motors: Floats, bow: tuple[Floats | None, ...]) -
         bent = np.tile([0.0, across[2], -across[1]], (len(robot.grid.nodes), 1))
         first = here["strain_index"]
         state[first : first + leg.modes.total] = leg.modes.project(bent, robot.grid)
+    return state
+
+
+def platform_between_tips(robot: Robot, state: Floats, rotation: Floats) -> Floats:
+    """Platform position (3,) [m] where its joints are on average at the rod tips.
+
+    Args:
+        robot: The robot.
+        state: State with the motors (N,); multipliers are not read.
+        rotation: R_p in the world, (3, 3).
+    """
+    joints = np.array([leg.joint.position for leg in robot.description.legs]) @ rotation.T
+    return np.mean(tip_positions(robot, state) - joints, axis=0)
+
+
+def with_best_multipliers(robot: Robot, loads: LoadArrays, shape: Shape) -> Floats:
+    """State (N,) of a shape with the multipliers that bring it nearest to equilibrium.
+
+    The residual is linear in the multipliers: they are a least-squares solution.
+    """
+    arrays, columns = robot.arrays, robot.multiplier_indices
+    state = shape.state.copy()
+    state[columns] = 0.0
+    value = evaluate(robot, loads, state, shape.platform_rotation, shape.platform_position)
+    rows = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    scale = arrays.unit[rows]
+    slopes = scale[:, None] * value.tangent[np.ix_(rows, columns)] * arrays.unit[columns]
+    forces = np.linalg.lstsq(slopes, -scale * value.residual[rows], rcond=None)[0]
+    state[columns] = arrays.unit[columns] * forces
     return state
 
 
