@@ -127,10 +127,10 @@ def assemble(robot: Robot, start: Shape, loads: Loads, platform_held: bool) -> E
     Returns:
         The equilibrium, converged or not, stable or not: the caller has to look.
     """
-    shape = start
+    shape, forces = start, robot.load_arrays(loads)
     if platform_held:
         for stiffness in _SPRINGS[:4]:
-            shape = _descended(robot, loads, shape, stiffness, robot.elastic_indices)
+            shape = _descended(robot, forces, shape, stiffness, robot.elastic_indices)
     return settle(robot, shape, loads, _SPRINGS[3:] if platform_held else _SPRINGS)
 
 
@@ -139,11 +139,11 @@ def settle(
 ) -> Equilibrium:
     """Bring a shape to rest in a stable equilibrium, its joints closed by springs at first."""
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
-    found = None
+    found, forces = None, robot.load_arrays(loads)
     for kick in range(_KICKS):
         for stiffness in springs:
-            shape = _descended(robot, loads, shape, stiffness, moving)
-        found = _closed(robot, loads, shape, springs[-1])
+            shape = _descended(robot, forces, shape, stiffness, moving)
+        found = _closed(robot, loads, forces, shape, springs[-1])
         if not found.converged or found.index_locked == 0:
             return found
         # A saddle: along its softest motion the energy falls, to the one side or the other.
@@ -169,12 +169,14 @@ def turned_over(equilibrium: Equilibrium) -> str | None:
     return None
 
 
-def _closed(robot: Robot, loads: Loads, shape: Shape, stiffness: float) -> Equilibrium:
+def _closed(
+    robot: Robot, loads: Loads, forces: LoadArrays, shape: Shape, stiffness: float
+) -> Equilibrium:
     """Newton's method on the model from a shape with small gaps."""
     return refine(
         robot,
         loads,
-        _spring_state(robot, loads, shape, stiffness),
+        _spring_state(robot, forces, shape, stiffness),
         shape.platform_rotation.copy(),
         shape.platform_position.copy(),
         iterations=100,
@@ -182,13 +184,13 @@ def _closed(robot: Robot, loads: Loads, shape: Shape, stiffness: float) -> Equil
     )
 
 
-def _spring_state(robot: Robot, loads: Loads, shape: Shape, stiffness: float) -> Floats:
+def _spring_state(robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float) -> Floats:
     """The state with spring forces as multipliers."""
     held, unit = robot.multiplier_indices, robot.arrays.unit
     state = shape.state.copy()
     state[held] = 0.0
     gaps = evaluate(
-        robot, robot.load_arrays(loads), state, shape.platform_rotation, shape.platform_position
+        robot, forces, state, shape.platform_rotation, shape.platform_position
     ).residual[held]
     # A gap times its multiplier's unit over the unit of energy is dimensionless.
     state[held] = stiffness * gaps * unit[held] ** 2 / robot.arrays.energy_unit
@@ -196,25 +198,23 @@ def _spring_state(robot: Robot, loads: Loads, shape: Shape, stiffness: float) ->
 
 
 def _with_springs(
-    robot: Robot, loads: Loads, shape: Shape, stiffness: float
+    robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float
 ) -> tuple[float, ModelValue]:
     """Dimensionless energy of rods and springs, and the model with the spring forces."""
-    state = _spring_state(robot, loads, shape, stiffness)
+    state = _spring_state(robot, forces, shape, stiffness)
     held, arrays = robot.multiplier_indices, robot.arrays
-    value = evaluate(
-        robot, robot.load_arrays(loads), state, shape.platform_rotation, shape.platform_position
-    )
+    value = evaluate(robot, forces, state, shape.platform_rotation, shape.platform_position)
     gaps = value.residual[held] * arrays.unit[held] / arrays.energy_unit
     return value.energy / arrays.energy_unit + 0.5 * stiffness * float(gaps @ gaps), value
 
 
 def _descended(
-    robot: Robot, loads: Loads, shape: Shape, stiffness: float, moving: NDArray[np.int64]
+    robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float, moving: NDArray[np.int64]
 ) -> Shape:
     """Minimum of the energy of rods and springs, by Newton steps turned downhill along every axis."""
     arrays, held = robot.arrays, robot.multiplier_indices
     unit = arrays.unit[moving]
-    energy, value = _with_springs(robot, loads, shape, stiffness)
+    energy, value = _with_springs(robot, forces, shape, stiffness)
     for _ in range(_DESCENTS):
         gradient = value.residual[moving] * unit / arrays.energy_unit
         hessian = value.tangent[np.ix_(moving, moving)] * unit * unit[:, None]
@@ -234,7 +234,7 @@ def _descended(
         change, factor = axes @ step, 1.0
         while factor > 1e-6:
             trial = moved_shape(robot, shape, moving, factor * change)
-            trial_energy, trial_value = _with_springs(robot, loads, trial, stiffness)
+            trial_energy, trial_value = _with_springs(robot, forces, trial, stiffness)
             if trial_energy < energy + 1e-4 * factor * float(along @ step):
                 break
             factor *= 0.25

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
+from .arrays import LoadArrays
 from .assembly import Shape, moved_shape, platform_between_tips, turned_over, with_best_multipliers
 from .equilibrium import Equilibrium
 from .errors import InvalidRequest, NotReached
@@ -149,10 +150,11 @@ def _searched(
     if robot.planar:
         position[2] = 0.0
 
-    shape = _closed(robot, loads, Shape(state, rotation, position))
+    forces = robot.load_arrays(loads)
+    shape = _closed(robot, forces, Shape(state, rotation, position))
     if shape is None:
         return None
-    state = with_best_multipliers(robot, robot.load_arrays(loads), shape)
+    state = with_best_multipliers(robot, forces, shape)
     rotation, position = shape.platform_rotation.copy(), shape.platform_position.copy()
     found = refine(robot, loads, state, rotation, position, iterations=_STEPS, contraction=1.0)
     lengths = found.state[robot.length_indices]
@@ -161,15 +163,14 @@ def _searched(
     return found
 
 
-def _closed(robot: Robot, loads: Loads, shape: Shape) -> Shape | None:
+def _closed(robot: Robot, forces: LoadArrays, shape: Shape) -> Shape | None:
     """A shape with its joints closed by the smallest motions; None if they do not close."""
     arrays, held = robot.arrays, robot.multiplier_indices
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
     for _ in range(_CLOSING_STEPS):
         value = evaluate(
-            robot, robot.load_arrays(loads), shape.state, shape.platform_rotation,
-            shape.platform_position,
-        )  # fmt: skip
+            robot, forces, shape.state, shape.platform_rotation, shape.platform_position
+        )
         unit = arrays.unit[held, None] / arrays.energy_unit
         gaps = value.residual[held] * unit[:, 0]
         if np.abs(gaps).max() < 1e-3:
