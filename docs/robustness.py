@@ -72,11 +72,11 @@ def experiment(name: str, problem: str, count: int, seed: int = 1) -> Outcome:
             there = end.event.equilibrium
             if not _real(end, problem, home):
                 outcome.not_real.append(f"{number}: {end}")
-        if _residual(there) > 1e-10:
+        if residual(there) > 1e-10:
             outcome.not_equilibria += 1
         try:
             back = solve(_given(home, problem), start=there)
-            outcome.worst_return = max(outcome.worst_return, _distance(back, home))
+            outcome.worst_return = max(outcome.worst_return, distance(back, home))
         except NotReached as end:
             outcome.not_returned.append(f"{number}: {end}")
     return outcome
@@ -117,11 +117,11 @@ def _real(end: NotReached, problem: str, home: Equilibrium) -> bool:
     if end.event.kind.endswith("_limit"):
         return bool(np.abs(margins(here)).min() < 1e-6)
     if end.event.kind in ("fold", "bifurcation"):
-        return _regularity(here, problem) < 1e-2 * _regularity(home, problem)
+        return regularity(here, problem) < 1e-2 * regularity(home, problem)
     return False
 
 
-def _regularity(equilibrium: Equilibrium, problem: str) -> float:
+def regularity(equilibrium: Equilibrium, problem: str) -> float:
     """How far a problem is from having no unique solution."""
     if problem == "motors":
         return float(np.abs(equilibrium.spectrum_locked.eigenvalues).min())
@@ -130,7 +130,7 @@ def _regularity(equilibrium: Equilibrium, problem: str) -> float:
     return kinemato_statics(equilibrium).singularity("inverse").smallest
 
 
-def _residual(equilibrium: Equilibrium) -> float:
+def residual(equilibrium: Equilibrium) -> float:
     """Largest dimensionless residual, by a fresh evaluation under the loads."""
     robot = equilibrium.robot
     value = evaluate(
@@ -145,7 +145,7 @@ def _residual(equilibrium: Equilibrium) -> float:
     return float(np.abs(value.residual[rows] * unit).max())
 
 
-def _distance(one: Equilibrium, two: Equilibrium) -> float:
+def distance(one: Equilibrium, two: Equilibrium) -> float:
     """Largest dimensionless difference of two equilibria."""
     return max(
         float(np.abs((one.state - two.state) / one.robot.arrays.unit).max()),

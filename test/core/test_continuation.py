@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from robustness import _distance, _regularity
+from robustness import distance, regularity
 
 from cpr_core import (
     InvalidRequest,
@@ -51,9 +51,9 @@ def test_paper_paths_end_the_same_however_many_requests_they_take(name, heavy):
     start = solve_forward(robot, first, loads=loads)
     ends = [walked(robot, start, last, requests) for requests in (50, 5, 1)]
     for end in ends[1:]:
-        assert _distance(end, ends[0]) < 1e-9
+        assert distance(end, ends[0]) < 1e-9
     for requests in (50, 5, 1):
-        assert _distance(walked(robot, ends[0], first, requests), start) < 1e-9
+        assert distance(walked(robot, ends[0], first, requests), start) < 1e-9
 
 
 @pytest.mark.parametrize("modes", [5, 12])
@@ -106,7 +106,7 @@ def test_a_load_beyond_the_critical_one_stops_at_the_fold(name):
         rtol=1e-7,
     )
     assert (
-        _distance(solve_forward(robot, start.motors, start=last, loads=start.loads), start) < 1e-7
+        distance(solve_forward(robot, start.motors, start=last, loads=start.loads), start) < 1e-7
     )
 
 
@@ -150,7 +150,7 @@ def test_heavy_loads_at_once_end_as_loads_step_by_step(wrench):
     fast = follow(robot.home, MotorTarget(robot.home.motors), loads)
     assert (fast.stopped is None) == (slow.stopped is None)
     if slow.stopped is None:
-        assert _distance(fast.last, slow.last) < 1e-7
+        assert distance(fast.last, slow.last) < 1e-7
     else:
         assert fast.stopped.kind == slow.stopped.kind
         assert fast.stopped.fraction == pytest.approx(slow.stopped.fraction, abs=1e-8)
@@ -183,7 +183,7 @@ def test_folds_by_effort_are_where_the_free_robot_loses_stability(name):
         except NoForwardSolution as end:
             folds += 1
             assert end.event.kind in ("fold", "bifurcation")
-            assert _regularity(end.last, "efforts") < 1e-2 * _regularity(robot.home, "efforts")
+            assert regularity(end.last, "efforts") < 1e-2 * regularity(robot.home, "efforts")
         except MotorLimitExceeded:
             continue
     assert folds >= 0

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from robustness import RANGES, _distance, _given
+from robustness import RANGES, _given, distance
 
 from cpr_core import load_robot, solve_forward
 from cpr_core.description_file import shipped_robots
@@ -51,7 +51,7 @@ def test_points_by_arc_length_lie_on_the_path(name, problem):
     found = path.along(here, tangent, 0.02)
     assert found is not None
     direct = path.at(here, found.fraction)
-    assert _distance(found.equilibrium, direct.equilibrium) < 1e-7
+    assert distance(found.equilibrium, direct.equilibrium) < 1e-7
     assert path.tangent(found, tangent).cosine(tangent) > 0.9
     back = path.along(found, path.tangent(found, tangent), -0.02)
     assert abs(back.fraction) < 1e-2
