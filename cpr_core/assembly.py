@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg
 
 from .arrays import LoadArrays
 from .equilibrium import Equilibrium
@@ -221,7 +221,7 @@ def _descended(
         hessian /= arrays.energy_unit
         slopes = value.tangent[np.ix_(held, moving)] * unit * arrays.unit[held, None]
         slopes /= arrays.energy_unit
-        curvatures, axes = linalg.eigh(
+        curvatures, axes = scipy.linalg.eigh(
             0.5 * (hessian + hessian.T) + stiffness * slopes.T @ slopes, driver="evd"
         )
         along = axes.T @ gradient

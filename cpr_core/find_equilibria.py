@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import linalg
 
 from .arrays import LoadArrays
 from .assembly import Shape, moved_shape, platform_between_tips, turned_over, with_best_multipliers
@@ -144,8 +144,8 @@ def _searched(
         angle = random.uniform(-np.pi, np.pi)
         rotation[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     elif not robot.planar:
-        rotation = linalg.qr(random.normal(size=(3, 3)))[0]
-        rotation *= np.sign(linalg.det(rotation))
+        rotation = scipy.linalg.qr(random.normal(size=(3, 3)))[0]
+        rotation *= np.sign(scipy.linalg.det(rotation))
     position = platform_between_tips(robot, state, rotation)
     if robot.planar:
         position[2] = 0.0
