@@ -1,0 +1,81 @@
+"""New processes: importing, the first solve with a cold and with a warm kernel cache, peak memory."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from .measure import Figure, summary_of
+
+__all__ = ["process_figures"]
+
+FIRST_SOLVE = """
+import time
+begin = time.perf_counter()
+import cpr_core
+imported = time.perf_counter()
+robot = cpr_core.load_robot("six_rfs")
+here = cpr_core.solve_forward(robot, robot.home.motors + 0.02)
+solved = time.perf_counter()
+assert here.converged
+import json
+from pathlib import Path
+peak = int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0]) / 1024.0
+print(json.dumps({"import": imported - begin, "first solve": solved - begin, "memory": peak}))
+"""
+
+MEMORY = """
+import json
+from pathlib import Path
+import numpy as np
+import cpr_core
+robot = cpr_core.load_robot("six_rfs", modes=12)
+here = robot.home
+for number in range(1000):
+    here = cpr_core.solve_forward(robot, robot.home.motors + 0.1 * np.sin(0.01 * number), start=here)
+peak = int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0]) / 1024.0
+print(json.dumps(peak))
+"""
+
+
+def process_figures(
+    repeats: int, with_cold: bool, progress: Callable[[str], object] = lambda key: None
+) -> dict[str, Figure]:
+    """Measure new processes; a cold cache takes half a minute.
+
+    Times are those that pass from the first line of the process on; the start of Python is not in them.
+    """
+    figures = {}
+    run(FIRST_SOLVE)  # the cache is warm from here on
+    found = []
+    for _ in range(repeats):
+        progress("new process")
+        found.append(run(FIRST_SOLVE))
+    for key in ("import", "first solve"):
+        name = {"import": "import cpr_core", "first solve": "first solve, warm cache"}[key]
+        figures[name] = summary_of([one[key] for one in found], "s", "wall")
+    figures["peak memory, first solve"] = summary_of([one["memory"] for one in found], "MB")
+    progress("peak memory")
+    figures["peak memory, 1000 solves with 12 modes"] = summary_of([run(MEMORY)], "MB")
+    if with_cold:
+        progress("cold cache")
+        with tempfile.TemporaryDirectory() as folder:
+            cold = run(FIRST_SOLVE, Path(folder))["first solve"]
+        figures["first solve, cold cache"] = summary_of([cold], "s", "wall")
+    return figures
+
+
+def run(code: str, cache: Path | None = None):
+    """Run Python code in a new process; what it prints as JSON."""
+    environment = dict(os.environ)
+    if cache is not None:
+        environment["NUMBA_CACHE_DIR"] = str(cache)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
+    )
+    return json.loads(done.stdout)
