@@ -34,7 +34,7 @@ test-oldest:  ## run every test with the numpy, scipy, numba and matplotlib of U
 lint: setup  ## check style, formatting and types
 	.venv/bin/ruff check
 	.venv/bin/ruff format --check
-	.venv/bin/mypy cpr_core cpr_ros paper
+	.venv/bin/mypy cpr_core cpr_ros paper benchmarks
 
 paper: setup  ## compute the tables and figures of the paper (QUICK=1: coarser; PUBLISH=1: also into docs/paper)
 	@.venv/bin/python -m paper $(if $(QUICK),--quick) $(if $(PUBLISH),--publish docs/paper)

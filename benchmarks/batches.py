@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 
@@ -29,18 +30,9 @@ def batch_cases(count: int, modes: int = 5) -> Iterator[Case]:
     """Path steps of the 6-RFS robot, from every point of its path to the next."""
     problem, cells, ways = _batch(count, modes)
     _check(solve_batch(problem, cells, ways, None))
-    name = f"batch of {count}"
-
-    def on_one() -> None:
-        solve_batch(problem, cells, ways, None)
-
-    threads = ThreadPoolExecutor(2)
-
-    def on_two() -> None:
-        solve_batch(problem, cells, ways, threads)
-
-    yield Case(f"{name}, 1 core/six_rfs/{modes}", on_one, count, "wall", slow=True)
-    yield Case(f"{name}, 2 cores/six_rfs/{modes}", on_two, count, "wall", slow=True)
+    for cores, executor in (("1 core", None), ("2 cores", ThreadPoolExecutor(2))):
+        run = partial(solve_batch, problem, cells, ways, executor)
+        yield Case(f"batch of {count}, {cores}/six_rfs/{modes}", run, count, "wall", slow=True)
 
 
 def solve_batch(

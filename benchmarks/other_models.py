@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import cache
+from collections.abc import Iterator, Sequence
+from functools import cache, partial
 
 import numpy as np
 
+from cpr_core import solve_forward
 from cpr_core.reference.continuous_rods import follow_motors
 from cpr_core.reference.shooting_robot import ShootingMethod
 from paper.cases import Case as PaperCase
 from paper.timing import EXACT_METHOD, cheapest_method, models_of
 
 from .measure import Case
-from .walks import PAPER_CASES, walk_of
+from .walks import PAPER_CASES, Walk, walk_of
 
 __all__ = ["ACCURACY", "accuracy_facts", "equally_accurate", "path_cases"]
 
@@ -27,21 +28,17 @@ def path_cases() -> Iterator[Case]:
     """51 points each; per point, as all models take one step after the other."""
     for case in PAPER_CASES.values():
         walk = walk_of(case.name, 5, "forward")
-        yield Case(f"path of 51 points/{case.name}/5", _whole(walk.go, walk.start))
+        yield Case(f"path of 51 points/{case.name}/5", partial(_whole_path, walk))
         modes, method = equally_accurate(case)
         accurate = walk_of(case.name, modes, "forward")
         yield Case(f"at 1e-6 m, this library/{case.name}", accurate.go, len(accurate.requests))
-        start, path = case.continuous_home(), case.path()[1:]
-
-        def shooting(start=start, path=path, method=method) -> None:
-            follow_motors(start, path, method=method)
-
+        path = case.path()[1:]
+        shooting = partial(follow_motors, case.continuous_home(), path, method=method)
         yield Case(f"at 1e-6 m, continuous shooting/{case.name}", shooting, len(path))
         for model in models_of(case, EXACT_METHOD):
             if model.key in ("#0", "#3"):
                 name = {"#0": "literal procedure", "#3": "finite differences"}[model.key]
-                few = case.path()[1 : 1 + FEW]
-                run = _bound(model.run, few)
+                run = partial(model.run, path[:FEW])
                 yield Case(f"{name}/{case.name}", run, FEW, slow=True)
 
 
@@ -79,16 +76,7 @@ def largest_error(points: Sequence, exact: Sequence) -> float:
     )
 
 
-def _whole(go: Callable[[], object], start) -> Callable[[], object]:
+def _whole_path(walk: Walk) -> None:
     """A walk, its first point solved too: 51 points."""
-    from cpr_core import solve_forward
-
-    def run() -> None:
-        solve_forward(start.robot, start.motors, start=start)
-        go()
-
-    return run
-
-
-def _bound(run: Callable[[np.ndarray], object], path: np.ndarray) -> Callable[[], object]:
-    return lambda: run(path)
+    solve_forward(walk.start.robot, walk.start.motors, start=walk.start)
+    walk.go()

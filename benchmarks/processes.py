@@ -9,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from .measure import Figure, summary_of
 
@@ -70,7 +71,7 @@ def process_figures(
     return figures
 
 
-def run(code: str, cache: Path | None = None):
+def run(code: str, cache: Path | None = None) -> Any:
     """Run Python code in a new process; what it prints as JSON."""
     environment = dict(os.environ)
     if cache is not None:

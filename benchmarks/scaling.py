@@ -110,7 +110,7 @@ def _robot(axis: str, number: int) -> Robot:
 
 def _legs(count: int) -> dict[str, Any]:
     """So many legs evenly around a circle, their motors as at the home of the 6-RFS robot."""
-    legs = []
+    legs: list[dict[str, Any]] = []
     for turn in (2.0 * np.pi * np.arange(count) / count).tolist():
         radial: Sequence[float] = (float(np.cos(turn)), float(np.sin(turn)), 0.0)
         across = turn + (0.5 if len(legs) % 2 else -0.5)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
 from cpr_core import (
     Equilibrium,
     NotReached,
+    Robot,
     given_at,
     kinemato_statics,
     solve_forward,
@@ -16,9 +18,9 @@ from cpr_core import (
 )
 
 from .measure import Case
-from .walks import PROBLEMS, ROBOTS, robot_with, walk_of
+from .walks import PROBLEMS, ROBOTS, Walk, robot_with, walk_of
 
-__all__ = ["MODES", "all_of", "analysis_cases", "cold_cases", "steps_per_solve", "warm_cases"]
+__all__ = ["MODES", "analysis_cases", "cold_cases", "steps_per_solve", "warm_cases"]
 
 MODES = (3, 5, 8, 12)
 #: How far motors are moved at random from home in cold starts [rad or m].
@@ -65,58 +67,60 @@ def cold_cases(modes: int = 5) -> Iterator[Case]:
             except NotReached:
                 continue
 
-        def run(robot=robot, targets=tuple(targets)) -> None:
-            for target in targets:
-                solve_forward(robot, target)
-
-        yield Case(f"cold start/{name}/{modes}", run, len(targets))
-
-
-def all_of(here: Equilibrium) -> tuple[object, ...]:
-    """Both readings of stability with eigenvalues, and the kinemato-statics."""
-    model = kinemato_statics(here)
-    return (
-        spectrum(here, "locked"),
-        spectrum(here, "free"),
-        model.platform_by_motors,
-        model.platform_by_wrench,
-        model.efforts_by_motors,
-    )
+        yield Case(f"cold start/{name}/{modes}", partial(_from_home, robot, targets), len(targets))
 
 
 def analysis_cases(modes: int = 5) -> Iterator[Case]:
     """Questions about the equilibria of a walk, and solves together with them."""
+    questions: dict[str, Callable[[Equilibrium], object]] = {
+        "stability locked": _locked,
+        "stability free": _free,
+        "kinemato-statics": _kinemato,
+    }
     for name in ROBOTS:
         walk = walk_of(name, modes, "forward")
         points, count = walk.equilibria(), len(walk.requests)
+        for what, question in questions.items():
+            yield Case(f"{what}/{name}/{modes}", partial(_asked, points, question), count)
+        for what, question in {"locked index": _index, "everything": _everything}.items():
+            run = partial(_solved_and_asked, walk, question)
+            yield Case(f"forward and {what}/{name}/{modes}", run, count)
 
-        def locked(points=points) -> None:
-            for point in points:
-                spectrum(point, "locked")
 
-        def free(points=points) -> None:
-            for point in points:
-                spectrum(point, "free")
+def _from_home(robot: Robot, targets: Sequence[np.ndarray]) -> None:
+    for target in targets:
+        solve_forward(robot, target)
 
-        def kinemato(points=points) -> None:
-            for point in points:
-                model = kinemato_statics(point)
-                _ = model.platform_by_motors, model.platform_by_wrench, model.efforts_by_motors
 
-        def with_index(walk=walk) -> None:
-            here = walk.start
-            for request in walk.requests:
-                here = solve_forward(here.robot, request, start=here)
-                _ = here.index_locked
+def _asked(points: Sequence[Equilibrium], question: Callable[[Equilibrium], object]) -> None:
+    for point in points:
+        question(point)
 
-        def with_everything(walk=walk) -> None:
-            here = walk.start
-            for request in walk.requests:
-                here = solve_forward(here.robot, request, start=here)
-                all_of(here)
 
-        yield Case(f"stability locked/{name}/{modes}", locked, count)
-        yield Case(f"stability free/{name}/{modes}", free, count)
-        yield Case(f"kinemato-statics/{name}/{modes}", kinemato, count)
-        yield Case(f"forward and locked index/{name}/{modes}", with_index, count)
-        yield Case(f"forward and everything/{name}/{modes}", with_everything, count)
+def _solved_and_asked(walk: Walk, question: Callable[[Equilibrium], object]) -> None:
+    here = walk.start
+    for request in walk.requests:
+        here = solve_forward(here.robot, request, start=here)
+        question(here)
+
+
+def _index(here: Equilibrium) -> object:
+    return here.index_locked
+
+
+def _locked(here: Equilibrium) -> object:
+    return spectrum(here, "locked")
+
+
+def _free(here: Equilibrium) -> object:
+    return spectrum(here, "free")
+
+
+def _kinemato(here: Equilibrium) -> object:
+    model = kinemato_statics(here)
+    return model.platform_by_motors, model.platform_by_wrench, model.efforts_by_motors
+
+
+def _everything(here: Equilibrium) -> object:
+    """Both readings of stability with eigenvalues, and the kinemato-statics."""
+    return _locked(here), _free(here), _kinemato(here)
