@@ -29,6 +29,8 @@ def path_cases() -> Iterator[Case]:
     for case in PAPER_CASES.values():
         walk = walk_of(case.name, 5, "forward")
         yield Case(f"path of 51 points/{case.name}/5", partial(_whole_path, walk))
+        back = walk_of(case.name, 5, "inverse", whole=True)
+        yield Case(f"inverse path of {len(back.requests) + 1} points/{case.name}/5", back.go)
         modes, method = equally_accurate(case)
         accurate = walk_of(case.name, modes, "forward")
         yield Case(f"at 1e-6 m, this library/{case.name}", accurate.go, len(accurate.requests))

@@ -37,6 +37,9 @@ MOTOR_STEPS = {"planar_body": (0.02, -0.01, 0.01), "three_rfs": (0.02, -0.01, 0.
 POSE_STEP = 1.4e-3 / np.sqrt(3.0) * np.ones(3)
 #: Steps of robots that have no path in the paper.
 STEPS = 20
+#: Steps of inverse problems that end before poses come near an inverse singularity: there the steps are
+#: cut into many, and say nothing about one.
+INVERSE_STEPS = {"rfrfr": 35, "six_rfs": 28}
 #: A walk shorter than this says nothing about many solves.
 SHORTEST = 5
 
@@ -77,10 +80,19 @@ def robot_with(name: str, modes: int) -> Robot:
 
 
 @cache
-def walk_of(name: str, modes: int, problem: str) -> Walk:
-    """A walk of a robot, as far as the branch leads."""
+def walk_of(name: str, modes: int, problem: str, whole: bool = False) -> Walk:
+    """A walk of a robot, as far as the branch leads.
+
+    Args:
+        name: A shipped robot.
+        modes: Strain modes per direction.
+        problem: ``forward``, ``inverse`` or ``by effort``.
+        whole: Go on where poses come near an inverse singularity.
+    """
     robot = robot_with(name, modes)
     places = _places(robot)
+    if problem == "inverse" and not whole:
+        places = places[: INVERSE_STEPS.get(name, STEPS) + 1]
     requests = [given_at(place, PROBLEMS[problem]) for place in places[1:]]
     if not len(requests[0]):
         raise ValueError(f"{name} has no {problem} problem")
