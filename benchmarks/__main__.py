@@ -42,6 +42,7 @@ def main() -> int:
     parser.add_argument("--name", default="latest", help="of the files; default latest")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="of the growth of the cost")
     options = parser.parse_args()
+    begun = surroundings()
     baseline, old = (None, {}) if options.baseline is None else read(options.baseline)
     modes = (5,) if options.quick else MODES
     with tqdm(desc="measuring", unit=" samples", disable=None, leave=False) as bar:
@@ -60,7 +61,7 @@ def main() -> int:
     facts["rows of the matrices of the forward problem"] = ", ".join(
         f"{name.replace('/', ', ')}: {size}" for name, size in sizes.items()
     )
-    about = surroundings() | {
+    about = begun | {
         "quick": options.quick,
         "facts": facts,
         "steps": steps_per_solve(modes),

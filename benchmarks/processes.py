@@ -18,16 +18,25 @@ __all__ = ["process_figures"]
 FIRST_SOLVE = """
 import time
 begin = time.perf_counter()
+busy = time.process_time()
 import cpr_core
 imported = time.perf_counter()
+busy_imported = time.process_time()
 robot = cpr_core.load_robot("six_rfs")
 here = cpr_core.solve_forward(robot, robot.home.motors + 0.02)
 solved = time.perf_counter()
+busy_solved = time.process_time()
 assert here.converged
 import json
 from pathlib import Path
 peak = int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0]) / 1024.0
-print(json.dumps({"import": imported - begin, "first solve": solved - begin, "memory": peak}))
+print(json.dumps({
+    "import": imported - begin,
+    "import busy": busy_imported - busy,
+    "first solve": solved - begin,
+    "first solve busy": busy_solved - busy,
+    "memory": peak,
+}))
 """
 
 MEMORY = """
@@ -57,9 +66,11 @@ def process_figures(
     for _ in range(repeats):
         progress("new process")
         found.append(run(FIRST_SOLVE))
-    for key in ("import", "first solve"):
-        name = {"import": "import cpr_core", "first solve": "first solve, warm cache"}[key]
+    names = {"import": "import cpr_core", "first solve": "first solve, warm cache"}
+    for key, name in names.items():
         figures[name] = summary_of([one[key] for one in found], "s", "wall")
+        busy = [one[f"{key} busy"] for one in found]
+        figures[f"{name}, processor time"] = summary_of(busy, "s", "processor")
     figures["peak memory, first solve"] = summary_of([one["memory"] for one in found], "MB")
     progress("peak memory")
     figures["peak memory, 1000 solves with 12 modes"] = summary_of([run(MEMORY)], "MB")

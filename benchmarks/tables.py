@@ -10,6 +10,9 @@ from .results import Change
 
 __all__ = ["report"]
 
+#: Busy cores above which the wall clock tells more of other processes than of this one.
+BUSY = 0.5
+
 
 def report(
     about: dict[str, Any],
@@ -34,6 +37,12 @@ def report(
         + f"; {about['machine']}; Python {about['python']}, {versions}. One BLAS thread.",
         "",
     ]
+    if about["busy cores before"] > BUSY:
+        lines += [
+            f"Other processes kept {about['busy cores before']:.1f} cores busy before the run: times by "
+            "the wall clock (batches, new processes) are those of a shared machine.",
+            "",
+        ]
     for name, text in about.get("facts", {}).items():
         lines.append(f"- {name}: {text}")
     lines += ["", *_figures(figures, changed, about.get("steps", {}), baseline)]
