@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import os
+import argparse
+import sys
+from pathlib import Path
 
-# Before numpy is imported: one thread, or small matrices are slower and times depend on the cores.
-for _name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
-    os.environ[_name] = "1"
+from tqdm import tqdm
 
-import argparse  # noqa: E402
-import sys  # noqa: E402
-from pathlib import Path  # noqa: E402
-
-from tqdm import tqdm  # noqa: E402
-
-from benchmarks.batches import batch_cases  # noqa: E402
-from benchmarks.linear_algebra import matrix_sizes, model_cases  # noqa: E402
-from benchmarks.measure import Case, measure  # noqa: E402
-from benchmarks.other_models import accuracy_facts, path_cases  # noqa: E402
-from benchmarks.processes import process_figures  # noqa: E402
-from benchmarks.results import changes, read, surroundings, write  # noqa: E402
-from benchmarks.scaling import draw, scaling_cases  # noqa: E402
-from benchmarks.solves import (  # noqa: E402
+from .batches import batch_cases
+from .linear_algebra import matrix_sizes, model_cases
+from .measure import Case, measure
+from .other_models import accuracy_facts, path_cases
+from .processes import process_figures
+from .results import changes, read, surroundings, write
+from .scaling import draw, scaling_cases
+from .solves import (
     MODES,
     analysis_cases,
     cold_cases,
     steps_per_solve,
     warm_cases,
 )
-from benchmarks.tables import report  # noqa: E402
+from .tables import report
 
 BATCH, QUICK_BATCH = 10_000, 1_000
 

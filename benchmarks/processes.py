@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from . import THREAD_VARIABLES
 from .measure import Figure, summary_of
 
 __all__ = ["process_figures"]
@@ -52,6 +53,20 @@ peak = int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0]) 
 print(json.dumps(peak))
 """
 
+#: As a user has it, who does not limit the threads of BLAS.
+ALL_THREADS = """
+import json, time
+import cpr_core
+home = cpr_core.load_robot("six_rfs").home
+samples = []
+for _ in range(101):
+    begin = time.perf_counter()
+    cpr_core.spectrum(home, "locked"), cpr_core.spectrum(home, "free")
+    cpr_core.kinemato_statics(home).platform_by_motors
+    samples.append(time.perf_counter() - begin)
+print(json.dumps(samples[1:]))
+"""
+
 
 def process_figures(
     repeats: int, with_cold: bool, progress: Callable[[str], object] = lambda key: None
@@ -74,6 +89,9 @@ def process_figures(
     figures["peak memory, first solve"] = summary_of([one["memory"] for one in found], "MB")
     progress("peak memory")
     figures["peak memory, 1000 solves with 12 modes"] = summary_of([run(MEMORY)], "MB")
+    progress("BLAS threads")
+    name = "stability and kinemato-statics, BLAS threads not limited/six_rfs/5"
+    figures[name] = summary_of(run(ALL_THREADS), "s", "wall")
     if with_cold:
         progress("cold cache")
         with tempfile.TemporaryDirectory() as folder:
@@ -84,7 +102,9 @@ def process_figures(
 
 def run(code: str, cache: Path | None = None) -> Any:
     """Run Python code in a new process; what it prints as JSON."""
-    environment = dict(os.environ)
+    environment = {
+        name: value for name, value in os.environ.items() if name not in THREAD_VARIABLES
+    }
     if cache is not None:
         environment["NUMBA_CACHE_DIR"] = str(cache)
     done = subprocess.run(
