@@ -12,7 +12,7 @@ export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
 # Nodes of other people on the network stay out of tests and demonstration.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
-.PHONY: help setup demo test test-oldest lint paper colcon clean
+.PHONY: help setup demo test test-oldest lint paper bench colcon clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1 # /p' $(MAKEFILE_LIST) | awk -F' # ' '{printf "make %-11s %s\n", $$1, $$2}'
@@ -34,10 +34,13 @@ test-oldest:  ## run every test with the numpy, scipy, numba and matplotlib of U
 lint: setup  ## check style, formatting and types
 	.venv/bin/ruff check
 	.venv/bin/ruff format --check
-	.venv/bin/mypy cpr_core cpr_ros paper
+	.venv/bin/mypy cpr_core cpr_ros paper benchmarks
 
 paper: setup  ## compute the tables and figures of the paper (QUICK=1: coarser; PUBLISH=1: also into docs/paper)
 	@.venv/bin/python -m paper $(if $(QUICK),--quick) $(if $(PUBLISH),--publish docs/paper)
+
+bench: setup  ## measure how fast everything is (QUICK=1: less; BASELINE=file.json: compared with an earlier run)
+	@.venv/bin/python -m benchmarks $(if $(QUICK),--quick) $(if $(BASELINE),--baseline $(BASELINE))
 
 colcon:  ## build and test with colcon, as in an ordinary ROS 2 workspace
 	@bash tools/colcon.sh

@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import time
+from typing import Any
 
 import numpy as np
 
@@ -38,9 +39,7 @@ class NodeWithEmptyService(CprNode):
         self.create_service(Trigger, "~/empty", lambda _request, response: response)
 
 
-def timed(
-    executor: SingleThreadedExecutor, client: Client, request: object
-) -> tuple[float, object]:
+def timed(executor: SingleThreadedExecutor, client: Client, request: object) -> tuple[float, Any]:
     """Time of a call [s] and the answer."""
     begin = time.perf_counter()
     future = client.call_async(request)

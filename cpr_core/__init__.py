@@ -31,6 +31,7 @@ from .robot import Robot, load_robot
 from .shape import LegShape, leg_shapes
 from .stability import Spectrum, spectrum
 from .strain_limits import bending_strains
+from .targets import given_at
 from .trace import Trace, trace
 
 __version__ = "0.1.0"
@@ -66,6 +67,7 @@ __all__ = [
     "critical_load",
     "critical_load_factor",
     "find_equilibria",
+    "given_at",
     "kinemato_statics",
     "leg_shapes",
     "load_robot",

@@ -11,18 +11,28 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg
 
+from .arrays import LoadArrays
 from .equilibrium import Equilibrium
 from .geometrico_statics import refine
 from .lie import rotation_exp
 from .loads import Loads
 from .model import ModelValue, evaluate
 from .robot import Robot
-from .shape import leg_shapes
+from .shape import leg_shapes, tip_positions
 
-__all__ = ["Shape", "assemble", "bowed_strain", "moved_shape", "settle", "turned_over"]
+__all__ = [
+    "Shape",
+    "assemble",
+    "bowed_strain",
+    "moved_shape",
+    "platform_between_tips",
+    "settle",
+    "turned_over",
+    "with_best_multipliers",
+]
 
 Floats = NDArray[np.float64]
 
@@ -61,7 +71,6 @@ def bowed_strain(robot: Robot, motors: Floats, bow: tuple[Floats | None, ...]) -
     """
     state = np.zeros(len(robot.arrays.unit))
     state[robot.motor_indices] = motors
-    sigma, weights = robot.grid.nodes, robot.grid.weights
     for here, leg, side in zip(robot.arrays.legs, robot.description.legs, bow, strict=True):
         if side is None:
             continue
@@ -71,14 +80,38 @@ def bowed_strain(robot: Robot, motors: Floats, bow: tuple[Floats | None, ...]) -
             frame = rotation_exp(turn) @ frame
         across = frame.T @ side  # r'' = R (0, kappa_3, -kappa_2) leads away from the bow
         across = _BOW / leg.rod.length * across / max(1e-12, float(np.hypot(*across[1:])))
-        values, directions = leg.modes.values(sigma), leg.modes.directions
-        for component, curvature in ((1, across[2]), (2, -across[1])):
-            mine = np.flatnonzero(directions == component)
-            if len(mine):
-                scale = np.sqrt(weights)
-                state[here["strain_index"] + mine] = np.linalg.lstsq(
-                    scale[:, None] * values[:, mine], scale * curvature, rcond=None
-                )[0]
+        bent = np.tile([0.0, across[2], -across[1]], (len(robot.grid.nodes), 1))
+        first = here["strain_index"]
+        state[first : first + leg.modes.total] = leg.modes.project(bent, robot.grid)
+    return state
+
+
+def platform_between_tips(robot: Robot, state: Floats, rotation: Floats) -> Floats:
+    """Platform position (3,) [m] where its joints are on average at the rod tips.
+
+    Args:
+        robot: The robot.
+        state: State with the motors (N,); multipliers are not read.
+        rotation: R_p in the world, (3, 3).
+    """
+    joints = np.array([leg.joint.position for leg in robot.description.legs]) @ rotation.T
+    return np.mean(tip_positions(robot, state) - joints, axis=0)
+
+
+def with_best_multipliers(robot: Robot, loads: LoadArrays, shape: Shape) -> Floats:
+    """State (N,) of a shape with the multipliers that bring it nearest to equilibrium.
+
+    The residual is linear in the multipliers: they are a least-squares solution.
+    """
+    arrays, columns = robot.arrays, robot.multiplier_indices
+    state = shape.state.copy()
+    state[columns] = 0.0
+    value = evaluate(robot, loads, state, shape.platform_rotation, shape.platform_position)
+    rows = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    scale = arrays.unit[rows]
+    slopes = scale[:, None] * value.tangent[np.ix_(rows, columns)] * arrays.unit[columns]
+    forces = np.linalg.lstsq(slopes, -scale * value.residual[rows], rcond=None)[0]
+    state[columns] = arrays.unit[columns] * forces
     return state
 
 
@@ -94,10 +127,10 @@ def assemble(robot: Robot, start: Shape, loads: Loads, platform_held: bool) -> E
     Returns:
         The equilibrium, converged or not, stable or not: the caller has to look.
     """
-    shape = start
+    shape, forces = start, robot.load_arrays(loads)
     if platform_held:
         for stiffness in _SPRINGS[:4]:
-            shape = _descended(robot, loads, shape, stiffness, robot.elastic_indices)
+            shape = _descended(robot, forces, shape, stiffness, robot.elastic_indices)
     return settle(robot, shape, loads, _SPRINGS[3:] if platform_held else _SPRINGS)
 
 
@@ -106,11 +139,11 @@ def settle(
 ) -> Equilibrium:
     """Bring a shape to rest in a stable equilibrium, its joints closed by springs at first."""
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
-    found = None
+    found, forces = None, robot.load_arrays(loads)
     for kick in range(_KICKS):
         for stiffness in springs:
-            shape = _descended(robot, loads, shape, stiffness, moving)
-        found = _closed(robot, loads, shape, springs[-1])
+            shape = _descended(robot, forces, shape, stiffness, moving)
+        found = _closed(robot, loads, forces, shape, springs[-1])
         if not found.converged or found.index_locked == 0:
             return found
         # A saddle: along its softest motion the energy falls, to the one side or the other.
@@ -136,12 +169,14 @@ def turned_over(equilibrium: Equilibrium) -> str | None:
     return None
 
 
-def _closed(robot: Robot, loads: Loads, shape: Shape, stiffness: float) -> Equilibrium:
+def _closed(
+    robot: Robot, loads: Loads, forces: LoadArrays, shape: Shape, stiffness: float
+) -> Equilibrium:
     """Newton's method on the model from a shape with small gaps."""
     return refine(
         robot,
         loads,
-        _spring_state(robot, loads, shape, stiffness),
+        _spring_state(robot, forces, shape, stiffness),
         shape.platform_rotation.copy(),
         shape.platform_position.copy(),
         iterations=100,
@@ -149,13 +184,13 @@ def _closed(robot: Robot, loads: Loads, shape: Shape, stiffness: float) -> Equil
     )
 
 
-def _spring_state(robot: Robot, loads: Loads, shape: Shape, stiffness: float) -> Floats:
+def _spring_state(robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float) -> Floats:
     """The state with spring forces as multipliers."""
     held, unit = robot.multiplier_indices, robot.arrays.unit
     state = shape.state.copy()
     state[held] = 0.0
     gaps = evaluate(
-        robot, robot.load_arrays(loads), state, shape.platform_rotation, shape.platform_position
+        robot, forces, state, shape.platform_rotation, shape.platform_position
     ).residual[held]
     # A gap times its multiplier's unit over the unit of energy is dimensionless.
     state[held] = stiffness * gaps * unit[held] ** 2 / robot.arrays.energy_unit
@@ -163,32 +198,30 @@ def _spring_state(robot: Robot, loads: Loads, shape: Shape, stiffness: float) ->
 
 
 def _with_springs(
-    robot: Robot, loads: Loads, shape: Shape, stiffness: float
+    robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float
 ) -> tuple[float, ModelValue]:
     """Dimensionless energy of rods and springs, and the model with the spring forces."""
-    state = _spring_state(robot, loads, shape, stiffness)
+    state = _spring_state(robot, forces, shape, stiffness)
     held, arrays = robot.multiplier_indices, robot.arrays
-    value = evaluate(
-        robot, robot.load_arrays(loads), state, shape.platform_rotation, shape.platform_position
-    )
+    value = evaluate(robot, forces, state, shape.platform_rotation, shape.platform_position)
     gaps = value.residual[held] * arrays.unit[held] / arrays.energy_unit
     return value.energy / arrays.energy_unit + 0.5 * stiffness * float(gaps @ gaps), value
 
 
 def _descended(
-    robot: Robot, loads: Loads, shape: Shape, stiffness: float, moving: NDArray[np.int64]
+    robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float, moving: NDArray[np.int64]
 ) -> Shape:
     """Minimum of the energy of rods and springs, by Newton steps turned downhill along every axis."""
     arrays, held = robot.arrays, robot.multiplier_indices
     unit = arrays.unit[moving]
-    energy, value = _with_springs(robot, loads, shape, stiffness)
+    energy, value = _with_springs(robot, forces, shape, stiffness)
     for _ in range(_DESCENTS):
         gradient = value.residual[moving] * unit / arrays.energy_unit
         hessian = value.tangent[np.ix_(moving, moving)] * unit * unit[:, None]
         hessian /= arrays.energy_unit
         slopes = value.tangent[np.ix_(held, moving)] * unit * arrays.unit[held, None]
         slopes /= arrays.energy_unit
-        curvatures, axes = linalg.eigh(
+        curvatures, axes = scipy.linalg.eigh(
             0.5 * (hessian + hessian.T) + stiffness * slopes.T @ slopes, driver="evd"
         )
         along = axes.T @ gradient
@@ -201,7 +234,7 @@ def _descended(
         change, factor = axes @ step, 1.0
         while factor > 1e-6:
             trial = moved_shape(robot, shape, moving, factor * change)
-            trial_energy, trial_value = _with_springs(robot, loads, trial, stiffness)
+            trial_energy, trial_value = _with_springs(robot, forces, trial, stiffness)
             if trial_energy < energy + 1e-4 * factor * float(along @ step):
                 break
             factor *= 0.25

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from .path import Path, Point, Tangent
 
@@ -61,7 +61,7 @@ def landing(path: Path, here: Point, tangent: Tangent, arc: float, end: float) -
         return np.nan if there is None else there.fraction - end
 
     try:
-        return float(optimize.brentq(beyond, 0.0, arc, xtol=1e-13))
+        return float(scipy.optimize.brentq(beyond, 0.0, arc, xtol=1e-13))
     except (ValueError, RuntimeError):  # the branch is there at the start already, or lost between
         return None
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from . import __version__
+from .compilation_progress import compile_all, show_compilation
 from .description_file import shipped_robots
 from .equilibrium import Equilibrium
 from .errors import CprError, DescriptionError, InvalidRequest
@@ -44,17 +45,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status (0; 1 no solution; 2 bad arguments; 130)."""
     options = _parser().parse_args(arguments)
     try:
-        robot = load_robot(options.robot, modes=options.modes)
-        if options.report is None:
-            text, done = options.run(robot, _loads(robot, options), options)
-            print(text)
-            return 0 if done else EXIT_NO_SOLUTION
-        print(options.report(_solved(robot, options), options))
+        with show_compilation():
+            return _run(options)
     except CprError as error:
         return _report_error(error, options.json)
     except KeyboardInterrupt:
         print("cpr: interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
+
+
+def _run(options: argparse.Namespace) -> int:
+    if options.robot is None:
+        print(compile_all())
+        return 0
+    robot = load_robot(options.robot, modes=options.modes)
+    if options.report is None:
+        text, done = options.run(robot, _loads(robot, options), options)
+        print(text)
+        return 0 if done else EXIT_NO_SOLUTION
+    print(options.report(_solved(robot, options), options))
     return 0
 
 
@@ -106,6 +115,11 @@ def _parser() -> argparse.ArgumentParser:
     workspace = commands.add_parser("workspace", help="a map of what can be reached, with borders")
     _add_common(workspace, None)
     add_workspace_options(workspace)
+
+    compiling = commands.add_parser(
+        "compile", help="compile the kernels now, not when a command needs them first"
+    )
+    compiling.set_defaults(robot=None, json=False)
     return parser
 
 

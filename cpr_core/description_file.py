@@ -12,7 +12,6 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import yaml
 
 from .description import RobotDescription
@@ -119,6 +118,8 @@ _Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_decimal)
 
 @cache
 def _validator() -> Any:
+    import jsonschema  # takes as long to import as all of this package
+
     schema = json.loads(
         resources.files("cpr_core").joinpath("description.schema.json").read_text("utf-8")
     )
@@ -139,9 +140,12 @@ def _check_schema(source: str, content: Any) -> None:
     errors = list(_validator().iter_errors(content))
     # A misspelt field is also a missing one: say the misspelt name.
     unknown = [error for error in errors if error.validator == "additionalProperties"]
-    error = jsonschema.exceptions.best_match(unknown or errors)
-    if error is None:
+    if not errors:
         return
+    from jsonschema.exceptions import best_match
+
+    error = best_match(unknown or errors)
+    assert error is not None
     path = ""
     for part in error.absolute_path:
         path += f"[{part}]" if isinstance(part, int) else ("." if path else "") + str(part)

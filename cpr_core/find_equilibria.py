@@ -9,17 +9,17 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import linalg
 
-from .assembly import Shape, moved_shape, turned_over
+from .arrays import LoadArrays
+from .assembly import Shape, moved_shape, platform_between_tips, turned_over, with_best_multipliers
 from .equilibrium import Equilibrium
 from .errors import InvalidRequest, NotReached
 from .geometrico_statics import refine, solve_forward
 from .loads import Loads
 from .model import evaluate
 from .robot import Robot
-from .shape import tip_positions
 from .validation import checked_vector
 
 __all__ = ["FoundEquilibrium", "find_equilibria"]
@@ -144,27 +144,18 @@ def _searched(
         angle = random.uniform(-np.pi, np.pi)
         rotation[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     elif not robot.planar:
-        rotation = linalg.qr(random.normal(size=(3, 3)))[0]
-        rotation *= np.sign(linalg.det(rotation))
-    joints = np.array([leg.joint.position for leg in robot.description.legs]) @ rotation.T
-    position = np.mean(tip_positions(robot, state) - joints, axis=0)
+        rotation = scipy.linalg.qr(random.normal(size=(3, 3)))[0]
+        rotation *= np.sign(scipy.linalg.det(rotation))
+    position = platform_between_tips(robot, state, rotation)
     if robot.planar:
         position[2] = 0.0
 
-    shape = _closed(robot, loads, Shape(state, rotation, position))
+    forces = robot.load_arrays(loads)
+    shape = _closed(robot, forces, Shape(state, rotation, position))
     if shape is None:
         return None
-    state, rotation, position = (
-        shape.state.copy(),
-        shape.platform_rotation.copy(),
-        shape.platform_position.copy(),
-    )
-    value = evaluate(robot, robot.load_arrays(loads), state, rotation, position)
-    rows = np.concatenate([robot.elastic_indices, robot.platform_indices])
-    columns, scale = robot.multiplier_indices, arrays.unit[rows]
-    slopes = scale[:, None] * value.tangent[np.ix_(rows, columns)] * arrays.unit[columns]
-    forces = np.linalg.lstsq(slopes, -scale * value.residual[rows], rcond=None)[0]
-    state[columns] = arrays.unit[columns] * forces
+    state = with_best_multipliers(robot, forces, shape)
+    rotation, position = shape.platform_rotation.copy(), shape.platform_position.copy()
     found = refine(robot, loads, state, rotation, position, iterations=_STEPS, contraction=1.0)
     lengths = found.state[robot.length_indices]
     if not found.converged or np.any(lengths <= 0.0) or turned_over(found) is not None:
@@ -172,15 +163,14 @@ def _searched(
     return found
 
 
-def _closed(robot: Robot, loads: Loads, shape: Shape) -> Shape | None:
+def _closed(robot: Robot, forces: LoadArrays, shape: Shape) -> Shape | None:
     """A shape with its joints closed by the smallest motions; None if they do not close."""
     arrays, held = robot.arrays, robot.multiplier_indices
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
     for _ in range(_CLOSING_STEPS):
         value = evaluate(
-            robot, robot.load_arrays(loads), shape.state, shape.platform_rotation,
-            shape.platform_position,
-        )  # fmt: skip
+            robot, forces, shape.state, shape.platform_rotation, shape.platform_position
+        )
         unit = arrays.unit[held, None] / arrays.energy_unit
         gaps = value.residual[held] * unit[:, 0]
         if np.abs(gaps).max() < 1e-3:

@@ -5,9 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
-from scipy import linalg
 
-from .assembly import Shape, assemble, bowed_strain, settle, turned_over
+from .assembly import (
+    Shape,
+    assemble,
+    bowed_strain,
+    platform_between_tips,
+    settle,
+    turned_over,
+    with_best_multipliers,
+)
 from .description import HomeGuess
 from .equilibrium import Equilibrium
 from .errors import DescriptionError, MotorLimitExceeded, NoForwardSolution, NotReached
@@ -16,7 +23,6 @@ from .limits import check_limits
 from .loads import Loads
 from .model import evaluate
 from .robot import Robot
-from .shape import tip_positions
 
 __all__ = ["solve_home"]
 
@@ -58,17 +64,12 @@ def _assembled(robot: Robot, guess: HomeGuess) -> Equilibrium:
     """From motors with the sides of the rods or a rough platform pose."""
     state = bowed_strain(robot, guess.motors, guess.bow)
     rotation = guess.platform_rotation
-    if guess.platform_position is not None:
-        shape = Shape(state, rotation, guess.platform_position)
-    else:
-        joints = np.array([leg.joint.position for leg in robot.description.legs]) @ rotation.T
-        middle = np.mean(tip_positions(robot, state) - joints, axis=0)
-        shape = Shape(state, rotation, middle)
+    shape = Shape(state, rotation, _platform_position(robot, guess, state))
     found = assemble(robot, shape, Loads.none(), guess.platform_position is not None)
     if not found.converged:
         raise NoForwardSolution(
             f"{robot.description.source}: home: the robot cannot be assembled at these motors: "
-            f"{_worst_gap(robot, found)}",
+            f"{_worst_gap(robot, _shape_of(found))}",
             0.0,
             None,
         )
@@ -80,8 +81,7 @@ def _settled(robot: Robot, unloaded: Equilibrium) -> Equilibrium | None:
     loads = robot.default_loads
     if not loads.conservative(robot.planar):
         return None
-    shape = Shape(unloaded.state, unloaded.platform_rotation, unloaded.platform_position)
-    found = settle(robot, shape, loads)
+    found = settle(robot, _shape_of(unloaded), loads)
     if not found.converged or found.index_locked > 0 or turned_over(found) is not None:
         return None
     try:
@@ -100,50 +100,22 @@ def _from_strain(
     state[robot.motor_indices] = guess.motors
     for number, leg in enumerate(robot.description.legs):
         first = arrays.legs[number]["strain_index"]
-        sigma, weights = robot.grid.nodes, robot.grid.weights
-        target = np.zeros((len(sigma), 3))
+        target = np.zeros((len(robot.grid.nodes), 3))
         for component, coefficients in enumerate(strain[number]):
             if len(coefficients):
-                target[:, component] = legendre.legval(2.0 * sigma - 1.0, coefficients)
-        values, directions = leg.modes.values(sigma), leg.modes.directions
-        scale = np.sqrt(weights)[:, None]
-        for component in range(3):
-            mine = np.flatnonzero(directions == component)
-            if len(mine):
-                state[first + mine] = np.linalg.lstsq(
-                    scale * values[:, mine], scale[:, 0] * target[:, component], rcond=None
-                )[0]
-    rotation = guess.platform_rotation.copy()
-    position = (
-        guess.platform_position.copy()
-        if guess.platform_position is not None
-        else np.mean(
-            tip_positions(robot, state)
-            - np.array([leg.joint.position for leg in robot.description.legs]) @ rotation.T,
-            axis=0,
-        )
+                target[:, component] = legendre.legval(2.0 * robot.grid.nodes - 1.0, coefficients)
+        state[first : first + leg.modes.total] = leg.modes.project(target, robot.grid)
+    rotation, position = guess.platform_rotation, _platform_position(robot, guess, state)
+    rough = Shape(state, rotation, position)
+    state = with_best_multipliers(robot, robot.load_arrays(loads), rough)
+    found = refine(
+        robot, loads, state, rotation.copy(), position.copy(), iterations=200, contraction=1.0
     )
-
-    # The residual is linear in the multipliers: the best ones for the rough shape.
-    rows = np.concatenate([robot.elastic_indices, robot.platform_indices])
-    value = evaluate(robot, robot.load_arrays(loads), state, rotation, position)
-    columns = robot.multiplier_indices
-    scale = arrays.unit[rows]
-    state[columns] = (
-        arrays.unit[columns]
-        * (
-            linalg.lstsq(
-                scale[:, None] * value.tangent[np.ix_(rows, columns)] * arrays.unit[columns],
-                -scale * value.residual[rows],
-            )[0]
-        )
-    )
-    found = refine(robot, loads, state, rotation, position, iterations=200, contraction=1.0)
     if found.converged:
         return found
     raise NoForwardSolution(
         f"{robot.description.source}: home: the strain given leads to no equilibrium: "
-        f"{_worst_gap_of(robot, value.residual)}; "
+        f"{_worst_gap(robot, rough)}; "
         + (
             "a leg is straight, or some motion is held by nothing"
             if found.iterations == 0
@@ -154,15 +126,26 @@ def _from_strain(
     )
 
 
-def _worst_gap(robot: Robot, found: Equilibrium) -> str:
-    value = evaluate(
-        robot, found.load_arrays, found.state, found.platform_rotation, found.platform_position
-    )
-    return _worst_gap_of(robot, value.residual)
+def _platform_position(robot: Robot, guess: HomeGuess, state: Floats) -> Floats:
+    """Where the platform is said to be; else between the rod tips."""
+    if guess.platform_position is not None:
+        return guess.platform_position
+    return platform_between_tips(robot, state, guess.platform_rotation)
 
 
-def _worst_gap_of(robot: Robot, residual: Floats) -> str:
+def _shape_of(found: Equilibrium) -> Shape:
+    return Shape(found.state, found.platform_rotation, found.platform_position)
+
+
+def _worst_gap(robot: Robot, shape: Shape) -> str:
     """Where a shape fits worst."""
+    residual = evaluate(
+        robot,
+        robot.load_arrays(Loads.none()),
+        shape.state,
+        shape.platform_rotation,
+        shape.platform_position,
+    ).residual
     held, worst, text = len(robot.arrays.position_axes), -1.0, ""
     for here, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
         first = here["multiplier_index"]

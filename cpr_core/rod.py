@@ -53,6 +53,21 @@ class StrainModes:
         gram = values.T @ (grid.weights[:, None] * weights * values)
         return np.where(directions[:, None] == directions, gram, 0.0)
 
+    def project(self, curvature: Floats, grid: RodGrid) -> Floats:
+        """Strain coordinates (total,) of the strain nearest to one given at the nodes, (K, 3).
+
+        Nearest in the mean square along the rod; components without modes are left out.
+        """
+        root = np.sqrt(grid.weights)
+        values, directions = root[:, None] * self.values(grid.nodes), self.directions
+        coordinates = np.zeros(self.total)
+        for component in range(3):
+            mine = np.flatnonzero(directions == component)
+            if len(mine):
+                target = root * curvature[:, component]
+                coordinates[mine] = np.linalg.lstsq(values[:, mine], target, rcond=None)[0]
+        return coordinates
+
 
 @dataclass(frozen=True, eq=False)
 class Profile:

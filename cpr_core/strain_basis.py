@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
+import scipy
 from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 
 from .errors import CprError
 
@@ -99,7 +99,9 @@ class BSplines:
             )
         ends = self.degree + 1
         knots = np.concatenate([np.zeros(ends), self.knots, np.ones(ends)])
-        return BSpline.design_matrix(np.clip(sigma, 0.0, 1.0), knots, self.degree).toarray()
+        inside = np.clip(sigma, 0.0, 1.0)
+        design = scipy.interpolate.BSpline.design_matrix(inside, knots, self.degree)
+        return design.toarray()
 
 
 def _polynomials(

@@ -9,9 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .equilibrium import Equilibrium
+from .errors import InvalidRequest
 from .lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_log
 
-__all__ = ["EffortTarget", "Imposed", "MotorTarget", "PlatformTarget", "ProblemName", "Target"]
+__all__ = [
+    "EffortTarget",
+    "Imposed",
+    "MotorTarget",
+    "PlatformTarget",
+    "ProblemName",
+    "Target",
+    "given_at",
+]
 
 Floats = NDArray[np.float64]
 
@@ -140,3 +149,30 @@ class PlatformTarget:
         angles = roll_pitch_yaw(rotation)
         angles[held] = (first + fraction * turn)[held]
         return rotation_from_angles(*angles)
+
+
+def given_at(equilibrium: Equilibrium, what: str) -> Floats:
+    """The numbers a request would have to give to get an equilibrium.
+
+    Args:
+        equilibrium: The equilibrium.
+        what: ``motors``, ``efforts``, or ``pose``: the controlled coordinates in the form of
+            :func:`cpr_core.solve_inverse`; none where the inverse problem has no single solution.
+
+    Raises:
+        InvalidRequest: Another word.
+    """
+    if what == "motors":
+        return equilibrium.motors
+    if what == "efforts":
+        return equilibrium.efforts
+    if what != "pose":
+        raise InvalidRequest("what", f"expected motors, efforts or pose, got {what!r}")
+    rotation = equilibrium.platform_rotation
+    parts = dict(zip("xyz", equilibrium.platform_position[:, None], strict=True))
+    angles = roll_pitch_yaw(rotation)[:, None]
+    parts |= dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
+    parts["angle"] = np.arctan2(rotation[1, :1], rotation[0, :1])
+    parts["orientation"] = equilibrium.platform_quaternion
+    controlled = equilibrium.robot.description.controlled
+    return np.concatenate([np.zeros(0), *(parts[name] for name in controlled)])

@@ -7,18 +7,25 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cpr_core import Equilibrium, InvalidRequest, Loads, Robot, solve_forward, solve_inverse
+from cpr_core import (
+    Equilibrium,
+    InvalidRequest,
+    Loads,
+    Robot,
+    given_at,
+    solve_forward,
+    solve_inverse,
+)
 from cpr_core.geometrico_statics import pose_meaning
 from cpr_core.lie import (
     quaternion_from_rotation,
-    roll_pitch_yaw,
     rotation_exp,
     rotation_from_quaternion,
     rotation_log,
 )
 from cpr_core.validation import checked_vector
 
-__all__ = ["Goal", "MotorGoal", "PlatformGoal", "controlled_pose", "motor_steps"]
+__all__ = ["Goal", "MotorGoal", "PlatformGoal", "motor_steps"]
 
 Floats = NDArray[np.float64]
 
@@ -107,7 +114,7 @@ class PlatformGoal:
 
     def solve(self, here: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """Inverse problem at the pose on the way."""
-        pose = controlled_pose(here) + fraction * self._changes(here)
+        pose = given_at(here, "pose") + fraction * self._changes(here)
         if fraction == 1.0:
             pose = self.pose
         elif "qw" in self.names:
@@ -127,23 +134,13 @@ class PlatformGoal:
 
     def _changes(self, here: Equilibrium) -> Floats:
         """What is left in every number, angles on the short way; zero for quaternions."""
-        changes = self.pose - controlled_pose(here)
+        changes = self.pose - given_at(here, "pose")
         for position, name in enumerate(self.names):
             if name in (*_ANGLES, "angle"):
                 changes[position] -= 2.0 * np.pi * np.round(changes[position] / (2.0 * np.pi))
             elif name.startswith("q"):
                 changes[position] = 0.0
         return changes
-
-
-def controlled_pose(here: Equilibrium) -> Floats:
-    """Controlled coordinates of an equilibrium in the form of :func:`cpr_core.solve_inverse`."""
-    rotation = here.platform_rotation
-    values = dict(zip(("x", "y", "z"), here.platform_position, strict=True))
-    values |= dict(zip(_ANGLES, roll_pitch_yaw(rotation), strict=True))
-    values["angle"] = np.arctan2(rotation[1, 0], rotation[0, 0])
-    values |= dict(zip(("qw", "qx", "qy", "qz"), here.platform_quaternion, strict=True))
-    return np.array([values[name] for name in pose_meaning(here.robot)])
 
 
 def motor_steps(robot: Robot, max_speed: float, period: float) -> Floats:

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 
 from builtin_interfaces.msg import Time
 
-from cpr_core import leg_shapes, solve_forward, solve_forward_by_effort, solve_inverse
+from cpr_core import given_at, leg_shapes, solve_forward, solve_forward_by_effort, solve_inverse
 
 from .conversions import Frames, equilibrium_to_message
-from .goals import controlled_pose
 from .leg_markers import POINTS
 from .session import Session
 from .stability_stream import StabilityStream
@@ -24,7 +23,7 @@ def warm_up(session: Session, frames: Frames) -> Iterator[str]:
     solve_forward_by_effort(robot, home.efforts, start=home)
     yield "forward problems"
     if robot.description.controlled:
-        solve_inverse(robot, controlled_pose(home), start=home)
+        solve_inverse(robot, given_at(home, "pose"), start=home)
         yield "inverse problem"
     equilibrium_to_message(home, frames, Time(), 0.0)
     StabilityStream().message(

@@ -13,6 +13,7 @@ from cpr_core import (
     Equilibrium,
     NotReached,
     Robot,
+    given_at,
     kinemato_statics,
     load_robot,
     solve_forward,
@@ -20,8 +21,6 @@ from cpr_core import (
     solve_inverse,
 )
 from cpr_core.description_file import shipped_robots
-from cpr_core.geometrico_statics import pose_meaning
-from cpr_core.lie import roll_pitch_yaw
 from cpr_core.limits import margins
 from cpr_core.model import evaluate
 
@@ -72,11 +71,11 @@ def experiment(name: str, problem: str, count: int, seed: int = 1) -> Outcome:
             there = end.event.equilibrium
             if not _real(end, problem, home):
                 outcome.not_real.append(f"{number}: {end}")
-        if _residual(there) > 1e-10:
+        if residual(there) > 1e-10:
             outcome.not_equilibria += 1
         try:
-            back = solve(_given(home, problem), start=there)
-            outcome.worst_return = max(outcome.worst_return, _distance(back, home))
+            back = solve(given_at(home, problem), start=there)
+            outcome.worst_return = max(outcome.worst_return, distance(back, home))
         except NotReached as end:
             outcome.not_returned.append(f"{number}: {end}")
     return outcome
@@ -93,22 +92,9 @@ def _random_target(robot: Robot, problem: str, random: np.random.Generator) -> n
         if problem == "motors":
             return motors
         try:
-            return _given(solve_forward(robot, motors), problem)
+            return given_at(solve_forward(robot, motors), problem)
         except NotReached:
             continue
-
-
-def _given(equilibrium: Equilibrium, problem: str) -> np.ndarray:
-    """What a problem would have to ask for to get an equilibrium."""
-    if problem == "motors":
-        return equilibrium.motors
-    if problem == "efforts":
-        return equilibrium.efforts
-    angles = roll_pitch_yaw(equilibrium.platform_rotation)
-    values = dict(zip("xyz", equilibrium.platform_position, strict=True))
-    values |= dict(zip(("qw", "qx", "qy", "qz"), equilibrium.platform_quaternion, strict=True))
-    values |= dict(zip(("roll", "pitch", "yaw"), angles, strict=True)) | {"angle": angles[2]}
-    return np.array([values[name] for name in pose_meaning(equilibrium.robot)])
 
 
 def _real(end: NotReached, problem: str, home: Equilibrium) -> bool:
@@ -117,11 +103,11 @@ def _real(end: NotReached, problem: str, home: Equilibrium) -> bool:
     if end.event.kind.endswith("_limit"):
         return bool(np.abs(margins(here)).min() < 1e-6)
     if end.event.kind in ("fold", "bifurcation"):
-        return _regularity(here, problem) < 1e-2 * _regularity(home, problem)
+        return regularity(here, problem) < 1e-2 * regularity(home, problem)
     return False
 
 
-def _regularity(equilibrium: Equilibrium, problem: str) -> float:
+def regularity(equilibrium: Equilibrium, problem: str) -> float:
     """How far a problem is from having no unique solution."""
     if problem == "motors":
         return float(np.abs(equilibrium.spectrum_locked.eigenvalues).min())
@@ -130,7 +116,7 @@ def _regularity(equilibrium: Equilibrium, problem: str) -> float:
     return kinemato_statics(equilibrium).singularity("inverse").smallest
 
 
-def _residual(equilibrium: Equilibrium) -> float:
+def residual(equilibrium: Equilibrium) -> float:
     """Largest dimensionless residual, by a fresh evaluation under the loads."""
     robot = equilibrium.robot
     value = evaluate(
@@ -145,7 +131,7 @@ def _residual(equilibrium: Equilibrium) -> float:
     return float(np.abs(value.residual[rows] * unit).max())
 
 
-def _distance(one: Equilibrium, two: Equilibrium) -> float:
+def distance(one: Equilibrium, two: Equilibrium) -> float:
     """Largest dimensionless difference of two equilibria."""
     return max(
         float(np.abs((one.state - two.state) / one.robot.arrays.unit).max()),

@@ -35,6 +35,7 @@ __all__ = [
     "EXACT_METHOD",
     "Measurement",
     "Model",
+    "cheapest_method",
     "comparable_method",
     "dense_factorization",
     "machine",
@@ -143,6 +144,11 @@ def comparable_method(case: Case) -> ShootingMethod:
     """The cheapest setting of Mod. #2 whose mean error is no larger than that of our 5 modes."""
     exact = case.continuous_path()
     wanted = _mean_error(case.modes_path(MODES), exact)
+    return cheapest_method(case, lambda found: _mean_error(found, exact) <= wanted)
+
+
+def cheapest_method(case: Case, accurate: Callable[[Sequence], bool]) -> ShootingMethod:
+    """The cheapest setting of Mod. #2 whose points along the path are accurate enough."""
     start, path = case.continuous_home(), case.path()
     cheapest, best = EXACT_METHOD, np.inf
     for tableau in ("RK4", "DOPRI5", "DOP853"):
@@ -152,7 +158,7 @@ def comparable_method(case: Case) -> ShootingMethod:
                 found = follow_motors(start, path, method=method)
             except NoSolution:
                 continue
-            if _mean_error(found, exact) <= wanted:
+            if accurate(found):
                 run = partial(follow_motors, start, path, method=method)
                 seconds = float(np.median([_time(run) for _ in range(9)]))
                 if seconds < best:

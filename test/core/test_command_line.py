@@ -13,10 +13,17 @@ from numpy.testing import assert_allclose
 
 from cpr_core import __version__
 from cpr_core.command_line import main
+from cpr_core.compilation import compile_kernels
 from cpr_core.description_file import shipped_robots
 from cpr_core.lie import rotation_from_quaternion
 
 HOME = {"rfrfr": [2.59, 0.55], "six_rfs": [5.86, 5.56, 5.86, 5.46, 5.86, 5.26]}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def kernels():
+    """Compiled before, so that no command has to say that it compiles."""
+    list(compile_kernels())
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from multiprocessing import get_context
 
 import numpy as np
 import pytest
-from robustness import _distance, _residual
+from robustness import distance, residual
 
 from cpr_core import InvalidRequest, load_robot, solve_forward
 from cpr_core.find_equilibria import find_equilibria
@@ -23,7 +23,7 @@ def found():
 def test_each_is_an_equilibrium_at_the_motors(found):
     assert len(found) >= 6
     for one in found:
-        assert _residual(one.equilibrium) < 1e-10
+        assert residual(one.equilibrium) < 1e-10
         np.testing.assert_allclose(one.equilibrium.motors, [2.59, 0.55], atol=1e-12)
         assert one.stable == (one.equilibrium.spectrum_locked.index == 0)
     energies = [one.equilibrium.energy for one in found]
@@ -34,13 +34,13 @@ def test_each_is_an_equilibrium_at_the_motors(found):
 def test_none_comes_twice(found):
     for number, one in enumerate(found):
         for other in found[:number]:
-            assert _distance(one.equilibrium, other.equilibrium) > 1e-4
+            assert distance(one.equilibrium, other.equilibrium) > 1e-4
 
 
 def test_home_is_among_them_and_the_only_one_of_its_branch(found):
     robot = found[0].equilibrium.robot
     assert [one.from_home for one in found] == [True] + [False] * (len(found) - 1)
-    assert _distance(found[0].equilibrium, robot.home) < 1e-9
+    assert distance(found[0].equilibrium, robot.home) < 1e-9
 
 
 def test_mirror_images_come_in_pairs():
@@ -63,7 +63,7 @@ def test_the_same_in_other_processes(found):
     here = find_equilibria(load_robot("rfrfr"), [2.59, 0.55], starts=20, seed=0)
     assert [one.starts for one in again] == [one.starts for one in here]
     for one, two in zip(again, here, strict=True):
-        assert _distance(one.equilibrium, two.equilibrium) < 1e-12
+        assert distance(one.equilibrium, two.equilibrium) < 1e-12
     robot = again[0].equilibrium.robot
     assert all(one.equilibrium.robot is robot for one in again)
 
@@ -102,7 +102,7 @@ def test_the_six_rfs_robot_has_dozens_of_equilibria_and_few_stable_ones():
     assert len(low[0]) == len(low[1]) >= 10
     for one, two in zip(*low, strict=True):
         assert one.energy == pytest.approx(two.energy, abs=1e-9)
-        assert _distance(one, two) < 1e-6
+        assert distance(one, two) < 1e-6
 
 
 def test_the_second_stable_equilibrium_is_one_of_continuous_rods():
@@ -116,4 +116,4 @@ def test_the_second_stable_equilibrium_is_one_of_continuous_rods():
     third = next(one.equilibrium for one in found if one.equilibrium.index_locked == 1)
     assert len(conjugate_points(solve_continuous(third))) == 1
     # Not on the branch of home: straight back to it along no motor path at all.
-    assert _distance(solve_forward(robot, SIX), second) > 0.1
+    assert distance(solve_forward(robot, SIX), second) > 0.1

@@ -10,13 +10,13 @@ from cpr_core import (
     NoForwardSolution,
     NoInverseSolution,
     NonFiniteInput,
+    given_at,
     load_robot,
     restore_equilibrium,
     solve_forward,
     solve_forward_by_effort,
     solve_inverse,
 )
-from cpr_core.geometrico_statics import pose_meaning
 from cpr_core.model import evaluate
 
 SIX_TARGET = np.array([5.86, 5.56, 5.86, 5.46, 5.86, 5.26]) + [0.2, -0.1, 0.15, 0.1, -0.2, 0.05]
@@ -30,12 +30,6 @@ def robot(request):
 
 def motors_near_home(robot):
     return SIX_TARGET if robot.motor_count == 6 else np.array([2.7, 0.45])
-
-
-def pose_of(equilibrium):
-    values = dict(zip("xyz", equilibrium.platform_position, strict=True))
-    values |= dict(zip(("qw", "qx", "qy", "qz"), equilibrium.platform_quaternion, strict=True))
-    return [values[name] for name in pose_meaning(equilibrium.robot)]
 
 
 def assert_solves_the_model(equilibrium):
@@ -69,7 +63,7 @@ def test_inverse_and_by_effort_give_back_the_forward_solution(robot, loaded):
     loads = Loads.none().with_(gravity=GRAVITY[robot.description.name]) if loaded else None
     forward = solve_forward(robot, motors_near_home(robot), loads=loads)
     assert_solves_the_model(forward)
-    inverse = solve_inverse(robot, pose_of(forward), loads=loads)
+    inverse = solve_inverse(robot, given_at(forward, "pose"), loads=loads)
     by_effort = solve_forward_by_effort(robot, forward.efforts, start=inverse)
     for other in (inverse, by_effort):
         assert_solves_the_model(other)
@@ -246,3 +240,12 @@ def test_a_planar_equilibrium_is_restored_in_its_plane_only():
                 rotation,
                 kept.platform_position + shift,
             )
+
+
+def test_what_an_equilibrium_is_given_by_is_one_of_three():
+    home = load_robot("rfrfr").home
+    np.testing.assert_array_equal(given_at(home, "motors"), home.motors)
+    np.testing.assert_array_equal(given_at(home, "efforts"), home.efforts)
+    np.testing.assert_array_equal(given_at(home, "pose"), home.platform_position[:2])
+    with pytest.raises(InvalidRequest, match="expected motors, efforts or pose, got 'platform'"):
+        given_at(home, "platform")

@@ -5,7 +5,7 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robustness import _distance, _residual
+from robustness import distance, residual
 
 from cpr_core import CprError, DescriptionError, load_robot, solve_forward
 from cpr_core.assembly import turned_over
@@ -20,7 +20,7 @@ def content_of(name):
 @pytest.mark.parametrize("name", shipped_robots())
 def test_every_shipped_robot_comes_to_rest_in_a_stable_equilibrium(name, modes):
     home = load_robot(name, modes=modes).home
-    assert _residual(home) < 1e-10
+    assert residual(home) < 1e-10
     assert home.index_locked == 0
     assert turned_over(home) is None
 
@@ -39,7 +39,7 @@ def test_a_rough_pose_leads_to_the_same_home_as_the_sides(name):
         content["home"]["platform"]["quaternion_wxyz"] = [0.9434, -0.0406, -0.0496, 0.3255]
     if name == "planar_body":
         content["home"]["platform"]["quaternion_wxyz"] = [float(w), float(x), float(y), float(z)]
-    assert _distance(load_robot(content).home, home) < 1e-8
+    assert distance(load_robot(content).home, home) < 1e-8
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "three_rfs"])
@@ -49,7 +49,7 @@ def test_sides_may_be_vectors_one_per_leg(name):
     content["home"]["bow"] = [
         [*(np.array(leg["base"]["position"]) - middle).tolist()] for leg in content["legs"]
     ]
-    assert _distance(load_robot(content).home, load_robot(name).home) < 1e-12
+    assert distance(load_robot(content).home, load_robot(name).home) < 1e-12
 
 
 def test_left_and_right_are_the_mirror_images_of_each_other():
@@ -67,7 +67,7 @@ def test_the_other_side_is_another_equilibrium():
     content["home"]["bow"] = ["right", "left"]
     outward = load_robot(content).home
     assert inward.index_locked == outward.index_locked == 0
-    assert _residual(inward) < 1e-10
+    assert residual(inward) < 1e-10
 
 
 @settings(deadline=None, max_examples=25)
@@ -119,7 +119,7 @@ def test_rings_of_legs_are_assembled(legs, base, platform, length, lean, heavy):
     if count <= 6:
         content["controlled"] = ["z", "roll", "pitch", "x", "y", "yaw"][:count]
     home = load_robot(content).home
-    assert _residual(home) < 1e-10
+    assert residual(home) < 1e-10
     assert home.index_locked == 0
 
 
@@ -128,7 +128,7 @@ def test_a_robot_that_snaps_under_its_loads_comes_to_rest_below():
     content["platform"]["mass"] = 0.6
     content["gravity"] = [0, -9.81, 0]
     home = load_robot(content).home
-    assert _residual(home) < 1e-10
+    assert residual(home) < 1e-10
     assert home.index_locked == 0
     assert home.platform_position[1] < 0.4
     with pytest.raises(CprError, match="turns back"):

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from robustness import RANGES, _distance, _given
+from robustness import RANGES, distance
 
-from cpr_core import load_robot, solve_forward
+from cpr_core import given_at, load_robot, solve_forward
 from cpr_core.description_file import shipped_robots
 from cpr_core.geometrico_statics import target_of
 from cpr_core.path import Path
@@ -20,7 +20,7 @@ def path_of(name, problem, loaded=False):
     if loaded:
         force = 0.1 * robot.arrays.energy_unit / robot.mean_length
         loads = loads.with_(wrench_world=[0, 0, 0, force, -force, 0])
-    return Path(robot.home, target_of(robot.home, problem, _given(there, problem)), loads)
+    return Path(robot.home, target_of(robot.home, problem, given_at(there, problem)), loads)
 
 
 @pytest.mark.parametrize("loaded", [False, True])
@@ -51,7 +51,7 @@ def test_points_by_arc_length_lie_on_the_path(name, problem):
     found = path.along(here, tangent, 0.02)
     assert found is not None
     direct = path.at(here, found.fraction)
-    assert _distance(found.equilibrium, direct.equilibrium) < 1e-7
+    assert distance(found.equilibrium, direct.equilibrium) < 1e-7
     assert path.tangent(found, tangent).cosine(tangent) > 0.9
     back = path.along(found, path.tangent(found, tangent), -0.02)
     assert abs(back.fraction) < 1e-2

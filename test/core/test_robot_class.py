@@ -16,6 +16,7 @@ from cpr_core import (
     MotorLimitExceeded,
     NoForwardSolution,
     Robot,
+    given_at,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
@@ -23,7 +24,6 @@ from cpr_core import (
 )
 from cpr_core.description import HomeGuess
 from cpr_core.description_file import shipped_robots
-from cpr_core.geometrico_statics import pose_meaning
 from cpr_core.lie import roll_pitch_yaw, rotation_exp
 from cpr_core.loads import DistributedForce, PointForce
 from cpr_core.model import tangent_at
@@ -46,15 +46,6 @@ def heavy(robot):
     return robot.default_loads.with_(gravity=HEAVY[robot.planar])
 
 
-def pose_of(equilibrium):
-    rotation = equilibrium.platform_rotation
-    values = dict(zip("xyz", equilibrium.platform_position, strict=True))
-    values |= dict(zip(("qw", "qx", "qy", "qz"), equilibrium.platform_quaternion, strict=True))
-    values |= dict(zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation), strict=True))
-    values["angle"] = np.arctan2(rotation[1, 0], rotation[0, 0])
-    return [values[name] for name in pose_meaning(equilibrium.robot)]
-
-
 def test_every_shipped_robot_has_a_step():
     assert set(STEPS) == set(shipped_robots())
 
@@ -67,7 +58,7 @@ def test_home_is_stable(robot):
 
 def test_the_inverse_problem_gives_back_the_motors(robot):
     there = moved(robot, loads=heavy(robot))
-    back = solve_inverse(robot, pose_of(there), loads=heavy(robot))
+    back = solve_inverse(robot, given_at(there, "pose"), loads=heavy(robot))
     np.testing.assert_allclose(back.motors, there.motors, atol=1e-9)
     np.testing.assert_allclose(back.efforts, there.efforts, atol=1e-6)
 
@@ -207,7 +198,7 @@ def test_lengths_of_extensible_legs_are_recovered():
     assert robot.description.platform_mass == 0.1
     lengths = [0.46, 0.44, 0.45, 0.47, 0.45, 0.46]
     there = solve_forward(robot, lengths)
-    back = solve_inverse(robot, pose_of(there))
+    back = solve_inverse(robot, given_at(there, "pose"))
     np.testing.assert_allclose(back.motors, lengths, atol=1e-9)
 
 
@@ -234,8 +225,8 @@ def test_any_angles_can_be_chosen(controlled):
     # Off the symmetric home, where yaw answers to no motor to first order.
     start = solve_forward(robot, robot.home.motors + [0.25, -0.15, 0.05])
     there = solve_forward(robot, start.motors + [0.02, -0.01, 0.015], start=start)
-    back = solve_inverse(robot, pose_of(there), start=start)
-    np.testing.assert_allclose(pose_of(back), pose_of(there), atol=1e-11)
+    back = solve_inverse(robot, given_at(there, "pose"), start=start)
+    np.testing.assert_allclose(given_at(back, "pose"), given_at(there, "pose"), atol=1e-11)
     np.testing.assert_allclose(back.motors, there.motors, atol=1e-7)
 
 

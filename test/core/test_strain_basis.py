@@ -7,6 +7,7 @@ from scipy import special
 from scipy.interpolate import BSpline
 
 from cpr_core.errors import CprError
+from cpr_core.quadrature import rod_grid
 from cpr_core.rod import StrainModes
 from cpr_core.strain_basis import STRAIN_BASES, BSplines, Chebyshev, Legendre, Monomials
 
@@ -147,3 +148,24 @@ def test_a_basis_of_ones_own_needs_two_members_only():
 
     values = StrainModes((0, 2, 3), Cosines()).values(SIGMA)
     assert_allclose(values[:, 4], np.cos(2.0 * np.pi * SIGMA), rtol=0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("basis", [Legendre(), Chebyshev(), Monomials(), BSplines(2, (0.5,))])
+def test_projection_of_a_strain_is_the_nearest_in_the_mean_square(basis):
+    counts = (0, 4, 4)
+    modes, grid = StrainModes(counts, basis), rod_grid(20, basis.breakpoints)
+    curvature = np.column_stack([np.exp(grid.nodes), np.sin(5.0 * grid.nodes), grid.nodes**6])
+    coordinates = modes.project(curvature, grid)
+    values = modes.values(grid.nodes)
+    for component in (1, 2):
+        mine = modes.directions == component
+        rest = curvature[:, component] - values[:, mine] @ coordinates[mine]
+        assert_allclose(values[:, mine].T @ (grid.weights * rest), 0.0, atol=1e-13)
+        assert np.abs(rest).max() > 1e-4
+
+
+def test_projection_of_a_strain_the_modes_have_is_itself():
+    modes, grid = StrainModes((2, 3, 5)), rod_grid(16, ())
+    coordinates = np.random.default_rng(0).normal(size=10)
+    curvature = (modes.values(grid.nodes) * coordinates) @ np.eye(3)[modes.directions]
+    assert_allclose(modes.project(curvature, grid), coordinates, atol=1e-13)

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from robustness import _distance
+from robustness import distance
 
 from cpr_core import InvalidRequest, critical_load, load_robot, solve_forward, solve_inverse
 from cpr_core.trace import trace
@@ -18,7 +18,7 @@ def test_a_trace_is_the_solutions_along_the_way():
     np.testing.assert_allclose(found.fractions, np.linspace(0.0, 1.0, 7), atol=1e-15)
     for fraction, here in zip(found.fractions, found.equilibria, strict=True):
         motors = (1.0 - fraction) * robot.home.motors + fraction * last
-        assert _distance(here, solve_forward(robot, motors)) < 1e-8
+        assert distance(here, solve_forward(robot, motors)) < 1e-8
     assert found.motors.shape == found.efforts.shape == (7, 6)
     assert found.platform_positions.shape == (7, 3)
     assert found.eigenvalues_locked.shape == (7, 6)
@@ -69,7 +69,7 @@ def test_folds_are_passed_where_asked():
     assert indices[0] == indices[-1] == 0
     assert indices.max() == 1
     # Steps of a curve, not jumps.
-    steps = [_distance(one, two) for one, two in itertools.pairwise(found.equilibria)]
+    steps = [distance(one, two) for one, two in itertools.pairwise(found.equilibria)]
     assert max(steps) < 0.6
     for here in found.equilibria[:: len(found.equilibria) // 10]:
         force = here.loads.wrench_world[4]

@@ -1,0 +1,9 @@
+"""How fast everything is: ``make bench``, described in docs/performance.md."""
+
+import os
+
+#: Variables that tell BLAS how many threads to use.
+THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+
+# Before numpy is imported: times of small matrices would depend on how many cores are free.
+os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
