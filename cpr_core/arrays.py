@@ -4,8 +4,8 @@ Global state and equations share one order: for every leg its passive base coord
 strain coordinates and its multipliers; then the platform; then the motors. In this order the tangent
 is block-arrow shaped, and the forward problem is a leading principal block.
 
-Kernels go through all legs at once, in groups of W lanes (`lanes`). There every leg has the same slots, of
-which it may lack some:
+Kernels go through all legs at once, in groups of W lanes (`lanes`). There every leg has the same slots,
+of which it may lack some:
 
     strain coordinates by component | multipliers | passive base coordinate | platform | motor
 """
@@ -86,7 +86,7 @@ class RobotArrays(NamedTuple):
     legs: NDArray[np.void]  # (L,) of LEG
     stiffness: Floats  # (L, M, M) K_e at the nominal length, in the order of the state
     groups: NDArray[np.void]  # (G,) of group_dtype
-    index: Integers  # (G, n, W) state index of every inner slot; -1: the leg lacks it
+    slot_index: Integers  # (G, n, W) state index of every inner slot; -1: the leg lacks it
     units: Lanes  # (G, n + b + 1) natural units of the slots; 0: the leg lacks it
     missing: Lanes  # (G, n) 1: the leg lacks the slot
     component_start: Integers  # (4,) first strain slot of torsion and both bendings; S
@@ -106,7 +106,9 @@ class RobotArrays(NamedTuple):
     platform_index: int  # state index of the first platform coordinate
     motor_index: int  # state index of the first motor
     border_indices: Integers  # state indices of platform and motors
-    inverse_unknowns: Integers  # state indices of those of the inverse problem; none: no such problem
+    inverse_unknowns: (
+        Integers  # state indices of those of the inverse problem; none: no such problem
+    )
     controls_angles: int  # 1: among them are roll, pitch, yaw instead of world rotations
     constraint_count: int  # number of multipliers of all legs
     orientation_count: int  # conditions on the orientation of the tip: the most a leg has
@@ -180,7 +182,7 @@ class Workspace(NamedTuple):
 
 def kept_factors(robot: RobotArrays) -> Lanes:
     """Memory in which factors are kept with an equilibrium."""
-    groups, inner, width = robot.index.shape
+    groups, inner, width = robot.slot_index.shape
     border = len(robot.unit) - robot.platform_index
     count = 1 + groups * inner * robot.units.shape[1] + -(-border * border // width)
     return np.empty(count, lanes_dtype(width))
@@ -188,7 +190,7 @@ def kept_factors(robot: RobotArrays) -> Lanes:
 
 def workspace(robot: RobotArrays) -> Workspace:
     """Memory for one thread."""
-    width = robot.index.shape[2]
+    width = robot.slot_index.shape[2]
     groups, slots = robot.units.shape
     size = len(robot.unit)
     border = size - robot.platform_index
@@ -216,8 +218,8 @@ def workspace(robot: RobotArrays) -> Workspace:
         small=empty(12, 3),
         squares=empty(6, 3, 3),
         rod_loads=empty(2, 3, nodes + 1),
-        rows=empty(robot.index.shape[1], slots),
-        solution=empty(groups, robot.index.shape[1]),
+        rows=empty(robot.slot_index.shape[1], slots),
+        solution=empty(groups, robot.slot_index.shape[1]),
         border=np.empty(border),
         symmetric=np.empty((border, border)),
         square=np.empty((border, border)),
@@ -241,9 +243,9 @@ def workspace(robot: RobotArrays) -> Workspace:
 
 def factors_of(robot: RobotArrays) -> Factors:
     """Memory for the factors of a robot's tangent."""
-    width = robot.index.shape[2]
+    width = robot.slot_index.shape[2]
     groups, slots = robot.units.shape
-    inner, border = robot.index.shape[1], len(robot.unit) - robot.platform_index
+    inner, border = robot.slot_index.shape[1], len(robot.unit) - robot.platform_index
     return Factors(
         upper=empty_lanes(width, groups, inner, slots),
         inverse=empty_lanes(width, groups, inner),

@@ -19,18 +19,20 @@ __all__ = ["BoundRobot", "evaluate_bound", "factors_bound", "step_bound"]
 
 
 @structref.register
-class _BoundRobotType(types.StructRef):  # type: ignore[misc]
+class _BoundRobotType(types.StructRef):
     """Numba's type of a BoundRobot."""
 
     def preprocess_fields(self, fields: Any) -> Any:
+        """Field types as they are stored."""
         return tuple((name, types.unliteral(kind)) for name, kind in fields)
 
 
-class BoundRobot(structref.StructRefProxy):  # type: ignore[misc]
+class BoundRobot(structref.StructRefProxy):
     """RobotArrays and a Workspace, for one thread."""
 
     def __new__(cls, robot: Any, work: Any) -> BoundRobot:
-        return structref.StructRefProxy.__new__(cls, robot, work)  # type: ignore[no-any-return]
+        """Take RobotArrays and a Workspace apart."""
+        return structref.StructRefProxy.__new__(cls, robot, work)
 
 
 structref.define_proxy(BoundRobot, _BoundRobotType, ["robot", "work"])

@@ -70,11 +70,18 @@ def kernel(function: Function) -> Function:
 
 
 def inlined(function: Function) -> Function:
-    """Compile a part of a kernel that is only cut out to be read.
+    """Compile a part of a kernel that is only cut out to be read; Python cannot call it.
 
     A robot and a workspace are several hundred words, which a call would copy.
     """
-    return _stamped(function, FASTMATH, _nrt=False, forceinline=True)
+    return _stamped(
+        function,
+        FASTMATH,
+        _nrt=False,
+        forceinline=True,
+        no_cpython_wrapper=True,
+        no_cfunc_wrapper=True,
+    )
 
 
 def compiled_strictly(function: Function) -> Function:

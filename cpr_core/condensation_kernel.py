@@ -75,7 +75,7 @@ def condense(robot, work, factors):
 def _eliminate(robot, number, per_energy, work, factors):
     """Factor the blocks of a group; whether no pivot was too small."""
     blocks, units, upper, rows = work.blocks, robot.units, factors.upper, work.rows
-    inner, size = robot.index.shape[1], work.blocks.shape[1]
+    inner, size = robot.slot_index.shape[1], work.blocks.shape[1]
     strains, last = robot.function.shape[0], size - 1
     largest = broadcast(units, 0.0)
     smallest = broadcast(units, np.inf)
@@ -111,7 +111,7 @@ def _eliminate(robot, number, per_energy, work, factors):
 def _add_border(robot, number, per_energy, work, factors):
     """Add what is left of a group to the border."""
     border, upper, rows = factors.border, factors.upper, work.rows
-    inner, last = robot.index.shape[1], work.blocks.shape[1] - 1
+    inner, last = robot.slot_index.shape[1], work.blocks.shape[1] - 1
     first = robot.function.shape[0] if robot.orientation_count == 0 else 0
     platform = last - inner
     motors = robot.groups[number].motor_index
@@ -186,7 +186,7 @@ def factor_border(robot, rows, columns, angles, work, factors):
     return lu_factor(square, size, work.pivots, _SMALLEST_PIVOT)
 
 
-@inlined
+@kernel
 def rotation_unknowns(rotation, angles, motions):
     """World rotations of the rotation unknowns, (3, 3): themselves, or roll, pitch and yaw rates."""
     for i in range(3):
@@ -295,7 +295,7 @@ def predict(robot, rows, columns, angles, known, efforts, vector, work, factors)
         border[i] = value
     zero = broadcast(work.solution, 0.0)
     for number in range(robot.groups.shape[0]):
-        for slot in range(robot.index.shape[1]):
+        for slot in range(robot.slot_index.shape[1]):
             store(work.solution, (number, slot), zero)
     _solve_border(robot, rows, columns, angles, vector, work)
     for i in range(count):
@@ -308,7 +308,7 @@ def predict(robot, rows, columns, angles, known, efforts, vector, work, factors)
 @inlined
 def _forward(robot, number, vector, work, factors):
     """``L^-1 r`` of a group into the workspace, and what it does to the border."""
-    index, upper, solution = robot.index[number], factors.upper, work.solution
+    index, upper, solution = robot.slot_index[number], factors.upper, work.solution
     inner, last = index.shape[0], work.blocks.shape[1] - 1
     for slot in range(inner):
         for lane in range(index.shape[1]):
@@ -357,7 +357,7 @@ def _solve_border(robot, rows, columns, angles, vector, work):
 @inlined
 def _backward(robot, number, vector, work, factors):
     """``L^-T (D^-1 y - ...)`` of a group, into the vector."""
-    index, upper, solution = robot.index[number], factors.upper, work.solution
+    index, upper, solution = robot.slot_index[number], factors.upper, work.solution
     inner, last = index.shape[0], work.blocks.shape[1] - 1
     motors = robot.groups[number].motor_index
     for lane in range(motors.shape[0]):
@@ -381,7 +381,7 @@ def _backward(robot, number, vector, work, factors):
                 vector[i] = get(solution, (number, slot), lane)
 
 
-@inlined
+@kernel
 def keep(robot, factors, kept):
     """Copy factors to memory of their own (``kept_factors``)."""
     upper, border = factors.upper, factors.border
@@ -392,7 +392,7 @@ def keep(robot, factors, kept):
             for j in range(upper.shape[2]):
                 store(kept, at, load(upper, (number, i, j)))
                 at += 1
-    width, lane = robot.index.shape[2], 0
+    width, lane = robot.slot_index.shape[2], 0
     for i in range(border.shape[0]):
         for j in range(border.shape[1]):
             put(kept, at, lane, border[i, j])
@@ -401,7 +401,7 @@ def keep(robot, factors, kept):
                 at, lane = at + 1, 0
 
 
-@inlined
+@kernel
 def recall(robot, kept, factors):
     """Copy them back, all but the inverse pivots, which no prediction needs."""
     upper, border = factors.upper, factors.border
@@ -415,7 +415,7 @@ def recall(robot, kept, factors):
             for j in range(upper.shape[2]):
                 store(upper, (number, i, j), load(kept, at))
                 at += 1
-    width, lane = robot.index.shape[2], 0
+    width, lane = robot.slot_index.shape[2], 0
     for i in range(border.shape[0]):
         for j in range(border.shape[1]):
             border[i, j] = get(kept, at, lane)

@@ -110,7 +110,7 @@ def signs_of(robot, rotation, factors, work, signs):
     below = 0
     for number in range(robot.groups.shape[0]):
         for slot in range(factors.inverse.shape[1]):
-            for lane in range(robot.index.shape[2]):
+            for lane in range(robot.slot_index.shape[2]):
                 if get(factors.inverse, (number, slot), lane) < 0.0:
                     below += 1
     left, square = work.symmetric, work.square

@@ -1,8 +1,8 @@
 """A number per leg: the type the kernels calculate with.
 
-Legs go through the same formulas. So a kernel is written once, for one leg, and works on `Lanes`: as many
-numbers as there are legs, one beside the other in a vector register. Memory of lanes is an array of
-records (`lanes_dtype`), from which one place is loaded at a time:
+Legs go through the same formulas. So a kernel is written once, for one leg, and works on `Lanes`: as
+many numbers as there are legs, one beside the other in a vector register. Memory of lanes is an array
+of records (`lanes_dtype`), from which one place is loaded at a time:
 
     curvature = load(strain, mode) * load(functions, (mode, node))
 
@@ -54,7 +54,7 @@ def lanes_dtype(width: int) -> np.dtype[Any]:
 
 
 def empty_lanes(width: int, *shape: int) -> NDArray[np.void]:
-    """Memory of lanes, aligned; ``array["lane"]`` is its view as numbers, the legs along the last axis."""
+    """Memory of lanes, aligned; ``array["lane"]`` is its view as numbers, the legs last."""
     count = int(np.prod(shape)) * width
     numbers = np.empty(count + _ALIGNMENT // 8)
     first = (-numbers.ctypes.data % _ALIGNMENT) // 8
@@ -68,7 +68,7 @@ def zeros_lanes(width: int, *shape: int) -> NDArray[np.void]:
     return lanes
 
 
-class LanesType(types.Type):  # type: ignore[misc]
+class LanesType(types.Type):
     """Numba's type of a number per leg."""
 
     def __init__(self, width: int) -> None:
@@ -77,7 +77,7 @@ class LanesType(types.Type):  # type: ignore[misc]
 
 
 @register_model(LanesType)
-class _LanesModel(models.PrimitiveModel):  # type: ignore[misc]
+class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, lanes: LanesType) -> None:
         super().__init__(manager, lanes, ir.VectorType(_DOUBLE, lanes.width))
 
@@ -112,7 +112,7 @@ def _vector_place(context: Any, builder: Any, array: Any, index: Any, values: An
     return builder.bitcast(pointer, ir.VectorType(_DOUBLE, _width(array)).as_pointer())
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def load(typing_context: Any, array: Any, index: Any) -> Any:
     """The lanes at an index of an array of lanes."""
 
@@ -122,7 +122,7 @@ def load(typing_context: Any, array: Any, index: Any) -> Any:
     return LanesType(_width(array))(array, index), generate
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def store(typing_context: Any, array: Any, index: Any, value: Any) -> Any:
     """Write lanes, or one number for all of them."""
     width = _width(array)
@@ -136,7 +136,7 @@ def store(typing_context: Any, array: Any, index: Any, value: Any) -> Any:
     return types.void(array, index, kept), generate
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def get(typing_context: Any, array: Any, index: Any, lane: Any) -> Any:
     """The number of one leg at an index of an array of lanes."""
 
@@ -146,7 +146,7 @@ def get(typing_context: Any, array: Any, index: Any, lane: Any) -> Any:
     return types.float64(array, index, types.intp), generate
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def put(typing_context: Any, array: Any, index: Any, lane: Any, value: Any) -> Any:
     """Write the number of one leg."""
 
@@ -157,7 +157,7 @@ def put(typing_context: Any, array: Any, index: Any, lane: Any, value: Any) -> A
     return types.void(array, index, types.intp, types.float64), generate
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def broadcast(typing_context: Any, array: Any, value: Any) -> Any:
     """One number for all legs, in as many lanes as an array has."""
     width = _width(array)
@@ -183,7 +183,7 @@ def _define(operation: Any, instruction: str) -> None:
     """An operation between lanes, and between lanes and numbers."""
 
     @infer_global(operation)
-    class Operation(AbstractTemplate):  # type: ignore[misc]
+    class Operation(AbstractTemplate):
         def generic(self, args: Any, keywords: Any) -> Any:
             lanes = [arg for arg in args if isinstance(arg, LanesType)]
             others = [arg for arg in args if not isinstance(arg, LanesType)]
@@ -214,19 +214,19 @@ for _operation, _instruction in (
 
 
 @infer_global(operator.neg)
-class _Negative(AbstractTemplate):  # type: ignore[misc]
+class _Negative(AbstractTemplate):
     def generic(self, args: Any, keywords: Any) -> Any:
         if len(args) == 1 and isinstance(args[0], LanesType):
             return signature(args[0], args[0])
         return None
 
 
-@lower_builtin(operator.neg, LanesType)  # type: ignore[untyped-decorator]
+@lower_builtin(operator.neg, LanesType)
 def _negative(context: Any, builder: Any, sig: Any, values: Any) -> Any:
     return builder.fneg(values[0])
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def absolute(typing_context: Any, value: Any) -> Any:
     """Absolute values of lanes."""
 
@@ -246,13 +246,13 @@ def _select(comparison: str) -> Any:
     return generate
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def lower(typing_context: Any, one: Any, other: Any) -> Any:
     """The lower of two lanes, leg by leg; the second where one is not a number."""
     return one(one, one), _select("<")
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def highest(typing_context: Any, value: Any) -> Any:
     """The highest number of all legs; not a number if one is not."""
 
@@ -271,7 +271,7 @@ def highest(typing_context: Any, value: Any) -> Any:
     return types.float64(value), generate
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def total(typing_context: Any, value: Any) -> Any:
     """The sum over all legs, by halves."""
 

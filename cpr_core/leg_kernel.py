@@ -22,7 +22,17 @@ from .rod_kernel import integrate_arms, integrate_frames, turn_base
 __all__ = ["evaluate_group"]
 
 # Vectors and matrices in the workspace.
-_CHORD, _BASE, _FORCE, _LEVER, _MOMENT, _BASE_MOMENT, _TURN, _POINT, _SPREAD = 1, 2, 3, 4, 5, 6, 7, 8, 9
+_CHORD, _BASE, _FORCE, _LEVER, _MOMENT, _BASE_MOMENT, _TURN, _POINT, _SPREAD = (
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+)
 _FRAME, _ALIGNMENT, _BASE_MATRIX, _MOMENTS, _IMAGE = 0, 1, 2, 3, 4
 # What is integrated with the shape functions.
 _DENSITY, _SWEPT, _TIP_TURN, _TURNING = 0, 1, 4, 7
@@ -67,7 +77,7 @@ def evaluate_group(
 @inlined
 def _gather(robot, number, state, work):
     """The state by slots; zero where a leg lacks a slot."""
-    index = robot.index[number]
+    index = robot.slot_index[number]
     for slot in range(index.shape[0]):
         for lane in range(index.shape[1]):
             i = index[slot, lane]
@@ -77,7 +87,7 @@ def _gather(robot, number, state, work):
 @inlined
 def _gather_loads(robot, loads, number, work):
     """Loads of the rods by lanes, and those on the whole rod."""
-    width, nodes = robot.index.shape[2], loads.point.shape[2]
+    width, nodes = robot.slot_index.shape[2], loads.point.shape[2]
     for lane in range(width):
         leg = number * width + lane
         for i in range(3):
@@ -116,7 +126,7 @@ def _constraints(robot, number, length, platform_rotation, platform_position, wo
     frame, alignment = work.squares[_FRAME], work.squares[_ALIGNMENT]
     moments, image = work.squares[_MOMENTS], work.squares[_IMAGE]
     strains, count = robot.function.shape[0], robot.position_axes.shape[0]
-    inner, axes = robot.index.shape[1], robot.platform_axes
+    inner, axes = robot.slot_index.shape[1], robot.platform_axes
     zero = broadcast(small, 0.0)
     for i in range(3):
         store(small, (_FORCE, i), zero)
@@ -154,7 +164,9 @@ def _constraints(robot, number, length, platform_rotation, platform_position, wo
         store(residuals, (number, slot), value)
         multiple = load(strain, slot)
         for i in range(3):
-            store(small, (_MOMENT, i), load(small, (_MOMENT, i)) + multiple * load(moments, (row, i)))
+            store(
+                small, (_MOMENT, i), load(small, (_MOMENT, i)) + multiple * load(moments, (row, i))
+            )
             for j in range(3):
                 value = load(alignment, (i, j))  # N = sum_k mu_k sum_j (R_l e_j) (G_k e_j)^T
                 for n in range(3):
@@ -234,7 +246,7 @@ def _balance(robot, number, length, loaded, work):
     """What does not come from fields along the rods: elastic forces, base coordinates, energy."""
     group, small, strain, residuals = robot.groups[number], work.small, work.strain, work.residuals
     strains, motor = robot.function.shape[0], work.residuals.shape[1] - 1
-    passive = robot.index.shape[1] - 1
+    passive = robot.slot_index.shape[1] - 1
     zero = broadcast(small, 0.0)
     nominal, exists = load(group.length, ()), load(group.exists, ())
     ratio = nominal / length
@@ -353,7 +365,7 @@ def _coordinates(robot, number, work):
     group, blocks, residuals = robot.groups[number], work.blocks, work.residuals
     sources, functions = work.sources, robot.functions
     strains, count = robot.function.shape[0], robot.position_axes.shape[0]
-    inner, motor = robot.index.shape[1], work.blocks.shape[1] - 1
+    inner, motor = robot.slot_index.shape[1], work.blocks.shape[1] - 1
     turn_motor, turn_passive = load(group.turn_motor, ()), load(group.turn_passive, ())
     nodes = robot.weights.shape[0]
     zero = broadcast(sources, 0.0)
@@ -391,7 +403,7 @@ def _couple_orientation(robot, number, slot, x, y, z, work):
     """Entries of a coordinate that turns the tip by (x, y, z): joint rows, platform rotation."""
     moments, alignment = work.squares[_MOMENTS], work.squares[_ALIGNMENT]
     first = robot.function.shape[0] + robot.position_axes.shape[0]
-    inner = robot.index.shape[1]
+    inner = robot.slot_index.shape[1]
     for row in range(robot.orientation_count):
         value = x * load(moments, (row, 0)) + y * load(moments, (row, 1))
         _set(work.blocks, number, slot, first + row, value + z * load(moments, (row, 2)))
@@ -483,7 +495,7 @@ def _base_coordinates(robot, number, length, loaded, work):
     group, small, blocks = robot.groups[number], work.small, work.blocks
     base_matrix = work.squares[_BASE_MATRIX]
     strains, count = robot.function.shape[0], robot.position_axes.shape[0]
-    passive, motor = robot.index.shape[1] - 1, work.blocks.shape[1] - 1
+    passive, motor = robot.slot_index.shape[1] - 1, work.blocks.shape[1] - 1
     turn_motor, turn_passive = load(group.turn_motor, ()), load(group.turn_passive, ())
     shift_motor, extensible = load(group.shift_motor, ()), load(group.extensible, ())
     x, y, z = (
@@ -531,7 +543,7 @@ def _extension(robot, number, length, loaded, work):
     group, small, blocks, frames = robot.groups[number], work.small, work.blocks, work.frames
     rate, sources = work.density, work.sources
     nodes, motor = robot.weights.shape[0], work.blocks.shape[1] - 1
-    passive, strains = robot.index.shape[1] - 1, robot.function.shape[0]
+    passive = robot.slot_index.shape[1] - 1
     extensible, nominal = load(group.extensible, ()), load(group.length, ())
     zero = broadcast(small, 0.0)
     # Derivative of the internal moment by the length, int_s^1 t x (f + point + 2 l distributed).
@@ -544,8 +556,9 @@ def _extension(robot, number, length, loaded, work):
         for j in range(nodes):
             first, second = load(small, (_FORCE, a)), load(small, (_FORCE, b))
             if loaded:
-                first += load(work.rod_loads, (0, a, j)) + 2.0 * length * load(work.rod_loads, (1, a, j))
-                second += load(work.rod_loads, (0, b, j)) + 2.0 * length * load(work.rod_loads, (1, b, j))
+                twice = 2.0 * length
+                first += load(work.rod_loads, (0, a, j)) + twice * load(work.rod_loads, (1, a, j))
+                second += load(work.rod_loads, (0, b, j)) + twice * load(work.rod_loads, (1, b, j))
                 spread = load(work.rod_loads, (1, i, j))
                 length_rate += 2.0 * robot.weights[j] * load(frames, (0, i, j)) * spread
             value = load(frames, (0, a, j)) * second - load(frames, (0, b, j)) * first

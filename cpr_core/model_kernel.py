@@ -60,7 +60,7 @@ def evaluate(robot, loads, state, platform_rotation, platform_position, residual
         residual[robot.platform_index + row] = platform_residual[robot.platform_axes[row]]
     motor = work.residuals.shape[1] - 1
     for number in range(robot.groups.shape[0]):
-        index, motors = robot.index[number], robot.groups[number].motor_index
+        index, motors = robot.slot_index[number], robot.groups[number].motor_index
         for lane in range(index.shape[1]):
             for slot in range(index.shape[0]):
                 i = index[slot, lane]
@@ -85,7 +85,7 @@ def _any(loads):
 @kernel
 def assemble(robot, work, tangent):
     """The tangent by states, (N, N), from the slots of the workspace."""
-    inner, platform = robot.index.shape[1], robot.platform_index
+    inner, platform = robot.slot_index.shape[1], robot.platform_index
     axes = robot.platform_axes
     motor = work.blocks.shape[1] - 1
     for row in range(axes.shape[0]):
@@ -93,7 +93,7 @@ def assemble(robot, work, tangent):
             value = work.platform_tangent[axes[row], axes[column]]
             tangent[platform + row, platform + column] = value
     for number in range(robot.groups.shape[0]):
-        index, motors = robot.index[number], robot.groups[number].motor_index
+        index, motors = robot.slot_index[number], robot.groups[number].motor_index
         for lane in range(index.shape[1]):
             m = motors[lane]
             if m >= 0:

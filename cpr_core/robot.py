@@ -133,10 +133,10 @@ class Robot:
         """The arrays with the memory of this thread, as entries of the kernels take them."""
         memory = self._memory
         try:
-            return memory.bound  # type: ignore[no-any-return]
+            return memory.bound
         except AttributeError:
             memory.bound = BoundRobot(self.arrays, workspace(self.arrays))
-            return memory.bound  # type: ignore[no-any-return]
+            return memory.bound
 
     @cached_property
     def _memory(self) -> threading.local:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +50,9 @@ class _Builder:
         for number, name, natural in self.motors:
             self.legs[number][f"{name}_index"] = len(self.unit)
             self.unit.append(natural)
-        constraints = len(self.position_axes) * len(self.legs) + self.legs["orientation_count"].sum()
+        constraints = (
+            len(self.position_axes) * len(self.legs) + self.legs["orientation_count"].sum()
+        )
         return RobotArrays(
             legs=self.legs,
             stiffness=self._stiffness(),
@@ -112,7 +114,7 @@ class _Builder:
             stiffness[number, :total, :total] = leg.rod.stiffness(leg.modes, self.grid)
         return stiffness
 
-    def _slots(self, motor_index: int) -> dict[str, object]:
+    def _slots(self, motor_index: int) -> dict[str, Any]:
         """What the kernels read by slots and lanes."""
         robot, grid, legs = self.robot, self.grid, self.legs
         width = next((w for w in WIDTHS if w >= len(legs)), WIDTHS[-1])
@@ -194,7 +196,7 @@ class _Builder:
         missing["lane"][:] = ~there
         return {
             "groups": groups,
-            "index": index,
+            "slot_index": index,
             "units": units,
             "missing": missing,
             "component_start": start,

@@ -31,7 +31,11 @@ def turn_base(group, state, base_rotation, exists):
         put(exists, (0, 0), lane, math.sin(angle))
         put(exists, (0, 1), lane, 2.0 * half * half)
     sine, versine = load(exists, (0, 0)), load(exists, (0, 1))
-    x, y, z = load(group.rotation_axis, 0), load(group.rotation_axis, 1), load(group.rotation_axis, 2)
+    x, y, z = (
+        load(group.rotation_axis, 0),
+        load(group.rotation_axis, 1),
+        load(group.rotation_axis, 2),
+    )
     for j in range(3):
         # exp(angle axis^) r = r + sine axis x r + versine axis x (axis x r)
         a, b, c = (
@@ -42,7 +46,11 @@ def turn_base(group, state, base_rotation, exists):
         if turned:
             u, v, w = y * c - z * b, z * a - x * c, x * b - y * a
             p, q, r = y * w - z * v, z * u - x * w, x * v - y * u
-            a, b, c = a + sine * u + versine * p, b + sine * v + versine * q, c + sine * w + versine * r
+            a, b, c = (
+                a + sine * u + versine * p,
+                b + sine * v + versine * q,
+                c + sine * w + versine * r,
+            )
         store(base_rotation, (0, j), a)
         store(base_rotation, (1, j), b)
         store(base_rotation, (2, j), c)
@@ -51,7 +59,11 @@ def turn_base(group, state, base_rotation, exists):
 @inlined
 def _rotation_vectors(robot, number, work):
     """Rotation vectors of all steps; returns the highest squared angle of a step."""
-    first, second, third = robot.component_start[0], robot.component_start[1], robot.component_start[2]
+    first, second, third = (
+        robot.component_start[0],
+        robot.component_start[1],
+        robot.component_start[2],
+    )
     last = robot.component_start[3]
     function, functions, strain = robot.function, robot.step_functions, work.strain
     # Strain coordinates are curvatures at the nominal length: the rotation does not see the length.
@@ -108,7 +120,7 @@ def integrate_frames(robot, number, rotation, work):
             sine, versine = small_rotation(squared)
         else:
             store(work.small, (0, 0), squared)
-            for lane in range(robot.index.shape[2]):
+            for lane in range(robot.slot_index.shape[2]):
                 value = get(work.small, (0, 0), lane)
                 if value > SMALL_ANGLE_SQUARED:
                     angle = math.sqrt(value)

@@ -30,7 +30,7 @@ def checked_vector(
     if vector.shape != (size,):
         count = vector.size if vector.ndim == 1 else f"an array of shape {vector.shape}"
         raise InvalidRequest(name, f"{expected}, got {count}")
-    if not np.all(np.isfinite(vector)):
+    if not np.isfinite(vector).all():
         raise NonFiniteInput(name, f"{expected}, all finite, got {vector.tolist()}")
     vector.flags.writeable = False
     return vector

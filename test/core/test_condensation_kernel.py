@@ -62,11 +62,15 @@ def dimensionless(robot, tangent, problem):
 def by_slots(robot, tangent):
     """A workspace with a tangent whose legs are symmetric: the inverse of ``assemble``."""
     arrays = robot.arrays
-    work, inner = workspace(arrays), arrays.index.shape[1]
+    work, inner = workspace(arrays), arrays.slot_index.shape[1]
     platform = arrays.platform_index + np.arange(len(arrays.platform_axes))
     blocks = work.blocks["lane"]
-    for group, lane in np.ndindex(len(arrays.groups), arrays.index.shape[2]):
-        states = [*arrays.index[group, :, lane], *platform, arrays.groups["motor_index"][group, lane]]
+    for group, lane in np.ndindex(len(arrays.groups), arrays.slot_index.shape[2]):
+        states = [
+            *arrays.slot_index[group, :, lane],
+            *platform,
+            arrays.groups["motor_index"][group, lane],
+        ]
         for i, j in combinations_with_replacement(range(len(states)), 2):
             own = i < inner or j == len(states) - 1
             if own and states[i] >= 0 and states[j] >= 0:

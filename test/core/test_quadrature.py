@@ -12,10 +12,10 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from cpr_core.rotation_kernel import rotation_steps
 from cpr_core.lie import rotation_exp
 from cpr_core.quadrature import rod_grid
 from cpr_core.robot import load_robot
+from cpr_core.rotation_kernel import rotation_steps
 
 FAST = settings(deadline=None, derandomize=True, max_examples=100)
 BREAKPOINTS = [(), (0.5,), (0.3, 0.7), (0.7, 0.1, 0.2), (0.0, 0.25, 1.0)]
