@@ -8,10 +8,10 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from tqdm import tqdm
 
 from .errors import InvalidRequest
@@ -21,6 +21,7 @@ from .robot import Robot
 from .workspace import Grid, WorkspaceMap, map_workspace, motor_grid, pose_grid
 from .workspace.flooding import Progress
 from .workspace.plots import check_field, plot_map
+from .workspace.summary import summary_of
 
 __all__ = ["add_workspace_options"]
 
@@ -95,7 +96,7 @@ def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
         )
     if options.plot is not None:
         plot_map(found, options.plot, field=options.field, threshold=options.threshold)
-    values = _as_dict(found)
+    values = _as_dict(found, options.threshold)
     if options.json:
         return json.dumps(values, indent=2, allow_nan=False), found.complete
     return _as_text(values), found.complete
@@ -132,18 +133,10 @@ def _number(text: str) -> float:
     return float(factor) * math.pi / float(divisor or 1)
 
 
-def _as_dict(found: WorkspaceMap) -> dict[str, Any]:
-    reached = found.reached
+def _as_dict(found: WorkspaceMap, threshold: float) -> dict[str, Any]:
     return {
         "robot": found.robot.description.name,
-        "cells": found.grid.size,
-        "shape": list(found.grid.shape),
-        "complete": found.complete,
-        "reached": int(reached.sum()),
-        "stable": int(np.sum(reached & (found.index_locked == 0))),
-        "usable": int(found.usable.sum()),
-        "beyond_limits": int(np.sum(reached & ~found.within_limits)),
-        "disagreements": len(found.disagreements),
+        **asdict(summary_of(found, threshold)),
         "borders": [
             {
                 "kind": border.kind,
@@ -163,6 +156,7 @@ def _as_text(values: dict[str, Any]) -> str:
         + ("" if values["complete"] else "; the map is NOT complete"),
         f"  stable with the motors held: {values['stable']}; beyond limits: {values['beyond_limits']}",
         f"  usable (stable and within limits all the way): {values['usable']}",
+        f"  inverse condition number of H_r below the threshold: {values['below_threshold']}",
         f"  two ways to a cell disagree: {values['disagreements']}",
     ]
     for border in values["borders"]:

@@ -97,14 +97,15 @@ def map_workspace(
         file: NetCDF file to write the map to, every ``checkpoint_every`` seconds and at the end.
         resume: Go on with the map in ``file`` if there is one; it must be of the same robot and grid.
         checkpoint_every: Longest time between two checkpoints, beside that of one batch [s].
-        progress: Called after every batch.
+        progress: Called before the first and after every batch.
         cancelled: Asked several times a second; if it says so, the unfinished map is returned.
 
     Returns:
         The map. ``complete`` is false if it was cancelled; what was found is in ``file``.
 
     Raises:
-        InvalidRequest: A grid of another robot, loads that do not fit, a file of another map.
+        InvalidRequest: A grid of another robot, loads that do not fit, a file of another map or that
+            cannot be written.
         NoInverseSolution, NoForwardSolution: No cell of the grid is reached from the start.
     """
     start = checked_start(robot, start)
@@ -115,9 +116,10 @@ def map_workspace(
         raise InvalidRequest("grid", "expected a grid of this robot's motors")
     flood = _Flood(robot, grid, start, loads, tolerance)
     if file is not None:
-        from .store import read_flood, write_map
+        from .store import check_writable, read_flood, write_map
 
         file = Path(file)
+        check_writable(file, robot, grid)
         if resume and file.exists():
             flood.take(read_flood(file, robot, loads, grid))
     if flood.reached == 0:
@@ -129,10 +131,12 @@ def map_workspace(
     pool = executor if executor is not None else own
     with own if own is not None else nullcontext():
         try:
+            if progress is not None and flood.done < flood.reached:
+                progress(flood.progress)
             while flood.done < flood.reached:
                 flood.leave_some(pool, cancelled)
                 if progress is not None:
-                    progress(Progress(flood.done, flood.reached, grid.size))
+                    progress(flood.progress)
                 if file is not None and time.monotonic() - saved > checkpoint_every:
                     write_map(flood.as_map(), file)
                     saved = time.monotonic()
@@ -168,6 +172,11 @@ class _Flood:
     def reached(self) -> int:
         """Number of cells reached."""
         return len(self.queue)
+
+    @property
+    def progress(self) -> Progress:
+        """How far this is."""
+        return Progress(self.done, self.reached, self.grid.size)
 
     def take(self, found: WorkspaceMap) -> None:
         """Go on with an unfinished map."""
