@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 import re
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -20,7 +21,7 @@ from .loads import Loads
 from .robot import Robot
 from .workspace import Grid, WorkspaceMap, map_workspace, motor_grid, pose_grid
 from .workspace.flooding import Progress
-from .workspace.plots import check_field, plot_map
+from .workspace.plots import check_field, plot_map, prepare
 from .workspace.summary import summary_of
 
 __all__ = ["add_workspace_options"]
@@ -78,6 +79,7 @@ def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
     grid = _grid(robot, options)
     if options.plot is not None:
         check_field(robot, options.field)
+        threading.Thread(target=prepare, daemon=True).start()
     start = robot.home
     if options.first is not None:
         solve = solve_forward if options.given == "motors" else solve_inverse

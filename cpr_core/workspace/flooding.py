@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import time
 from collections.abc import Callable
@@ -21,7 +22,7 @@ from ..loads import Loads
 from ..path import CONTRACTION, ITERATIONS
 from ..robot import Robot
 from .batch_kernel import MEASURES, Arrivals, Cells
-from .batches import EIGENVALUES, Cancelled, Ways, in_pieces, joined, leave
+from .batches import EIGENVALUES, Cancelled, Ways, guesses_of, in_pieces, joined, leave
 from .cell_problem import cell_problem
 from .first_cell import (
     first_cells,
@@ -220,6 +221,7 @@ class _Flood:
         ways = Ways(
             origin, self.grid.kernel_coordinates(self.grid.places(target)),
             self.longest[column // 2], self.smallest[column // 2],
+            self._guesses(batch, origin, column, target),
         )  # fmt: skip
         pieces = list(
             in_pieces(executor, leave, self.problem, self._as_cells(batch), ways, cancelled)
@@ -230,6 +232,33 @@ class _Flood:
         arrivals = joined([one for _, one in pieces])
         self._arrive(batch[origin], column, target, arrivals)
         self.done += len(batch)
+
+    def _guesses(
+        self, batch: Integers, origin: Integers, column: Integers, target: Integers
+    ) -> Floats:
+        """What is expected at the ends of ways: straight on from the neighbour behind."""
+        mine = self.cells
+        found = np.full((len(origin), mine.state.shape[1] + 12), np.nan)
+        along = np.flatnonzero(mine.edges[batch[origin], column ^ 1] == EdgeState.PASSED)
+        here = batch[origin[along]]
+        behind = self.grid.neighbours[here, column[along] ^ 1]
+        axis = column[along] // 2
+        places = [self.grid.places(cells) for cells in (behind, here, target[along])]
+        before, after = (
+            np.take_along_axis(last - first, axis[:, None], axis=1)
+            for first, last in itertools.pairwise(places)
+        )
+        factor = after / before
+        turn = _transposed(mine.rotation[behind]) @ mine.rotation[here]
+        ahead = mine.rotation[here] @ turn
+        # The rounding of three factors would triple from cell to cell: one step back to a rotation.
+        ahead = 0.5 * ahead @ (3.0 * np.eye(3) - _transposed(ahead) @ ahead)
+        found[along] = guesses_of(
+            mine.state[here] + factor * (mine.state[here] - mine.state[behind]),
+            ahead,
+            mine.position[here] + factor * (mine.position[here] - mine.position[behind]),
+        )
+        return found
 
     def _arrive(
         self, source: Integers, column: Integers, target: Integers, arrivals: Arrivals
@@ -306,6 +335,10 @@ class _Flood:
     def as_map(self) -> WorkspaceMap:
         """What was found so far."""
         return WorkspaceMap(self.robot, self.loads, self.grid, self.cells, self.done)
+
+
+def _transposed(matrices: Floats) -> Floats:
+    return np.transpose(matrices, (0, 2, 1))
 
 
 def _empty_cells(robot: Robot, grid: Grid) -> CellArrays:
