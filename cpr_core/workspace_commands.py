@@ -6,12 +6,13 @@ import argparse
 import json
 import math
 import re
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from tqdm import tqdm
 
 from .errors import InvalidRequest
@@ -20,7 +21,8 @@ from .loads import Loads
 from .robot import Robot
 from .workspace import Grid, WorkspaceMap, map_workspace, motor_grid, pose_grid
 from .workspace.flooding import Progress
-from .workspace.plots import check_field, plot_map
+from .workspace.plots import check_field, plot_map, prepare
+from .workspace.summary import summary_of
 
 __all__ = ["add_workspace_options"]
 
@@ -77,6 +79,7 @@ def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
     grid = _grid(robot, options)
     if options.plot is not None:
         check_field(robot, options.field)
+        threading.Thread(target=prepare, daemon=True).start()
     start = robot.home
     if options.first is not None:
         solve = solve_forward if options.given == "motors" else solve_inverse
@@ -95,7 +98,7 @@ def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
         )
     if options.plot is not None:
         plot_map(found, options.plot, field=options.field, threshold=options.threshold)
-    values = _as_dict(found)
+    values = _as_dict(found, options.threshold)
     if options.json:
         return json.dumps(values, indent=2, allow_nan=False), found.complete
     return _as_text(values), found.complete
@@ -132,18 +135,10 @@ def _number(text: str) -> float:
     return float(factor) * math.pi / float(divisor or 1)
 
 
-def _as_dict(found: WorkspaceMap) -> dict[str, Any]:
-    reached = found.reached
+def _as_dict(found: WorkspaceMap, threshold: float) -> dict[str, Any]:
     return {
         "robot": found.robot.description.name,
-        "cells": found.grid.size,
-        "shape": list(found.grid.shape),
-        "complete": found.complete,
-        "reached": int(reached.sum()),
-        "stable": int(np.sum(reached & (found.index_locked == 0))),
-        "usable": int(found.usable.sum()),
-        "beyond_limits": int(np.sum(reached & ~found.within_limits)),
-        "disagreements": len(found.disagreements),
+        **asdict(summary_of(found, threshold)),
         "borders": [
             {
                 "kind": border.kind,
@@ -163,6 +158,7 @@ def _as_text(values: dict[str, Any]) -> str:
         + ("" if values["complete"] else "; the map is NOT complete"),
         f"  stable with the motors held: {values['stable']}; beyond limits: {values['beyond_limits']}",
         f"  usable (stable and within limits all the way): {values['usable']}",
+        f"  inverse condition number of H_r below the threshold: {values['below_threshold']}",
         f"  two ways to a cell disagree: {values['disagreements']}",
     ]
     for border in values["borders"]:

@@ -20,6 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 from cpr_core import CprError, load_robot
 
 from .inputs import Inputs
+from .map_action import MapAction
 from .outputs import Outputs
 from .parameters import LiveParameters, declare, live_parameters, live_problem
 from .requests import Requests
@@ -57,6 +58,7 @@ class CprNode(LifecycleNode):
         self.outputs = Outputs(self, self.transforms)
         self.inputs: Inputs | None = None
         self.requests: Requests | None = None
+        self.maps: MapAction | None = None
         self.add_on_set_parameters_callback(self._on_parameters)
         self._timer(self.parameters.diagnostics_rate, self._publish_diagnostics)
         self._answer_impossible_transitions()
@@ -72,6 +74,12 @@ class CprNode(LifecycleNode):
         for transition in (self.trigger_configure, self.trigger_activate):
             if transition() != TransitionCallbackReturn.SUCCESS and rclpy.ok():
                 raise CprError(self.problem or "the node could not be activated")
+
+    def destroy_node(self) -> None:
+        """End what the node started, and the node."""
+        if self.maps is not None:
+            self.maps.close()
+        super().destroy_node()
 
     def active_session(self) -> Session | None:
         """The robot in operation; None while the node is not active."""
@@ -161,6 +169,8 @@ class CprNode(LifecycleNode):
 
     def _forget(self) -> None:
         self._deactivate()
+        if self.maps is not None:
+            self.maps.stop("the node was cleaned up or shut down while the map was being made")
         self._session = None
 
     def _listen(self) -> None:
@@ -168,6 +178,7 @@ class CprNode(LifecycleNode):
         if self.requests is None:
             self.inputs = Inputs(self, self.transforms.frames, self.active_session, time.monotonic)
             self.requests = Requests(self, self.transforms.frames, self.active_session)
+            self.maps = MapAction(self, self.active_session)
 
     def _tick(self) -> None:
         session, now = self._required_session(), time.monotonic()

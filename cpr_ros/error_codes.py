@@ -17,7 +17,7 @@ from cpr_core import (
     UnstableEquilibrium,
 )
 
-__all__ = ["RequestError", "error_code", "success"]
+__all__ = ["RequestError", "code_of", "error_code", "success"]
 
 _LONGEST_MESSAGE = 1000
 
@@ -56,13 +56,29 @@ def success() -> ErrorCode:
 
 def error_code(error: Exception) -> ErrorCode:
     """The code of an error; FAILURE for one that nobody foresaw."""
-    text = str(error)
-    if len(text) > _LONGEST_MESSAGE:  # it may repeat what was sent
-        text = f"{text[:_LONGEST_MESSAGE]}..."
     if isinstance(error, RequestError):
-        return ErrorCode(val=error.val, message=text)
-    for kind, val in _CODES:
-        if isinstance(error, kind):
-            return ErrorCode(val=val, message=text)
-    name = type(error).__name__
-    return ErrorCode(val=ErrorCode.FAILURE, message=f"internal error: {name}: {text}")
+        return ErrorCode(val=error.val, message=_shortened(str(error)))
+    return code_of(type(error), str(error), getattr(error, "argument", ""))
+
+
+def code_of(kind: type[Exception], text: str, argument: str = "") -> ErrorCode:
+    """The code of an error that happened elsewhere.
+
+    Args:
+        kind: Its class.
+        text: Its message.
+        argument: Name of the argument that was wrong, if it was one.
+    """
+    if issubclass(kind, InvalidRequest) and argument == "file":
+        return ErrorCode(val=ErrorCode.INVALID_FILE, message=_shortened(text))
+    for expected, val in _CODES:
+        if issubclass(kind, expected):
+            return ErrorCode(val=val, message=_shortened(text))
+    return ErrorCode(
+        val=ErrorCode.FAILURE, message=f"internal error: {kind.__name__}: {_shortened(text)}"
+    )
+
+
+def _shortened(text: str) -> str:
+    """A message may repeat what was sent."""
+    return text if len(text) <= _LONGEST_MESSAGE else f"{text[:_LONGEST_MESSAGE]}..."

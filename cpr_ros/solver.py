@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
 
@@ -65,7 +66,7 @@ class Solver:
         """
         limit = self.time_limit
         by_effort, values = motors_from_joint_state(self.robot, request.motors)
-        start, loads = self._start_and_loads(request)
+        start, loads = self.start_and_loads(request)
         solve = solve_forward_by_effort if by_effort else solve_forward
         solution = self._timed(
             lambda: solve(self.robot, values, start=start, loads=loads, time_limit=limit)
@@ -82,7 +83,7 @@ class Solver:
         pose = pose_from_message(
             self.robot, request.platform, list(request.controlled), self.frames
         )
-        start, loads = self._start_and_loads(request)
+        start, loads = self.start_and_loads(request)
         solution = self._timed(
             lambda: solve_inverse(self.robot, pose, start=start, loads=loads, time_limit=limit)
         )
@@ -107,9 +108,14 @@ class Solver:
             f"at: expected AT_CURRENT 0, AT_HOME 1 or AT_GIVEN 2, got {request.at}",
         )
 
-    def _start_and_loads(
-        self, request: SolveForward.Request | SolveInverse.Request
+    def start_and_loads(
+        self, request: SolveForward.Request | SolveInverse.Request | MapWorkspace.Goal
     ) -> tuple[Equilibrium, Loads]:
+        """Where a request starts, and the loads in force.
+
+        Raises:
+            CprError: There is no such start, or no such wrench.
+        """
         if request.start == request.START_CURRENT:
             start = self.current.equilibrium
         elif request.start == request.START_HOME:

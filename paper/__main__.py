@@ -251,10 +251,10 @@ def _draw(
         ((RFRFR, "figure_6", "figure_7", "figure_8"), (SIX_RFS, "figure_12", "figure_13", "figure_14"))
     ):  # fmt: skip
         step(FIGURES[workspace])
-        swept = stability.workspace_of(case.name, 5 if number else 12, extent.spacing[number])
+        found = stability.workspace_of(case.name, 8 if number else 16, extent.spacing[number])
         title = "RFRFR workspace" if number == 0 else "6-RFS slice z = 0.635 m, ZYZ (π/8, π/3, 0)"
         figures.draw_workspace(
-            folder, workspace, f"{title}, motors locked", swept, lines[case.title], NEAR_BORDER
+            folder, workspace, f"{title}, motors locked", found, lines[case.title], NEAR_BORDER
         )
         figures.draw_line(
             folder, line, f"{case.title} robot, motors locked", lines[case.title], 2 - number

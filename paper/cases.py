@@ -104,10 +104,11 @@ SIX_RFS = Case(
     (0.036, 0.013, 0.845, 0.9434, -0.0406, -0.0496, 0.3255),
 )
 
-#: Platform of Figs. 12 to 14: ZYZ Euler angles pi/8, pi/3, 0.
-SLICE_ROTATION = rotation_exp([0.0, 0.0, np.pi / 8]) @ rotation_exp([0.0, np.pi / 3, 0.0])
+#: Platform of Figs. 12 to 14: height [m] and ZYZ Euler angles.
+SLICE = {"z": 0.635, "phi": np.pi / 8, "theta": np.pi / 3, "psi": 0.0}
+SLICE_ROTATION = rotation_exp([0.0, 0.0, SLICE["phi"]]) @ rotation_exp([0.0, SLICE["theta"], 0.0])
 
 
 def slice_pose(x: float, y: float) -> Floats:
     """Controlled coordinates of the 6-RFS robot in the slice z = 0.635 m."""
-    return np.array([x, y, 0.635, *quaternion_from_rotation(SLICE_ROTATION)])
+    return np.array([x, y, SLICE["z"], *quaternion_from_rotation(SLICE_ROTATION)])

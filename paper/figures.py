@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from cpr_core import Equilibrium
 from cpr_core.drawing import draw_equilibrium, set_equal_scale
+from cpr_core.workspace import WorkspaceMap
 
-from .stability import Line, Workspace
+from .stability import Line
 
 __all__ = [
     "draw_determinants",
@@ -28,6 +29,11 @@ Floats = NDArray[np.float64]
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 DASHES = ("-", "--", "-.", ":")
 MARKERS = "os^D"
+#: Borders of workspaces that are drawn.
+BORDERS = {
+    "stability": ("#8A1C00", "border of stability"),
+    "singularity": ("#0072B2", "inverse singularity"),
+}
 
 
 def _new(width: float, height: float, **options: Any) -> tuple[Any, Any]:
@@ -99,21 +105,21 @@ def draw_errors(
 
 
 def draw_workspace(
-    folder: Path, name: str, title: str, workspace: Workspace, line: Line, threshold: float
+    folder: Path, name: str, title: str, found: WorkspaceMap, line: Line, threshold: float
 ) -> None:
     """Where the robot is stable, and where H_r is near to singular (Figs. 6 and 12)."""
+    from matplotlib.collections import LineCollection
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
     figure, axes = _new(5.6, 5.0)
-    kind = np.where(workspace.index > 0, 1.0, 0.0)
-    kind[workspace.inverse_condition < threshold] = 2.0
-    kind[np.isnan(workspace.index)] = np.nan
+    kind = np.where(found.index_locked > 0, 1.0, 0.0)
+    kind[found.inverse_condition_number < threshold] = 2.0
+    kind[~found.reached] = np.nan
     shades = ("#cfe3f2", "#f6e3b4", "#D55E00")
     axes.pcolormesh(
-        workspace.xs,
-        workspace.ys,
-        kind,
+        *found.grid.values,
+        kind.reshape(found.grid.shape).T,
         cmap=ListedColormap(shades),
         vmin=0,
         vmax=2,
@@ -124,6 +130,12 @@ def draw_workspace(
         Patch(color=shades[1], label="unstable"),
         Patch(color=shades[2], label=f"inverse condition number of H_r < {threshold:g}"),
     ]
+    for border in found.borders:
+        if border.kind in BORDERS and len(border.points):
+            colour, label = BORDERS[border.kind]
+            segments = list(border.points[border.segments])
+            lines = LineCollection(segments, colors=colour, linewidths=1.4, label=label)
+            handles.append(axes.add_collection(lines))
     place = np.array(line.places)
     handles += axes.plot(*place.T, "-", color="black", linewidth=1.2, label="path tested")
     axes.plot(*place.T, "o", color="black", markersize=4)
@@ -142,12 +154,11 @@ def draw_workspace(
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     axes.set_title(title)
-    reached = np.argwhere(np.isfinite(workspace.index))
-    (low_y, low_x), (high_y, high_x) = reached.min(axis=0), reached.max(axis=0)
-    margin = 0.04 * (workspace.xs[high_x] - workspace.xs[low_x])
-    axes.set_xlim(workspace.xs[low_x] - margin, workspace.xs[high_x] + margin)
-    axes.set_ylim(workspace.ys[low_y] - margin, workspace.ys[high_y] + margin)
-    below = 0.7 / figure.get_figheight()
+    places = found.grid.places(np.flatnonzero(found.reached))
+    margin = 0.04 * np.ptp(places[:, 0])
+    axes.set_xlim(places[:, 0].min() - margin, places[:, 0].max() + margin)
+    axes.set_ylim(places[:, 1].min() - margin, places[:, 1].max() + margin)
+    below = 0.85 / figure.get_figheight()
     figure.get_layout_engine().set(rect=(0.0, below, 1.0, 1.0 - below))
     figure.legend(handles=handles, loc="lower center", ncols=2)
     _save(figure, folder, name)

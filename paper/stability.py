@@ -12,11 +12,11 @@ from scipy.optimize import brentq
 from cpr_core import Equilibrium, solve_inverse
 from cpr_core.reference.conjugate_points import conjugate_points, robot_fields
 from cpr_core.reference.continuous_rods import solve_continuous
+from cpr_core.workspace import WorkspaceMap, map_workspace, pose_grid
 
-from .cases import RFRFR, SIX_RFS, Case, slice_pose
-from .sweep import sweep
+from .cases import RFRFR, SIX_RFS, SLICE, Case, slice_pose
 
-__all__ = ["Crossing", "Line", "Sample", "Workspace", "line_of", "sample", "workspace_of"]
+__all__ = ["Crossing", "Line", "Sample", "line_of", "sample", "workspace_of"]
 
 Floats = NDArray[np.float64]
 
@@ -84,24 +84,6 @@ class Line:
     crossings: tuple[Crossing, ...]
     marked: tuple[Sample, ...]
     places: tuple[tuple[float, float], ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Workspace:
-    """Stability over the workspace.
-
-    Attributes:
-        xs, ys: Grid [m].
-        inverse_condition: Of H_r, motors locked; NaN where no equilibrium was reached, (Y, X).
-        smallest: Smallest eigenvalue [J], (Y, X).
-        index: Negative eigenvalues, (Y, X).
-    """
-
-    xs: Floats
-    ys: Floats
-    inverse_condition: Floats
-    smallest: Floats
-    index: Floats
 
 
 def _planar(value: float) -> tuple[float, float]:
@@ -232,24 +214,13 @@ def _crossing(
     )
 
 
-def workspace_of(name: str, modes: int, spacing: float) -> Workspace:
-    """Sweep the workspace of the RFRFR robot, or the slice of the 6-RFS robot."""
+def workspace_of(name: str, modes: int, spacing: float) -> WorkspaceMap:
+    """Map of the workspace of the RFRFR robot, or of the slice of the 6-RFS robot."""
     study = _STUDIES[name]
+    robot = study.case.robot(modes)
     if name == "rfrfr":
-        xs, ys = _grid(-0.9, 0.9, spacing), _grid(-1.1, 1.1, spacing)
+        axes, held = {"x": (-0.9, 0.9), "y": (-1.1, 1.1)}, {}
     else:
-        xs, ys = _grid(-1.0, 1.0, spacing), _grid(-1.0, 1.0, spacing)
-    start = _at(study, study.case.robot(modes).home, study.ends[0])
-    reached = sweep(start, study.pose, xs, ys)
-    condition = np.full((len(ys), len(xs)), np.nan)
-    smallest, index = condition.copy(), condition.copy()
-    for (i, j), equilibrium in reached.items():
-        spectrum = equilibrium.spectrum_locked
-        condition[j, i] = spectrum.inverse_condition_number
-        smallest[j, i] = spectrum.smallest
-        index[j, i] = spectrum.index
-    return Workspace(xs, ys, condition, smallest, index)
-
-
-def _grid(low: float, high: float, spacing: float) -> Floats:
-    return low + spacing * np.arange(round((high - low) / spacing) + 1, dtype=np.float64)
+        axes, held = {"x": (-1.0, 1.0), "y": (-1.0, 1.0)}, SLICE
+    start = _at(study, robot.home, study.ends[0])
+    return map_workspace(robot, pose_grid(robot, axes, held, resolution=spacing), start=start)

@@ -3,14 +3,17 @@
 from .borders import Border
 from .flooding import map_workspace
 from .grid import Grid, motor_grid, pose_grid
+from .summary import MapSummary, summary_of
 from .workspace_map import EdgeState, WorkspaceMap
 
 __all__ = [
     "Border",
     "EdgeState",
     "Grid",
+    "MapSummary",
     "WorkspaceMap",
     "map_workspace",
     "motor_grid",
     "pose_grid",
+    "summary_of",
 ]

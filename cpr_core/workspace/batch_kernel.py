@@ -92,7 +92,7 @@ def analyse_cells(problem, cells, work, analyses):
 
 
 @compiled
-def leave_cells(problem, cells, origin, targets, longest, smallest, work, arrivals):
+def leave_cells(problem, cells, origin, targets, longest, smallest, guesses, work, arrivals):
     """Go from cells straight to targets.
 
     Args:
@@ -102,6 +102,7 @@ def leave_cells(problem, cells, origin, targets, longest, smallest, work, arriva
         targets: Coordinates where it leads, (W, C).
         longest: Longest step of every way, as a fraction, (W,).
         smallest: Smallest step of every way, as a fraction, (W,).
+        guesses: What is expected at the ends, (W, N + 12), as ``advance`` reads it; NaN: no guess.
         work: Workspace.
         arrivals: Result, of the W ways.
     """
@@ -121,7 +122,7 @@ def leave_cells(problem, cells, origin, targets, longest, smallest, work, arriva
             signs[i] = cells.signs[b, i]
         status, fraction, energy = advance(
             problem, cells.coordinates[b], targets[way], longest[way], smallest[way],
-            state, rotation, position, signs, residual, tangent, scratch, work,
+            guesses[way], state, rotation, position, signs, residual, tangent, scratch, work,
         )  # fmt: skip
         arrivals.status[way], arrivals.fraction[way] = status, fraction
         arrivals.energy[way] = energy

@@ -13,7 +13,7 @@ from ..arrays import workspace
 from .batch_kernel import MEASURES, Analyses, Arrivals, Cells, analyse_cells, leave_cells
 from .cell_problem import CellProblem
 
-__all__ = ["EIGENVALUES", "Cancelled", "Ways", "go", "in_pieces", "joined", "leave"]
+__all__ = ["EIGENVALUES", "Cancelled", "Ways", "go", "guesses_of", "in_pieces", "joined", "leave"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -36,6 +36,7 @@ class Ways(NamedTuple):
     targets: Floats  # (W, C) coordinates where it leads
     longest: Floats  # (W,) longest and
     smallest: Floats  # (W,) smallest step, as fractions of the way
+    guesses: Floats  # (W, N + 12) state, rotation and position expected at the ends; NaN: no guess
 
 
 def leave(problem: CellProblem, cells: Cells, ways: Ways) -> tuple[Analyses, Arrivals]:
@@ -61,7 +62,7 @@ def go(problem: CellProblem, cells: Cells, ways: Ways) -> Arrivals:
     )
     leave_cells(
         problem, cells, ways.origin, ways.targets, ways.longest, ways.smallest,
-        workspace(problem.robot), arrivals,
+        ways.guesses, workspace(problem.robot), arrivals,
     )  # fmt: skip
     return arrivals
 
@@ -101,6 +102,11 @@ def in_pieces(
             future.cancel()
 
 
+def guesses_of(state: Floats, rotation: Floats, position: Floats) -> Floats:
+    """What is expected at the ends of ways, as ``leave_cells`` reads it, (W, N + 12)."""
+    return np.concatenate([state, rotation.reshape(-1, 9), position], axis=1)
+
+
 def joined(parts: list[Arrivals]) -> Arrivals:
     """Arrivals of consecutive pieces as one."""
     return Arrivals(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
@@ -126,4 +132,5 @@ def _piece(cells: Cells, ways: Ways, first: int, last: int) -> tuple[Cells, Ways
         ways.targets[one:two],
         ways.longest[one:two],
         ways.smallest[one:two],
+        ways.guesses[one:two],
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import time
 from collections.abc import Callable
@@ -21,7 +22,7 @@ from ..loads import Loads
 from ..path import CONTRACTION, ITERATIONS
 from ..robot import Robot
 from .batch_kernel import MEASURES, Arrivals, Cells
-from .batches import EIGENVALUES, Cancelled, Ways, in_pieces, joined, leave
+from .batches import EIGENVALUES, Cancelled, Ways, guesses_of, in_pieces, joined, leave
 from .cell_problem import cell_problem
 from .first_cell import (
     first_cells,
@@ -97,14 +98,15 @@ def map_workspace(
         file: NetCDF file to write the map to, every ``checkpoint_every`` seconds and at the end.
         resume: Go on with the map in ``file`` if there is one; it must be of the same robot and grid.
         checkpoint_every: Longest time between two checkpoints, beside that of one batch [s].
-        progress: Called after every batch.
+        progress: Called before the first and after every batch.
         cancelled: Asked several times a second; if it says so, the unfinished map is returned.
 
     Returns:
         The map. ``complete`` is false if it was cancelled; what was found is in ``file``.
 
     Raises:
-        InvalidRequest: A grid of another robot, loads that do not fit, a file of another map.
+        InvalidRequest: A grid of another robot, loads that do not fit, a file of another map or that
+            cannot be written.
         NoInverseSolution, NoForwardSolution: No cell of the grid is reached from the start.
     """
     start = checked_start(robot, start)
@@ -115,9 +117,10 @@ def map_workspace(
         raise InvalidRequest("grid", "expected a grid of this robot's motors")
     flood = _Flood(robot, grid, start, loads, tolerance)
     if file is not None:
-        from .store import read_flood, write_map
+        from .store import check_writable, read_flood, write_map
 
         file = Path(file)
+        check_writable(file, robot, grid)
         if resume and file.exists():
             flood.take(read_flood(file, robot, loads, grid))
     if flood.reached == 0:
@@ -129,10 +132,12 @@ def map_workspace(
     pool = executor if executor is not None else own
     with own if own is not None else nullcontext():
         try:
+            if progress is not None and flood.done < flood.reached:
+                progress(flood.progress)
             while flood.done < flood.reached:
                 flood.leave_some(pool, cancelled)
                 if progress is not None:
-                    progress(Progress(flood.done, flood.reached, grid.size))
+                    progress(flood.progress)
                 if file is not None and time.monotonic() - saved > checkpoint_every:
                     write_map(flood.as_map(), file)
                     saved = time.monotonic()
@@ -168,6 +173,11 @@ class _Flood:
     def reached(self) -> int:
         """Number of cells reached."""
         return len(self.queue)
+
+    @property
+    def progress(self) -> Progress:
+        """How far this is."""
+        return Progress(self.done, self.reached, self.grid.size)
 
     def take(self, found: WorkspaceMap) -> None:
         """Go on with an unfinished map."""
@@ -211,6 +221,7 @@ class _Flood:
         ways = Ways(
             origin, self.grid.kernel_coordinates(self.grid.places(target)),
             self.longest[column // 2], self.smallest[column // 2],
+            self._guesses(batch, origin, column, target),
         )  # fmt: skip
         pieces = list(
             in_pieces(executor, leave, self.problem, self._as_cells(batch), ways, cancelled)
@@ -221,6 +232,33 @@ class _Flood:
         arrivals = joined([one for _, one in pieces])
         self._arrive(batch[origin], column, target, arrivals)
         self.done += len(batch)
+
+    def _guesses(
+        self, batch: Integers, origin: Integers, column: Integers, target: Integers
+    ) -> Floats:
+        """What is expected at the ends of ways: straight on from the neighbour behind."""
+        mine = self.cells
+        found = np.full((len(origin), mine.state.shape[1] + 12), np.nan)
+        along = np.flatnonzero(mine.edges[batch[origin], column ^ 1] == EdgeState.PASSED)
+        here = batch[origin[along]]
+        behind = self.grid.neighbours[here, column[along] ^ 1]
+        axis = column[along] // 2
+        places = [self.grid.places(cells) for cells in (behind, here, target[along])]
+        before, after = (
+            np.take_along_axis(last - first, axis[:, None], axis=1)
+            for first, last in itertools.pairwise(places)
+        )
+        factor = after / before
+        turn = _transposed(mine.rotation[behind]) @ mine.rotation[here]
+        ahead = mine.rotation[here] @ turn
+        # The rounding of three factors would triple from cell to cell: one step back to a rotation.
+        ahead = 0.5 * ahead @ (3.0 * np.eye(3) - _transposed(ahead) @ ahead)
+        found[along] = guesses_of(
+            mine.state[here] + factor * (mine.state[here] - mine.state[behind]),
+            ahead,
+            mine.position[here] + factor * (mine.position[here] - mine.position[behind]),
+        )
+        return found
 
     def _arrive(
         self, source: Integers, column: Integers, target: Integers, arrivals: Arrivals
@@ -297,6 +335,10 @@ class _Flood:
     def as_map(self) -> WorkspaceMap:
         """What was found so far."""
         return WorkspaceMap(self.robot, self.loads, self.grid, self.cells, self.done)
+
+
+def _transposed(matrices: Floats) -> Floats:
+    return np.transpose(matrices, (0, 2, 1))
 
 
 def _empty_cells(robot: Robot, grid: Grid) -> CellArrays:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from ..path_plots import _figure
 from ..robot import Robot
 from .workspace_map import WorkspaceMap
 
-__all__ = ["check_field", "field_names", "fields_of", "plot_map"]
+__all__ = ["check_field", "field_names", "fields_of", "plot_map", "prepare"]
 
 Floats = NDArray[np.float64]
 
@@ -73,6 +74,12 @@ def fields_of(found: WorkspaceMap) -> dict[str, Floats]:
         fields[name] = found.motors[:, number]
         fields[f"{name}_effort"] = cells.efforts[:, number]
     return fields
+
+
+def prepare() -> None:
+    """Load matplotlib: it takes half a second, which may pass while a map is computed."""
+    _figure((1.0, 1.0))
+    importlib.import_module("matplotlib.collections")
 
 
 def plot_map(

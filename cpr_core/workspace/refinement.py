@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch_kernel import Arrivals, Cells
-from .batches import Ways, go, in_pieces, joined
+from .batches import Ways, go, guesses_of, in_pieces, joined
 from .borders import Border, BorderKind
 from .cell_problem import CellProblem
 from .map_limits import limit_margins
@@ -85,19 +85,17 @@ def _by_bisection(
     after: list[Integers] = []
     first = values[cell]
     low = np.zeros(len(cell))  # fraction of the last point known on the near side
-    near = Cells(
-        grid.kernel_coordinates(grid.places(cell)), cells.state[cell], cells.rotation[cell],
-        cells.position[cell], cells.signs[cell],
-    )  # fmt: skip
+    near, far = _cells_of(found, cell), _cells_of(found, other)
     for _ in range(_MOST_CROSSINGS):
         if not len(cell):
             break
         length = np.linalg.norm(grid.places(other) - grid.places(cell), axis=1)
         high, beyond = np.ones(len(cell)), values[other].copy()
-        far: Cells | None = None
         while np.any((high - low) * length > tolerance):
             middle = 0.5 * (low + high)
-            arrivals = _solved_at(found, problem, near, cell, other, middle, executor, cancelled)
+            arrivals = _solved_at(
+                found, problem, near, far, cell, other, middle, executor, cancelled
+            )
             value = _value(found, kind, arrivals.signs, arrivals.state, arrivals.efforts)
             same = (arrivals.status == ARRIVED) & (value == first)
             solved = (arrivals.status == ARRIVED) & ~same
@@ -106,7 +104,7 @@ def _by_bisection(
                 coordinates, arrivals.state, arrivals.rotation, arrivals.position, arrivals.signs
             )
             near = _chosen(same, there, near)
-            far = there if far is None else _chosen(solved, there, far)
+            far = _chosen(solved, there, far)
             low, high = np.where(same, middle, low), np.where(same, high, middle)
             beyond = np.where(solved, value, beyond)
         points.append(_between(found, cell, other, 0.5 * (low + high)))
@@ -114,11 +112,10 @@ def _by_bisection(
         before.append(first)
         after.append(beyond)
         more = beyond != values[other]
-        assert far is not None or not np.any(more)
-        if far is not None:
-            near = Cells(*(array[more] for array in far))
+        near = Cells(*(array[more] for array in far))
         first, low = beyond[more], high[more]
         cell, other = cell[more], other[more]
+        far = _cells_of(found, other)
     size = len(grid.shape)
     found_points = np.concatenate(points) if points else np.empty((0, size))
     pairs = np.concatenate(sides) if sides else np.empty((0, 2), np.int64)
@@ -130,6 +127,14 @@ def _by_bisection(
         after=np.concatenate(after) if after else np.empty(0, np.int64),
         segments=segments_of(grid, found_points, pairs),
     )
+
+
+def _cells_of(found: WorkspaceMap, cells: Integers) -> Cells:
+    mine = found.cells
+    return Cells(
+        found.grid.kernel_coordinates(found.grid.places(cells)), mine.state[cells],
+        mine.rotation[cells], mine.position[cells], mine.signs[cells],
+    )  # fmt: skip
 
 
 def _between(found: WorkspaceMap, cell: Integers, other: Integers, fraction: Floats) -> Floats:
@@ -151,17 +156,21 @@ def _solved_at(
     found: WorkspaceMap,
     problem: CellProblem,
     near: Cells,
+    far: Cells,
     cell: Integers,
     other: Integers,
     fraction: Floats,
     executor: Executor | None,
     cancelled: Cancel,
 ) -> Arrivals:
-    """Equilibria at fractions of the ways, from points nearby."""
+    """Equilibria at fractions of the ways, between points nearby."""
     count = len(cell)
+    guesses = guesses_of(
+        0.5 * (near.state + far.state), near.rotation, 0.5 * (near.position + far.position)
+    )
     ways = Ways(
         np.arange(count), found.grid.kernel_coordinates(_between(found, cell, other, fraction)),
-        np.full(count, 1.0), np.full(count, 1e-3),
+        np.full(count, 1.0), np.full(count, 1e-3), guesses,
     )  # fmt: skip
     pieces = list(in_pieces(executor, go, problem, near, ways, cancelled))
     return joined(pieces)

@@ -170,10 +170,12 @@ def _determinant_sign(problem, tangent, columns, rows):
 
 @compiled
 def advance(
-    problem, first, last, longest, smallest, state, rotation, position, signs,
+    problem, first, last, longest, smallest, guess, state, rotation, position, signs,
     residual, tangent, scratch, work,
 ):  # fmt: skip
     """Go straight from one cell to another, in place.
+
+    The whole way is tried first from a guess of its end, if there is one, and then from its start.
 
     Args:
         problem: CellProblem.
@@ -181,6 +183,7 @@ def advance(
         last: Coordinates of the end, (C,).
         longest: Longest step, as a fraction of the way.
         smallest: Steps below this fraction of the way are not tried.
+        guess: State, rotation and position expected at the end, (N + 12,); NaN first: none.
         state: At the start, overwritten by the last point that was reached, (N,).
         rotation: The same for the platform's rotation.
         position: The same for its position.
@@ -197,17 +200,15 @@ def advance(
     found = signs.copy()
     effort = np.zeros(state.shape[0] - problem.robot.motor_index)
     here, step, energy = 0.0, longest, 0.0
-    failed = False
+    beyond, passed = np.inf, 0  # where a step failed from farther off, and steps since then
+    guessed = longest == 1.0 and not math.isnan(guess[0])
     while here < 1.0:
         ahead = here + step
         if ahead > 1.0 - 0.5 * smallest:
             ahead = 1.0
-        for i in range(state.shape[0]):
-            trial_state[i] = state[i]
-        for i in range(3):
-            trial_position[i] = position[i]
-            for j in range(3):
-                trial_rotation[i, j] = rotation[i, j]
+        _begin_trial(
+            guess, guessed, state, rotation, position, trial_state, trial_rotation, trial_position
+        )
         impose(problem, first, last, ahead, trial_state, trial_rotation, trial_position)
         status, _, _, energy = newton(
             problem.robot, problem.loads, trial_state, trial_rotation, trial_position,
@@ -231,13 +232,31 @@ def advance(
                     rotation[i, j] = trial_rotation[i, j]
             for i in range(4):
                 signs[i] = found[i]
-            here = ahead
-            if not failed:  # the step just halved is not doubled at once: it would fail again
-                step = min(longest, 2.0 * step)
-            failed = False
+            here, step, passed = ahead, min(longest, 2.0 * step), passed + 1
+            if here >= beyond:
+                beyond = np.inf
+            elif here + step >= beyond:  # at a fold it would fail again: half of that way first
+                step = beyond - here
+                if passed == 1 and 0.5 * step >= smallest:
+                    step *= 0.5
+        elif guessed:
+            guessed = False
         else:
-            failed = True
-            step = 0.5 * (ahead - here)
+            beyond, step, passed = ahead, 0.5 * (ahead - here), 0
             if step < smallest:
                 return (FLIPPED if flipped else BLOCKED), here, energy
     return ARRIVED, here, energy
+
+
+@compiled
+def _begin_trial(
+    guess, guessed, state, rotation, position, trial_state, trial_rotation, trial_position
+):
+    """Write where Newton's method begins."""
+    size = state.shape[0]
+    for i in range(size):
+        trial_state[i] = guess[i] if guessed else state[i]
+    for i in range(3):
+        trial_position[i] = guess[size + 9 + i] if guessed else position[i]
+        for j in range(3):
+            trial_rotation[i, j] = guess[size + 3 * i + j] if guessed else rotation[i, j]

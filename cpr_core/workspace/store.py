@@ -1,4 +1,4 @@
-"""Maps on disk: an xarray Dataset in NetCDF (classic, 64-bit offsets), which everything reads.
+"""Maps on disk: NetCDF (classic, 64-bit offsets), which everything reads, and xarray datasets.
 
 A checkpoint is the map so far: written beside the file and then put in its place in one step, so that
 the file is a whole map at any time, and a map that was killed goes on from it.
@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.io import netcdf_file
 
 from ..errors import InvalidRequest
 from ..loads import Loads
@@ -25,88 +26,66 @@ from .workspace_map import CellArrays, WorkspaceMap
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["as_dataset", "read_flood", "read_map", "write_map"]
-
-Floats = NDArray[np.float64]
+__all__ = [
+    "as_dataset",
+    "check_writable",
+    "read_flood",
+    "read_map",
+    "unfinished_file",
+    "write_map",
+]
 
 #: Version of the layout of the file.
 FORMAT = 1
+#: Largest variable of such a file.
+_MOST_BYTES = 2**31 - 1
 _KINDS: tuple[BorderKind, ...] = ("stability", "stability_free", "limits", "singularity")
 
 
+@dataclass(frozen=True)
+class _Variable:
+    """An array with named dimensions."""
+
+    dims: tuple[str, ...]
+    values: NDArray[Any]
+    attributes: dict[str, str]
+
+
 def as_dataset(found: WorkspaceMap) -> xarray.Dataset:
-    """A map with named dimensions and units.
+    """A map as an xarray Dataset: what is in the file, with named dimensions and units.
 
     Args:
         found: The map, complete or not.
     """
     import xarray
 
-    grid, cells, robot = found.grid, found.cells, found.robot
-    axes, shape = grid.axis_names, grid.shape
-    dataset = xarray.Dataset(
-        coords={
-            name: ((name,), values, {"units": unit})
-            for name, values, unit in zip(axes, grid.values, grid.axis_units, strict=True)
-        },
-        attrs=_attributes(found),
-    )
+    whole = {
+        name: (one.dims, one.values, one.attributes) for name, one in _variables(found).items()
+    }
+    coordinates = {name: whole.pop(name) for name in found.grid.axis_names}
+    return xarray.Dataset(whole, coordinates, _attributes(found))
 
-    def add(name: str, values: Any, dims: tuple[str, ...], units: str, meaning: str) -> None:
-        values = np.asarray(values)
-        if not values.size:  # NetCDF has no dimensions without length
-            return
-        dataset[name] = (
-            (*axes, *dims),
-            values.reshape(*shape, *values.shape[1:]),
-            {"units": units, "long_name": meaning},
+
+def check_writable(file: Path, robot: Robot, grid: Grid) -> None:
+    """Whether a map can be written to a file, before hours are spent on it.
+
+    Raises:
+        InvalidRequest: It cannot.
+    """
+    folder = file.absolute().parent
+    if not folder.is_dir():
+        raise InvalidRequest("file", f"expected a file in a folder that exists, got {file}")
+    if file.is_dir():
+        raise InvalidRequest("file", f"expected a file, {file} is a folder")
+    if not os.access(folder, os.W_OK):
+        raise InvalidRequest("file", f"expected a folder that can be written to, got {file}")
+    largest = grid.size * max(9, len(robot.arrays.unit)) * 8
+    if largest > _MOST_BYTES:
+        raise InvalidRequest(
+            "file",
+            f"expected at most {_MOST_BYTES // (largest // grid.size):,} cells of this robot in a "
+            f"file, got {grid.size:,}",
         )
-
-    motor_units = _joined(leg.motor.unit for leg in robot.description.legs if leg.motor_name)
-    add("order", cells.order.astype(np.int32), (), "1", "when a cell was reached, -1: not reached")
-    add("motors", found.motors, ("motor",), motor_units, "motor positions")
-    add("efforts", cells.efforts, ("motor",), "N m or N", "motor efforts")
-    add("platform_position", cells.position, ("xyz",), "m", "platform origin in the world")
-    add("platform_rotation", cells.rotation, ("row", "column"), "1", "platform in the world")
-    add("energy", cells.energy, (), "J", "potential energy")
-    signs = cells.signs.astype(np.int16)
-    add("index_locked", signs[:, 0], (), "1", "stability index, motors held, -1: not reached")
-    add("index_free", signs[:, 1], (), "1", "stability index, motors at constant effort")
-    add("inverse_side", signs[:, 2], (), "1", "sign of the determinant of the inverse problem")
-    add("branch_sign", signs[:, 3], (), "1", "sign that tells branches apart")
-    add(
-        "eigenvalues_locked",
-        cells.eigenvalues,
-        ("eigenvalue",),
-        "J",
-        "smallest of H_r, motors held",
-    )
-    add("smallest_eigenvalue_size", cells.measures[:, 0], (), "J", "smallest absolute one of H_r")
-    add("largest_eigenvalue_size", cells.measures[:, 1], (), "J", "largest absolute one of H_r")
-    add("inverse_condition_number", found.inverse_condition_number, (), "1", "of H_r, motors held")
-    add("forward_margin", cells.measures[:, 2], (), "1", "smallest singular value, forward problem")
-    add("inverse_margin", cells.measures[:, 3], (), "1", "smallest singular value, inverse problem")
-    add("bending_strain", found.strains, ("leg",), "1", "largest of every rod")
-    add(
-        "limit_margin",
-        found.limit_margins,
-        ("limit",),
-        "1",
-        "distance from limits, negative: beyond",
-    )
-    add("within_limits", found.within_limits.astype(np.int8), (), "1", "all limits hold")
-    usable = found.usable if np.any(found.reached) else np.zeros(grid.size, bool)
-    add("usable", usable.astype(np.int8), (), "1", "reached stable and within limits all the way")
-    add("state", cells.state, ("entry",), "SI", "leg coordinates, multipliers, (platform,) motors")
-    edges = cells.edges.astype(np.int8)
-    meaning = "way to a neighbour: 0 untried 1 passed 2 blocked 3 flipped 4 disagrees"
-    add("edges", edges, ("way",), "1", meaning)
-    add(
-        "edge_fraction", cells.edge_fraction, ("way",), "1", "how far the branch was followed there"
-    )
-    for border in found.borders:
-        _add_border(dataset, border)
-    return dataset
 
 
 def write_map(found: WorkspaceMap, file: str | Path) -> None:
@@ -117,14 +96,30 @@ def write_map(found: WorkspaceMap, file: str | Path) -> None:
         file: NetCDF file to write.
     """
     file = Path(file)
-    beside = file.with_name(f".{file.name}.{os.getpid()}")
+    beside = unfinished_file(file, os.getpid())
+    variables = _variables(found)
     try:
-        as_dataset(found).to_netcdf(beside, engine="scipy", format="NETCDF3_64BIT")
+        with netcdf_file(beside, "w", version=2) as target:
+            for name, value in _attributes(found).items():
+                setattr(target, name, np.int32(value) if isinstance(value, int) else value.encode())
+            for name, one in variables.items():
+                for dim, length in zip(one.dims, one.values.shape, strict=True):
+                    if dim not in target.dimensions:
+                        target.createDimension(dim, length)
+                made = target.createVariable(name, one.values.dtype, one.dims)
+                made[:] = one.values
+                for attribute, text in one.attributes.items():
+                    setattr(made, attribute, text.encode())
         with beside.open("rb+") as written:
             os.fsync(written.fileno())
         beside.replace(file)
     finally:
         beside.unlink(missing_ok=True)
+
+
+def unfinished_file(file: Path, process: int) -> Path:
+    """Where a process writes a map before it is put in its place."""
+    return file.with_name(f".{file.name}.{process}")
 
 
 def read_map(file: str | Path, robot: Robot, loads: Loads | None = None) -> WorkspaceMap:
@@ -139,23 +134,21 @@ def read_map(file: str | Path, robot: Robot, loads: Loads | None = None) -> Work
         InvalidRequest: No map, or one of another robot or other loads.
     """
     loads = robot.default_loads if loads is None else loads
-    with _opened(file) as dataset:
-        attributes = dataset.attrs
-        if attributes.get("cpr_map_format") != FORMAT:
-            raise InvalidRequest("file", f"expected a map of format {FORMAT} in {file}")
-        for name, mine in (("robot_description", _described(robot)), ("loads", _as_json(loads))):
-            if attributes[name] != mine:
-                raise InvalidRequest("file", f"{file} is a map with another {name}")
-        grid = _grid_of(dataset)
-        cells, whole = grid.size, {}
-        for name in _STORED:
-            values = dataset[name].values
-            whole[name] = np.ascontiguousarray(
-                values.reshape(cells, *values.shape[len(grid.shape) :]),
-                dtype=float if values.dtype.kind == "f" else np.int64,
-            )
-        kinds = [kind for kind in _KINDS if kind in attributes["border_kinds"].split()]
-        borders = tuple(_border_of(dataset, kind, len(grid.shape)) for kind in kinds)
+    attributes, arrays = _read(file)
+    if attributes.get("cpr_map_format") != FORMAT:
+        raise InvalidRequest("file", f"expected a map of format {FORMAT} in {file}")
+    for name, mine in (("robot_description", _described(robot)), ("loads", _as_json(loads))):
+        if attributes[name] != mine:
+            raise InvalidRequest("file", f"{file} is a map with another {name}")
+    grid = _grid_of(attributes["grid"])
+    whole = {}
+    for name in _STORED:
+        values = arrays[name]
+        whole[name] = np.ascontiguousarray(
+            values.reshape(grid.size, *values.shape[len(grid.shape) :]),
+            dtype=float if values.dtype.kind == "f" else np.int64,
+        )
+    kinds = [kind for kind in _KINDS if kind in attributes["border_kinds"].split()]
     signs = [whole[name] for name in ("index_locked", "index_free", "inverse_side", "branch_sign")]
     measures = [whole["smallest_eigenvalue_size"], whole["largest_eigenvalue_size"]]
     measures += [whole["forward_margin"], whole["inverse_margin"]]
@@ -177,7 +170,7 @@ def read_map(file: str | Path, robot: Robot, loads: Loads | None = None) -> Work
             edge_fraction=whole["edge_fraction"],
         ),
         expanded=int(attributes["expanded"]),
-        borders=borders,
+        borders=tuple(_border_of(arrays, kind, len(grid.shape)) for kind in kinds),
     )
 
 
@@ -202,13 +195,66 @@ _STORED = (
 )  # fmt: skip
 
 
-def _opened(file: str | Path) -> xarray.Dataset:
-    import xarray
+def _variables(found: WorkspaceMap) -> dict[str, _Variable]:
+    """Everything in the file by name."""
+    grid, cells, robot = found.grid, found.cells, found.robot
+    variables = {
+        name: _Variable((name,), values, {"units": unit})
+        for name, values, unit in zip(grid.axis_names, grid.values, grid.axis_units, strict=True)
+    }
 
+    def add(name: str, values: NDArray[Any], dims: str, units: str, meaning: str) -> None:
+        if values.size:  # NetCDF has no dimensions without length
+            variables[name] = _Variable(
+                (*grid.axis_names, *dims.split()),
+                values.reshape(*grid.shape, *values.shape[1:]),
+                {"units": units, "long_name": meaning},
+            )
+
+    units = {leg.motor.unit for leg in robot.description.legs if leg.motor_name is not None}
+    signs, measures = cells.signs.astype(np.int16), cells.measures
+    usable = found.usable if np.any(found.reached) else np.zeros(grid.size, bool)
+    meaning = "way to a neighbour: 0 untried 1 passed 2 blocked 3 flipped 4 disagrees"
+    add("order", cells.order.astype(np.int32), "", "1", "when a cell was reached, -1: not reached")
+    add("motors", found.motors, "motor", " or ".join(sorted(units)), "motor positions")
+    add("efforts", cells.efforts, "motor", "N m or N", "motor efforts")
+    add("platform_position", cells.position, "xyz", "m", "platform origin in the world")
+    add("platform_rotation", cells.rotation, "row column", "1", "platform in the world")
+    add("energy", cells.energy, "", "J", "potential energy")
+    add("index_locked", signs[:, 0], "", "1", "stability index, motors held, -1: not reached")
+    add("index_free", signs[:, 1], "", "1", "stability index, motors at constant effort")
+    add("inverse_side", signs[:, 2], "", "1", "sign of the determinant of the inverse problem")
+    add("branch_sign", signs[:, 3], "", "1", "sign that tells branches apart")
+    add("eigenvalues_locked", cells.eigenvalues, "eigenvalue", "J", "smallest of H_r, motors held")
+    add("smallest_eigenvalue_size", measures[:, 0], "", "J", "smallest absolute one of H_r")
+    add("largest_eigenvalue_size", measures[:, 1], "", "J", "largest absolute one of H_r")
+    add("inverse_condition_number", found.inverse_condition_number, "", "1", "of H_r, motors held")
+    add("forward_margin", measures[:, 2], "", "1", "smallest singular value, forward problem")
+    add("inverse_margin", measures[:, 3], "", "1", "smallest singular value, inverse problem")
+    add("bending_strain", found.strains, "leg", "1", "largest of every rod")
+    add("limit_margin", found.limit_margins, "limit", "1", "distance from limits, negative: beyond")
+    add("within_limits", found.within_limits.astype(np.int8), "", "1", "all limits hold")
+    add("usable", usable.astype(np.int8), "", "1", "reached stable and within limits all the way")
+    add("state", cells.state, "entry", "SI", "leg coordinates, multipliers, (platform,) motors")
+    add("edges", cells.edges.astype(np.int8), "way", "1", meaning)
+    add("edge_fraction", cells.edge_fraction, "way", "1", "how far the branch was followed there")
+    for border in found.borders:
+        variables |= _border_variables(border)
+    return variables
+
+
+def _read(file: str | Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Attributes and arrays of a file."""
     try:
-        return xarray.load_dataset(file, engine="scipy")
-    except (OSError, TypeError, ValueError) as error:
+        with netcdf_file(file, "r", mmap=False) as source:
+            attributes = {
+                name: value.decode() if isinstance(value, bytes) else value
+                for name, value in source._attributes.items()
+            }
+            arrays = {name: one.data for name, one in source.variables.items()}
+    except (OSError, TypeError, ValueError, IndexError) as error:
         raise InvalidRequest("file", f"expected a NetCDF file, {file} is none: {error}") from None
+    return attributes, arrays
 
 
 def _attributes(found: WorkspaceMap) -> dict[str, Any]:
@@ -231,35 +277,31 @@ def _attributes(found: WorkspaceMap) -> dict[str, Any]:
     }
 
 
-def _add_border(dataset: xarray.Dataset, border: Border) -> None:
+def _border_variables(border: Border) -> dict[str, _Variable]:
     kind = border.kind
     point = f"{kind}_point"
     meaning = f"where the {kind} border is crossed, numbers along the axes"
-    parts = (
-        ("points", (point, "axis"), border.points),
-        ("cells", (point, "side"), border.cells.astype(np.int32)),
-        ("before", (point,), border.before.astype(np.int32)),
-        ("after", (point,), border.after.astype(np.int32)),
-        ("segments", (f"{kind}_segment", "end"), border.segments.astype(np.int32)),
-    )
-    for name, dims, values in parts:
-        if values.size:
-            dataset[f"{kind}_{name}"] = (dims, values)
-    if border.points.size:
-        dataset[f"{kind}_points"].attrs["long_name"] = meaning
+    parts = {
+        "points": _Variable((point, "axis"), border.points, {"long_name": meaning}),
+        "cells": _Variable((point, "side"), border.cells.astype(np.int32), {}),
+        "before": _Variable((point,), border.before.astype(np.int32), {}),
+        "after": _Variable((point,), border.after.astype(np.int32), {}),
+        "segments": _Variable((f"{kind}_segment", "end"), border.segments.astype(np.int32), {}),
+    }
+    return {f"{kind}_{name}": part for name, part in parts.items() if part.values.size}
 
 
-def _border_of(dataset: xarray.Dataset, kind: BorderKind, axes: int) -> Border:
-    def part(name: str, *shape: int) -> NDArray[np.int64]:
-        if f"{kind}_{name}" not in dataset:
-            return np.empty((0, *shape), np.int64)
-        return dataset[f"{kind}_{name}"].values.astype(np.int64)
+def _border_of(arrays: dict[str, NDArray[Any]], kind: BorderKind, axes: int) -> Border:
+    def part(name: str, *shape: int, kind_of: type = np.int64) -> NDArray[Any]:
+        return arrays.get(f"{kind}_{name}", np.empty((0, *shape))).astype(kind_of)
 
-    points = np.empty((0, axes))
-    if f"{kind}_points" in dataset:
-        points = dataset[f"{kind}_points"].values.astype(float)
     return Border(
-        kind, points, part("cells", 2), part("before"), part("after"), part("segments", 2)
+        kind,
+        part("points", axes, kind_of=np.float64),
+        part("cells", 2),
+        part("before"),
+        part("after"),
+        part("segments", 2),
     )
 
 
@@ -267,8 +309,8 @@ def _grid_as_json(grid: Grid) -> str:
     return _as_json(grid)
 
 
-def _grid_of(dataset: xarray.Dataset) -> Grid:
-    values = json.loads(dataset.attrs["grid"])
+def _grid_of(text: str) -> Grid:
+    values = json.loads(text)
     values.pop("type")
     for name in ("origin", "directions"):
         values[name] = np.array(values[name], float)
@@ -302,7 +344,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(one) for one in value]
     return value
-
-
-def _joined(units: Any) -> str:
-    return " or ".join(sorted(set(units)))

@@ -17,7 +17,7 @@ from cpr_core import (
 )
 from cpr_core.lie import quaternion_from_rotation, roll_pitch_yaw, rotation_exp
 from cpr_core.limits import margins
-from cpr_core.workspace import EdgeState, map_workspace, motor_grid, pose_grid
+from cpr_core.workspace import EdgeState, flooding, map_workspace, motor_grid, pose_grid
 
 
 def test_cells_are_the_equilibria_of_direct_solves():
@@ -232,3 +232,29 @@ def test_progress_counts_cells():
     assert done == sorted(done)
     assert (states[-1].done, states[-1].total) == (found.reached.sum(), found.grid.size)
     assert_same(found, small_map())
+
+
+def test_guesses_save_steps_and_change_nothing_else(monkeypatch):
+    found = small_map()
+    guesses = flooding._Flood._guesses
+    monkeypatch.setattr(
+        flooding._Flood, "_guesses", lambda *arguments: np.full_like(guesses(*arguments), np.nan)
+    )
+    plain = map_workspace(rfrfr(), small_grid(), workers=0)
+    np.testing.assert_array_equal(found.reached, plain.reached)
+    np.testing.assert_array_equal(found.cells.signs, plain.cells.signs)
+    np.testing.assert_array_equal(found.cells.edges, plain.cells.edges)
+    np.testing.assert_allclose(found.cells.state, plain.cells.state, atol=1e-7)
+    for one, two in zip(found.borders, plain.borders, strict=True):
+        np.testing.assert_allclose(one.points, two.points, atol=1e-5)
+
+
+def test_rotations_stay_rotations_far_from_the_start():
+    robot = six_rfs()
+    home = dict(zip(robot.motor_names, robot.home.motors, strict=True))
+    axes = {name: [home[name] - 0.02, home[name] + 0.3] for name in ("motor1", "motor2")}
+    found = map_workspace(robot, motor_grid(robot, axes, resolution=0.008), tolerance=0.0)
+    assert found.reached.sum() > 1000
+    turns = found.cells.rotation[found.reached]
+    away = np.transpose(turns, (0, 2, 1)) @ turns - np.eye(3)
+    assert np.abs(away).max() < 1e-12

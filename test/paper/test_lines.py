@@ -1,12 +1,9 @@
-"""Eigenvalues and conjugate points along the lines of Figs. 7 and 13; the sweeps of Figs. 6 and 12."""
+"""Eigenvalues and conjugate points along the lines of Figs. 7 and 13; the maps of Figs. 6 and 12."""
 
 import numpy as np
 import pytest
 
-from cpr_core import solve_inverse
-from paper.cases import RFRFR
 from paper.stability import line_of, workspace_of
-from paper.sweep import sweep
 
 
 def check(line, expected, marked):
@@ -35,20 +32,12 @@ def test_the_line_of_the_six_rfs_robot():
     check(line_of("six_rfs", 12, 6, lambda: None), (0.167003,), 3)
 
 
-def test_a_sweep_reaches_grid_points_on_the_branch():
-    start = solve_inverse(RFRFR.robot(5), [0.0, 0.6])
-    xs, ys = np.linspace(-0.2, 0.2, 5), np.linspace(0.4, 1.2, 9)
-    reached = sweep(start, lambda x, y: (x, y), xs, ys)
-    assert 20 < len(reached) < 45  # the rods are too short for the top of the grid
-    for (i, j), there in reached.items():
-        assert there.platform_position[:2] == pytest.approx([xs[i], ys[j]])
-        direct = solve_inverse(start.robot, [xs[i], ys[j]], start=start)
-        assert there.motors == pytest.approx(direct.motors, abs=1e-8)
-
-
-def test_the_workspace_knows_where_it_is_unstable():
-    workspace = workspace_of("rfrfr", 5, 0.1)
-    reached = np.isfinite(workspace.index)
-    assert 100 < reached.sum() < reached.size
-    assert np.all((workspace.smallest[reached] < 0) == (workspace.index[reached] > 0))
-    assert np.all(np.isnan(workspace.inverse_condition) == ~reached)
+def test_the_workspace_is_mapped_with_its_borders():
+    found = workspace_of("rfrfr", 5, 0.1)
+    assert 100 < found.reached.sum() < found.grid.size
+    assert found.complete
+    unstable = found.index_locked[found.reached] > 0
+    np.testing.assert_array_equal(found.cells.eigenvalues[found.reached, 0] < 0.0, unstable)
+    border = next(one for one in found.borders if one.kind == "stability")
+    on_line = border.points[np.abs(border.points[:, 0]) < 1e-12]
+    assert np.abs(on_line[:, 1] - 0.01641).min() < 1e-4  # with 5 modes

@@ -69,6 +69,26 @@ def test_the_circle_is_driven(six_rfs):
     assert np.linalg.norm(np.array(poses)[-1] - first) < 0.01
 
 
+def test_a_map_is_made_cancelled_and_gone_on_with(rfrfr, tmp_path):
+    file = tmp_path / "map.nc"
+    command = ("map.py", str(file), "x=-0.9:0.9", "y=-1:1", "--resolution", "0.02")
+    cancelled = started(rfrfr, *command)
+    said = ""
+    while "/s" not in said:  # feedback on one line, or the end
+        read = cancelled.stdout.read(1)
+        assert read, said
+        said += read
+    cancelled.send_signal(signal.SIGINT)
+    rest, _ = cancelled.communicate(timeout=60)
+    assert cancelled.returncode == 1, said + rest
+    assert "-7: the map was cancelled" in rest
+    whole = started(rfrfr, *command)
+    said, _ = whole.communicate(timeout=120)
+    assert whole.returncode == 0, said
+    assert f"{file}: 5837 of 9191 cells are reached" in said
+    assert "border stability:" in said
+
+
 def test_the_circle_says_when_nobody_is_there():
     """A domain of its own, without a node."""
     done = subprocess.run(

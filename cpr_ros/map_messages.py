@@ -1,0 +1,131 @@
+"""Goals, feedback and results of ``~/map_workspace`` as messages."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from cpr_msgs.action import MapWorkspace
+from cpr_msgs.msg import ErrorCode, MapBorder
+
+from cpr_core import InvalidRequest, NonFiniteInput, Robot
+from cpr_core.workspace import Grid, MapSummary, motor_grid, pose_grid
+from cpr_core.workspace.store import check_writable
+
+from .map_order import MapOrder, MapState
+from .solver import Solver
+
+__all__ = ["map_feedback", "map_order", "map_result"]
+
+#: What a NetCDF file begins with.
+_MAGIC = b"CDF"
+
+
+def map_order(solver: Solver, goal: MapWorkspace.Goal) -> MapOrder:
+    """What a goal orders.
+
+    Raises:
+        CprError: It cannot be made.
+    """
+    grid = _grid(solver.robot, goal)
+    for name in ("tolerance", "threshold"):
+        value = getattr(goal, name)
+        if not math.isfinite(value):
+            raise NonFiniteInput(name, f"expected a finite number, got {value}")
+        if value < 0.0:
+            raise InvalidRequest(name, f"expected a positive number or 0, got {value}")
+    file = _file(solver.robot, grid, goal)
+    start, loads = solver.start_and_loads(goal)
+    return MapOrder(
+        start=start,
+        loads=loads,
+        grid=grid,
+        tolerance=goal.tolerance,
+        threshold=goal.threshold,
+        workers=goal.workers,
+        file=file,
+        resume=goal.existing_file == MapWorkspace.Goal.RESUME,
+    )
+
+
+def _grid(robot: Robot, goal: MapWorkspace.Goal) -> Grid:
+    if goal.given not in (MapWorkspace.Goal.GIVEN_POSE, MapWorkspace.Goal.GIVEN_MOTORS):
+        raise InvalidRequest("given", f"expected GIVEN_POSE 0 or GIVEN_MOTORS 1, got {goal.given}")
+    if len(goal.held) != len(goal.held_values):
+        raise InvalidRequest(
+            "held_values", f"expected {len(goal.held)} numbers, got {len(goal.held_values)}"
+        )
+    names = [axis.name for axis in goal.axes] + list(goal.held)
+    for name in names:
+        if names.count(name) > 1:
+            raise InvalidRequest("axes", f"{name} is given twice")
+    make = motor_grid if goal.given == MapWorkspace.Goal.GIVEN_MOTORS else pose_grid
+    return make(
+        robot,
+        {axis.name: (axis.first, axis.last) for axis in goal.axes},
+        dict(zip(goal.held, goal.held_values, strict=True)),
+        resolution={axis.name: axis.resolution for axis in goal.axes},
+    )
+
+
+def _file(robot: Robot, grid: Grid, goal: MapWorkspace.Goal) -> Path:
+    """Where the map goes; nothing is written over that nobody meant."""
+    if not goal.file:
+        raise InvalidRequest("file", "expected the name of a NetCDF file, got none")
+    file = Path(goal.file).expanduser().absolute()
+    check_writable(file, robot, grid)
+    if goal.existing_file not in (
+        MapWorkspace.Goal.REFUSE,
+        MapWorkspace.Goal.RESUME,
+        MapWorkspace.Goal.REPLACE,
+    ):
+        raise InvalidRequest(
+            "existing_file", f"expected REFUSE 0, RESUME 1 or REPLACE 2, got {goal.existing_file}"
+        )
+    if not file.exists() or goal.existing_file == MapWorkspace.Goal.RESUME:
+        return file
+    if goal.existing_file == MapWorkspace.Goal.REFUSE:
+        raise InvalidRequest(
+            "file", f"{file} exists: set existing_file to RESUME or REPLACE, or name another file"
+        )
+    with file.open("rb") as content:
+        if content.read(len(_MAGIC)) != _MAGIC:
+            raise InvalidRequest("file", f"{file} is no NetCDF file and is not replaced")
+    return file
+
+
+def map_feedback(state: MapState) -> MapWorkspace.Feedback:
+    """How far a map is."""
+    return MapWorkspace.Feedback(
+        done=state.done, reached=state.reached, total=state.total, rate=state.rate
+    )
+
+
+def map_result(code: ErrorCode, file: str, summary: MapSummary | None) -> MapWorkspace.Result:
+    """What a map came to.
+
+    Args:
+        code: Whether it is complete, and why not.
+        file: Where it is; empty if there is no file.
+        summary: The map in a few numbers, if it is known.
+    """
+    result = MapWorkspace.Result(error_code=code, file=file)
+    if summary is None:
+        return result
+    result.complete = summary.complete
+    result.shape = list(summary.shape)
+    for name in (
+        "cells", "reached", "stable", "usable", "beyond_limits", "below_threshold",
+        "disagreements", "cell_area",
+    ):  # fmt: skip
+        setattr(result, name, getattr(summary, name))
+    result.borders = [
+        MapBorder(
+            kind=border.kind,
+            points=border.points,
+            lower=list(border.lower),
+            upper=list(border.upper),
+        )
+        for border in summary.borders
+    ]
+    return result

@@ -1,0 +1,84 @@
+"""A map of the workspace, made by a running cpr_node from where its robot is now.
+
+    .venv/bin/cpr_node --ros-args -p robot:=rfrfr
+    .venv/bin/python examples/map.py map.nc x=-0.9:0.9 y=-1:1 --resolution 0.02
+
+Ctrl-C cancels the map; the same command goes on with it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import cpr_ros  # noqa: F401  finds the ROS 2 of this environment
+import rclpy
+from cpr_msgs.action import MapWorkspace
+from cpr_msgs.msg import ErrorCode, MapAxis
+from rclpy.action import ActionClient
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+#: How long the node is waited for [s].
+TIMEOUT = 20.0
+
+
+def goal_of(options: argparse.Namespace) -> MapWorkspace.Goal:
+    """What is asked of the node: NAME=FIRST:LAST is an axis, NAME=VALUE is held."""
+    goal = MapWorkspace.Goal(
+        file=str(options.file.absolute()), existing_file=MapWorkspace.Goal.RESUME
+    )
+    for part in options.slice:
+        name, numbers = part.split("=")
+        ends = [float(number) for number in numbers.split(":")]
+        if len(ends) == 2:
+            axis = MapAxis(name=name, first=ends[0], last=ends[1], resolution=options.resolution)
+            goal.axes.append(axis)
+        else:
+            goal.held.append(name)
+            goal.held_values.append(ends[0])
+    return goal
+
+
+def main() -> int:
+    """Send the goal and show what comes back; exit status 0 for a complete map."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("file", type=Path, help="NetCDF file")
+    parser.add_argument("slice", nargs="+", help="NAME=FIRST:LAST or NAME=VALUE")
+    parser.add_argument("--resolution", type=float, default=0.01)
+    options = parser.parse_args()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C has to reach the node first
+    node = Node("map_client")
+    client = ActionClient(node, MapWorkspace, "cpr_node/map_workspace")
+    if not client.wait_for_server(TIMEOUT):
+        print("map: no cpr_node offers maps", file=sys.stderr)
+        return 1
+    sent = client.send_goal_async(goal_of(options), feedback_callback=show)
+    rclpy.spin_until_future_complete(node, sent)
+    answer = sent.result().get_result_async()
+    try:
+        rclpy.spin_until_future_complete(node, answer)
+    except KeyboardInterrupt:
+        rclpy.spin_until_future_complete(node, sent.result().cancel_goal_async())
+        rclpy.spin_until_future_complete(node, answer)
+    result = answer.result().result
+    if result.error_code.val != ErrorCode.SUCCESS:
+        print(f"\n{result.error_code.val}: {result.error_code.message}")
+    print(f"\n{result.file}: {result.reached} of {result.cells} cells are reached")
+    print(f"  stable {result.stable}, usable {result.usable}, area {result.cell_area:g} each")
+    for border in result.borders:
+        print(f"  border {border.kind}: {border.points} points")
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 0 if result.complete else 1
+
+
+def show(message: object) -> None:
+    """Feedback on one line."""
+    state = message.feedback  # type: ignore[attr-defined]
+    print(f"\r{state.done} of {state.reached} cells, {state.rate:.0f}/s ", end="", flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
