@@ -24,6 +24,8 @@ KERNEL_MODULES = (
     "inertia_kernel",
     "newton_kernel",
     "bound_robot",
+    "pencil_kernel",
+    "reduction_kernel",
     "workspace.eigenvalue_kernel",
     "workspace.step_kernel",
     "workspace.analysis_kernel",

@@ -263,6 +263,13 @@ class Robot:
         return motions
 
     @cached_property
+    def motion_spans(self) -> Integers:
+        """First row of every unit motion that is not zero, and the one after the last, (N, 2)."""
+        filled = self.unit_motions != 0.0
+        last = len(filled) - filled[::-1].argmax(axis=0)
+        return np.ascontiguousarray(np.stack([filled.argmax(axis=0), last], axis=1), np.int64)
+
+    @cached_property
     def default_loads(self) -> Loads:
         """Loads of the description."""
         return self.description.loads
