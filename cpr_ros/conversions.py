@@ -11,6 +11,7 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode
+from cpr_msgs.msg import Loads as LoadsMessage
 from geometry_msgs.msg import (
     Pose,
     PoseStamped,
@@ -134,13 +135,15 @@ def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equil
     by_effort, motors = motors_from_joint_state(robot, message.motors, "equilibrium.motors")
     if by_effort:
         raise InvalidRequest("equilibrium.motors.position", "expected positions, got none")
-    gravity = message.gravity
-    # Forces on the rods are the description's; a message does not carry them.
-    loads = robot.default_loads.with_(
-        gravity=[gravity.x, gravity.y, gravity.z],
-        wrench_world=wrench_vector(message.wrench_in_base),
-        wrench_body=wrench_vector(message.wrench_in_platform),
-    )
+    loads = robot.default_loads
+    for given in message.loads:  # one at most
+        gravity = given.gravity
+        # Forces on the rods are the description's; a message does not carry them.
+        loads = loads.with_(
+            gravity=[gravity.x, gravity.y, gravity.z],
+            wrench_world=wrench_vector(given.wrench_in_base),
+            wrench_body=wrench_vector(given.wrench_in_platform),
+        )
     position, orientation = message.platform_in_base.position, message.platform_in_base.orientation
     return restore_equilibrium(
         robot,
@@ -160,7 +163,7 @@ def fill_equilibrium(
     stamp: Time,
     solve_time: float,
     *,
-    eigenvalues: bool = True,
+    eigenvalues: bool,
 ) -> None:
     """Write everything about an equilibrium; without eigenvalues what needs them is NaN.
 
@@ -172,10 +175,7 @@ def fill_equilibrium(
     _fill_pose(message.platform_in_base, equilibrium)
     message.leg_coordinates = _doubles(equilibrium.leg_coordinates)
     message.multipliers = _doubles(equilibrium.multipliers)
-    loads = equilibrium.loads
-    _fill_vector3(message.gravity, loads.gravity)
-    _fill_wrench(message.wrench_in_base, loads.wrench_world)
-    _fill_wrench(message.wrench_in_platform, loads.wrench_body)
+    message.loads = _own_loads(equilibrium)
     message.converged = equilibrium.converged
     message.residual = equilibrium.residual
     message.iterations = equilibrium.iterations
@@ -241,6 +241,21 @@ def twist_vector(twist: Twist) -> Floats:
 def _doubles(vector: Floats) -> array[float]:
     """Numbers in the form that message fields take without looking at every one."""
     return array("d", vector.tobytes())
+
+
+def _own_loads(equilibrium: Equilibrium) -> list[LoadsMessage]:
+    """The loads of an equilibrium, where they are not those of the description."""
+    loads, default = equilibrium.loads, equilibrium.robot.default_loads
+    names = ("gravity", "wrench_world", "wrench_body")
+    if loads is default or all(
+        np.array_equal(getattr(loads, name), getattr(default, name)) for name in names
+    ):
+        return []
+    message = LoadsMessage()
+    _fill_vector3(message.gravity, loads.gravity)
+    _fill_wrench(message.wrench_in_base, loads.wrench_world)
+    _fill_wrench(message.wrench_in_platform, loads.wrench_body)
+    return [message]
 
 
 def _fill_pose(message: Pose, equilibrium: Equilibrium) -> None:

@@ -89,7 +89,7 @@ class Requests:
             self._frames,
             self._node.get_clock().now().to_msg(),
             solution.solve_time,
-            eigenvalues=not request.without_eigenvalues,
+            eigenvalues=request.with_eigenvalues,
         )
 
 

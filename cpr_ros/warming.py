@@ -26,7 +26,7 @@ def warm_up(session: Session, frames: Frames) -> Iterator[str]:
     if robot.description.controlled:
         solve_inverse(robot, given_at(home, "pose"), start=home)
         yield "inverse problem"
-    fill_equilibrium(EquilibriumMessage(), home, frames, Time(), 0.0)
+    fill_equilibrium(EquilibriumMessage(), home, frames, Time(), 0.0, eigenvalues=True)
     StabilityStream().message(
         session.outcome,
         session.follower.settings.thresholds,

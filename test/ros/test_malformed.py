@@ -5,10 +5,10 @@ import math
 import hypothesis.strategies as st
 import numpy as np
 import pytest
-from cpr_msgs.msg import Equilibrium, ErrorCode, StabilityMetrics
+from cpr_msgs.msg import Equilibrium, ErrorCode, Loads, StabilityMetrics
 from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
 from driver import Driver
-from geometry_msgs.msg import PoseStamped, Wrench, WrenchStamped
+from geometry_msgs.msg import PoseStamped, WrenchStamped
 from hypothesis import HealthCheck, Phase, given, settings
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -89,7 +89,7 @@ def bad_equilibrium(draw):
         motors=JointState(name=NAMES, position=HOME),
         leg_coordinates=draw(st.lists(any_number, min_size=count, max_size=count)),
         multipliers=[0.0] * draw(st.integers(0, 30)),
-        wrench_in_base=Wrench(),
+        loads=draw(st.sampled_from([[], [Loads()]])),
     )
 
 

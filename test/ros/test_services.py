@@ -138,6 +138,27 @@ def test_start_given_continues_from_that_equilibrium(rfrfr):
     )
 
 
+def test_a_given_start_brings_its_loads(rfrfr):
+    wrench = WrenchStamped()
+    wrench.wrench.force.y = -0.05
+    first = inverse(rfrfr, planar_target(0.1, 0.6, wrench=[wrench]))
+    assert_success(first)
+    assert first.solution.loads[0].wrench_in_base == wrench.wrench
+    again = planar_target(0.1, 0.6)
+    again.start, again.start_equilibrium = again.START_GIVEN, [first.solution]
+    second = inverse(rfrfr, again)
+    assert second.solution.loads == first.solution.loads
+    np.testing.assert_allclose(
+        second.solution.motors.position, first.solution.motors.position, atol=1e-9
+    )
+    unloaded = inverse(rfrfr, planar_target(0.1, 0.6))
+    assert list(unloaded.solution.loads) == []
+    assert (
+        np.abs(np.subtract(unloaded.solution.motors.position, first.solution.motors.position)).max()
+        > 1e-4
+    )
+
+
 def test_apply_moves_the_node_and_only_apply_does(rfrfr):
     def published():
         return rfrfr.client.messages(JointState, "/joint_states", 3)[-1].position
@@ -310,14 +331,19 @@ def test_long_names_are_refused_fast_and_briefly(rfrfr):
     assert len(answer.error_code.message) < 1100
 
 
-def test_eigenvalues_can_be_left_out(six_rfs):
+def test_eigenvalues_are_told_to_those_who_ask(six_rfs):
     target = np.array(SIX_HOME) + 0.1
-    whole = forward(six_rfs, forward_request(SIX_NAMES, target))
-    fast = forward(six_rfs, forward_request(SIX_NAMES, target, without_eigenvalues=True))
+    fast = forward(six_rfs, forward_request(SIX_NAMES, target))
+    whole = forward(six_rfs, forward_request(SIX_NAMES, target, with_eigenvalues=True))
     assert_success(fast)
-    for name in ("margin", "smallest_eigenvalue_locked", "smallest_eigenvalue_free"):
+    expected = cpr_core.solve_forward(cpr_core.load_robot("six_rfs"), target)
+    for name, value in (
+        ("margin", expected.spectrum_locked.margin),
+        ("smallest_eigenvalue_locked", expected.spectrum_locked.smallest),
+        ("smallest_eigenvalue_free", expected.spectrum_free.smallest),
+    ):
         assert math.isnan(getattr(fast.solution, name))
-        assert math.isfinite(getattr(whole.solution, name))
+        assert getattr(whole.solution, name) == pytest.approx(value, rel=1e-9)
     assert fast.solution.index_locked == whole.solution.index_locked == 0
     assert fast.solution.index_free == whole.solution.index_free
     np.testing.assert_allclose(position(fast.solution), position(whole.solution), atol=1e-13)
