@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .equilibrium import Equilibrium
+from .errors import InvalidRequest
 from .model import tangent_at
 from .reduction_kernel import first_order_into
 
-__all__ = ["FirstOrder", "Response", "first_order"]
+__all__ = ["FirstOrder", "Response", "check_equilibrium", "first_order"]
 
 Floats = NDArray[np.float64]
 
@@ -49,6 +50,16 @@ class FirstOrder:
     smallest_free: float
     margin: float
     response: Response | None
+
+
+def check_equilibrium(value: object) -> None:
+    """Whether this is something a question can be about.
+
+    Raises:
+        InvalidRequest: No equilibrium.
+    """
+    if not isinstance(value, Equilibrium):
+        raise InvalidRequest("equilibrium", f"expected an Equilibrium, got {value!r:.200}")
 
 
 _KEPT: WeakKeyDictionary[Equilibrium, FirstOrder] = WeakKeyDictionary()

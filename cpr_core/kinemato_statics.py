@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,11 +17,11 @@ from scipy import linalg
 
 from .equilibrium import Equilibrium
 from .errors import InvalidRequest
-from .first_order import Response, first_order
+from .first_order import Response, check_equilibrium, first_order
 from .lie import angle_motions
 from .model import tangent_at
 from .stability import null_space_of
-from .validation import checked_vector
+from .validation import checked_number, checked_vector
 
 __all__ = ["Increments", "KinematoStatics", "Singularity", "kinemato_statics"]
 
@@ -242,7 +242,10 @@ class KinematoStatics:
             ("efforts", efforts, n),
             ("wrench", wrench, size),
         ):
-            part = np.full(length, np.nan) if values is None else np.array(values, dtype=float)
+            try:
+                part = np.full(length, np.nan) if values is None else np.array(values, dtype=float)
+            except (TypeError, ValueError):
+                part = np.full(0, np.nan)
             if part.shape != (length,) or np.any(np.isinf(part)):
                 raise InvalidRequest(name, f"expected {length} numbers or NaN, got {values!r:.200}")
             parts.append(part)
@@ -356,6 +359,10 @@ class KinematoStatics:
         self, problem: Problem, characteristic_length: float | None
     ) -> tuple[Floats, Floats, int]:
         """Dimensionless matrix of a problem, platform motions it solves for, motors it solves for."""
+        if not isinstance(problem, str) or problem not in get_args(Problem):
+            raise InvalidRequest(
+                "problem", f"expected {', '.join(get_args(Problem))}, got {problem!r:.200}"
+            )
         robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
         a, p, e, w = self.matrices(characteristic_length)
         unit, _ = self._units(characteristic_length)
@@ -406,7 +413,9 @@ class KinematoStatics:
         """Natural units of the states and of energy for a characteristic length."""
         arrays = self.equilibrium.robot.arrays
         natural = self.equilibrium.robot.mean_length
-        length = natural if characteristic_length is None else characteristic_length
+        length = natural
+        if characteristic_length is not None:
+            length = checked_number("characteristic_length", characteristic_length)
         if not 1e-6 * natural <= length <= 1e6 * natural:
             raise InvalidRequest(
                 "characteristic_length",
@@ -428,7 +437,12 @@ class KinematoStatics:
 
 
 def kinemato_statics(equilibrium: Equilibrium) -> KinematoStatics:
-    """The kinemato-static model at an equilibrium, Eqs. (35)-(46)."""
+    """The kinemato-static model at an equilibrium, Eqs. (35)-(46).
+
+    Raises:
+        InvalidRequest: No equilibrium.
+    """
+    check_equilibrium(equilibrium)
     return KinematoStatics(equilibrium)
 
 

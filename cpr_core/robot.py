@@ -203,6 +203,12 @@ class Robot:
         return self.arrays.platform_index + np.arange(len(self.platform_axes))
 
     @cached_property
+    def length_motors(self) -> tuple[int, ...]:
+        """Motors whose position is a rod length, by number."""
+        found = self.length_indices - self.arrays.motor_index
+        return tuple(found[found >= 0].tolist())
+
+    @cached_property
     def multiplier_indices(self) -> Integers:
         """State indices of the multipliers, leg by leg."""
         legs = self.arrays.legs
@@ -289,8 +295,10 @@ class Robot:
         """Loads as the kernels see them.
 
         Raises:
-            InvalidRequest: Loads that leave the plane of a planar robot.
+            InvalidRequest: No loads, or loads that leave the plane of a planar robot.
         """
+        if not isinstance(loads, Loads):
+            raise InvalidRequest("loads", f"expected Loads, got {loads!r:.200}")
         if self.planar:
             self._check_planar(loads)
         grid, legs = self.grid, self.description.legs
@@ -329,7 +337,7 @@ class Robot:
 
     def _leg(self, load: str, name: str) -> int:
         names = [leg.name for leg in self.description.legs]
-        if name not in names:
+        if not isinstance(name, str) or name not in names:
             raise InvalidRequest(load, f"expected a leg out of {', '.join(names)}, got {name!r}")
         return names.index(name)
 

@@ -13,7 +13,7 @@ from scipy import linalg
 
 from .equilibrium import Equilibrium
 from .errors import InvalidRequest
-from .first_order import first_order
+from .first_order import check_equilibrium, first_order
 from .model import tangent_at
 
 __all__ = ["MotorReading", "Spectrum", "null_space_of", "spectrum"]
@@ -107,9 +107,10 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
             (motors at constant effort, Eq. (48) literally).
 
     Raises:
-        InvalidRequest: Another reading.
+        InvalidRequest: No equilibrium, or another reading.
     """
-    if motors_are not in ("locked", "free"):
+    check_equilibrium(equilibrium)
+    if not isinstance(motors_are, str) or motors_are not in ("locked", "free"):
         raise InvalidRequest("motors_are", f"expected 'locked' or 'free', got {motors_are!r:.200}")
     return Spectrum(equilibrium, motors_are)
 
