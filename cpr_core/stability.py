@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -13,7 +13,7 @@ from scipy import linalg
 
 from .equilibrium import Equilibrium
 from .errors import InvalidRequest
-from .first_order import check_equilibrium, first_order
+from .first_order import FirstOrder, check_equilibrium, first_order
 from .model import tangent_at
 
 __all__ = ["MotorReading", "Spectrum", "null_space_of", "spectrum"]
@@ -33,22 +33,23 @@ class Spectrum:
     the whole spectrum is computed when it is first asked for, which takes longer.
 
     Attributes:
-        equilibrium: Where.
         motors_are: Reading of the motors.
     """
 
-    equilibrium: Equilibrium
     motors_are: MotorReading
+    #: A copy that knows no spectrum: a circle of references would keep every equilibrium for long.
+    _equilibrium: Equilibrium = field(repr=False)
+    _first_order: FirstOrder = field(repr=False)
 
     @property
     def energy_criterion_applies(self) -> bool:
         """Whether energy decides stability: False where a non-conservative load acts."""
-        return self.equilibrium.loads.conservative(self.equilibrium.robot.planar)
+        return self._equilibrium.loads.conservative(self._equilibrium.robot.planar)
 
     @cached_property
     def smallest(self) -> float:
         """Smallest eigenvalue [J]; infinite where the constraints leave nothing to move."""
-        found = first_order(self.equilibrium)
+        found = self._first_order
         value = found.smallest_locked if self.motors_are == "locked" else found.smallest_free
         return float(self.eigenvalues.min(initial=np.inf)) if math.isnan(value) else value
 
@@ -60,7 +61,7 @@ class Spectrum:
         under tension. NaN where some motion costs no elastic energy (possible with free motors);
         infinite where the constraints leave nothing to move.
         """
-        value = first_order(self.equilibrium).margin if self.motors_are == "locked" else math.nan
+        value = self._first_order.margin if self.motors_are == "locked" else math.nan
         return self._dense.margin() if math.isnan(value) else value
 
     @property
@@ -91,7 +92,7 @@ class Spectrum:
 
     @cached_property
     def _dense(self) -> _Dense:
-        return _Dense(self.equilibrium, self.motors_are)
+        return _Dense(self._equilibrium, self.motors_are)
 
     @cached_property
     def _modes(self) -> tuple[Floats, Floats]:
@@ -112,7 +113,7 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
     check_equilibrium(equilibrium)
     if not isinstance(motors_are, str) or motors_are not in ("locked", "free"):
         raise InvalidRequest("motors_are", f"expected 'locked' or 'free', got {motors_are!r:.200}")
-    return Spectrum(equilibrium, motors_are)
+    return Spectrum(motors_are, replace(equilibrium), first_order(equilibrium))
 
 
 class _Dense:

@@ -1,6 +1,8 @@
 """What is found by condensing legs, against the dense method."""
 
+import gc
 import math
+import weakref
 
 import numpy as np
 import pytest
@@ -114,3 +116,20 @@ def test_it_is_computed_once_and_kept_as_long_as_the_equilibrium():
     assert first_order(home) is first_order(home)
     with pytest.raises(ValueError, match="read-only"):
         first_order(home).response.platform_by_motors[0, 0] = 0.0
+
+
+def test_nothing_that_was_asked_keeps_an_equilibrium_alive():
+    """At two hundred ticks a second garbage must not wait for the collector of circles."""
+    robot = load_robot("rfrfr")
+    here = solve_forward(robot, [2.6, 0.56])
+    for found in (here.spectrum_locked, here.spectrum_free):
+        assert np.isfinite([found.smallest, found.eigenvalues[0]]).all()
+    assert here.spectrum_locked.margin > 0.0
+    _ = kinemato_statics(here).stiffness()
+    gone = weakref.ref(here)
+    gc.disable()
+    try:
+        del here, found
+        assert gone() is None
+    finally:
+        gc.enable()
