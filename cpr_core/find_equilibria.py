@@ -20,8 +20,6 @@ from .geometrico_statics import refine, solve_forward
 from .loads import Loads
 from .model import evaluate
 from .robot import Robot
-from .validation import checked_vector
-from .shape import tip_positions
 from .targets import check_rod_lengths
 from .validation import checked_count, checked_vector
 

@@ -23,7 +23,6 @@ from .limits import check_limits
 from .loads import Loads
 from .model import evaluate
 from .robot import Robot
-from .shape import tip_positions
 from .stability import spectrum
 
 __all__ = ["solve_home"]
@@ -85,8 +84,7 @@ def _assembled(robot: Robot, guess: HomeGuess) -> Equilibrium:
     if not found.converged:
         raise NoForwardSolution(
             f"{robot.description.source}: home: the robot cannot be assembled at these motors: "
-            f"{_worst_gap(robot, _shape_of(found))}",
-            f"{_loose_motion(found) or _worst_gap(robot, found)}",
+            f"{_loose_motion(found) or _worst_gap(robot, _shape_of(found))}",
             0.0,
             None,
         )
@@ -143,11 +141,6 @@ def _from_strain(
     )
 
 
-def _platform_position(robot: Robot, guess: HomeGuess, state: Floats) -> Floats:
-    """Where the platform is said to be; else between the rod tips."""
-    if guess.platform_position is not None:
-        return guess.platform_position
-    return platform_between_tips(robot, state, guess.platform_rotation)
 def _loose_motion(found: Equilibrium) -> str:
     """What the platform can do without resistance, in words; empty if it is held."""
     robot = found.robot
@@ -171,11 +164,11 @@ def _loose_motion(found: Equilibrium) -> str:
     )
 
 
-def _worst_gap(robot: Robot, found: Equilibrium) -> str:
-    value = evaluate(
-        robot, found.load_arrays, found.state, found.platform_rotation, found.platform_position
-    )
-    return _worst_gap_of(robot, value.residual)
+def _platform_position(robot: Robot, guess: HomeGuess, state: Floats) -> Floats:
+    """Where the platform is said to be; else between the rod tips."""
+    if guess.platform_position is not None:
+        return guess.platform_position
+    return platform_between_tips(robot, state, guess.platform_rotation)
 
 
 def _shape_of(found: Equilibrium) -> Shape:

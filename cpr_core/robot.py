@@ -203,12 +203,6 @@ class Robot:
         return self.arrays.platform_index + np.arange(len(self.platform_axes))
 
     @cached_property
-    def length_motors(self) -> tuple[int, ...]:
-        """Motors whose position is a rod length, by number."""
-        found = self.length_indices - self.arrays.motor_index
-        return tuple(found[found >= 0].tolist())
-
-    @cached_property
     def multiplier_indices(self) -> Integers:
         """State indices of the multipliers, leg by leg."""
         legs = self.arrays.legs

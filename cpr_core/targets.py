@@ -20,8 +20,8 @@ __all__ = [
     "PlatformTarget",
     "ProblemName",
     "Target",
-    "given_at",
     "check_rod_lengths",
+    "given_at",
 ]
 
 Floats = NDArray[np.float64]
