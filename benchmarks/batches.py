@@ -66,6 +66,7 @@ def _batch(count: int, modes: int) -> tuple[CellProblem, Cells, Ways]:
         targets=np.array(walk.requests)[chosen],
         longest=np.ones(count),
         smallest=np.full(count, 1.0 / 64.0),
+        guesses=np.full((count, len(walk.start.state) + 12), np.nan),
     )
     return problem, cells, ways
 

@@ -59,13 +59,13 @@ def measure(robot: str, calls: int) -> None:
         raise TimeoutError("the node does not offer its services")
     home = load_robot(robot).home
     names = list(home.robot.motor_names)
-    times: dict[str, list[float]] = {"forward": [], "without eigenvalues": [], "empty": []}
+    times: dict[str, list[float]] = {"forward": [], "with eigenvalues": [], "empty": []}
     rng = np.random.default_rng(0)
     for _ in range(calls):
         motors = home.motors + 0.02 * rng.standard_normal(len(names)) * home.robot.motor_units
         state = JointState(name=names, position=motors.tolist())
-        for name, without in (("forward", False), ("without eigenvalues", True)):
-            request = SolveForward.Request(motors=state, without_eigenvalues=without)
+        for name, eigenvalues in (("forward", False), ("with eigenvalues", True)):
+            request = SolveForward.Request(motors=state, with_eigenvalues=eigenvalues)
             took, answer = timed(executor, forward, request)
             if answer.error_code.val != ErrorCode.SUCCESS:
                 raise RuntimeError(answer.error_code.message)

@@ -59,10 +59,9 @@ def compile_kernels() -> Iterator[str]:
         home = robot.home
         solve_forward(robot, home.motors, start=home)
         yield f"solver, {legs} legs"
-        held = dict(zip(robot.motor_names, home.motors.tolist(), strict=True))
-        first, *_ = robot.motor_names
-        ends = {first: [held.pop(first), home.motors[0] + 0.01]}
-        map_workspace(robot, motor_grid(robot, ends, held), workers=0)
+        at = dict(zip(robot.motor_names, home.motors.tolist(), strict=True))
+        vary = {motor: [at.pop(motor), home.motors[i] + 0.01] for i, motor in enumerate([*at][:2])}
+        map_workspace(robot, motor_grid(robot, vary, at, resolution=0.01), workers=0)
         yield f"maps, {legs} legs"
 
 

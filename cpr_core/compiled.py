@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba.core.caching import IndexDataCacheFile
 
 __all__ = ["KERNEL_MODULES", "compiled", "compiled_strictly", "inlined", "kernel"]
 
@@ -24,6 +25,8 @@ KERNEL_MODULES = (
     "inertia_kernel",
     "newton_kernel",
     "bound_robot",
+    "pencil_kernel",
+    "reduction_kernel",
     "workspace.eigenvalue_kernel",
     "workspace.step_kernel",
     "workspace.analysis_kernel",
@@ -48,6 +51,16 @@ def _stamp() -> tuple[str, int]:
 
 
 _STAMP = _stamp()
+
+
+class _CacheFile(IndexDataCacheFile):
+    """What is on disk may name types that an earlier version had: then it is as good as not there."""
+
+    def _load_index(self) -> Any:
+        try:
+            return super()._load_index()
+        except (AttributeError, ImportError):
+            return {}
 
 
 def compiled(function: Function) -> Function:
@@ -98,4 +111,5 @@ def _stamped(function: Function, fastmath: Any, **options: Any) -> Function:
         cache=True, nogil=True, error_model="numpy", fastmath=fastmath, **options
     )(function)
     dispatcher._cache._cache_file._source_stamp = _STAMP
+    dispatcher._cache._cache_file.__class__ = _CacheFile
     return dispatcher

@@ -10,10 +10,11 @@ from numpy.typing import ArrayLike
 
 from .equilibrium import Equilibrium
 from .errors import InvalidRequest, NoSolution
+from .first_order import check_equilibrium
 from .geometrico_statics import solve_forward
 from .loads import Loads
 from .stability import MotorReading, spectrum
-from .validation import checked_vector
+from .validation import checked_number, checked_vector
 
 __all__ = ["CriticalLoad", "critical_load", "critical_load_factor"]
 
@@ -52,6 +53,7 @@ def critical_load_factor(
     Raises:
         InvalidRequest: The start is unstable or its loads have no potential.
     """
+    check_equilibrium(equilibrium)
     return _trace(equilibrium, equilibrium.loads.scaled, 1.0, 0.1, limit, motors_are)
 
 
@@ -76,6 +78,7 @@ def critical_load(
     Raises:
         InvalidRequest: The start is unstable, its loads have no potential, or no direction is given.
     """
+    check_equilibrium(equilibrium)
     axis = checked_vector("direction", direction, 3, "x y z in the world")
     norm = float(np.linalg.norm(axis))
     if norm < 1e-12:
@@ -88,7 +91,8 @@ def critical_load(
         wrench[3:] += force / norm * axis
         return start.with_(wrench_world=wrench)
 
-    return _trace(equilibrium, loads, 0.0, 0.1 * natural, limit or 1e3 * natural, motors_are)
+    largest = 1e3 * natural if limit is None else limit
+    return _trace(equilibrium, loads, 0.0, 0.1 * natural, largest, motors_are)
 
 
 def _trace(
@@ -100,7 +104,7 @@ def _trace(
     motors_are: MotorReading,
 ) -> CriticalLoad | None:
     """Raise the load until the smallest eigenvalue is negative or the branch ends, then bisect."""
-    robot = start.robot
+    robot, limit = start.robot, checked_number("limit", limit)
     if not start.loads.conservative(robot.planar):
         raise InvalidRequest(
             "loads", "expected loads with a potential: energy decides nothing here"

@@ -12,6 +12,7 @@ from .errors import InvalidRequest
 from .loads import Loads
 from .rod import Rod, StrainModes
 from .strain_basis import BSplines
+from .validation import checked_count
 
 __all__ = ["CONTROLLED_COORDINATES", "HomeGuess", "LegDescription", "RobotDescription"]
 
@@ -130,8 +131,7 @@ class RobotDescription:
 
     def with_modes(self, modes: int) -> RobotDescription:
         """The same robot with another number of modes in every direction that has any."""
-        if modes < 1:
-            raise InvalidRequest("modes", f"expected at least 1, got {modes}")
+        modes = checked_count("modes", modes, 1)
         if any(isinstance(leg.modes.basis, BSplines) for leg in self.legs):
             raise InvalidRequest(
                 "modes", "B-splines have as many modes as degree and knots say: change those"

@@ -39,6 +39,10 @@ def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:
         DescriptionError: Names the file, the field, what was found and what was expected.
     """
     text = ""
+    if not isinstance(robot, str | Path | Mapping):
+        raise DescriptionError(
+            "description", "", f"expected a name, a file or its content, got {robot!r:.200}"
+        )
     if isinstance(robot, Mapping):
         source, content = str(robot.get("name", "description")), dict(robot)
     else:

@@ -15,12 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 from .arrays import LoadArrays
 from .assembly import Shape, moved_shape, platform_between_tips, turned_over, with_best_multipliers
 from .equilibrium import Equilibrium
-from .errors import InvalidRequest, NotReached
+from .errors import NotReached
 from .geometrico_statics import refine, solve_forward
 from .loads import Loads
 from .model import evaluate
 from .robot import Robot
-from .validation import checked_vector
+from .targets import check_rod_lengths
+from .validation import checked_count, checked_vector
 
 __all__ = ["FoundEquilibrium", "find_equilibria"]
 
@@ -83,14 +84,12 @@ def find_equilibria(
         The equilibria by energy, lowest first, each once.
 
     Raises:
-        InvalidRequest: Wrong number of motors, or no start.
+        InvalidRequest: Wrong number of motors, a rod length of zero or less, or no start.
         NonFiniteInput: A NaN or an infinity.
     """
     values = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
-    if starts < 1:
-        raise InvalidRequest("starts", f"expected at least 1, got {starts}")
-    if seed < 0:
-        raise InvalidRequest("seed", f"expected at least 0, got {seed}")
+    check_rod_lengths(robot, values)
+    starts, seed = checked_count("starts", starts, 1), checked_count("seed", seed, 0)
     loads = robot.default_loads if loads is None else loads
     seeds = np.random.SeedSequence(seed).spawn(starts)
     home = _from_home(robot, values, loads)

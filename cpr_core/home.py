@@ -23,10 +23,15 @@ from .limits import check_limits
 from .loads import Loads
 from .model import evaluate
 from .robot import Robot
+from .stability import spectrum
 
 __all__ = ["solve_home"]
 
 Floats = NDArray[np.float64]
+
+#: Eigenvalue of H_r, relative to the largest one, that counts as no stiffness, and how much of a motion
+#: without stiffness the platform has at least for it to be its own.
+_NO_STIFFNESS, _LOOSE = 1e-9, 0.1
 
 
 def solve_home(robot: Robot) -> Equilibrium:
@@ -49,6 +54,16 @@ def solve_home(robot: Robot) -> Equilibrium:
             0.0,
             None,
         )
+    home = _loaded(robot, guess, unloaded)
+    loose = _loose_motion(home)
+    if loose:
+        raise NoForwardSolution(f"{source}: home: {loose}", 0.0, None)
+    return home
+
+
+def _loaded(robot: Robot, guess: HomeGuess, unloaded: Equilibrium) -> Equilibrium:
+    """From the assembled robot to its loads."""
+    source = robot.description.source
     try:
         return solve_forward(robot, guess.motors, start=unloaded, loads=robot.default_loads)
     except MotorLimitExceeded as error:
@@ -69,7 +84,7 @@ def _assembled(robot: Robot, guess: HomeGuess) -> Equilibrium:
     if not found.converged:
         raise NoForwardSolution(
             f"{robot.description.source}: home: the robot cannot be assembled at these motors: "
-            f"{_worst_gap(robot, _shape_of(found))}",
+            f"{_loose_motion(found) or _worst_gap(robot, _shape_of(found))}",
             0.0,
             None,
         )
@@ -123,6 +138,29 @@ def _from_strain(
         ),
         0.0,
         None,
+    )
+
+
+def _loose_motion(found: Equilibrium) -> str:
+    """What the platform can do without resistance, in words; empty if it is held."""
+    robot = found.robot
+    whole = spectrum(found)
+    sizes = np.abs(whole.eigenvalues)
+    if not len(sizes):
+        return ""
+    motions = whole.motions[robot.platform_indices][:, sizes < _NO_STIFFNESS * sizes.max()]
+    lengths = robot.arrays.unit[robot.platform_indices]
+    moved = np.linalg.norm(motions / lengths[:, None], axis=0)
+    if not np.any(moved > _LOOSE):
+        return ""
+    twist = np.zeros(6)
+    twist[robot.platform_axes] = (motions / lengths[:, None])[:, int(moved.argmax())]
+    turns = np.linalg.norm(twist[:3]) > np.linalg.norm(twist[3:])
+    part = twist[:3] if turns else twist[3:]
+    axis = ", ".join(f"{value:.2g}" for value in part / np.linalg.norm(part) + 0.0)
+    return (
+        f"nothing holds the platform: it can {'turn about' if turns else 'move along'} "
+        f"({axis}) freely; it needs more legs, or tip joints that hold more"
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,10 +17,11 @@ from scipy import linalg
 
 from .equilibrium import Equilibrium
 from .errors import InvalidRequest
+from .first_order import Response, check_equilibrium, first_order
 from .lie import angle_motions
 from .model import tangent_at
 from .stability import null_space_of
-from .validation import checked_vector
+from .validation import checked_number, checked_vector
 
 __all__ = ["Increments", "KinematoStatics", "Singularity", "kinemato_statics"]
 
@@ -88,14 +89,37 @@ class KinematoStatics:
 
     Attributes:
         equilibrium: Where.
-        tangent: Tangent of the model with the platform in body coordinates, in state order, (N, N).
     """
 
     equilibrium: Equilibrium
-    tangent: Floats
 
     @cached_property
-    def _response(self) -> tuple[Floats, Floats]:
+    def tangent(self) -> Floats:
+        """Tangent of the model with the platform in body coordinates, in state order, (N, N)."""
+        platform, turn = self.equilibrium.robot.platform_indices, _platform_turn(self.equilibrium)
+        tangent = tangent_at(self.equilibrium)
+        tangent[:, platform] = tangent[:, platform] @ turn
+        tangent[platform, :] = turn.T @ tangent[platform, :]
+        return tangent
+
+    @cached_property
+    def _response(self) -> Response:
+        """From the condensed legs, or from the whole tangent where a leg cannot be condensed."""
+        found = first_order(self.equilibrium).response
+        if found is not None:
+            return found
+        moved, efforts = self._dense_response
+        robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
+        platform = moved[robot.platform_indices]
+        return Response(
+            platform_by_motors=platform[:, :n],
+            platform_by_wrench=platform[:, n:],
+            efforts_by_motors=efforts[:, :n],
+            efforts_by_wrench=efforts[:, n:],
+        )
+
+    @cached_property
+    def _dense_response(self) -> tuple[Floats, Floats]:
         """Leg, multiplier and platform increments, and efforts, per motor and per wrench increment."""
         robot = self.equilibrium.robot
         inner = robot.arrays.motor_index
@@ -113,36 +137,34 @@ class KinematoStatics:
     @property
     def platform_by_motors(self) -> Floats:
         """Platform Jacobian ``dSigma_p/dq_a`` at constant loads, (platform, n)."""
-        robot = self.equilibrium.robot
-        return self._response[0][robot.platform_indices, : robot.motor_count]
+        return self._response.platform_by_motors
 
     @property
     def platform_by_wrench(self) -> Floats:
         """Compliance ``dSigma_p/dw_p`` with the motors held, (platform, platform)."""
-        robot = self.equilibrium.robot
-        return self._response[0][robot.platform_indices, robot.motor_count :]
+        return self._response.platform_by_wrench
 
     @property
     def legs_by_motors(self) -> Floats:
         """Leg coordinates per motor increment, ``dq_e/dq_a``, (n_e, n)."""
         robot = self.equilibrium.robot
-        return self._response[0][robot.elastic_indices, : robot.motor_count]
+        return self._dense_response[0][robot.elastic_indices, : robot.motor_count]
 
     @property
     def multipliers_by_motors(self) -> Floats:
         """Multipliers per motor increment, Eq. (41), (n_Psi, n)."""
         robot = self.equilibrium.robot
-        return self._response[0][robot.multiplier_indices, : robot.motor_count]
+        return self._dense_response[0][robot.multiplier_indices, : robot.motor_count]
 
     @property
     def efforts_by_motors(self) -> Floats:
         """Effort sensitivity ``dtau_a/dq_a`` at constant loads, (n, n)."""
-        return self._response[1][:, : self.equilibrium.robot.motor_count]
+        return self._response.efforts_by_motors
 
     @property
     def efforts_by_wrench(self) -> Floats:
         """Effort sensitivity ``dtau_a/dw_p`` with the motors held, (n, platform)."""
-        return self._response[1][:, self.equilibrium.robot.motor_count :]
+        return self._response.efforts_by_wrench
 
     def predict_forward(self, motors: ArrayLike, wrench: ArrayLike | None = None) -> Increments:
         """Eq. (45): motor and wrench increments given.
@@ -220,7 +242,10 @@ class KinematoStatics:
             ("efforts", efforts, n),
             ("wrench", wrench, size),
         ):
-            part = np.full(length, np.nan) if values is None else np.array(values, dtype=float)
+            try:
+                part = np.full(length, np.nan) if values is None else np.array(values, dtype=float)
+            except (TypeError, ValueError):
+                part = np.full(0, np.nan)
             if part.shape != (length,) or np.any(np.isinf(part)):
                 raise InvalidRequest(name, f"expected {length} numbers or NaN, got {values!r:.200}")
             parts.append(part)
@@ -334,6 +359,10 @@ class KinematoStatics:
         self, problem: Problem, characteristic_length: float | None
     ) -> tuple[Floats, Floats, int]:
         """Dimensionless matrix of a problem, platform motions it solves for, motors it solves for."""
+        if not isinstance(problem, str) or problem not in get_args(Problem):
+            raise InvalidRequest(
+                "problem", f"expected {', '.join(get_args(Problem))}, got {problem!r:.200}"
+            )
         robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
         a, p, e, w = self.matrices(characteristic_length)
         unit, _ = self._units(characteristic_length)
@@ -384,7 +413,9 @@ class KinematoStatics:
         """Natural units of the states and of energy for a characteristic length."""
         arrays = self.equilibrium.robot.arrays
         natural = self.equilibrium.robot.mean_length
-        length = natural if characteristic_length is None else characteristic_length
+        length = natural
+        if characteristic_length is not None:
+            length = checked_number("characteristic_length", characteristic_length)
         if not 1e-6 * natural <= length <= 1e6 * natural:
             raise InvalidRequest(
                 "characteristic_length",
@@ -406,12 +437,13 @@ class KinematoStatics:
 
 
 def kinemato_statics(equilibrium: Equilibrium) -> KinematoStatics:
-    """The kinemato-static model at an equilibrium, Eqs. (35)-(46)."""
-    platform, turn = equilibrium.robot.platform_indices, _platform_turn(equilibrium)
-    tangent = tangent_at(equilibrium)
-    tangent[:, platform] = tangent[:, platform] @ turn
-    tangent[platform, :] = turn.T @ tangent[platform, :]
-    return KinematoStatics(equilibrium, tangent)
+    """The kinemato-static model at an equilibrium, Eqs. (35)-(46).
+
+    Raises:
+        InvalidRequest: No equilibrium.
+    """
+    check_equilibrium(equilibrium)
+    return KinematoStatics(equilibrium)
 
 
 def _platform_turn(equilibrium: Equilibrium) -> Floats:

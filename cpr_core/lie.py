@@ -183,27 +183,18 @@ def rotation_log_into(rotation, vector):
 
 def quaternion_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
     """Unit quaternion (w, x, y, z) with w >= 0 of a rotation matrix."""
-    m = np.asarray(rotation, float)
+    (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation, float).tolist()
     # Squares of 2w, 2x, 2y, 2z; the largest is divided by, so no digit is lost.
-    squares = 1.0 + np.array(
-        [
-            m[0, 0] + m[1, 1] + m[2, 2],
-            m[0, 0] - m[1, 1] - m[2, 2],
-            -m[0, 0] + m[1, 1] - m[2, 2],
-            -m[0, 0] - m[1, 1] + m[2, 2],
-        ]
-    )
-    products = np.array(
-        [
-            [squares[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
-            [m[2, 1] - m[1, 2], squares[1], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
-            [m[0, 2] - m[2, 0], m[0, 1] + m[1, 0], squares[2], m[1, 2] + m[2, 1]],
-            [m[1, 0] - m[0, 1], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], squares[3]],
-        ]
-    )
-    quaternion = products[int(np.argmax(squares))]
-    quaternion = quaternion / np.linalg.norm(quaternion)
-    return -quaternion if quaternion[0] < 0.0 else quaternion
+    squares = (1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i)
+    largest = squares.index(max(squares))
+    w, x, y, z = (
+        (squares[0], h - f, c - g, d - b),
+        (h - f, squares[1], b + d, c + g),
+        (c - g, b + d, squares[2], f + h),
+        (d - b, c + g, f + h, squares[3]),
+    )[largest]
+    scale = (-1.0 if w < 0.0 else 1.0) / math.sqrt(w * w + x * x + y * y + z * z)
+    return np.array([scale * w, scale * x, scale * y, scale * z])
 
 
 def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:

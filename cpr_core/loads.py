@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .validation import checked_vector
+from .errors import InvalidRequest
+from .validation import checked_number, checked_vector
 
 __all__ = ["DistributedForce", "Loads", "PointForce"]
 
@@ -37,6 +38,35 @@ class DistributedForce:
     at: Floats
     force: Floats
 
+    def __post_init__(self) -> None:
+        """Check the stations and that every one has a force.
+
+        Raises:
+            InvalidRequest: Stations that do not increase from 0 to 1, or other forces than one for each.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        at = np.asarray(self.at)
+        stations = checked_vector("distributed.at", at, at.size, "s/l from 0 to 1, increasing")
+        whole = len(stations) > 1 and stations[0] == 0.0 and stations[-1] == 1.0
+        if not whole or not np.all(np.diff(stations) > 0.0):
+            raise InvalidRequest(
+                "distributed.at",
+                f"expected stations s/l that increase from 0 to 1, got {stations.tolist()}",
+            )
+        rows = np.asarray(self.force, dtype=object)
+        if rows.ndim == 0 or len(rows) != len(stations):
+            raise InvalidRequest(
+                "distributed.force",
+                f"expected {len(stations)} vectors, one for every station, "
+                f"got {len(rows) if rows.ndim else repr(self.force)[:200]}",
+            )
+        force = [
+            checked_vector(f"distributed.force[{number}]", row, 3, "x y z in the world, N/m")
+            for number, row in enumerate(self.force)
+        ]
+        object.__setattr__(self, "at", stations)
+        object.__setattr__(self, "force", np.array(force))
+
 
 @dataclass(frozen=True, eq=False)
 class PointForce:
@@ -51,6 +81,20 @@ class PointForce:
     leg: str
     at: float
     force: Floats
+
+    def __post_init__(self) -> None:
+        """Check where it is and the force.
+
+        Raises:
+            InvalidRequest: A place that is not on the rod, or not three numbers.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        place = checked_vector("points.at", np.atleast_1d(self.at), 1, "s/l between 0 and 1")
+        if not 0.0 < place[0] < 1.0:
+            raise InvalidRequest("points.at", f"expected s/l between 0 and 1, got {self.at}")
+        force = checked_vector("points.force", self.force, 3, "x y z in the world, N")
+        object.__setattr__(self, "at", float(place[0]))
+        object.__setattr__(self, "force", force)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +135,7 @@ class Loads:
         """The same loads with some replaced.
 
         Raises:
-            InvalidRequest: A vector of the wrong length.
+            InvalidRequest: A vector of the wrong length, or no forces.
             NonFiniteInput: A NaN or an infinity.
         """
         given = {
@@ -105,14 +149,27 @@ class Loads:
             for name, (value, size, meaning) in given.items()
             if value is not None
         }
-        if distributed is not None:
-            changes["distributed"] = tuple(distributed)
-        if points is not None:
-            changes["points"] = tuple(points)
+        for name, forces, kind in (
+            ("distributed", distributed, DistributedForce),
+            ("points", points, PointForce),
+        ):
+            if forces is None:
+                continue
+            if not isinstance(forces, Sequence) or not all(isinstance(one, kind) for one in forces):
+                raise InvalidRequest(
+                    name, f"expected a sequence of {kind.__name__}, got {forces!r:.200}"
+                )
+            changes[name] = tuple(forces)
         return replace(self, **changes)
 
     def scaled(self, factor: float) -> Loads:
-        """All loads times a factor."""
+        """All loads times a factor.
+
+        Raises:
+            InvalidRequest: No number.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        factor = checked_number("factor", factor)
         return Loads(
             gravity=factor * self.gravity,
             rod_force=factor * self.rod_force,

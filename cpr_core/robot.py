@@ -263,6 +263,13 @@ class Robot:
         return motions
 
     @cached_property
+    def motion_spans(self) -> Integers:
+        """First row of every unit motion that is not zero, and the one after the last, (N, 2)."""
+        filled = self.unit_motions != 0.0
+        last = len(filled) - filled[::-1].argmax(axis=0)
+        return np.ascontiguousarray(np.stack([filled.argmax(axis=0), last], axis=1), np.int64)
+
+    @cached_property
     def default_loads(self) -> Loads:
         """Loads of the description."""
         return self.description.loads
@@ -282,8 +289,10 @@ class Robot:
         """Loads as the kernels see them.
 
         Raises:
-            InvalidRequest: Loads that leave the plane of a planar robot.
+            InvalidRequest: No loads, or loads that leave the plane of a planar robot.
         """
+        if not isinstance(loads, Loads):
+            raise InvalidRequest("loads", f"expected Loads, got {loads!r:.200}")
         if self.planar:
             self._check_planar(loads)
         grid, legs = self.grid, self.description.legs
@@ -322,7 +331,7 @@ class Robot:
 
     def _leg(self, load: str, name: str) -> int:
         names = [leg.name for leg in self.description.legs]
-        if name not in names:
+        if not isinstance(name, str) or name not in names:
             raise InvalidRequest(load, f"expected a leg out of {', '.join(names)}, got {name!r}")
         return names.index(name)
 

@@ -12,6 +12,7 @@ from .lie import rotation_exp
 from .quadrature import rod_grid
 from .robot import Robot
 from .rotation_kernel import rotation_steps
+from .validation import checked_count
 
 __all__ = ["LegShape", "leg_shapes", "tip_positions"]
 
@@ -36,8 +37,16 @@ class LegShape:
 
 
 def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ...]:
-    """Shape of every leg at ``points`` points (at least 4), base and tip included."""
-    return _shapes(equilibrium.robot, equilibrium.state, points)
+    """Shape of every leg at some points, base and tip included.
+
+    Args:
+        equilibrium: Where.
+        points: Points of a leg, at least 4.
+
+    Raises:
+        InvalidRequest: Too few points, or no whole number of them.
+    """
+    return _shapes(equilibrium.robot, equilibrium.state, checked_count("points", points, 4))
 
 
 def tip_positions(robot: Robot, state: Floats) -> Floats:

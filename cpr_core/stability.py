@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -10,6 +12,8 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from .equilibrium import Equilibrium
+from .errors import InvalidRequest
+from .first_order import FirstOrder, check_equilibrium, first_order
 from .model import tangent_at
 
 __all__ = ["MotorReading", "Spectrum", "null_space_of", "spectrum"]
@@ -25,26 +29,54 @@ class Spectrum:
     """Spectrum of H_r on an orthonormal basis of the admissible motions.
 
     Motions are dimensionless (``Robot.unit_motions``), so the eigenvalues are energies and depend
-    neither on units nor on the strain basis.
+    neither on units nor on the strain basis. ``smallest`` and ``margin`` come from the condensed legs;
+    the whole spectrum is computed when it is first asked for, which takes longer.
 
     Attributes:
         motors_are: Reading of the motors.
-        eigenvalues: All eigenvalues, ascending [J].
-        motions: Their eigenvectors as motions of the whole robot, columns in state order, (N, ...):
-            motors [rad, m], platform in the world [rad, m], leg coordinates [1/m]; rows of
-            multipliers are zero.
-        margin: Smallest eigenvalue of H_r relative to the elastic stiffness on the same motions,
-            ``min v^T H_r v / v^T K_r v``, dimensionless: 1 without loads and forces, 0 where stability
-            is lost, more than 1 under tension. NaN where some motion costs no elastic energy (possible
-            with free motors); infinite where the constraints leave nothing to move.
-        energy_criterion_applies: False where a non-conservative load acts.
     """
 
     motors_are: MotorReading
-    eigenvalues: Floats
-    motions: Floats
-    margin: float
-    energy_criterion_applies: bool
+    #: A copy that knows no spectrum: a circle of references would keep every equilibrium for long.
+    _equilibrium: Equilibrium = field(repr=False)
+    _first_order: FirstOrder = field(repr=False)
+
+    @property
+    def energy_criterion_applies(self) -> bool:
+        """Whether energy decides stability: False where a non-conservative load acts."""
+        return self._equilibrium.loads.conservative(self._equilibrium.robot.planar)
+
+    @cached_property
+    def smallest(self) -> float:
+        """Smallest eigenvalue [J]; infinite where the constraints leave nothing to move."""
+        found = self._first_order
+        value = found.smallest_locked if self.motors_are == "locked" else found.smallest_free
+        return float(self.eigenvalues.min(initial=np.inf)) if math.isnan(value) else value
+
+    @cached_property
+    def margin(self) -> float:
+        """Smallest eigenvalue relative to the elastic stiffness, dimensionless.
+
+        ``min v^T H_r v / v^T K_r v``: 1 without loads and forces, 0 where stability is lost, more than 1
+        under tension. NaN where some motion costs no elastic energy (possible with free motors);
+        infinite where the constraints leave nothing to move.
+        """
+        value = self._first_order.margin if self.motors_are == "locked" else math.nan
+        return self._dense.margin() if math.isnan(value) else value
+
+    @property
+    def eigenvalues(self) -> Floats:
+        """All eigenvalues, ascending [J]."""
+        return self._modes[0]
+
+    @property
+    def motions(self) -> Floats:
+        """Their eigenvectors as motions of the whole robot, columns in state order, (N, ...).
+
+        Motors [rad, m], platform in the world [rad, m], leg coordinates [1/m]; rows of multipliers are
+        zero.
+        """
+        return self._modes[1]
 
     @property
     def index(self) -> int:
@@ -53,15 +85,18 @@ class Spectrum:
         return int(np.sum(self.eigenvalues < -1e-11 * sizes.max(initial=0.0)))
 
     @property
-    def smallest(self) -> float:
-        """Smallest eigenvalue [J]; infinite where the constraints leave nothing to move."""
-        return float(self.eigenvalues.min(initial=np.inf))
-
-    @property
     def inverse_condition_number(self) -> float:
         """Smallest over largest absolute eigenvalue, as in Figs. 6 and 12."""
         sizes = np.abs(self.eigenvalues)
         return float(sizes.min() / sizes.max()) if len(sizes) else 1.0
+
+    @cached_property
+    def _dense(self) -> _Dense:
+        return _Dense(self._equilibrium, self.motors_are)
+
+    @cached_property
+    def _modes(self) -> tuple[Floats, Floats]:
+        return self._dense.modes()
 
 
 def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> Spectrum:
@@ -71,27 +106,49 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
         equilibrium: Where.
         motors_are: ``locked`` (motors held, the reading behind the paper's case studies) or ``free``
             (motors at constant effort, Eq. (48) literally).
+
+    Raises:
+        InvalidRequest: No equilibrium, or another reading.
     """
-    robot = equilibrium.robot
-    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
-    if motors_are == "free":
-        moving = np.concatenate([moving, robot.motor_indices])
-    motions = robot.unit_motions[np.ix_(moving, moving)]
-    tangent = tangent_at(equilibrium)
-    constraints = tangent[np.ix_(robot.multiplier_indices, moving)] @ motions
-    null_space = motions @ null_space_of(constraints)
-    hessian = tangent[np.ix_(moving, moving)]
-    reduced = null_space.T @ (0.5 * (hessian + hessian.T)) @ null_space
-    eigenvalues, directions = np.linalg.eigh(reduced)  # takes an empty one as well
-    whole = np.zeros((len(tangent), len(eigenvalues)))
-    whole[moving] = null_space @ directions
-    return Spectrum(
-        motors_are=motors_are,
-        eigenvalues=eigenvalues,
-        motions=whole,
-        margin=_margin(equilibrium, moving, null_space, reduced),
-        energy_criterion_applies=equilibrium.loads.conservative(robot.planar),
-    )
+    check_equilibrium(equilibrium)
+    if not isinstance(motors_are, str) or motors_are not in ("locked", "free"):
+        raise InvalidRequest("motors_are", f"expected 'locked' or 'free', got {motors_are!r:.200}")
+    return Spectrum(motors_are, replace(equilibrium), first_order(equilibrium))
+
+
+class _Dense:
+    """H_r as a matrix, for whoever wants all of it."""
+
+    def __init__(self, equilibrium: Equilibrium, motors_are: MotorReading) -> None:
+        robot = equilibrium.robot
+        self.equilibrium = equilibrium
+        self.moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+        if motors_are == "free":
+            self.moving = np.concatenate([self.moving, robot.motor_indices])
+        motions = robot.unit_motions[np.ix_(self.moving, self.moving)]
+        tangent = tangent_at(equilibrium)
+        constraints = tangent[np.ix_(robot.multiplier_indices, self.moving)] @ motions
+        self.null_space = motions @ null_space_of(constraints)
+        hessian = tangent[np.ix_(self.moving, self.moving)]
+        self.reduced = self.null_space.T @ (0.5 * (hessian + hessian.T)) @ self.null_space
+
+    def modes(self) -> tuple[Floats, Floats]:
+        """Eigenvalues and motions."""
+        eigenvalues, directions = np.linalg.eigh(self.reduced)  # takes an empty one as well
+        whole = np.zeros((len(self.equilibrium.state), len(eigenvalues)))
+        whole[self.moving] = self.null_space @ directions
+        return eigenvalues, whole
+
+    def margin(self) -> float:
+        """Smallest eigenvalue relative to the elastic stiffness."""
+        elastic = _elastic_hessian(self.equilibrium)[np.ix_(self.moving, self.moving)]
+        projected = self.null_space.T @ elastic @ self.null_space
+        if not len(projected):
+            return math.inf
+        smallest = linalg.eigvalsh(projected, subset_by_index=[0, 0])[0]
+        if smallest <= 1e-12 * np.trace(projected):
+            return math.nan
+        return float(linalg.eigvalsh(self.reduced, projected, subset_by_index=[0, 0])[0])
 
 
 def null_space_of(matrix: Floats) -> Floats:
@@ -99,19 +156,6 @@ def null_space_of(matrix: Floats) -> Floats:
     orthogonal, triangular, _ = linalg.qr(matrix.T, pivoting=True)
     diagonal = np.abs(np.diag(triangular))
     return orthogonal[:, int(np.sum(diagonal > 1e-12 * diagonal[0])) :]
-
-
-def _margin(
-    equilibrium: Equilibrium, moving: NDArray[np.int64], null_space: Floats, reduced: Floats
-) -> float:
-    elastic = _elastic_hessian(equilibrium)
-    projected = null_space.T @ elastic[np.ix_(moving, moving)] @ null_space
-    if not len(projected):
-        return float("inf")
-    smallest = linalg.eigvalsh(projected, subset_by_index=[0, 0])[0]
-    if smallest <= 1e-12 * np.trace(projected):
-        return float("nan")
-    return float(linalg.eigvalsh(reduced, projected, subset_by_index=[0, 0])[0])
 
 
 def _elastic_hessian(equilibrium: Equilibrium) -> Floats:

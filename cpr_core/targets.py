@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from .equilibrium import Equilibrium
 from .errors import InvalidRequest
 from .lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_log
+from .robot import Robot
 
 __all__ = [
     "EffortTarget",
@@ -19,6 +20,7 @@ __all__ = [
     "PlatformTarget",
     "ProblemName",
     "Target",
+    "check_rod_lengths",
     "given_at",
 ]
 
@@ -61,6 +63,21 @@ class Target(Protocol):
         ...
 
 
+def check_rod_lengths(robot: Robot, motors: Floats) -> None:
+    """Whether motors that set rod lengths leave rods: the shorter, the stiffer without bound.
+
+    Raises:
+        InvalidRequest: A rod length of zero or less.
+    """
+    for motor in robot.length_motors:
+        if not motors[motor] > 0.0:
+            raise InvalidRequest(
+                "motors",
+                f"{robot.motor_names[motor]}: expected a rod length above 0 m, "
+                f"got {motors[motor]:g} m",
+            )
+
+
 @dataclass(frozen=True, eq=False)
 class MotorTarget:
     """Motor positions: the forward problem.
@@ -73,7 +90,12 @@ class MotorTarget:
     problem: ClassVar[ProblemName] = "motors"
 
     def distance(self, start: Equilibrium) -> float:
-        """Largest change of a motor."""
+        """Largest change of a motor.
+
+        Raises:
+            InvalidRequest: A rod length of zero or less.
+        """
+        check_rod_lengths(start.robot, self.motors)
         if not self.motors.size:
             return 0.0
         return float(np.abs((self.motors - start.motors) / start.robot.motor_units).max())

@@ -17,6 +17,7 @@ from .geometrico_statics import checked_start, target_of
 from .loads import Loads
 from .robot import Robot
 from .strain_limits import bending_strains
+from .validation import checked_count
 
 __all__ = ["Trace", "trace"]
 
@@ -150,8 +151,7 @@ def trace(
         raise InvalidRequest(
             "target", f"expected one of motors, pose and efforts, or loads, got {named}"
         )
-    if points < 2:
-        raise InvalidRequest("points", f"expected at least 2, got {points}")
+    points = checked_count("points", points, 2)
     what, values = given[0] if given else ("motors", start.motors)
     walk = follow(
         start,

@@ -7,7 +7,34 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import InvalidRequest, NonFiniteInput
 
-__all__ = ["checked_vector"]
+__all__ = ["checked_count", "checked_number", "checked_vector"]
+
+
+def checked_count(name: str, value: object, least: int) -> int:
+    """A whole number that is not too small.
+
+    Raises:
+        InvalidRequest: No whole number, or one below ``least``.
+    """
+    if not isinstance(value, int | np.integer) or isinstance(value, bool):
+        raise InvalidRequest(name, f"expected a whole number, got {value!r:.200}")
+    if value < least:
+        raise InvalidRequest(name, f"expected at least {least}, got {value}")
+    return int(value)
+
+
+def checked_number(name: str, value: object) -> float:
+    """A finite number.
+
+    Raises:
+        InvalidRequest: No number.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise InvalidRequest(name, f"expected a number, got {value!r:.200}")
+    if not np.isfinite(value):
+        raise NonFiniteInput(name, f"expected a finite number, got {value}")
+    return float(value)
 
 
 def checked_vector(

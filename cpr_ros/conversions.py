@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -10,11 +11,10 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode
+from cpr_msgs.msg import Loads as LoadsMessage
 from geometry_msgs.msg import (
-    Point,
     Pose,
     PoseStamped,
-    Quaternion,
     Twist,
     Vector3,
     Wrench,
@@ -22,7 +22,6 @@ from geometry_msgs.msg import (
 )
 from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Header
 
 from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robot
 from cpr_core.geometrico_statics import pose_meaning, restore_equilibrium
@@ -34,7 +33,7 @@ from .motor_messages import motors_from_joint_state
 __all__ = [
     "Frames",
     "equilibrium_from_message",
-    "equilibrium_to_message",
+    "fill_equilibrium",
     "joint_state",
     "platform_pose",
     "pose_from_message",
@@ -136,13 +135,15 @@ def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equil
     by_effort, motors = motors_from_joint_state(robot, message.motors, "equilibrium.motors")
     if by_effort:
         raise InvalidRequest("equilibrium.motors.position", "expected positions, got none")
-    gravity = message.gravity
-    # Forces on the rods are the description's; a message does not carry them.
-    loads = robot.default_loads.with_(
-        gravity=[gravity.x, gravity.y, gravity.z],
-        wrench_world=wrench_vector(message.wrench_in_base),
-        wrench_body=wrench_vector(message.wrench_in_platform),
-    )
+    loads = robot.default_loads
+    for given in message.loads:  # one at most
+        gravity = given.gravity
+        # Forces on the rods are the description's; a message does not carry them.
+        loads = loads.with_(
+            gravity=[gravity.x, gravity.y, gravity.z],
+            wrench_world=wrench_vector(given.wrench_in_base),
+            wrench_body=wrench_vector(given.wrench_in_platform),
+        )
     position, orientation = message.platform_in_base.position, message.platform_in_base.orientation
     return restore_equilibrium(
         robot,
@@ -155,61 +156,80 @@ def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equil
     )
 
 
-def equilibrium_to_message(
+def fill_equilibrium(
+    message: EquilibriumMessage,
     equilibrium: Equilibrium,
     frames: Frames,
     stamp: Time,
     solve_time: float,
     *,
-    eigenvalues: bool = True,
-) -> EquilibriumMessage:
-    """Everything about an equilibrium; without eigenvalues what needs them is NaN."""
-    loads = equilibrium.loads
-    locked = equilibrium.spectrum_locked if eigenvalues else None
-    free = equilibrium.spectrum_free if eigenvalues else None
-    return EquilibriumMessage(
-        header=Header(stamp=stamp, frame_id=frames.base),
-        motors=joint_state(equilibrium, frames, stamp),
-        platform_in_base=_pose(equilibrium),
-        leg_coordinates=equilibrium.leg_coordinates.tolist(),
-        multipliers=equilibrium.multipliers.tolist(),
-        gravity=_vector3(loads.gravity),
-        wrench_in_base=_wrench(loads.wrench_world),
-        wrench_in_platform=_wrench(loads.wrench_body),
-        converged=equilibrium.converged,
-        residual=equilibrium.residual,
-        iterations=equilibrium.iterations,
-        index_locked=equilibrium.index_locked,
-        index_free=equilibrium.index_free,
-        smallest_eigenvalue_locked=locked.smallest if locked else math.nan,
-        smallest_eigenvalue_free=free.smallest if free else math.nan,
-        margin=locked.margin if locked else math.nan,
-        energy=equilibrium.energy,
-        solve_time=solve_time,
-    )
+    eigenvalues: bool,
+) -> None:
+    """Write everything about an equilibrium; without eigenvalues what needs them is NaN.
+
+    Parts are written into those the message has: rclpy makes them anyway, and making them again takes
+    longer than writing.
+    """
+    message.header.stamp, message.header.frame_id = stamp, frames.base
+    fill_joint_state(message.motors, equilibrium, frames, stamp)
+    _fill_pose(message.platform_in_base, equilibrium)
+    message.leg_coordinates = _doubles(equilibrium.leg_coordinates)
+    message.multipliers = _doubles(equilibrium.multipliers)
+    message.loads = _own_loads(equilibrium)
+    message.converged = equilibrium.converged
+    message.residual = equilibrium.residual
+    message.iterations = equilibrium.iterations
+    message.index_locked = equilibrium.index_locked
+    message.index_free = equilibrium.index_free
+    message.smallest_eigenvalue_locked = math.nan
+    message.smallest_eigenvalue_free = math.nan
+    message.margin = math.nan
+    if eigenvalues:
+        message.smallest_eigenvalue_locked = equilibrium.spectrum_locked.smallest
+        message.smallest_eigenvalue_free = equilibrium.spectrum_free.smallest
+        message.margin = equilibrium.spectrum_locked.margin
+    message.energy = equilibrium.energy
+    message.solve_time = solve_time
 
 
 def joint_state(
     equilibrium: Equilibrium, frames: Frames, stamp: Time, velocity: Floats | None = None
 ) -> JointState:
     """Motor positions and efforts; the velocity of an equilibrium alone is zero."""
-    return JointState(
-        header=Header(stamp=stamp, frame_id=frames.base),
-        name=list(equilibrium.robot.motor_names),
-        position=equilibrium.motors.tolist(),
-        velocity=[0.0] * equilibrium.robot.motor_count if velocity is None else velocity.tolist(),
-        effort=equilibrium.efforts.tolist(),
-    )
+    message = JointState()
+    fill_joint_state(message, equilibrium, frames, stamp, velocity)
+    return message
+
+
+def fill_joint_state(
+    message: JointState,
+    equilibrium: Equilibrium,
+    frames: Frames,
+    stamp: Time,
+    velocity: Floats | None = None,
+) -> None:
+    """Write motor positions and efforts; the velocity of an equilibrium alone is zero."""
+    message.header.stamp, message.header.frame_id = stamp, frames.base
+    message.name = list(equilibrium.robot.motor_names)
+    message.position = _doubles(equilibrium.motors)
+    message.velocity = _doubles(np.zeros(len(message.name)) if velocity is None else velocity)
+    message.effort = _doubles(equilibrium.efforts)
 
 
 def platform_pose(equilibrium: Equilibrium, frames: Frames, stamp: Time) -> PoseStamped:
     """Pose of the platform in the base frame."""
-    return PoseStamped(header=Header(stamp=stamp, frame_id=frames.base), pose=_pose(equilibrium))
+    message = PoseStamped()
+    message.header.stamp, message.header.frame_id = stamp, frames.base
+    _fill_pose(message.pose, equilibrium)
+    return message
 
 
 def twist_message(twist: Floats) -> Twist:
     """A twist [omega; v], (6,), as a message."""
-    return Twist(linear=_vector3(twist[3:]), angular=_vector3(twist[:3]))
+    message = Twist()
+    _fill_vector3(message.linear, twist[3:])
+    _fill_vector3(message.angular, twist[:3])
+    return message
 
 
 def twist_vector(twist: Twist) -> Floats:
@@ -218,19 +238,39 @@ def twist_vector(twist: Twist) -> Floats:
     return np.array([value for part in parts for value in (part.x, part.y, part.z)])
 
 
-def _pose(equilibrium: Equilibrium) -> Pose:
-    x, y, z = equilibrium.platform_position.tolist()
-    qw, qx, qy, qz = equilibrium.platform_quaternion.tolist()
-    return Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+def _doubles(vector: Floats) -> array[float]:
+    """Numbers in the form that message fields take without looking at every one."""
+    return array("d", vector.tobytes())
 
 
-def _vector3(vector: Floats) -> Vector3:
-    x, y, z = vector.tolist()
-    return Vector3(x=x, y=y, z=z)
+def _own_loads(equilibrium: Equilibrium) -> list[LoadsMessage]:
+    """The loads of an equilibrium, where they are not those of the description."""
+    loads, default = equilibrium.loads, equilibrium.robot.default_loads
+    names = ("gravity", "wrench_world", "wrench_body")
+    if loads is default or all(
+        np.array_equal(getattr(loads, name), getattr(default, name)) for name in names
+    ):
+        return []
+    message = LoadsMessage()
+    _fill_vector3(message.gravity, loads.gravity)
+    _fill_wrench(message.wrench_in_base, loads.wrench_world)
+    _fill_wrench(message.wrench_in_platform, loads.wrench_body)
+    return [message]
 
 
-def _wrench(wrench: Floats) -> Wrench:
-    return Wrench(force=_vector3(wrench[3:]), torque=_vector3(wrench[:3]))
+def _fill_pose(message: Pose, equilibrium: Equilibrium) -> None:
+    point, turn = message.position, message.orientation
+    point.x, point.y, point.z = equilibrium.platform_position.tolist()
+    turn.w, turn.x, turn.y, turn.z = equilibrium.platform_quaternion.tolist()
+
+
+def _fill_vector3(message: Vector3, vector: Floats) -> None:
+    message.x, message.y, message.z = vector.tolist()
+
+
+def _fill_wrench(message: Wrench, wrench: Floats) -> None:
+    _fill_vector3(message.force, wrench[3:])
+    _fill_vector3(message.torque, wrench[:3])
 
 
 def wrench_vector(wrench: Wrench) -> Floats:

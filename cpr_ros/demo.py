@@ -107,6 +107,7 @@ def _drive(process: subprocess.Popen[bytes]) -> list[Step]:
                     position=(FIRST + (LAST - FIRST) * t / STEPS).tolist(),
                 ),
                 apply=True,
+                with_eigenvalues=True,
             )
             sent = time.perf_counter()
             answer = _call(client_node, client, request)

@@ -17,7 +17,7 @@ from cpr_core import (
     UnstableEquilibrium,
 )
 
-__all__ = ["RequestError", "code_of", "error_code", "success"]
+__all__ = ["RequestError", "code_of", "error_code"]
 
 _LONGEST_MESSAGE = 1000
 
@@ -47,11 +47,6 @@ _CODES: tuple[tuple[type[CprError], int], ...] = (
     (NoInverseSolution, ErrorCode.NO_IK_SOLUTION),
     (NoForwardSolution, ErrorCode.NOT_CONVERGED),
 )
-
-
-def success() -> ErrorCode:
-    """The code of success."""
-    return ErrorCode(val=ErrorCode.SUCCESS)
 
 
 def error_code(error: Exception) -> ErrorCode:

@@ -23,6 +23,7 @@ from cpr_core.lie import (
     rotation_from_quaternion,
     rotation_log,
 )
+from cpr_core.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 
 __all__ = ["Goal", "MotorGoal", "PlatformGoal", "motor_steps"]
@@ -60,13 +61,14 @@ class MotorGoal:
         """Take the nearest motor positions within the limits.
 
         Raises:
-            InvalidRequest: Not as many numbers as motors.
+            InvalidRequest: Not as many numbers as motors, or a rod length of zero or less.
             NonFiniteInput: A NaN or an infinity.
         """
         wanted = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
         self.motors = wanted.copy()
         for motor, leg in robot.limited_motors:
             self.motors[motor] = np.clip(wanted[motor], leg.limits.lower, leg.limits.upper)
+        check_rod_lengths(robot, self.motors)
         beyond = np.flatnonzero(self.motors != wanted)
         self.clipped = tuple(robot.motor_names[motor] for motor in beyond)
 

@@ -17,7 +17,7 @@ from rclpy.node import Node
 from cpr_core import CprError
 from cpr_core.workspace import MapSummary
 
-from .error_codes import RequestError, code_of, error_code, success
+from .error_codes import RequestError, code_of, error_code
 from .map_messages import map_feedback, map_order, map_result
 from .map_order import MapFailure
 from .map_process import MapProcess
@@ -134,7 +134,7 @@ class MapAction:
             )
             return map_result(error_code(died), written, None)
         if isinstance(found, MapSummary) and found.complete:
-            return map_result(success(), written, found)
+            return map_result(ErrorCode(val=ErrorCode.SUCCESS), written, found)
         return map_result(error_code(self._stopped_by), written, found)
 
     def _finish(self, handle: ServerGoalHandle, result: MapWorkspace.Result) -> None:

@@ -16,8 +16,8 @@ from cpr_core import CprError, Equilibrium
 
 from .analysis import fill_kinemato_statics, fill_prediction, fill_stability
 from .assessment import Assessment
-from .conversions import Frames, equilibrium_to_message
-from .error_codes import RequestError, error_code, success
+from .conversions import Frames, fill_equilibrium
+from .error_codes import RequestError, error_code
 from .session import Session
 
 __all__ = ["Requests"]
@@ -60,33 +60,36 @@ class Requests:
                         ErrorCode.NOT_READY, "the node is not active: configure and activate it"
                     )
                 fill(session, request, response)
-                code = success()
+                code = None
             except Exception as error:
                 code = error_code(error)
                 if not isinstance(error, CprError):
                     self._node.get_logger().error(traceback.format_exc())
             if hasattr(response, "error_code"):
-                response.error_code = code
-            elif code.val != ErrorCode.SUCCESS:
+                if code is None:
+                    response.error_code.val = ErrorCode.SUCCESS
+                else:
+                    response.error_code = code
+            elif code is not None:
                 response.success, response.message = False, f"{code.val}: {code.message}"
             return response
 
         return callback
 
     def _forward(self, session: Session, request: Any, response: Any) -> None:
-        response.solution = self._solution(session.solver.forward(request), request)
+        self._fill(response.solution, session.solver.forward(request), request)
 
     def _inverse(self, session: Session, request: Any, response: Any) -> None:
-        response.solution = self._solution(session.solver.inverse(request), request)
+        self._fill(response.solution, session.solver.inverse(request), request)
 
-    def _solution(self, solution: Assessment, request: Any) -> Any:
-        stamp = self._node.get_clock().now().to_msg()
-        return equilibrium_to_message(
+    def _fill(self, message: Any, solution: Assessment, request: Any) -> None:
+        fill_equilibrium(
+            message,
             solution.equilibrium,
             self._frames,
-            stamp,
+            self._node.get_clock().now().to_msg(),
             solution.solve_time,
-            eigenvalues=not request.without_eigenvalues,
+            eigenvalues=request.with_eigenvalues,
         )
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from cpr_msgs.action import MapWorkspace
+from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
 
@@ -102,7 +103,7 @@ class Solver:
         if request.at == request.AT_HOME:
             return self.robot.home
         if request.at == request.AT_GIVEN:
-            return equilibrium_from_message(self.robot, request.equilibrium)
+            return self._given("equilibrium", request.equilibrium)
         raise RequestError(
             ErrorCode.INVALID_ROBOT_STATE,
             f"at: expected AT_CURRENT 0, AT_HOME 1 or AT_GIVEN 2, got {request.at}",
@@ -121,16 +122,24 @@ class Solver:
         elif request.start == request.START_HOME:
             start = self.robot.home
         elif request.start == request.START_GIVEN:
-            start = equilibrium_from_message(self.robot, request.start_equilibrium)
+            start = self._given("start_equilibrium", request.start_equilibrium)
         else:
             raise RequestError(
                 ErrorCode.INVALID_ROBOT_STATE,
                 f"start: expected START_CURRENT 0, START_HOME 1 or START_GIVEN 2, "
                 f"got {request.start}",
             )
-        if request.use_wrench:
-            return start, with_wrench(start.loads, request.wrench, self.frames)
+        if len(request.wrench):
+            return start, with_wrench(start.loads, request.wrench[0], self.frames)
         return start, start.loads
+
+    def _given(self, field: str, messages: Sequence[EquilibriumMessage]) -> Equilibrium:
+        """The equilibrium of a request that has to bring one."""
+        if len(messages) != 1:
+            raise RequestError(
+                ErrorCode.INVALID_ROBOT_STATE, f"{field}: expected one, got {len(messages)}"
+            )
+        return equilibrium_from_message(self.robot, messages[0])
 
     def _applied(self, solution: Assessment, apply: bool) -> Assessment:
         if apply:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from builtin_interfaces.msg import Time
+from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 
 from cpr_core import given_at, leg_shapes, solve_forward, solve_forward_by_effort, solve_inverse
 
-from .conversions import Frames, equilibrium_to_message
+from .conversions import Frames, fill_equilibrium
 from .leg_markers import POINTS
 from .session import Session
 from .stability_stream import StabilityStream
@@ -25,7 +26,7 @@ def warm_up(session: Session, frames: Frames) -> Iterator[str]:
     if robot.description.controlled:
         solve_inverse(robot, given_at(home, "pose"), start=home)
         yield "inverse problem"
-    equilibrium_to_message(home, frames, Time(), 0.0)
+    fill_equilibrium(EquilibriumMessage(), home, frames, Time(), 0.0, eigenvalues=True)
     StabilityStream().message(
         session.outcome,
         session.follower.settings.thresholds,

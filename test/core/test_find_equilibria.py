@@ -77,6 +77,8 @@ def test_progress_is_told():
 def test_bad_questions_are_refused():
     with pytest.raises(InvalidRequest, match="starts: expected at least 1"):
         find_equilibria(load_robot("rfrfr"), [2.59, 0.55], starts=0)
+    with pytest.raises(InvalidRequest, match=r"starts: expected a whole number, got 2\.5"):
+        find_equilibria(load_robot("rfrfr"), [2.59, 0.55], starts=2.5)
     with pytest.raises(InvalidRequest, match="motors: expected 2 numbers"):
         find_equilibria(load_robot("rfrfr"), [2.59])
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from robustness import distance, residual
 
-from cpr_core import CprError, DescriptionError, load_robot, solve_forward
+from cpr_core import CprError, DescriptionError, NoForwardSolution, load_robot, solve_forward
 from cpr_core.assembly import turned_over
 from cpr_core.description_file import shipped_robots
 
@@ -50,6 +50,25 @@ def test_sides_may_be_vectors_one_per_leg(name):
         [*(np.array(leg["base"]["position"]) - middle).tolist()] for leg in content["legs"]
     ]
     assert distance(load_robot(content).home, load_robot(name).home) < 1e-12
+
+
+@pytest.mark.parametrize("kept", [[0], [0, 1], [0, 2], [0, 1, 2]])
+def test_a_platform_that_nothing_holds_is_said_to_be(kept):
+    """Ball joints leave the platform a turn about every axis through all of them."""
+    content = content_of("six_rfs")
+    sides = [
+        [np.cos(angle), np.sin(angle), 0.3] for angle in np.repeat([0, 1, 2], 2) * 2 * np.pi / 3
+    ]
+    content["legs"] = [content["legs"][leg] for leg in kept]
+    content["controlled"] = ["x", "y", "z"][: len(kept)]
+    content["home"] = {
+        "motors": [content["home"]["motors"][leg] for leg in kept],
+        "bow": [[float(part) for part in sides[leg]] for leg in kept],
+    }
+    with pytest.raises(
+        NoForwardSolution, match=r"nothing holds the platform: it can turn about \("
+    ):
+        _ = load_robot(content).home
 
 
 def test_left_and_right_are_the_mirror_images_of_each_other():

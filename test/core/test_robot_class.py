@@ -14,13 +14,14 @@ from cpr_core import (
     InvalidRequest,
     Loads,
     MotorLimitExceeded,
-    NoForwardSolution,
     Robot,
+    find_equilibria,
     given_at,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
     solve_inverse,
+    trace,
 )
 from cpr_core.description import HomeGuess
 from cpr_core.description_file import shipped_robots
@@ -254,8 +255,17 @@ def test_rod_lengths_stay_positive():
     for leg in content["legs"]:
         del leg["motor"]["limits"]
     robot = load_robot(content)
-    with pytest.raises(NoForwardSolution, match="followed over"):
-        solve_forward(robot, [-0.3] * 6)
+    for length in (-0.3, 0.0):
+        wanted = [0.45, 0.45, length, 0.45, 0.45, 0.45]
+        refused = f"motors: motor3: expected a rod length above 0 m, got {length:g} m"
+        for ask in (
+            lambda motors: solve_forward(robot, motors),
+            lambda motors: trace(robot, motors=motors),
+            lambda motors: find_equilibria(robot, motors, starts=1),
+        ):
+            with pytest.raises(InvalidRequest, match=refused):
+                ask(wanted)
+    assert len(load_robot("rfrfr").length_motors) == 0
     content["home"]["motors"] = [0.0] * 6
     with pytest.raises(DescriptionError, match=r"home\.motors: expected positive rod lengths"):
         load_robot(content)

@@ -41,7 +41,7 @@ def test_matrices_are_those_of_the_library_with_linear_parts_first(six_rfs, give
         GetKinematoStatics,
         "get_kinemato_statics",
         at=GetKinematoStatics.Request.AT_GIVEN,
-        equilibrium=message,
+        equilibrium=[message],
     )
     assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
     model = cpr_core.kinemato_statics(equilibrium)
@@ -81,7 +81,7 @@ def test_a_planar_platform_has_zeros_for_what_it_cannot_do(rfrfr):
 def test_prediction_forward_and_back(six_rfs, given):
     message, equilibrium = given
     step = 1e-3 * np.arange(1.0, 7.0)
-    at = {"at": Predict.Request.AT_GIVEN, "equilibrium": message}
+    at = {"at": Predict.Request.AT_GIVEN, "equilibrium": [message]}
     forward = ask(six_rfs, Predict, "predict", motor_increments=step.tolist(), **at)
     assert forward.error_code.val == ErrorCode.SUCCESS
     there = cpr_core.solve_forward(equilibrium.robot, MOTORS + step, start=equilibrium)
@@ -114,7 +114,7 @@ def test_stability_is_that_of_the_library(six_rfs, given, motors_are):
         "check_stability",
         motors_are=["locked", "free"].index(motors_are),
         at=CheckStability.Request.AT_GIVEN,
-        equilibrium=message,
+        equilibrium=[message],
     )
     assert answer.error_code.val == ErrorCode.SUCCESS
     expected = cpr_core.spectrum(equilibrium, motors_are)

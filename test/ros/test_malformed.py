@@ -5,10 +5,10 @@ import math
 import hypothesis.strategies as st
 import numpy as np
 import pytest
-from cpr_msgs.msg import Equilibrium, ErrorCode, StabilityMetrics
+from cpr_msgs.msg import Equilibrium, ErrorCode, Loads, StabilityMetrics
 from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
 from driver import Driver
-from geometry_msgs.msg import PoseStamped, Wrench, WrenchStamped
+from geometry_msgs.msg import PoseStamped, WrenchStamped
 from hypothesis import HealthCheck, Phase, given, settings
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -89,8 +89,13 @@ def bad_equilibrium(draw):
         motors=JointState(name=NAMES, position=HOME),
         leg_coordinates=draw(st.lists(any_number, min_size=count, max_size=count)),
         multipliers=[0.0] * draw(st.integers(0, 30)),
-        wrench_in_base=Wrench(),
+        loads=draw(st.sampled_from([[], [Loads()]])),
     )
+
+
+def bad_given():
+    """Where an equilibrium is needed: none, or one that is none."""
+    return st.one_of(st.just([]), bad_equilibrium().map(lambda message: [message]))
 
 
 wrong_choice = st.integers(3, 255)
@@ -113,9 +118,9 @@ def bad_solve(draw, kind):
     elif what == "start":
         request.start = draw(wrong_choice)
     elif what == "given":
-        request.start, request.start_equilibrium = 2, draw(bad_equilibrium())
+        request.start, request.start_equilibrium = 2, draw(bad_given())
     elif what == "wrench":
-        request.use_wrench, request.wrench = True, draw(bad_wrench())
+        request.wrench = [draw(bad_wrench())]
     else:
         request.controlled = [draw(word)]
     return request
@@ -129,7 +134,7 @@ def bad_question(draw, kind):
     if what == "at":
         request.at = draw(wrong_choice)
     elif what == "given":
-        request.at, request.equilibrium = 2, draw(bad_equilibrium())
+        request.at, request.equilibrium = 2, draw(bad_given())
     elif kind is GetKinematoStatics:
         if draw(st.booleans()):
             request.characteristic_length = draw(st.one_of(no_number, st.floats(-1e3, -1e-9)))

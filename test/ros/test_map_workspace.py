@@ -9,7 +9,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
-from cpr_msgs.srv import SolveForward
+from geometry_msgs.msg import WrenchStamped
 from map_client import LONG, MEDIUM, SMALL, MapClient, lives, workers_of
 
 import cpr_core
@@ -103,14 +103,13 @@ def test_a_map_begins_where_the_robot_is_and_under_its_loads(drive, maps, tmp_pa
     drive.until(lambda: np.allclose(drive.position[:2], [0.21, 0.62], atol=1e-8))
     robot = cpr_core.load_robot("rfrfr")
     pushed = robot.default_loads.with_(wrench_world=[0, 0, 0, 0.1, -0.2, 0])
-    goal = {"use_wrench": True}
     for start, place in (
         (Goal.START_CURRENT, [0.2, 0.6]),
         (Goal.START_HOME, [0.0, 0.7]),
     ):
-        request = SolveForward.Request(use_wrench=True)
-        request.wrench.wrench.force.x, request.wrench.wrench.force.y = 0.1, -0.2
-        goal = {"use_wrench": True, "wrench": request.wrench, "start": start}
+        wrench = WrenchStamped()
+        wrench.wrench.force.x, wrench.wrench.force.y = 0.1, -0.2
+        goal = {"wrench": [wrench], "start": start}
         file = tmp_path / f"map{start}.nc"
         _, result = maps.make(file, **goal)
         assert result.error_code.val == ErrorCode.SUCCESS, result.error_code.message

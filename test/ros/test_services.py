@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from cpr_msgs.msg import Equilibrium, ErrorCode
 from cpr_msgs.srv import SolveForward, SolveInverse
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 
 import cpr_core
 
@@ -112,9 +113,9 @@ def test_wrench_in_base_and_in_platform_frame(six_rfs):
         ("base", "wrench_world"),
         ("platform", "wrench_body"),
     ):
-        request = forward_request(SIX_NAMES, SIX_HOME, use_wrench=True)
-        request.wrench.header.frame_id = frame
-        request.wrench.wrench.force.x, request.wrench.wrench.torque.z = 0.2, 0.01
+        wrench = WrenchStamped(header=Header(frame_id=frame))
+        wrench.wrench.force.x, wrench.wrench.torque.z = 0.2, 0.01
+        request = forward_request(SIX_NAMES, SIX_HOME, wrench=[wrench])
         answer = forward(six_rfs, request)
         assert_success(answer)
         loads = cpr_core.Loads.none().with_(**{field: [0, 0, 0.01, 0.2, 0, 0]})
@@ -128,12 +129,33 @@ def test_start_given_continues_from_that_equilibrium(rfrfr):
     first = inverse(rfrfr, planar_target(0.1, 0.6))
     request = planar_target(0.15, 0.55)
     request.start = SolveInverse.Request.START_GIVEN
-    request.start_equilibrium = first.solution
+    request.start_equilibrium = [first.solution]
     answer = inverse(rfrfr, request)
     assert_success(answer)
     direct = inverse(rfrfr, planar_target(0.15, 0.55))
     np.testing.assert_allclose(
         answer.solution.motors.position, direct.solution.motors.position, atol=1e-9
+    )
+
+
+def test_a_given_start_brings_its_loads(rfrfr):
+    wrench = WrenchStamped()
+    wrench.wrench.force.y = -0.05
+    first = inverse(rfrfr, planar_target(0.1, 0.6, wrench=[wrench]))
+    assert_success(first)
+    assert first.solution.loads[0].wrench_in_base == wrench.wrench
+    again = planar_target(0.1, 0.6)
+    again.start, again.start_equilibrium = again.START_GIVEN, [first.solution]
+    second = inverse(rfrfr, again)
+    assert second.solution.loads == first.solution.loads
+    np.testing.assert_allclose(
+        second.solution.motors.position, first.solution.motors.position, atol=1e-9
+    )
+    unloaded = inverse(rfrfr, planar_target(0.1, 0.6))
+    assert list(unloaded.solution.loads) == []
+    assert (
+        np.abs(np.subtract(unloaded.solution.motors.position, first.solution.motors.position)).max()
+        > 1e-4
     )
 
 
@@ -183,15 +205,25 @@ def bad_forward_requests():
             ErrorCode.INVALID_ROBOT_STATE,
             "start",
         ),
+        "no start": (
+            SolveForward.Request(
+                motors=JointState(name=names, position=[2.59, 0.55]),
+                start=SolveForward.Request.START_GIVEN,
+            ),
+            ErrorCode.INVALID_ROBOT_STATE,
+            "start_equilibrium: expected one, got 0",
+        ),
         "start that is no equilibrium": (
             SolveForward.Request(
                 motors=JointState(name=names, position=[2.59, 0.55]),
                 start=SolveForward.Request.START_GIVEN,
-                start_equilibrium=Equilibrium(
-                    motors=JointState(name=names, position=[2.59, 0.55]),
-                    leg_coordinates=[0.0] * 10,
-                    multipliers=[0.0] * 4,
-                ),
+                start_equilibrium=[
+                    Equilibrium(
+                        motors=JointState(name=names, position=[2.59, 0.55]),
+                        leg_coordinates=[0.0] * 10,
+                        multipliers=[0.0] * 4,
+                    )
+                ],
             ),
             ErrorCode.INVALID_ROBOT_STATE,
             "start",
@@ -211,12 +243,12 @@ def test_bad_forward_request_is_refused_with_a_reason(rfrfr, case):
 def bad_inverse_requests():
     wrong_frame = planar_target(0, 0.8)
     wrong_frame.platform.header.frame_id = "camera"
-    wrong_wrench = planar_target(0, 0.8, use_wrench=True)
-    wrong_wrench.wrench.header.frame_id = "camera"
-    nan_wrench = planar_target(0, 0.8, use_wrench=True)
-    nan_wrench.wrench.wrench.force.x = math.nan
-    out_of_plane = planar_target(0, 0.8, use_wrench=True)
-    out_of_plane.wrench.wrench.force.z = 1.0
+    wrong_wrench, nan_wrench, out_of_plane = (
+        planar_target(0, 0.8, wrench=[WrenchStamped()]) for _ in range(3)
+    )
+    wrong_wrench.wrench[0].header.frame_id = "camera"
+    nan_wrench.wrench[0].wrench.force.x = math.nan
+    out_of_plane.wrench[0].wrench.force.z = 1.0
     return {
         "unreachable": (planar_target(0, 3), ErrorCode.NO_IK_SOLUTION, "of the way"),
         "NaN": (planar_target(math.nan, 0), ErrorCode.NON_FINITE_INPUT, "finite"),
@@ -299,14 +331,19 @@ def test_long_names_are_refused_fast_and_briefly(rfrfr):
     assert len(answer.error_code.message) < 1100
 
 
-def test_eigenvalues_can_be_left_out(six_rfs):
+def test_eigenvalues_are_told_to_those_who_ask(six_rfs):
     target = np.array(SIX_HOME) + 0.1
-    whole = forward(six_rfs, forward_request(SIX_NAMES, target))
-    fast = forward(six_rfs, forward_request(SIX_NAMES, target, without_eigenvalues=True))
+    fast = forward(six_rfs, forward_request(SIX_NAMES, target))
+    whole = forward(six_rfs, forward_request(SIX_NAMES, target, with_eigenvalues=True))
     assert_success(fast)
-    for name in ("margin", "smallest_eigenvalue_locked", "smallest_eigenvalue_free"):
+    expected = cpr_core.solve_forward(cpr_core.load_robot("six_rfs"), target)
+    for name, value in (
+        ("margin", expected.spectrum_locked.margin),
+        ("smallest_eigenvalue_locked", expected.spectrum_locked.smallest),
+        ("smallest_eigenvalue_free", expected.spectrum_free.smallest),
+    ):
         assert math.isnan(getattr(fast.solution, name))
-        assert math.isfinite(getattr(whole.solution, name))
+        assert getattr(whole.solution, name) == pytest.approx(value, rel=1e-9)
     assert fast.solution.index_locked == whole.solution.index_locked == 0
     assert fast.solution.index_free == whole.solution.index_free
     np.testing.assert_allclose(position(fast.solution), position(whole.solution), atol=1e-13)

@@ -1,0 +1,98 @@
+"""Wrong Python types are refused with what was expected, everywhere."""
+
+import numpy as np
+import pytest
+
+from cpr_core import (
+    CprError,
+    DistributedForce,
+    InvalidRequest,
+    Loads,
+    NonFiniteInput,
+    PointForce,
+    critical_load,
+    critical_load_factor,
+    find_equilibria,
+    kinemato_statics,
+    leg_shapes,
+    load_robot,
+    solve_forward,
+    solve_inverse,
+    spectrum,
+    trace,
+)
+from cpr_core.validation import checked_count, checked_number
+
+ROBOT = load_robot("rfrfr")
+HOME = ROBOT.home
+MODEL = kinemato_statics(HOME)
+
+QUESTIONS = {
+    "robot": load_robot,
+    "modes": lambda value: load_robot("rfrfr", modes=value),
+    "motors": lambda value: solve_forward(ROBOT, value),
+    "loads": lambda value: solve_forward(ROBOT, HOME.motors, loads=value),
+    "pose": lambda value: solve_inverse(ROBOT, value),
+    "starts": lambda value: find_equilibria(ROBOT, HOME.motors, starts=value),
+    "seed": lambda value: find_equilibria(ROBOT, HOME.motors, starts=1, seed=value),
+    "points of a path": lambda value: trace(ROBOT, motors=HOME.motors, points=value),
+    "points of a leg": lambda value: leg_shapes(HOME, value),
+    "equilibrium": spectrum,
+    "equilibrium of a model": kinemato_statics,
+    "reading": lambda value: spectrum(HOME, value),
+    "problem": MODEL.singularity,
+    "length": lambda value: MODEL.singularity("forward", value),
+    "increments": lambda value: MODEL.solve(motors=value, wrench=[0, 0]),
+    "direction": lambda value: critical_load(HOME, value),
+    "limit": lambda value: critical_load_factor(HOME, limit=value),
+    "factor": HOME.loads.scaled,
+    "gravity": lambda value: HOME.loads.with_(gravity=value),
+    "distributed": lambda value: HOME.loads.with_(distributed=value),
+    "points": lambda value: HOME.loads.with_(points=value),
+    "stations": lambda value: DistributedForce("leg1", value, np.zeros((2, 3))),
+    "forces": lambda value: DistributedForce("leg1", [0, 1], value),
+    "place": lambda value: PointForce("leg1", value, [0, 0, 0]),
+}
+
+
+@pytest.mark.parametrize("value", ["word", {}, {"a": 1}, object(), [[1, 2]], 1j, b"bytes", True])
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_no_wrong_type_becomes_another_error(question, value):
+    with pytest.raises(CprError, match=r"expected|missing|no such file"):
+        QUESTIONS[question](value)
+
+
+def test_counts_are_whole_and_numbers_finite():
+    assert checked_count("n", np.int64(3), 1) == 3
+    assert checked_number("x", np.float32(0.5)) == 0.5
+    for value in (2.5, 2.0, True, "2", None):
+        with pytest.raises(InvalidRequest, match="n: expected a whole number"):
+            checked_count("n", value, 1)
+    with pytest.raises(InvalidRequest, match="n: expected at least 1, got 0"):
+        checked_count("n", 0, 1)
+    with pytest.raises(NonFiniteInput, match="x: expected a finite number, got inf"):
+        checked_number("x", np.inf)
+
+
+@pytest.mark.parametrize(
+    ("at", "force", "text"),
+    [
+        ([0, 0.5, 1], np.zeros((2, 3)), r"distributed\.force: expected 3 vectors.*got 2"),
+        ([0, 1], [[0, 0, 0], [0, 0]], r"force\[1\]: expected 3 numbers"),
+        ([0, 1], 1.0, r"expected 2 vectors, one for every station, got 1\.0"),
+        ([0, 0.5, 0.5, 1], np.zeros((4, 3)), "increase from 0 to 1"),
+        ([0.2, 1], np.zeros((2, 3)), "increase from 0 to 1"),
+    ],
+)
+def test_a_distributed_force_has_a_vector_for_every_station(at, force, text):
+    with pytest.raises(InvalidRequest, match=text):
+        DistributedForce("leg1", at, force)
+
+
+def test_point_forces_are_on_the_rod():
+    with pytest.raises(InvalidRequest, match=r"points\.at: expected s/l between 0 and 1, got 1\.0"):
+        PointForce("leg1", 1.0, [0, 0, 0])
+    with pytest.raises(NonFiniteInput, match=r"points\.force"):
+        PointForce("leg1", 0.5, [0, np.nan, 0])
+    half = Loads.none().with_(points=[PointForce("leg1", 0.5, [0, 2, 0])]).scaled(0.5)
+    np.testing.assert_array_equal(half.points[0].force, [0, 1, 0])

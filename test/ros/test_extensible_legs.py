@@ -1,0 +1,57 @@
+"""A robot whose motors are rod lengths, without limits of its own."""
+
+import pytest
+import yaml
+from conftest import Running
+from cpr_msgs.msg import ErrorCode
+from cpr_msgs.srv import SolveForward
+from driver import Driver
+from node_process import Client, NodeProcess, free_domain
+from sensor_msgs.msg import JointState
+
+from cpr_core.description_file import shipped_robots
+
+NAMES = [f"motor{number}" for number in range(1, 7)]
+
+
+@pytest.fixture(scope="module")
+def unlimited(tmp_path_factory):
+    content = yaml.safe_load(shipped_robots()["gough_stewart"].read_text().replace("e9", ".0e+9"))
+    for leg in content["legs"]:
+        del leg["motor"]["limits"]
+    folder, domain = tmp_path_factory.mktemp("unlimited"), free_domain()
+    description = folder / "robot.yaml"
+    description.write_text(yaml.safe_dump(content))
+    process = NodeProcess(folder / "node.log", domain, ["-p", f"robot:={description}"])
+    try:
+        process.wait_for_log("ready")
+        client = Client(domain)
+        try:
+            yield Running(process, client)
+        finally:
+            client.close()
+    finally:
+        assert process.stop() == 0, process.output()
+
+
+@pytest.mark.parametrize("length", [0.0, -0.3])
+def test_a_rod_length_of_zero_or_less_is_refused_at_once(unlimited, length):
+    wanted = [0.45, 0.45, length, 0.45, 0.45, 0.45]
+    answer = unlimited.client.call(
+        SolveForward,
+        "/cpr_node/solve_forward",
+        SolveForward.Request(motors=JointState(name=NAMES, position=wanted)),
+    )
+    assert answer.error_code.val == ErrorCode.INVALID_ROBOT_STATE
+    assert f"motor3: expected a rod length above 0 m, got {length:g} m" in answer.error_code.message
+
+
+def test_a_setpoint_of_no_rod_length_is_dropped(unlimited):
+    driver = Driver(unlimited.client)
+    try:
+        driver.motor_setpoint.publish(JointState(name=["motor3"], position=[-0.3]))
+        refused = "motor3: expected a rod length above 0 m, got -0.3 m"
+        unlimited.client.spin_until(lambda: refused in unlimited.process.output())
+        assert driver.metrics.state == driver.metrics.STATE_IDLE
+    finally:
+        driver.close()
