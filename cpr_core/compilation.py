@@ -49,20 +49,18 @@ def watch_compilation(begun: Callable[[str], None]) -> Iterator[None]:
 def compile_kernels() -> Iterator[str]:
     """Compile every kernel that is not on disk yet; yields what can be used from then on.
 
-    Kernels know robots as arrays of the same types, but for the number of lanes (`lanes`): what one
-    robot needs is what all need that have as many.
+    Kernels know every robot as arrays of the same types: what one robot needs is what all need.
     """
-    from .workspace import map_workspace, motor_grid
+    robot = load_robot("rfrfr", modes=2)
+    home = robot.home
+    solve_forward(robot, home.motors, start=home)
+    yield "solver"
+    from .workspace import map_workspace, pose_grid
 
-    for name, legs in (("rfrfr", "2"), ("three_rfs", "3 or 4"), ("six_rfs", "more than 4")):
-        robot = load_robot(name, modes=2)
-        home = robot.home
-        solve_forward(robot, home.motors, start=home)
-        yield f"solver, {legs} legs"
-        at = dict(zip(robot.motor_names, home.motors.tolist(), strict=True))
-        vary = {motor: [at.pop(motor), home.motors[i] + 0.01] for i, motor in enumerate([*at][:2])}
-        map_workspace(robot, motor_grid(robot, vary, at, resolution=0.01), workers=0)
-        yield f"maps, {legs} legs"
+    x, y = home.platform_position[:2].tolist()
+    grid = pose_grid(robot, {"x": [x - 0.01, x], "y": [y - 0.01, y]}, resolution=0.01)
+    map_workspace(robot, grid, workers=0)
+    yield "maps"
 
 
 def kernel_names() -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """A number per leg: the type the kernels calculate with.
 
-Legs go through the same formulas. So a kernel is written once, for one leg, and works on `Lanes`: as
-many numbers as there are legs, one beside the other in a vector register. Memory of lanes is an array
+Legs go through the same formulas. So a kernel is written once, for one leg, and works on `Lanes`: eight
+numbers, one beside the other in a vector register. Memory of lanes is an array
 of records (`lanes_dtype`), from which one place is loaded at a time:
 
     curvature = load(strain, mode) * load(functions, (mode, node))
@@ -16,7 +16,6 @@ import operator
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, register_model
@@ -24,7 +23,7 @@ from numba.np import arrayobj
 from numpy.typing import NDArray
 
 __all__ = [
-    "WIDTHS",
+    "WIDTH",
     "absolute",
     "broadcast",
     "empty_lanes",
@@ -39,8 +38,12 @@ __all__ = [
     "zeros_lanes",
 ]
 
-#: Numbers of legs that fit into a register or two, on most processors.
-WIDTHS = (2, 4, 8)
+ir = cgutils.ir  # llvmlite's, as numba brings it
+
+#: Legs side by side. Types carry their width, so that this is the only place where it is chosen: one for
+#: all robots, for every other one would be compiled anew. Eight fill the widest registers; where those
+#: are narrower, the compiler takes two or four of them.
+WIDTH = 8
 
 #: Vectors begin where cache lines do [bytes].
 _ALIGNMENT = 64

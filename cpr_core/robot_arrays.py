@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import LEG, RobotArrays, group_dtype
-from .lanes import WIDTHS, zeros_lanes
+from .lanes import WIDTH, zeros_lanes
 
 if TYPE_CHECKING:
     from .description import LegDescription
@@ -117,8 +117,7 @@ class _Builder:
     def _slots(self, motor_index: int) -> dict[str, Any]:
         """What the kernels read by slots and lanes."""
         robot, grid, legs = self.robot, self.grid, self.legs
-        width = next((w for w in WIDTHS if w >= len(legs)), WIDTHS[-1])
-        count = -(-len(legs) // width)
+        width, count = WIDTH, -(-len(legs) // WIDTH)
         counts = np.array([leg.modes.counts for leg in self.described])
         start = np.concatenate([[0], np.cumsum(counts.max(axis=0))])
         strains, held = start[-1], len(self.position_axes)
