@@ -15,7 +15,7 @@ from .compiled import compiled
 from .model_kernel import evaluate_model
 from .newton_kernel import factors_at, step_to
 
-__all__ = ["BoundRobot", "evaluate_bound", "factors_bound", "step_bound"]
+__all__ = ["BoundRobot", "bind", "evaluate_bound", "factors_bound", "step_bound"]
 
 
 @structref.register
@@ -28,14 +28,16 @@ class _BoundRobotType(types.StructRef):
 
 
 class BoundRobot(structref.StructRefProxy):
-    """RobotArrays and a Workspace, for one thread."""
-
-    def __new__(cls, robot: Any, work: Any) -> BoundRobot:
-        """Take RobotArrays and a Workspace apart."""
-        return structref.StructRefProxy.__new__(cls, robot, work)
+    """RobotArrays and a Workspace, for one thread; made by ``bind``."""
 
 
 structref.define_proxy(BoundRobot, _BoundRobotType, ["robot", "work"])
+
+
+@compiled
+def bind(robot, work):
+    """Take RobotArrays and a Workspace apart."""
+    return BoundRobot(robot, work)
 
 
 @compiled

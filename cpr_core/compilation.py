@@ -29,7 +29,7 @@ class _Listener(event.Listener):
 
     def on_start(self, event: Any) -> None:
         function = event.data["dispatcher"].py_func
-        if function.__module__.startswith(f"{__package__}."):
+        if (function.__module__ or "").startswith(f"{__package__}."):
             self._begun(_name(function))
 
     def on_end(self, event: Any) -> None:

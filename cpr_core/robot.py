@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import LoadArrays, RobotArrays, workspace
-from .bound_robot import BoundRobot
+from .bound_robot import BoundRobot, bind
 from .description import LegDescription, RobotDescription
 from .description_file import read_description
 from .errors import InvalidRequest
@@ -135,7 +135,7 @@ class Robot:
         try:
             return memory.bound
         except AttributeError:
-            memory.bound = BoundRobot(self.arrays, workspace(self.arrays))
+            memory.bound = bind(self.arrays, workspace(self.arrays))
             return memory.bound
 
     @cached_property
