@@ -112,6 +112,7 @@ class RobotArrays(NamedTuple):
     controls_angles: int  # 1: among them are roll, pitch, yaw instead of world rotations
     constraint_count: int  # number of multipliers of all legs
     orientation_count: int  # conditions on the orientation of the tip: the most a leg has
+    kept_count: int  # lanes in which the factors of a tangent are kept
     passive: int  # 1: some base has a passive coordinate
     shifted: int  # 1: some base has a shift
     extensible: int  # 1: some shift is a rod length
@@ -182,10 +183,7 @@ class Workspace(NamedTuple):
 
 def kept_factors(robot: RobotArrays) -> Lanes:
     """Memory in which factors are kept with an equilibrium."""
-    groups, inner, width = robot.slot_index.shape
-    border = len(robot.unit) - robot.platform_index
-    count = 1 + groups * inner * robot.units.shape[1] + -(-border * border // width)
-    return np.empty(count, lanes_dtype(width))
+    return np.empty(robot.kept_count, lanes_dtype(robot.slot_index.shape[2]))
 
 
 def workspace(robot: RobotArrays) -> Workspace:

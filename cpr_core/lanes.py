@@ -13,6 +13,7 @@ explicit vectors they need neither luck with the compiler's vectoriser nor sums 
 from __future__ import annotations
 
 import operator
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,7 @@ _DOUBLE = ir.DoubleType()
 _FLAGS = ("contract", "nsz")
 
 
+@cache
 def lanes_dtype(width: int) -> np.dtype[Any]:
     """Type of an array element that holds one number per leg, under the name ``lane``."""
     return np.dtype([("lane", "f8", (width,))])

@@ -193,7 +193,10 @@ class _Builder:
         units["lane"][:, :inner] = np.where(there, unit[index], 0.0)
         units["lane"][:, inner:-1] = unit[motor_index - platform : motor_index, None]
         missing["lane"][:] = ~there
+        border = len(self.unit) - motor_index + platform
+        kept = 1 + count * inner * (inner + platform + 1) + -(-border * border // width)
         return {
+            "kept_count": int(kept),
             "groups": groups,
             "slot_index": index,
             "units": units,
