@@ -50,13 +50,13 @@ def evaluate_bound(bound, loads, state, rotation, position, residual, tangent):
 
 @compiled
 def step_bound(
-    bound, loads, problem, motors, to_rotation, to_position, first_efforts, efforts, before,
+    bound, loads, problem, motors, to_rotation, to_position, first_efforts, efforts, before, predicts,
     tolerance, iterations, contraction, state, rotation, position, residual, signs, after,
 ):  # fmt: skip
     """``step_to``."""
     return step_to(
         bound.robot, loads, problem, motors, to_rotation, to_position, first_efforts, efforts, before,
-        tolerance, iterations, contraction, state, rotation, position, residual, signs, after,
+        predicts, tolerance, iterations, contraction, state, rotation, position, residual, signs, after,
         bound.work,
     )  # fmt: skip
 

@@ -282,7 +282,7 @@ def refine(
     work = workspace(arrays)
     _, steps, largest, energy = newton(
         arrays, load_arrays, state, rotation, position, *robot.problems["motors"], False,
-        np.zeros(robot.motor_count), RESIDUAL_TOLERANCE, iterations, contraction,
+        np.zeros(robot.motor_count), 0.0, RESIDUAL_TOLERANCE, iterations, contraction,
         residual, work, work.factors,
     )  # fmt: skip
     factors_bound(robot.bound, load_arrays, state, rotation, position, residual, signs, kept)

@@ -49,6 +49,9 @@ DIVERGED = 1  # a correction did not contract: too far from the solution for a f
 SINGULAR = 2  # the tangent of the problem has no inverse
 STALLED = 3  # out of iterations, or no damping reduces the correction
 
+#: First corrections below this, dimensionless, are rounding as much as they are error of a prediction.
+_SMALLEST_PREDICTION = 1e-6
+
 
 @inlined
 def _scaled_residual(robot, residual, given_effort, rows, result):
@@ -140,6 +143,9 @@ def predict_state(
         position: The same for its position.
         work: Workspace.
         factors: Of the tangent there; where legs were not condensed nothing is predicted.
+
+    Returns:
+        Dimensionless length of the predicted change; 0 where nothing is predicted.
     """
     inner, known, efforts = robot.platform_index, work.known, work.efforts
     turn = work.rotations[2, 0]
@@ -160,11 +166,13 @@ def predict_state(
         robot, rows, columns, angles, known, efforts, work.step, work, factors
     ):
         _move(robot, columns, angles, work.step, -1.0, state, rotation, position, work)
+        return _norm(work.step, inner + columns.shape[0])
+    return 0.0
 
 
 @kernel
 def newton(
-    robot, loads, state, rotation, position, columns, rows, angles, given_effort,
+    robot, loads, state, rotation, position, columns, rows, angles, given_effort, predicted,
     tolerance, iterations, contraction, residual, work, factors,
 ):  # fmt: skip
     """Solve a square problem from a given state, in place.
@@ -184,6 +192,8 @@ def newton(
         angles: Whether the platform's rotation coordinates are roll, pitch and yaw, of
             Rz(yaw) Ry(pitch) Rx(roll), in place of small world rotations; spatial robots only.
         given_effort: Motor efforts, used where motor rows are among the equations.
+        predicted: Dimensionless length of the prediction that led from a solution to the start, which
+            counts as the first correction; 0: none did.
         tolerance: Largest dimensionless residual of a solution.
         iterations: At most so many steps.
         contraction: Below 1: take full steps only and give up (DIVERGED) as soon as a correction is
@@ -213,6 +223,9 @@ def newton(
             return SINGULAR, iteration, largest, energy
         solve(robot, rows, columns, angles, step, work, factors)
         length = _norm(step, size)
+        if iteration == 0 and contraction < 1.0 and predicted > 0.0:
+            if length > max(contraction * predicted, _SMALLEST_PREDICTION):
+                return DIVERGED, iteration, largest, energy
         fraction = 1.0
         while True:
             for i in range(state.shape[0]):
@@ -257,7 +270,7 @@ def newton(
 
 @kernel
 def step_to(
-    robot, loads, problem, motors, to_rotation, to_position, first_efforts, efforts, before,
+    robot, loads, problem, motors, to_rotation, to_position, first_efforts, efforts, before, predicts,
     tolerance, iterations, contraction, state, rotation, position, residual, signs, after, work,
 ):  # fmt: skip
     """From one solution to a neighbour: predicted along the tangent, corrected, with its signs.
@@ -272,6 +285,8 @@ def step_to(
         first_efforts: Efforts of the solution, (motors,).
         efforts: Imposed efforts, where they are imposed, (motors,).
         before: Kept factors of the tangent at the solution.
+        predicts: Whether to predict: where the loads are others than at the solution the tangent alone
+            does not tell where the neighbour is.
         tolerance: See ``newton``.
         iterations: See ``newton``.
         contraction: See ``newton``.
@@ -293,13 +308,16 @@ def step_to(
     change = work.effort_change
     for i in range(change.shape[0]):
         change[i] = efforts[i] - first_efforts[i] if problem == EFFORTS else 0.0
-    recall(robot, before, work.before)
-    predict_state(
+    if predicts:
+        recall(robot, before, work.before)
+    else:
+        work.before.how[0] = DENSE
+    predicted = predict_state(
         robot, columns, rows, angles, motors, to_rotation, to_position, change,
         state, rotation, position, work, work.before,
     )  # fmt: skip
     status, steps, largest, energy = newton(
-        robot, loads, state, rotation, position, columns, rows, angles, efforts,
+        robot, loads, state, rotation, position, columns, rows, angles, efforts, predicted,
         tolerance, iterations, contraction, residual, work, work.factors,
     )  # fmt: skip
     if status == CONVERGED:

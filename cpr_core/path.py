@@ -207,8 +207,8 @@ class Path:
         signs = np.empty(3, np.int64)
         status, iterations, largest, energy = step_bound(
             robot.bound, loads, PROBLEMS[self.problem], motors, to_rotation, to_position,
-            before.efforts.copy(), efforts, before.factors, RESIDUAL_TOLERANCE, ITERATIONS,
-            CONTRACTION, state, rotation, position, self._residual, signs, kept,
+            before.efforts.copy(), efforts, before.factors, not self._loads_change,
+            RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION, state, rotation, position, self._residual, signs, kept,
         )  # fmt: skip
         self.iterations += iterations
         if status != CONVERGED or (lengths.size and state[lengths].min() <= 0.0):

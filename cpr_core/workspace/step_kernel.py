@@ -213,6 +213,7 @@ def advance(
         status, _, _, energy = newton(
             problem.robot, problem.loads, trial_state, trial_rotation, trial_position,
             problem.columns, problem.rows, problem.solved_by_angles, effort,
+            _distance(problem, state, trial_state) if guessed else 0.0,
             problem.tolerance, problem.iterations, problem.contraction, residual, work,
             work.factors,
         )  # fmt: skip
@@ -246,6 +247,16 @@ def advance(
             if step < smallest:
                 return (FLIPPED if flipped else BLOCKED), here, energy
     return ARRIVED, here, energy
+
+
+@compiled
+def _distance(problem, state, trial_state):
+    """How far legs and motors have moved, dimensionless."""
+    total = 0.0
+    for i in range(state.shape[0]):
+        change = (trial_state[i] - state[i]) / problem.robot.unit[i]
+        total += change * change
+    return math.sqrt(total)
 
 
 @compiled

@@ -291,3 +291,20 @@ def test_loads_without_potential_decide_no_stability():
 def test_starts_of_another_robot_are_refused():
     with pytest.raises(InvalidRequest, match="same robot"):
         solve_forward(load_robot("rfrfr"), [2.6, 0.5], start=load_robot("rfrfr").home)
+
+
+@pytest.mark.parametrize("efforts", [[0.0475613, 0.59519384], [-0.05443538, -0.30131647]])
+def test_a_step_does_not_jump_over_two_folds_to_the_next_stable_part_of_the_branch(efforts):
+    # Beyond the two folds stable equilibria go on, with the same index: only their distance tells.
+    robot = load_robot("rfrfr")
+    ends = []
+    for requests in (1, 100):
+        first, here = robot.home.efforts, robot.home
+        with pytest.raises(NotReached) as stopped:
+            for number in range(1, requests + 1):
+                fraction = number / requests
+                target = (1.0 - fraction) * first + fraction * np.array(efforts)
+                here = solve_forward_by_effort(robot, target, start=here)
+        assert stopped.value.event.kind == "fold"
+        ends.append(stopped.value.event.equilibrium)
+    assert distance(*ends) < 1e-3
