@@ -7,7 +7,7 @@ from functools import cache, partial
 
 import numpy as np
 
-from cpr_core import solve_forward
+from cpr_core import solve_forward, trace_through
 from cpr_core.reference.continuous_rods import follow_motors
 from cpr_core.reference.shooting_robot import ShootingMethod
 from paper.cases import Case as PaperCase
@@ -29,11 +29,13 @@ def path_cases() -> Iterator[Case]:
     for case in PAPER_CASES.values():
         walk = walk_of(case.name, 5, "forward")
         yield Case(f"path of 51 points/{case.name}/5", partial(_whole_path, walk))
+        yield Case(f"path of 51 points in one call/{case.name}/5", partial(_trajectory, walk))
         back = walk_of(case.name, 5, "inverse", whole=True)
         yield Case(f"inverse path of {len(back.requests) + 1} points/{case.name}/5", back.go)
         modes, method = equally_accurate(case)
         accurate = walk_of(case.name, modes, "forward")
-        yield Case(f"at 1e-6 m, this library/{case.name}", accurate.go, len(accurate.requests))
+        ours = partial(_trajectory, accurate)
+        yield Case(f"at 1e-6 m, this library/{case.name}", ours, len(accurate.requests))
         path = case.path()[1:]
         shooting = partial(follow_motors, case.continuous_home(), path, method=method)
         yield Case(f"at 1e-6 m, continuous shooting/{case.name}", shooting, len(path))
@@ -82,3 +84,9 @@ def _whole_path(walk: Walk) -> None:
     """A walk, its first point solved too: 51 points."""
     solve_forward(walk.start.robot, walk.start.motors, start=walk.start)
     walk.go()
+
+
+def _trajectory(walk: Walk) -> None:
+    """A walk in one call."""
+    robot, requests = walk.start.robot, np.array(walk.requests)
+    trace_through(robot, motors=requests, start=walk.start, singularities=False)

@@ -33,6 +33,7 @@ from .stability import Spectrum, spectrum
 from .strain_limits import bending_strains
 from .targets import given_at
 from .trace import Trace, trace
+from .waypoints import trace_through
 
 __version__ = "0.1.0"
 
@@ -77,4 +78,5 @@ __all__ = [
     "solve_inverse",
     "spectrum",
     "trace",
+    "trace_through",
 ]

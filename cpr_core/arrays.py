@@ -97,6 +97,7 @@ class RobotArrays(NamedTuple):
     rest_moment: Lanes  # (G, S) int Phi^T H_a kappa_rest
     weights: Floats  # (K,)
     integration: Floats  # (K, K): [j, k] weight of node j in the integral from 0 to node k
+    panel_nodes: int  # nodes of a panel, a multiple of four: the integration is block triangular
     steps: Floats  # (H,) lengths of the rotation steps in sigma
     step_node: Integers  # (H,) node reached at the end of a step; -1: none
     position_axes: Integers  # world axes along which tips are held: (0, 1, 2), in the plane (0, 1)
@@ -171,6 +172,7 @@ class Workspace(NamedTuple):
     step: Floats  # (N,) dimensionless
     correction: Floats  # (N,)
     simplified: Floats  # (N,)
+    total: Floats  # (N,) sum of all corrections
     trial_state: Floats  # (N,)
     rotations: Floats  # (5, 3, 3)
     factors: Factors  # of the last tangent, where nobody wants to keep them
@@ -178,6 +180,19 @@ class Workspace(NamedTuple):
     known: Floats  # (B,)
     efforts: Floats  # (motors,)
     effort_change: Floats  # (motors,)
+    given_efforts: Floats  # (motors,) what a step imposes, or keeps
+    given_motors: Floats  # (motors,)
+    given_rotation: Floats  # (3, 3)
+    given_position: Floats  # (3,)
+    rotation: Floats  # (3, 3) of the platform, where a step is
+    position: Floats  # (3,)
+    residual: Floats  # (N,) in the order of the state
+    signs: Integers  # (3,)
+    bends: Integers  # (1,) number of steps before that tell how the branch bends
+    bend: Floats  # (N,) what the last prediction missed, dimensionless
+    last_bend: Floats  # (N,) and the one before
+    last_known: Floats  # (B,) what was imposed then
+    last_efforts: Floats  # (motors,)
     whole_pivots: Integers  # (N,)
 
 
@@ -228,6 +243,7 @@ def workspace(robot: RobotArrays) -> Workspace:
         step=np.empty(size),
         correction=np.empty(size),
         simplified=np.empty(size),
+        total=np.empty(size),
         trial_state=np.empty(size),
         rotations=np.empty((5, 3, 3)),
         factors=factors_of(robot),
@@ -235,6 +251,19 @@ def workspace(robot: RobotArrays) -> Workspace:
         known=np.zeros(border),
         efforts=np.zeros(size - robot.motor_index),
         effort_change=np.zeros(size - robot.motor_index),
+        given_efforts=np.zeros(size - robot.motor_index),
+        given_motors=np.zeros(size - robot.motor_index),
+        given_rotation=np.empty((3, 3)),
+        given_position=np.empty(3),
+        rotation=np.empty((3, 3)),
+        position=np.empty(3),
+        residual=np.empty(size),
+        signs=np.empty(3, np.int64),
+        bends=np.zeros(1, np.int64),
+        bend=np.zeros(size),
+        last_bend=np.zeros(size),
+        last_known=np.zeros(border),
+        last_efforts=np.zeros(size - robot.motor_index),
         whole_pivots=np.empty(size, np.int64),
     )
 

@@ -13,9 +13,16 @@ from numba.experimental import structref
 
 from .compiled import compiled
 from .model_kernel import evaluate_model
-from .newton_kernel import factors_at, step_to
+from .step_kernel import describe, go_on, step_to
 
-__all__ = ["BoundRobot", "bind", "evaluate_bound", "factors_bound", "step_bound"]
+__all__ = [
+    "BoundRobot",
+    "bind",
+    "describe_bound",
+    "evaluate_bound",
+    "go_on_bound",
+    "step_bound",
+]
 
 
 @structref.register
@@ -49,21 +56,22 @@ def evaluate_bound(bound, loads, state, rotation, position, residual, tangent):
 
 
 @compiled
-def step_bound(
-    bound, loads, problem, motors, to_rotation, to_position, first_efforts, efforts, before, predicts,
-    tolerance, iterations, contraction, state, rotation, position, residual, signs, after,
-):  # fmt: skip
+def step_bound(bound, loads, problem, given, before, factors, predicts, record, after):
     """``step_to``."""
     return step_to(
-        bound.robot, loads, problem, motors, to_rotation, to_position, first_efforts, efforts, before,
-        predicts, tolerance, iterations, contraction, state, rotation, position, residual, signs, after,
-        bound.work,
-    )  # fmt: skip
+        bound.robot, loads, problem, given, before, factors, predicts, record, after, bound.work
+    )
 
 
 @compiled
-def factors_bound(bound, loads, state, rotation, position, residual, signs, after):
-    """``factors_at``."""
-    return factors_at(
-        bound.robot, loads, state, rotation, position, residual, signs, after, bound.work
+def go_on_bound(bound, loads, problem, given, longest, before, factors, records, after):
+    """``go_on``."""
+    return go_on(
+        bound.robot, loads, problem, given, longest, before, factors, records, after, bound.work
     )
+
+
+@compiled
+def describe_bound(bound, loads, record, after):
+    """``describe``."""
+    describe(bound.robot, loads, record, after, bound.work)

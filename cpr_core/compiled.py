@@ -24,6 +24,7 @@ KERNEL_MODULES = (
     "condensation_kernel",
     "inertia_kernel",
     "newton_kernel",
+    "step_kernel",
     "bound_robot",
     "pencil_kernel",
     "reduction_kernel",

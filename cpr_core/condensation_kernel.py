@@ -29,6 +29,7 @@ __all__ = [
     "condense",
     "factor",
     "factor_border",
+    "factor_here",
     "keep",
     "lu_factor",
     "lu_solve",
@@ -37,13 +38,14 @@ __all__ = [
     "recall",
     "rotation_unknowns",
     "solve",
+    "solve_here",
     "solve_transposed",
 ]
 
 CONDENSED, DENSE, NO_INVERSE = 0, 1, 2
 
 #: Pivots below this fraction of the largest strain stiffness of a leg are not divided by.
-_SMALLEST_LEG_PIVOT = 1e-6
+_SMALLEST_LEG_PIVOT = 1e-9
 _SMALLEST_PIVOT = 1e-14
 
 
@@ -156,6 +158,12 @@ def factor(robot, rotation, rows, columns, angles, work, factors):
     Returns:
         CONDENSED or DENSE, how it was done, or NO_INVERSE.
     """
+    return factor_here(robot, rotation, rows, columns, angles, work, factors)
+
+
+@inlined
+def factor_here(robot, rotation, rows, columns, angles, work, factors):
+    """``factor`` as a part of what calls it."""
     rotation_unknowns(rotation, angles, work.motions)
     if condense(robot, work, factors):
         factors.how[0] = CONDENSED
@@ -221,6 +229,12 @@ def _whole_problem(robot, rows, columns, angles, work):
 @kernel
 def solve(robot, rows, columns, angles, vector, work, factors):
     """Solve in place: legs first, border last, in the order of the equations and the unknowns."""
+    solve_here(robot, rows, columns, angles, vector, work, factors)
+
+
+@inlined
+def solve_here(robot, rows, columns, angles, vector, work, factors):
+    """``solve`` as a part of what calls it."""
     inner, size = robot.platform_index, rows.shape[0]
     if factors.how[0] == DENSE:
         lu_solve(work.whole, inner + size, work.whole_pivots, vector)

@@ -30,15 +30,12 @@ from .events import EventKind, PathEvent
 from .limits import Limit, limit_error
 from .loads import Loads
 from .path import OutOfTime, Path, Point, Tangent
-from .targets import Target
+from .targets import LONGEST_STEP, Target
 
 __all__ = ["Walk", "follow"]
 
 #: Smallest path step before the branch is followed by arc length, as a fraction of a full step.
 SMALLEST_STEP = 1e-3
-#: Longest path step in what is imposed, in radians and rod lengths. A motor several turns away looks
-#: near to Newton's method, yet the rod has to be wound there.
-LONGEST_STEP = 0.5
 #: Requests farther away than so many longest steps are refused at once.
 MOST_STEPS = 1000
 #: Arc lengths of the dimensionless state: first, longest and smallest step.
@@ -332,7 +329,7 @@ class _Walker:
     def _done(self, here: Point) -> Walk:
         last = here.equilibrium
         if last.iterations != self.path.iterations:
-            last = replace(last, iterations=self.path.iterations)
+            last = last.with_iterations(self.path.iterations)
         return Walk(
             last=last,
             events=tuple(self.events),

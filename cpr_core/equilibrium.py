@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -10,58 +10,99 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Lanes, LoadArrays, kept_factors
-from .bound_robot import factors_bound
-from .inertia import Inertia
+from .bound_robot import describe_bound
+from .inertia import Inertia, inertia_from
 from .lie import quaternion_from_rotation
 from .loads import Loads
+from .newton_kernel import TOLERANCE as RESIDUAL_TOLERANCE
 from .robot import Robot
+from .step_kernel import EFFORT, ENERGY, POSITION, RESIDUAL, ROTATION, STEPS
 
 if TYPE_CHECKING:
     from .stability import Spectrum
 
-__all__ = ["RESIDUAL_TOLERANCE", "Equilibrium"]
+__all__ = ["RESIDUAL_TOLERANCE", "Equilibrium", "described", "new_record"]
 
 Floats = NDArray[np.float64]
 
-#: Largest dimensionless residual of an equilibrium.
-RESIDUAL_TOLERANCE = 1e-10
 
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Equilibrium:
     """A solution of the geometrico-static model, Eq. (32).
 
     Attributes:
         robot: The robot.
         loads: Loads in force.
-        state: Motor, leg and multiplier values in the order of the kernels, read-only, (N,).
-        platform_rotation: R_p in the world, (3, 3).
-        platform_position: p_p in the world, (3,) [m].
-        efforts: Motor efforts tau_a on the rods, (n,) [N m or N].
-        residual: Largest dimensionless residual of the model.
-        iterations: Newton steps from the start, all path steps together.
-        energy: Potential energy without the work of motors and non-conservative loads [J].
         load_arrays: The loads as the kernels see them.
-        inertia: Stability indices and the side of the inverse singularity.
+        record: The solution as the kernels keep it, see `step_kernel`; never to be written.
         known_factors: The condensed tangent, where the solver has left it.
     """
 
     robot: Robot
     loads: Loads
-    state: Floats = field(repr=False)
-    platform_rotation: Floats
-    platform_position: Floats
-    efforts: Floats
-    residual: float
-    iterations: int
-    energy: float
-    load_arrays: LoadArrays = field(repr=False)
-    inertia: Inertia
-    known_factors: Lanes | None = field(repr=False, default=None)
+    load_arrays: LoadArrays
+    record: Floats
+    known_factors: Lanes | None = None
 
-    def __post_init__(self) -> None:
-        for array in (self.state, self.platform_rotation, self.platform_position, self.efforts):
-            array.flags.writeable = False
+    def __repr__(self) -> str:
+        name, motors = self.robot.description.name, np.array2string(self.motors, precision=4)
+        position = np.array2string(self.platform_position, precision=4)
+        return (
+            f"<Equilibrium of {name}: motors {motors}, platform at {position} m, "
+            f"index {self.index_locked} locked, {self.index_free} free>"
+        )
+
+    def _part(self, first: int, count: int) -> Floats:
+        """Numbers behind the state, read-only."""
+        start = len(self.robot.arrays.unit) + first
+        part = self.record[start : start + count]
+        part.flags.writeable = False
+        return part
+
+    def _number(self, at: int) -> float:
+        """A number behind the state."""
+        return float(self.record[len(self.robot.arrays.unit) + at])
+
+    @cached_property
+    def state(self) -> Floats:
+        """Motor, leg and multiplier values in the order of the kernels, read-only, (N,)."""
+        size = len(self.robot.arrays.unit)
+        return self._part(-size, size)
+
+    @cached_property
+    def platform_rotation(self) -> Floats:
+        """R_p in the world, (3, 3)."""
+        return self._part(ROTATION, 9).reshape(3, 3)
+
+    @cached_property
+    def platform_position(self) -> Floats:
+        """p_p in the world, (3,) [m]."""
+        return self._part(POSITION, 3)
+
+    @cached_property
+    def efforts(self) -> Floats:
+        """Motor efforts tau_a on the rods, (n,) [N m or N]."""
+        return self._part(EFFORT, self.robot.motor_count)
+
+    @property
+    def residual(self) -> float:
+        """Largest dimensionless residual of the model."""
+        return self._number(RESIDUAL)
+
+    @property
+    def iterations(self) -> int:
+        """Newton steps from the start, all path steps together."""
+        return int(self._number(STEPS))
+
+    @property
+    def energy(self) -> float:
+        """Potential energy without the work of motors and non-conservative loads [J]."""
+        return self._number(ENERGY)
+
+    @cached_property
+    def inertia(self) -> Inertia:
+        """Stability indices and the side of the inverse singularity."""
+        return inertia_from(self)
 
     @property
     def converged(self) -> bool:
@@ -88,17 +129,22 @@ class Equilibrium:
         """Orientation of the platform as a unit quaternion (w, x, y, z)."""
         return quaternion_from_rotation(self.platform_rotation)
 
-    @cached_property
+    @property
     def factors(self) -> Lanes:
         """The condensed tangent, as the kernels keep it."""
-        if self.known_factors is not None:
-            return self.known_factors
+        return self._found_factors if self.known_factors is None else self.known_factors
+
+    @cached_property
+    def _found_factors(self) -> Lanes:
         kept = kept_factors(self.robot.arrays)
-        factors_bound(
-            self.robot.bound, self.load_arrays, self.state.copy(), self.platform_rotation.copy(),
-            self.platform_position.copy(), np.empty(len(self.state)), np.empty(3, np.int64), kept,
-        )  # fmt: skip
+        describe_bound(self.robot.bound, self.load_arrays, self.record.copy(), kept)
         return kept
+
+    def with_iterations(self, iterations: int) -> Equilibrium:
+        """The same with another number of Newton steps."""
+        record = self.record.copy()
+        record[len(self.robot.arrays.unit) + STEPS] = iterations
+        return replace(self, record=record)
 
     @cached_property
     def spectrum_locked(self) -> Spectrum:
@@ -123,3 +169,28 @@ class Equilibrium:
     def index_free(self) -> int:
         """Negative eigenvalues of H_r, motors at constant effort: 0 is stable."""
         return self.inertia.index_free
+
+
+def new_record(robot: Robot, count: int | None = None) -> Floats:
+    """Memory of a record, or of some."""
+    size = len(robot.arrays.unit) + EFFORT + robot.motor_count
+    return np.empty(size if count is None else (count, size))
+
+
+def described(
+    robot: Robot,
+    loads: Loads,
+    load_arrays: LoadArrays,
+    state: Floats,
+    rotation: Floats,
+    position: Floats,
+    iterations: int = 0,
+) -> Equilibrium:
+    """An equilibrium of which the state, (N,), and the platform's pose are known."""
+    record, kept, size = new_record(robot), kept_factors(robot.arrays), len(robot.arrays.unit)
+    record[:size] = state
+    record[size + ROTATION : size + POSITION] = np.ravel(rotation)
+    record[size + POSITION : size + ENERGY] = position
+    describe_bound(robot.bound, load_arrays, record, kept)
+    record[size + STEPS] = iterations
+    return Equilibrium(robot, loads, load_arrays, record, kept)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import kept_factors, workspace
-from .bound_robot import factors_bound
+from .arrays import workspace
 from .continuation import Walk, follow
-from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
+from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described
 from .errors import (
     InvalidRequest,
     NoForwardSolution,
@@ -18,12 +17,11 @@ from .errors import (
     UnstableEquilibrium,
 )
 from .events import PathEvent
-from .inertia import inertia_from
 from .lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
 from .limits import check_limits, limit_error
 from .loads import Loads
-from .model import evaluate
 from .newton_kernel import newton
+from .one_step import one_step
 from .robot import Robot
 from .targets import EffortTarget, MotorTarget, PlatformTarget, Target
 from .validation import checked_vector
@@ -40,6 +38,9 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
+
+#: Time that a single step never takes, once it is compiled [s].
+_ONE_STEP = 0.01
 
 
 def solve_forward(
@@ -277,36 +278,17 @@ def refine(
     Returns:
         The result, converged or not: the caller has to look.
     """
-    arrays, load_arrays = robot.arrays, robot.load_arrays(loads)
-    residual, kept, signs = np.empty(len(arrays.unit)), kept_factors(arrays), np.empty(3, np.int64)
-    work = workspace(arrays)
-    _, steps, largest, energy = newton(
+    arrays, load_arrays, work = robot.arrays, robot.load_arrays(loads), workspace(robot.arrays)
+    _, steps, _, _ = newton(
         arrays, load_arrays, state, rotation, position, *robot.problems["motors"], False,
         np.zeros(robot.motor_count), 0.0, RESIDUAL_TOLERANCE, iterations, contraction,
-        residual, work, work.factors,
+        work.residual, work, work.factors,
     )  # fmt: skip
-    factors_bound(robot.bound, load_arrays, state, rotation, position, residual, signs, kept)
-    return Equilibrium(
-        robot=robot,
-        loads=loads,
-        state=state,
-        platform_rotation=rotation,
-        platform_position=position,
-        efforts=residual[robot.motor_indices],
-        residual=largest,
-        iterations=steps,
-        energy=energy,
-        load_arrays=load_arrays,
-        inertia=inertia_from(
-            robot, signs,
-            lambda: evaluate(robot, load_arrays, state, rotation, position).tangent, rotation,
-        ),
-        known_factors=kept,
-    )  # fmt: skip
+    return described(robot, loads, load_arrays, state, rotation, position, steps)
 
 
 def _motor_vector(robot: Robot, name: str, values: ArrayLike) -> Floats:
-    return checked_vector(name, values, robot.motor_count, " ".join(robot.motor_names))
+    return checked_vector(name, values, robot.motor_count, robot.motor_list)
 
 
 def checked_start(robot: Robot, start: Equilibrium | None) -> Equilibrium:
@@ -331,6 +313,12 @@ def _followed(
     time_limit: float | None,
 ) -> Equilibrium:
     target = target_of(start, what, values)
+    if (loads is None or loads is start.loads) and (
+        time_limit is None or (isinstance(time_limit, float) and time_limit > _ONE_STEP)
+    ):
+        found = one_step(start, target, stable_only)
+        if found is not None:
+            return found
     walk = follow(
         start,
         target,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,8 +10,11 @@ from scipy import linalg
 
 from .inertia_kernel import SINGULAR_LEG
 from .lie import angle_motions
+from .model import tangent_at
+from .step_kernel import SIGNS
 
 if TYPE_CHECKING:
+    from .equilibrium import Equilibrium
     from .robot import Robot
 
 __all__ = ["Inertia", "inertia_from"]
@@ -34,23 +36,17 @@ class Inertia(NamedTuple):
     inverse_sign: int
 
 
-def inertia_from(
-    robot: Robot, signs: NDArray[np.int64], tangent: Callable[[], Floats], platform_rotation: Floats
-) -> Inertia:
-    """The signs the kernels found, or all eigenvalues where the legs were not condensed.
-
-    Args:
-        robot: The robot.
-        signs: Result of ``signs_of``, (3,).
-        tangent: Gives the tangent, (N, N), where it is needed.
-        platform_rotation: R_p in the world, (3, 3).
-    """
-    if signs[0] != SINGULAR_LEG:
-        return Inertia(*signs.tolist())
-    matrix = tangent()
+def inertia_from(equilibrium: Equilibrium) -> Inertia:
+    """The signs the kernels found, or all eigenvalues where the legs were not condensed."""
+    robot = equilibrium.robot
+    first = len(robot.arrays.unit) + SIGNS
+    locked, free, inverse = equilibrium.record[first : first + 3].tolist()
+    if locked != SINGULAR_LEG:
+        return Inertia(int(locked), int(free), int(inverse))
+    matrix = tangent_at(equilibrium)
     if robot.controls_angles:  # the unknown ones among roll, pitch, yaw are columns of their own
         turns = robot.platform_indices[:3]
-        motions = angle_motions(platform_rotation)
+        motions = angle_motions(equilibrium.platform_rotation)
         matrix[:, turns] = matrix[:, turns] @ motions
         matrix[turns] = motions.T @ matrix[turns]
     return _dense(robot, matrix, robot.arrays.inverse_unknowns)

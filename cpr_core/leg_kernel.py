@@ -222,23 +222,41 @@ def _internal_loads(robot, number, length, loaded, work):
             for k in range(nodes):
                 store(matrix, (i, j, k), load(arm, (i, k)) * force)
     if loaded:
+        value = work.density
         for j in range(3):
-            for node in range(nodes):
-                carried = load(work.rod_loads, (0, j, node))
-                carried += length * load(work.rod_loads, (1, j, node))
-                for i in range(3):
-                    value = length * load(frames, (0, i, node)) * carried
-                    store(
-                        base_matrix, (i, j),
-                        load(base_matrix, (i, j)) + robot.weights[node] * value,
-                    )  # fmt: skip
-                    for k in range(nodes):
-                        beyond = robot.weights[node] - robot.integration[node, k]
-                        store(matrix, (i, j, k), load(matrix, (i, j, k)) + beyond * value)
+            for i in range(3):
+                for node in range(nodes):
+                    carried = load(work.rod_loads, (0, j, node))
+                    carried += length * load(work.rod_loads, (1, j, node))
+                    store(value, (i, node), length * load(frames, (0, i, node)) * carried)
+                whole = _beyond(robot, value, i, work.projected, i)
+                store(base_matrix, (i, j), load(base_matrix, (i, j)) + whole)
+                for k in range(nodes):
+                    there = load(matrix, (i, j, k)) + load(work.projected, (i, k))
+                    store(matrix, (i, j, k), there)
     for i in range(3):
         j, n = (i + 1) % 3, (i + 2) % 3
         value = load(base_matrix, (j, n)) - load(base_matrix, (n, j)) - load(small, (_MOMENT, i))
         store(small, (_BASE_MOMENT, i), value)
+
+
+@inlined
+def _beyond(robot, values, row, result, target):
+    """Integrals of a row of values from every node to the tip; returns that from the base."""
+    integration, weights, panel = robot.integration, robot.weights, robot.panel_nodes
+    whole = broadcast(values, 0.0)
+    for j in range(weights.shape[0]):
+        whole += weights[j] * load(values, (row, j))
+    rest = whole
+    for first in range(0, weights.shape[0], panel):
+        for k in range(first, first + panel):
+            value = rest
+            for j in range(first, first + panel):
+                value -= integration[j, k] * load(values, (row, j))
+            store(result, (target, k), value)
+        for j in range(first, first + panel):
+            rest -= weights[j] * load(values, (row, j))
+    return whole
 
 
 @inlined
@@ -430,7 +448,7 @@ def _geometric_stiffness(robot, number, length, work):
     functions, integration = robot.functions, robot.integration
     frames, turned, density = work.frames, work.turned, work.density
     projected, geometric, blocks = work.projected, work.geometric, work.blocks
-    nodes, strains = robot.weights.shape[0], robot.function.shape[0]
+    nodes, panel, strains = robot.weights.shape[0], robot.panel_nodes, robot.function.shape[0]
     nominal = load(robot.groups[number].length, ())
     zero = broadcast(frames, 0.0)
     start = _first_component(robot)
@@ -442,31 +460,41 @@ def _geometric_stiffness(robot, number, length, work):
                 store(density, (0, j), value * load(frames, (c, 0, j)))
                 store(density, (1, j), value * load(frames, (c, 1, j)))
                 store(density, (2, j), value * load(frames, (c, 2, j)))
-            for k in range(0, nodes, 4):
-                x0, x1, x2, x3 = zero, zero, zero, zero
-                y0, y1, y2, y3 = zero, zero, zero, zero
-                z0, z1, z2, z3 = zero, zero, zero, zero
-                for j in range(nodes):
-                    x, y, z = load(density, (0, j)), load(density, (1, j)), load(density, (2, j))
-                    w0, w1 = integration[j, k], integration[j, k + 1]
-                    w2, w3 = integration[j, k + 2], integration[j, k + 3]
-                    x0 += w0 * x
-                    x1 += w1 * x
-                    x2 += w2 * x
-                    x3 += w3 * x
-                    y0 += w0 * y
-                    y1 += w1 * y
-                    y2 += w2 * y
-                    y3 += w3 * y
-                    z0 += w0 * z
-                    z1 += w1 * z
-                    z2 += w2 * z
-                    z3 += w3 * z
-                for d in range(start, 3):
-                    _project(turned, projected, d, k, x0, y0, z0)
-                    _project(turned, projected, d, k + 1, x1, y1, z1)
-                    _project(turned, projected, d, k + 2, x2, y2, z2)
-                    _project(turned, projected, d, k + 3, x3, y3, z3)
+            before_x, before_y, before_z = zero, zero, zero
+            for first in range(0, nodes, panel):
+                for k in range(first, first + panel, 4):
+                    x0, x1, x2, x3 = before_x, before_x, before_x, before_x
+                    y0, y1, y2, y3 = before_y, before_y, before_y, before_y
+                    z0, z1, z2, z3 = before_z, before_z, before_z, before_z
+                    for j in range(first, first + panel):
+                        x, y, z = (
+                            load(density, (0, j)),
+                            load(density, (1, j)),
+                            load(density, (2, j)),
+                        )
+                        w0, w1 = integration[j, k], integration[j, k + 1]
+                        w2, w3 = integration[j, k + 2], integration[j, k + 3]
+                        x0 += w0 * x
+                        x1 += w1 * x
+                        x2 += w2 * x
+                        x3 += w3 * x
+                        y0 += w0 * y
+                        y1 += w1 * y
+                        y2 += w2 * y
+                        y3 += w3 * y
+                        z0 += w0 * z
+                        z1 += w1 * z
+                        z2 += w2 * z
+                        z3 += w3 * z
+                    for d in range(start, 3):
+                        _project(turned, projected, d, k, x0, y0, z0)
+                        _project(turned, projected, d, k + 1, x1, y1, z1)
+                        _project(turned, projected, d, k + 2, x2, y2, z2)
+                        _project(turned, projected, d, k + 3, x3, y3, z3)
+                for j in range(first, first + panel):
+                    before_x += robot.weights[j] * load(density, (0, j))
+                    before_y += robot.weights[j] * load(density, (1, j))
+                    before_z += robot.weights[j] * load(density, (2, j))
             for d in range(start, 3):
                 for other in range(robot.component_start[d], robot.component_start[d + 1]):
                     g = robot.function[other]
@@ -550,9 +578,6 @@ def _extension(robot, number, length, loaded, work):
     turning, length_rate = zero, zero
     for i in range(3):
         a, b = (i + 1) % 3, (i + 2) % 3
-        for k in range(nodes):
-            store(rate, (i, k), zero)
-        base_rate = zero
         for j in range(nodes):
             first, second = load(small, (_FORCE, a)), load(small, (_FORCE, b))
             if loaded:
@@ -562,10 +587,8 @@ def _extension(robot, number, length, loaded, work):
                 spread = load(work.rod_loads, (1, i, j))
                 length_rate += 2.0 * robot.weights[j] * load(frames, (0, i, j)) * spread
             value = load(frames, (0, a, j)) * second - load(frames, (0, b, j)) * first
-            base_rate += robot.weights[j] * value
-            for k in range(nodes):
-                beyond = robot.weights[j] - robot.integration[j, k]
-                store(rate, (i, k), load(rate, (i, k)) + beyond * value)
+            store(work.projected, (i, j), value)
+        base_rate = _beyond(robot, work.projected, i, rate, i)
         turning -= load(group.rotation_axis, i) * base_rate
     stored = zero
     for c in range(3):

@@ -13,10 +13,12 @@ from .events import PathEvent
 from .robot import Robot
 from .strain_limits import bending_strains
 
-__all__ = ["Limit", "check_limits", "limit_error", "limits_of", "margins", "violated"]
+__all__ = ["Limit", "check_limits", "grazes", "limit_error", "limits_of", "margins", "violated"]
 
 Floats = NDArray[np.float64]
 
+#: Steps that change a margin by less are not divided to find out whether its limit is passed within.
+SMALLEST_GRAZE = 1e-3
 #: Overshoot within the accuracy of a solution, of the margins.
 _ROUNDING = 1e-9
 
@@ -56,7 +58,7 @@ def margins(equilibrium: Equilibrium) -> Floats:
     Positions count in radians and rod lengths, efforts and strains relative to their limits.
     """
     robot, found = equilibrium.robot, []
-    if not robot.limited_motors and not robot.limits_strain:
+    if not robot.limited:
         return _NONE
     for motor, leg in robot.limited_motors:
         position, effort, limits = equilibrium.motors[motor], equilibrium.efforts[motor], leg.limits
@@ -69,6 +71,15 @@ def margins(equilibrium: Equilibrium) -> Floats:
         left = 1.0 - bending_strains(equilibrium) / robot.strain_limits
         found += left[np.isfinite(robot.strain_limits)].tolist()
     return np.array(found)
+
+
+def grazes(before: Floats, after: Floats) -> bool:
+    """Whether a limit may be passed, and be kept again, between two sets of margins."""
+    if not before.size:
+        return False
+    change = np.abs(after - before)
+    near = np.minimum(np.abs(before), np.abs(after)) < change
+    return bool(np.any(near & (change > SMALLEST_GRAZE)))
 
 
 def violated(robot: Robot, margin: Floats) -> frozenset[Limit]:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import LoadArrays
 from .bound_robot import evaluate_bound
-from .equilibrium import Equilibrium
-from .robot import Robot
+
+if TYPE_CHECKING:
+    from .equilibrium import Equilibrium
+    from .robot import Robot
 
 __all__ = ["ModelValue", "evaluate", "tangent_at"]
 

@@ -7,7 +7,7 @@ from .lanes import get
 from .leg_kernel import evaluate_group
 from .lie import rotate_by
 
-__all__ = ["assemble", "evaluate", "evaluate_model"]
+__all__ = ["assemble", "evaluate", "evaluate_here", "evaluate_model"]
 
 
 @kernel
@@ -42,6 +42,14 @@ def evaluate_model(
 @kernel
 def evaluate(robot, loads, state, platform_rotation, platform_position, residual, work):
     """The same with the tangent left in the workspace, by slots of the legs."""
+    return evaluate_here(
+        robot, loads, state, platform_rotation, platform_position, residual, work
+    )  # fmt: skip
+
+
+@inlined
+def evaluate_here(robot, loads, state, platform_rotation, platform_position, residual, work):
+    """``evaluate`` as a part of what calls it."""
     platform_residual, platform_tangent = work.platform_residual, work.platform_tangent
     for i in range(6):
         platform_residual[i] = 0.0

@@ -7,17 +7,13 @@ import math
 from .compiled import inlined, kernel
 from .condensation_kernel import (
     CONDENSED,
-    DENSE,
     NO_INVERSE,
-    condense,
-    factor,
-    keep,
+    factor_here,
     predict,
-    recall,
     rotation_unknowns,
     solve,
+    solve_here,
 )
-from .inertia_kernel import signs_of
 from .lie import (
     multiply,
     multiply_transposed,
@@ -26,31 +22,47 @@ from .lie import (
     rotation_from_angles_into,
     rotation_log_into,
 )
-from .model_kernel import evaluate
+from .model_kernel import evaluate_here
 
 __all__ = [
+    "CONTRACTION",
     "CONVERGED",
     "DIVERGED",
     "EFFORTS",
+    "ITERATIONS",
     "MOTORS",
     "PLATFORM",
     "SINGULAR",
     "STALLED",
-    "factors_at",
+    "TOLERANCE",
+    "learn_bend",
     "newton",
-    "step_to",
+    "predict_state",
 ]
 
 #: What a problem imposes.
 MOTORS, EFFORTS, PLATFORM = 0, 1, 2
+
+#: Largest dimensionless residual of an equilibrium.
+TOLERANCE = 1e-10
+#: Newton steps of one path step.
+ITERATIONS = 12
+#: A correction must be smaller than this times the one before: by Kantorovich's theorem the solution
+#: then moves continuously from the last one to this one.
+CONTRACTION = 0.25
 
 CONVERGED = 0
 DIVERGED = 1  # a correction did not contract: too far from the solution for a full step
 SINGULAR = 2  # the tangent of the problem has no inverse
 STALLED = 3  # out of iterations, or no damping reduces the correction
 
-#: First corrections below this, dimensionless, are rounding as much as they are error of a prediction.
-_SMALLEST_PREDICTION = 1e-6
+#: Corrections below this, dimensionless, need not contract: they may be rounding, divided by what is
+#: nearly singular.
+_SMALLEST_CORRECTION = 1e-6
+#: Cosine above which a step goes on as the one before, and by how much longer it may be.
+_SAME_DIRECTION, _LONGEST_RATIO = 0.9, 1.5
+#: Steps damped by more than this lead nowhere.
+_SMALLEST_FRACTION = 1e-4
 
 
 @inlined
@@ -144,6 +156,8 @@ def predict_state(
         work: Workspace.
         factors: Of the tangent there; where legs were not condensed nothing is predicted.
 
+    ``work.bends`` counts the steps before of which the missing part is known; 0: only the tangent tells.
+
     Returns:
         Dimensionless length of the predicted change; 0 where nothing is predicted.
     """
@@ -165,9 +179,48 @@ def predict_state(
     if factors.how[0] == CONDENSED and predict(
         robot, rows, columns, angles, known, efforts, work.step, work, factors
     ):
+        _add_bend(inner + columns.shape[0], work)
         _move(robot, columns, angles, work.step, -1.0, state, rotation, position, work)
         return _norm(work.step, inner + columns.shape[0])
+    work.bends[0] = 0
     return 0.0
+
+
+@inlined
+def _add_bend(size, work):
+    """Add to a prediction what the last ones had missed, if steps go on as before.
+
+    What the tangent misses grows with the square of the step, and from step to step about linearly.
+    """
+    along, last, now = 0.0, 0.0, 0.0
+    for one, other in ((work.known, work.last_known), (work.efforts, work.last_efforts)):
+        for i in range(one.shape[0]):
+            along += one[i] * other[i]
+            last += other[i] * other[i]
+            now += one[i] * one[i]
+            other[i] = one[i]
+    count = work.bends[0]
+    if count > 0 and not along > _SAME_DIRECTION * math.sqrt(last * now):
+        count = 0
+    ratio = along / last if count > 0 else 0.0
+    if not ratio < _LONGEST_RATIO:
+        count, ratio = 0, 0.0
+    onward = 1.0 if count > 1 and ratio * _LONGEST_RATIO > 1.0 else 0.0
+    for i in range(size):
+        bend = work.bend[i]
+        extra = ratio * ratio * (bend + onward * (bend - work.last_bend[i])) if count > 0 else 0.0
+        work.last_bend[i] = bend
+        work.bend[i] = extra
+        work.step[i] += extra
+    work.bends[0] = count
+
+
+@inlined
+def learn_bend(size, work):
+    """Remember what a prediction has missed: what was added to it and what Newton's method added."""
+    for i in range(size):
+        work.bend[i] += work.total[i]
+    work.bends[0] += 1
 
 
 @kernel
@@ -177,9 +230,7 @@ def newton(
 ):  # fmt: skip
     """Solve a square problem from a given state, in place.
 
-    The leg coordinates and multipliers are always unknown, their equations always hold. Steps are
-    judged by the simplified correction, the next step with the present factors: it does not depend on
-    how equations are scaled (Deuflhard's natural monotonicity test).
+    The leg coordinates and multipliers are always unknown, their equations always hold.
 
     Args:
         robot: RobotArrays.
@@ -198,139 +249,69 @@ def newton(
         iterations: At most so many steps.
         contraction: Below 1: take full steps only and give up (DIVERGED) as soon as a correction is
             not smaller than this times the one before; the solution then lies on the branch of the
-            start. 1: damp the steps instead, for a start that may be far away.
+            start. 1: damp the steps instead, for a start that may be far away; steps are judged by the
+            simplified correction, the next one with the present factors, which does not depend on how
+            equations are scaled (Deuflhard's natural monotonicity test).
         residual: On return the residual of the model at the result, (N,).
-        work: Workspace; on return it has the tangent at the result.
+        work: Workspace; on return it has the tangent at the result, and in ``total`` the dimensionless
+            sum of all corrections.
         factors: On return those of the tangent at the result, where CONVERGED.
 
     Returns:
         Status, number of steps, largest dimensionless residual, potential energy.
     """
     size = robot.platform_index + rows.shape[0]
-    step, correction, simplified = work.step, work.correction, work.simplified
+    step, correction, total = work.step, work.correction, work.total
     trial_state, trial_rotation = work.trial_state, work.rotations[3]
     trial_position = work.rotations[4, 0]
-
-    energy = evaluate(robot, loads, state, rotation, position, residual, work)
-    largest = _scaled_residual(robot, residual, given_effort, rows, step)
-    for iteration in range(iterations):
-        if not math.isfinite(largest):
-            return DIVERGED, iteration, largest, energy
-        how = factor(robot, rotation, rows, columns, angles, work, factors)
-        if largest < tolerance:
-            return CONVERGED, iteration, largest, energy
-        if how == NO_INVERSE:
-            return SINGULAR, iteration, largest, energy
-        solve(robot, rows, columns, angles, step, work, factors)
-        length = _norm(step, size)
-        if iteration == 0 and contraction < 1.0 and predicted > 0.0:
-            if length > max(contraction * predicted, _SMALLEST_PREDICTION):
-                return DIVERGED, iteration, largest, energy
-        fraction = 1.0
-        while True:
-            for i in range(state.shape[0]):
-                trial_state[i] = state[i]
-            _copy(rotation, position, trial_rotation, trial_position)
+    damped = contraction >= 1.0
+    for i in range(size):
+        step[i], total[i] = 0.0, 0.0
+    length, fraction, count, started = predicted, 1.0, 0, False
+    while True:
+        # The trial: the start itself, or a step from the last state.
+        for i in range(state.shape[0]):
+            trial_state[i] = state[i]
+        _copy(rotation, position, trial_rotation, trial_position)
+        if started:
             _move(
                 robot, columns, angles, step, fraction, trial_state, trial_rotation,
                 trial_position, work,
             )  # fmt: skip
-            energy = evaluate(
-                robot, loads, trial_state, trial_rotation, trial_position, residual, work
-            )
-            largest = _scaled_residual(robot, residual, given_effort, rows, correction)
-            if largest < tolerance:
-                break
-            if math.isfinite(largest):
-                for i in range(size):
-                    simplified[i] = correction[i]
-                solve(robot, rows, columns, angles, simplified, work, factors)
-                remaining = _norm(simplified, size)
-                if contraction < 1.0:
-                    if remaining <= contraction * length:
-                        break
-                    return DIVERGED, iteration + 1, largest, energy
-                if remaining <= (1.0 - 0.25 * fraction) * length:
-                    break
-            elif contraction < 1.0:
-                return DIVERGED, iteration + 1, largest, energy
+        energy = evaluate_here(
+            robot, loads, trial_state, trial_rotation, trial_position, residual, work
+        )
+        largest = _scaled_residual(robot, residual, given_effort, rows, correction)
+        accepted = math.isfinite(largest)
+        if not accepted and not (damped and started):
+            return DIVERGED, count, largest, energy
+        if damped and started and accepted and not largest < tolerance:
+            for i in range(size):
+                work.simplified[i] = correction[i]
+            solve(robot, rows, columns, angles, work.simplified, work, factors)
+            accepted = _norm(work.simplified, size) <= (1.0 - 0.25 * fraction) * length
+        if not accepted:
             fraction *= 0.5
-            if fraction < 1e-4:
-                return STALLED, iteration + 1, largest, energy
+            if fraction < _SMALLEST_FRACTION:
+                return STALLED, count, largest, energy
+            continue
+
         for i in range(state.shape[0]):
             state[i] = trial_state[i]
         _copy(trial_rotation, trial_position, rotation, position)
         for i in range(size):
+            total[i] -= fraction * step[i]
             step[i] = correction[i]
-    if largest < tolerance:
-        factor(robot, rotation, rows, columns, angles, work, factors)
-        return CONVERGED, iterations, largest, energy
-    return STALLED, iterations, largest, energy
-
-
-@kernel
-def step_to(
-    robot, loads, problem, motors, to_rotation, to_position, first_efforts, efforts, before, predicts,
-    tolerance, iterations, contraction, state, rotation, position, residual, signs, after, work,
-):  # fmt: skip
-    """From one solution to a neighbour: predicted along the tangent, corrected, with its signs.
-
-    Args:
-        robot: RobotArrays.
-        loads: LoadArrays at the neighbour.
-        problem: MOTORS, EFFORTS or PLATFORM: what is imposed.
-        motors: Motors, where they are imposed, as they are elsewhere, (motors,).
-        to_rotation: The same for the platform's rotation.
-        to_position: The same for its position.
-        first_efforts: Efforts of the solution, (motors,).
-        efforts: Imposed efforts, where they are imposed, (motors,).
-        before: Kept factors of the tangent at the solution.
-        predicts: Whether to predict: where the loads are others than at the solution the tangent alone
-            does not tell where the neighbour is.
-        tolerance: See ``newton``.
-        iterations: See ``newton``.
-        contraction: See ``newton``.
-        state: The solution, overwritten by its neighbour.
-        rotation: The same for the platform's rotation.
-        position: The same for its position.
-        residual: See ``newton``.
-        signs: Result, (3,), see ``signs_of``.
-        after: Result, kept factors of the tangent at the neighbour.
-        work: Workspace.
-
-    Returns:
-        Status, number of steps, largest dimensionless residual, potential energy.
-    """
-    border, platform = robot.border_indices, robot.platform_axes.shape[0]
-    rows = border if problem == EFFORTS else border[:platform]
-    columns = robot.inverse_unknowns if problem == PLATFORM else rows
-    angles = problem == PLATFORM and robot.controls_angles == 1
-    change = work.effort_change
-    for i in range(change.shape[0]):
-        change[i] = efforts[i] - first_efforts[i] if problem == EFFORTS else 0.0
-    if predicts:
-        recall(robot, before, work.before)
-    else:
-        work.before.how[0] = DENSE
-    predicted = predict_state(
-        robot, columns, rows, angles, motors, to_rotation, to_position, change,
-        state, rotation, position, work, work.before,
-    )  # fmt: skip
-    status, steps, largest, energy = newton(
-        robot, loads, state, rotation, position, columns, rows, angles, efforts, predicted,
-        tolerance, iterations, contraction, residual, work, work.factors,
-    )  # fmt: skip
-    if status == CONVERGED:
-        signs_of(robot, rotation, work.factors, work, signs)
-        keep(robot, work.factors, after)
-    return status, steps, largest, energy
-
-
-@kernel
-def factors_at(robot, loads, state, rotation, position, residual, signs, after, work):
-    """Residual, signs and kept factors of the tangent at any state; returns the energy [J]."""
-    energy = evaluate(robot, loads, state, rotation, position, residual, work)
-    work.factors.how[0] = CONDENSED if condense(robot, work, work.factors) else DENSE
-    signs_of(robot, rotation, work.factors, work, signs)
-    keep(robot, work.factors, after)
-    return energy
+        how = factor_here(robot, rotation, rows, columns, angles, work, factors)
+        if largest < tolerance:
+            return CONVERGED, count, largest, energy
+        if how == NO_INVERSE:
+            return SINGULAR, count, largest, energy
+        if count == iterations:
+            return STALLED, count, largest, energy
+        solve_here(robot, rows, columns, angles, step, work, factors)
+        before, length = length, _norm(step, size)
+        compared = not damped and before > 0.0
+        if compared and length > max(contraction * before, _SMALLEST_CORRECTION):
+            return DIVERGED, count, largest, energy
+        count, fraction, started = count + 1, 1.0, True

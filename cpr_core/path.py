@@ -9,40 +9,32 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from .arrays import Lanes, LoadArrays, kept_factors
-from .bound_robot import evaluate_bound, factors_bound, step_bound
-from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium
-from .inertia import inertia_from
+from .arrays import LoadArrays, kept_factors
+from .bound_robot import evaluate_bound, step_bound
+from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
 from .lie import angle_motions, rotation_exp
-from .limits import Limit, margins, violated
+from .limits import Limit, grazes, margins, violated
 from .loads import Loads
-from .newton_kernel import CONVERGED, EFFORTS, MOTORS, PLATFORM
+from .newton_kernel import CONTRACTION, EFFORTS, ITERATIONS, MOTORS, PLATFORM
 from .targets import Imposed, Target
 
-__all__ = ["OutOfTime", "Path", "Point", "Tangent"]
+__all__ = ["PROBLEMS", "OutOfTime", "Path", "Point", "Tangent"]
 
 Floats = NDArray[np.float64]
 
 #: How the kernels number the problems.
 PROBLEMS = {"motors": MOTORS, "efforts": EFFORTS, "platform": PLATFORM}
-#: A correction must be smaller than this times the one before: by Kantorovich's theorem the solution
-#: then moves continuously from the last one to this one.
-CONTRACTION = 0.25
 #: A point predicted along a tangent is at most so far from the curve, per arc length of the step.
 PREDICTION = 0.25
 #: Residual below which a point found by arc length is not corrected once more: where branches cross, an
 #: error is divided by the distance from the crossing.
 POLISHED = 1e-14
-#: Steps that change a margin by less are not divided to find out whether its limit is passed within.
-SMALLEST_GRAZE = 1e-3
-#: Newton steps of one path step.
-ITERATIONS = 12
 #: Load that counts as much as a motor turned by a radian, in E J / l^2 and E J / l.
 _LOAD_UNIT = 4.0
 #: Step of the fraction by which the rate of the residual is found, central differences.
@@ -102,11 +94,7 @@ class Point:
 
     def grazes(self, other: Point) -> bool:
         """Whether a limit may be passed, and be kept again, between this point and another."""
-        if not self.margins.size:
-            return False
-        change = np.abs(other.margins - self.margins)
-        near = np.minimum(np.abs(self.margins), np.abs(other.margins)) < change
-        return bool(np.any(near & (change > SMALLEST_GRAZE)))
+        return grazes(self.margins, other.margins)
 
     @property
     def side(self) -> int:
@@ -178,13 +166,7 @@ class Path:
 
     def begin(self) -> Point:
         """The start as a point of the path."""
-        if not self.conservative:
-            start = self.start
-            self._evaluate(
-                start.state.copy(), start.platform_rotation.copy(), start.platform_position.copy(),
-                start.load_arrays,
-            )  # fmt: skip
-        return self._point(0.0, self.start)
+        return self._found(0.0, self.start)
 
     def at(self, here: Point, fraction: float) -> Point | None:
         """The solution at a fraction, by Newton's method from a point nearby.
@@ -194,28 +176,23 @@ class Path:
         """
         self._check_time()
         robot, before = self._robot, here.equilibrium
-        state, rotation = before.state.copy(), before.platform_rotation.copy()
-        position = before.platform_position.copy()
-        motors, to_rotation, to_position = before.motors.copy(), rotation.copy(), position.copy()
-        efforts = np.zeros(len(motors))
-        imposed = Imposed(motors, efforts, to_rotation, to_position)
-        self._target.impose(self.start, fraction, imposed)
-        lengths = robot.length_indices
-        if lengths.size and motors[robot.length_motors].min() <= 0.0:
+        loads, record = self._loads_at(fraction), new_record(robot)
+        kept = kept_factors(robot.arrays)
+        if not step_bound(
+            robot.bound, loads, PROBLEMS[self.problem], self._given(before, fraction),
+            before.record, before.factors, not self._loads_change, record, kept,
+        ):  # fmt: skip
             return None
-        loads, kept = self._loads_at(fraction), kept_factors(robot.arrays)
-        signs = np.empty(3, np.int64)
-        status, iterations, largest, energy = step_bound(
-            robot.bound, loads, PROBLEMS[self.problem], motors, to_rotation, to_position,
-            before.efforts.copy(), efforts, before.factors, not self._loads_change,
-            RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION, state, rotation, position, self._residual, signs, kept,
-        )  # fmt: skip
-        self.iterations += iterations
-        if status != CONVERGED or (lengths.size and state[lengths].min() <= 0.0):
-            return None
-        return self._found(
-            fraction, state, rotation, position, loads, largest, iterations, energy, kept, signs
-        )
+        there = Equilibrium(robot, self._loads_between(fraction), loads, record, kept)
+        self.iterations += there.iterations
+        return self._found(fraction, there)
+
+    def _given(self, here: Equilibrium, fraction: float) -> Floats:
+        """What is imposed at a fraction, as the kernels take it."""
+        state, rotation, position, efforts = self._imposed(here, fraction)
+        if self.problem == "motors":
+            return state[self._robot.arrays.motor_index :]
+        return efforts if self.problem == "efforts" else np.append(rotation, position)
 
     def crossing(self, low: Point, high: Point) -> float:
         """Fraction where the determinant of the problem vanishes between two neighbours, linearly."""
@@ -278,20 +255,15 @@ class Path:
             efforts = self._impose(state, rotation, position, fraction)
             if lengths.size and state[lengths].min() <= 0.0:
                 return None
-            energy = self._evaluate(state, rotation, position, loads)
+            self._evaluate(state, rotation, position, loads)
             residual = self._scaled_residual(efforts)
             largest = float(np.abs(residual).max())
             if not np.isfinite(largest):
                 return None
             if largest < POLISHED or (largest < RESIDUAL_TOLERANCE and polished):
-                kept, signs = kept_factors(robot.arrays), np.empty(3, np.int64)
-                factors_bound(
-                    robot.bound, loads, state, rotation, position, self._residual, signs, kept
-                )
-                return self._found(
-                    fraction, state, rotation, position, loads, largest, iteration, energy, kept,
-                    signs,
-                )  # fmt: skip
+                asked = self._loads_between(fraction)
+                there = described(robot, asked, loads, state, rotation, position, iteration)
+                return self._found(fraction, there)
             polished = largest < RESIDUAL_TOLERANCE
             matrix = self._scaled_tangent(rotation)
             rate = self._rate(state, rotation, position, fraction)
@@ -312,40 +284,14 @@ class Path:
             self._move(state, rotation, position, change[:-1])
         return None
 
-    def _found(
-        self,
-        fraction: float,
-        state: Floats,
-        rotation: Floats,
-        position: Floats,
-        loads: LoadArrays,
-        residual: float,
-        iterations: int,
-        energy: float,
-        kept: Lanes,
-        signs: NDArray[np.int64],
-    ) -> Point:
-        """A solution at which the model has just been evaluated, as a point; arrays are taken over."""
-        robot = self._robot
-        equilibrium = Equilibrium(
-            robot=robot,
-            loads=self._loads_between(fraction),
-            state=state,
-            platform_rotation=rotation,
-            platform_position=position,
-            efforts=self._residual[robot.arrays.motor_index :].copy(),
-            residual=residual,
-            iterations=iterations,
-            energy=energy,
-            load_arrays=loads,
-            inertia=inertia_from(
-                robot, signs, partial(self._tangent_at, state, rotation, position, loads), rotation
-            ),
-            known_factors=kept,
-        )
+    def _found(self, fraction: float, there: Equilibrium) -> Point:
+        """A solution as a point."""
         if not self.conservative:
-            self._evaluate(state, rotation, position, loads)
-        return self._point(fraction, equilibrium)
+            self._evaluate(
+                there.state.copy(), there.platform_rotation.copy(), there.platform_position.copy(),
+                there.load_arrays,
+            )  # fmt: skip
+        return self._point(fraction, there)
 
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
         inertia, problem = equilibrium.inertia, self._target.problem
@@ -392,20 +338,11 @@ class Path:
 
     def _evaluate(
         self, state: Floats, rotation: Floats, position: Floats, loads: LoadArrays
-    ) -> float:
-        """Residual and tangent at any state; returns the energy."""
-        return float(
-            evaluate_bound(
-                self._robot.bound, loads, state, rotation, position, self._residual, self._tangent
-            )
-        )  # fmt: skip
-
-    def _tangent_at(
-        self, state: Floats, rotation: Floats, position: Floats, loads: LoadArrays
-    ) -> Floats:
-        """The tangent at any state, (N, N)."""
-        self._evaluate(state, rotation, position, loads)
-        return self._tangent.copy()
+    ) -> None:
+        """Residual and tangent at any state."""
+        evaluate_bound(
+            self._robot.bound, loads, state, rotation, position, self._residual, self._tangent
+        )
 
     def _scaled_residual(self, efforts: Floats) -> Floats:
         """Dimensionless residual of the problem, legs first."""

@@ -23,6 +23,7 @@ class RodGrid:
         nodes: Quadrature nodes, increasing, shape (K,).
         weights: Quadrature weights, sum 1, shape (K,).
         integration: ``integration[k, j]``: weight of node j in the integral from 0 to node k, (K, K).
+        panel_nodes: Nodes of every panel.
         steps: Lengths of the rotation steps from 0 to 1, shape (G,).
         step_points: Gauss points of every step, shape (G, 3).
         step_node: Node at which a step ends, or -1 (a breakpoint or the tip), shape (G,).
@@ -31,6 +32,7 @@ class RodGrid:
     nodes: NDArray[np.float64]
     weights: NDArray[np.float64]
     integration: NDArray[np.float64]
+    panel_nodes: int
     steps: NDArray[np.float64]
     step_points: NDArray[np.float64]
     step_node: NDArray[np.int64]
@@ -68,6 +70,7 @@ def rod_grid(nodes_per_panel: int, breakpoints: tuple[float, ...] = ()) -> RodGr
         nodes=nodes,
         weights=weights,
         integration=integration,
+        panel_nodes=nodes_per_panel,
         steps=steps,
         step_points=starts[:, None] + steps[:, None] * MAGNUS_POINTS,
         step_node=np.array([node_at.get(stop, -1) for stop in stops], dtype=np.int64),

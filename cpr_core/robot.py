@@ -82,6 +82,11 @@ class Robot:
         return self.description.motor_names
 
     @cached_property
+    def motor_list(self) -> str:
+        """The same in words."""
+        return " ".join(self.motor_names)
+
+    @cached_property
     def motor_count(self) -> int:
         """Number of motors n."""
         return len(self.motor_names)
@@ -171,6 +176,11 @@ class Robot:
     def limits_strain(self) -> bool:
         """Whether any rod has a yield strain."""
         return bool(np.isfinite(self.strain_limits).any())
+
+    @cached_property
+    def limited(self) -> bool:
+        """Whether there are any limits of motors' positions and efforts or of strain."""
+        return bool(self.limited_motors) or self.limits_strain
 
     @cached_property
     def curvature_stations(self) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:

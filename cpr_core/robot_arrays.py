@@ -59,6 +59,7 @@ class _Builder:
             **self._slots(motor_index),
             weights=self.grid.weights,
             integration=np.ascontiguousarray(self.grid.integration.T),
+            panel_nodes=self.grid.panel_nodes,
             steps=self.grid.steps,
             step_node=self.grid.step_node,
             position_axes=self.position_axes,

@@ -168,21 +168,24 @@ def integrate_arms(robot, length, chord, work):
         work: Workspace; ``frames`` is read, ``arm`` is the result.
     """
     frames, integration, weights = work.frames, robot.integration, robot.weights
-    nodes = weights.shape[0]
+    panel = robot.panel_nodes
     for i in range(3):
         whole = broadcast(frames, 0.0)
-        for j in range(nodes):
+        for j in range(weights.shape[0]):
             whole += weights[j] * load(frames, (0, i, j))
         store(work.small, (chord, i), whole)
-        for k in range(0, nodes, 4):
-            s0, s1, s2, s3 = whole, whole, whole, whole
-            for j in range(nodes):
-                tangent = load(frames, (0, i, j))
-                s0 -= integration[j, k] * tangent
-                s1 -= integration[j, k + 1] * tangent
-                s2 -= integration[j, k + 2] * tangent
-                s3 -= integration[j, k + 3] * tangent
-            store(work.arm, (i, k), length * s0)
-            store(work.arm, (i, k + 1), length * s1)
-            store(work.arm, (i, k + 2), length * s2)
-            store(work.arm, (i, k + 3), length * s3)
+        for first in range(0, weights.shape[0], panel):
+            for k in range(first, first + panel, 4):
+                s0, s1, s2, s3 = whole, whole, whole, whole
+                for j in range(first, first + panel):
+                    tangent = load(frames, (0, i, j))
+                    s0 -= integration[j, k] * tangent
+                    s1 -= integration[j, k + 1] * tangent
+                    s2 -= integration[j, k + 2] * tangent
+                    s3 -= integration[j, k + 3] * tangent
+                store(work.arm, (i, k), length * s0)
+                store(work.arm, (i, k + 1), length * s1)
+                store(work.arm, (i, k + 2), length * s2)
+                store(work.arm, (i, k + 3), length * s3)
+            for j in range(first, first + panel):  # beyond a panel its whole integral counts
+                whole -= weights[j] * load(frames, (0, i, j))

@@ -14,6 +14,7 @@ from .lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_lo
 from .robot import Robot
 
 __all__ = [
+    "LONGEST_STEP",
     "EffortTarget",
     "Imposed",
     "MotorTarget",
@@ -25,6 +26,10 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
+
+#: Longest path step in what is imposed, in radians and rod lengths. A motor several turns away looks
+#: near to Newton's method, yet the rod has to be wound there.
+LONGEST_STEP = 0.5
 
 #: Keys of ``Robot.problems``.
 ProblemName = Literal["motors", "efforts", "platform"]
@@ -60,6 +65,10 @@ class Target(Protocol):
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Write what holds at a fraction of the way from the start."""
+        ...
+
+    def given(self, start: Equilibrium) -> Floats:
+        """What holds here, as the kernels take it: one row of `step_kernel.go_on`."""
         ...
 
 
@@ -104,6 +113,10 @@ class MotorTarget:
         """Straight in the motor positions."""
         values.motors[:] = (1.0 - fraction) * start.motors + fraction * self.motors
 
+    def given(self, start: Equilibrium) -> Floats:
+        """The motors, (1, n)."""
+        return np.array(self.motors, ndmin=2)
+
 
 @dataclass(frozen=True, eq=False)
 class EffortTarget:
@@ -127,6 +140,10 @@ class EffortTarget:
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the efforts."""
         values.efforts[:] = (1.0 - fraction) * start.efforts + fraction * self.efforts
+
+    def given(self, start: Equilibrium) -> Floats:
+        """The efforts, (1, n)."""
+        return np.array(self.efforts, ndmin=2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +177,12 @@ class PlatformTarget:
         elif len(held) < len(axes):
             turn = rotation_log(self.rotation @ start.platform_rotation.T)
             values.rotation[:] = rotation_exp(fraction * turn) @ start.platform_rotation
+
+    def given(self, start: Equilibrium) -> Floats:
+        """Rotation and position, those of the start where they are not controlled, (1, 12)."""
+        rotation, position = start.platform_rotation.copy(), start.platform_position.copy()
+        self.impose(start, 1.0, Imposed(np.empty(0), np.empty(0), rotation, position))
+        return np.append(rotation, position)[None, :]
 
     def _angles_between(self, start: Equilibrium, fraction: float, rotation: Floats) -> Floats:
         """The controlled angles on the short way, the others as they are."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -38,7 +38,7 @@ class Trace:
 
     robot: Robot
     fractions: Floats
-    equilibria: tuple[Equilibrium, ...]
+    equilibria: Sequence[Equilibrium]
     events: tuple[PathEvent, ...]
     stopped: PathEvent | None
 

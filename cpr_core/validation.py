@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -46,18 +48,23 @@ def checked_vector(
         InvalidRequest: Not numbers, or not ``size`` of them.
         NonFiniteInput: A NaN or an infinity among them.
     """
-    expected = f"expected {size} numbers" + (f" ({meaning})" if meaning else "")
     try:
         given = np.asarray(value)
         if given.dtype.kind in "SUbc":  # words and truth values are no numbers
             raise TypeError
         vector = given.astype(float)
     except (TypeError, ValueError, OverflowError):
-        raise InvalidRequest(name, f"{expected}, got {value!r:.200}") from None
+        raise InvalidRequest(name, f"{_expected(size, meaning)}, got {value!r:.200}") from None
     if vector.shape != (size,):
         count = vector.size if vector.ndim == 1 else f"an array of shape {vector.shape}"
-        raise InvalidRequest(name, f"{expected}, got {count}")
-    if not np.isfinite(vector).all():
+        raise InvalidRequest(name, f"{_expected(size, meaning)}, got {count}")
+    # The product is finite unless something is not, or is huge; it is the fastest to ask for.
+    if not math.isfinite(vector.dot(vector)) and not np.isfinite(vector).all():
+        expected = _expected(size, meaning)
         raise NonFiniteInput(name, f"{expected}, all finite, got {vector.tolist()}")
     vector.flags.writeable = False
     return vector
+
+
+def _expected(size: int, meaning: str) -> str:
+    return f"expected {size} numbers" + (f" ({meaning})" if meaning else "")

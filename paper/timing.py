@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import NoSolution, solve_forward
+from cpr_core import NoSolution, trace_through
 from cpr_core.equilibrium import RESIDUAL_TOLERANCE
 from cpr_core.reference.continuous_rods import follow_motors
 from cpr_core.reference.finite_differences import (
@@ -102,11 +102,10 @@ def models_of(case: Case, comparable: ShootingMethod) -> tuple[Model, ...]:
     literal = solve_literally(robot.home)
 
     def modes(path: Path_) -> Sequence:
-        here, points = robot.home, []
-        for motors in path:
-            here = solve_forward(robot, motors, start=here)
-            points.append(here)
-        return points
+        found = trace_through(robot, motors=path, start=robot.home, singularities=False)
+        if not found.reached:
+            raise NoSolution(found.events[-1].message)
+        return found.equilibria
 
     def shooting(method: ShootingMethod) -> Callable[[Path_], Sequence]:
         return lambda path: follow_motors(continuous, path, method=method)

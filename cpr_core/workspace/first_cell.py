@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import workspace
-from ..continuation import LONGEST_STEP
 from ..equilibrium import Equilibrium
 from ..lie import roll_pitch_yaw
 from ..motors import MotorLimits
 from ..robot import Robot
-from ..targets import MotorTarget, PlatformTarget, Target
+from ..targets import LONGEST_STEP, MotorTarget, PlatformTarget, Target
 from .batch_kernel import signs_of_cell
 from .cell_problem import CellProblem
 from .grid import Grid

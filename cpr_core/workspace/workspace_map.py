@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ..equilibrium import Equilibrium
+from ..equilibrium import Equilibrium, described
 from ..errors import InvalidRequest
-from ..inertia import Inertia
 from ..limits import limits_of
 from ..loads import Loads
-from ..model import evaluate
 from ..robot import Robot
 from .borders import Border
 from .grid import Grid
@@ -207,23 +205,7 @@ class WorkspaceMap:
 
 def equilibrium_of(robot: Robot, loads: Loads, cells: CellArrays, cell: int) -> Equilibrium:
     """The equilibrium of a cell."""
-    arrays, motor_index = robot.arrays, robot.arrays.motor_index
-    load_arrays = robot.load_arrays(loads)
-    value = evaluate(
-        robot, load_arrays, cells.state[cell], cells.rotation[cell], cells.position[cell]
-    )
-    residual = (value.residual * arrays.unit / arrays.energy_unit)[:motor_index]
-    locked, free, inverse, _ = cells.signs[cell].tolist()
-    return Equilibrium(
-        robot=robot,
-        loads=loads,
-        state=cells.state[cell].copy(),
-        platform_rotation=cells.rotation[cell].copy(),
-        platform_position=cells.position[cell].copy(),
-        efforts=value.residual[motor_index:].copy(),
-        residual=float(np.abs(residual).max()),
-        iterations=0,
-        energy=value.energy,
-        load_arrays=load_arrays,
-        inertia=Inertia(locked, free, inverse),
-    )
+    return described(
+        robot, loads, robot.load_arrays(loads), cells.state[cell], cells.rotation[cell],
+        cells.position[cell],
+    )  # fmt: skip

@@ -1,0 +1,136 @@
+"""Trajectories: the same as single solves one after the other, with every event."""
+
+import numpy as np
+import pytest
+from robustness import distance
+
+from cpr_core import (
+    InvalidRequest,
+    Loads,
+    NonFiniteInput,
+    given_at,
+    load_robot,
+    solve_forward,
+    solve_forward_by_effort,
+    solve_inverse,
+    trace,
+    trace_through,
+)
+from paper.cases import RFRFR, SIX_RFS
+
+CASES = {case.name: case for case in (RFRFR, SIX_RFS)}
+SOLVERS = {"motors": solve_forward, "poses": solve_inverse, "efforts": solve_forward_by_effort}
+
+
+def one_by_one(robot, what, rows, start):
+    """A loop of single solves."""
+    found = []
+    for row in rows:
+        found.append(SOLVERS[what](robot, row, start=found[-1] if found else start))
+    return found
+
+
+@pytest.mark.parametrize("what", SOLVERS)
+@pytest.mark.parametrize("name", CASES)
+def test_a_trajectory_is_what_single_solves_find(name, what):
+    robot = load_robot(name)
+    path = CASES[name].path()
+    start = solve_forward(robot, path[0])
+    places = one_by_one(robot, "motors", path[1:12], start)
+    rows = [given_at(place, "pose" if what == "poses" else what) for place in places]
+    found = trace_through(robot, **{what: rows}, start=start, singularities=False)
+    assert found.reached and not found.events and len(found.equilibria) == len(rows)
+    assert found.fractions[-1] == 1.0
+    for ours, theirs in zip(found.equilibria, places, strict=True):
+        assert ours.converged
+        assert distance(ours, theirs) < 1e-7
+        assert (ours.index_locked, ours.index_free) == (theirs.index_locked, theirs.index_free)
+    assert found.motors.shape == (len(rows), robot.motor_count)
+    # The predictions learn: fewer Newton steps than alone.
+    alone = sum(place.iterations for place in places)
+    if what == "motors":
+        assert sum(here.iterations for here in found.equilibria) < alone
+
+
+def test_every_numbering_of_equilibria_works():
+    robot = load_robot("rfrfr")
+    found = trace_through(robot, motors=robot.home.motors + 0.01 * np.arange(5.0)[:, None])
+    motors = [here.motors[0] for here in found.equilibria]
+    assert motors == [here.motors[0] for here in found.equilibria[:]]
+    assert found.equilibria[-1].motors[0] == motors[-1] == found.last.motors[0]
+    assert [here.motors[0] for here in found.equilibria[::2]] == motors[::2]
+    with pytest.raises(IndexError):
+        found.equilibria[5]
+
+
+def test_far_requests_loads_and_heavy_rods_are_walked_to():
+    robot = load_robot("rfrfr")
+    loads = Loads.none().with_(gravity=[0.0, -9.81, 0.0])
+    rows = [robot.home.motors + 0.7, robot.home.motors - 0.6, robot.home.motors - 0.61]
+    found = trace_through(robot, motors=rows, loads=loads)
+    first = solve_forward(robot, rows[0], loads=loads)
+    places = [first, *one_by_one(robot, "motors", rows[1:], first)]
+    assert [distance(*pair) < 1e-8 for pair in zip(found.equilibria, places, strict=True)]
+    assert found.equilibria[0].loads is loads
+
+
+def test_following_forces_are_walked_to():
+    robot = load_robot("six_rfs")
+    loads = Loads.none().with_(wrench_body=[0.0, 0.0, 0.0, 0.1, 0.0, 0.0])
+    rows = robot.home.motors + 0.02 * np.arange(4.0)[:, None]
+    found = trace_through(robot, motors=rows, loads=loads)
+    first = solve_forward(robot, rows[0], loads=loads)
+    assert distance(found.last, one_by_one(robot, "motors", rows[1:], first)[-1]) < 1e-8
+
+
+def test_stability_that_is_lost_is_an_event_at_its_place():
+    robot = load_robot("rfrfr")
+    start = solve_inverse(robot, [0.0, 0.3])
+    rows = np.column_stack([np.zeros(40), np.linspace(0.29, -0.02, 40)])
+    straight = trace(robot, pose=rows[-1], start=start)
+    found = trace_through(robot, poses=rows, start=start)
+    assert [event.kind for event in found.events] == [event.kind for event in straight.events]
+    one, other = found.events[0], straight.events[0]
+    assert distance(one.equilibrium, other.equilibrium) < 1e-6
+    halted = trace_through(robot, poses=rows, start=start, stable_only=True)
+    assert not halted.reached and halted.stopped.kind == "stability"
+    assert all(here.index_locked == 0 for here in halted.equilibria)
+    assert len(halted.equilibria) == int(halted.stopped.fraction * len(rows))
+    assert distance(halted.last, one.equilibrium) < 1e-6
+
+
+def test_inverse_singularities_on_the_way_of_motors_are_events_where_they_are_asked_for():
+    robot, path = load_robot("six_rfs"), SIX_RFS.path()
+    start = solve_forward(robot, path[0])
+    found = trace_through(robot, motors=path[1:], start=start)
+    assert [event.kind for event in found.events] == ["singularity"]
+    assert 50.0 * found.events[0].fraction == pytest.approx(47.81, abs=0.01)
+    assert not trace_through(robot, motors=path[1:], start=start, singularities=False).events
+
+
+def test_limits_stop_a_trajectory_where_they_are_passed():
+    robot = load_robot("gough_stewart")
+    lower = robot.description.legs[0].limits.lower
+    rows = np.tile(robot.home.motors, (60, 1))
+    rows[:, 0] = np.linspace(robot.home.motors[0], lower - 0.01, 60)
+    found = trace_through(robot, motors=rows)
+    assert found.stopped.kind == "motor_limit"
+    assert found.last.motors[0] == pytest.approx(lower, abs=1e-6)
+    assert found.equilibria[-1].motors[0] >= lower
+
+
+@pytest.mark.parametrize(
+    ("requests", "error", "says"),
+    [
+        ({}, InvalidRequest, "got none"),
+        ({"motors": [[1.0, 2.0]], "efforts": [[1.0, 2.0]]}, InvalidRequest, "motors and efforts"),
+        ({"motors": [1.0, 2.0]}, InvalidRequest, "rows of 2 numbers"),
+        ({"motors": [[1.0, 2.0, 3.0]]}, InvalidRequest, r"shape \(1, 3\)"),
+        ({"poses": []}, InvalidRequest, r"x y"),
+        ({"motors": [["a", "b"]]}, InvalidRequest, "numbers"),
+        ({"motors": [[1.0, 2.0], [1.0, np.nan]]}, NonFiniteInput, "row 1"),
+    ],
+)
+def test_wrong_requests_are_refused(requests, error, says):
+    with pytest.raises(error, match=says):
+        trace_through(load_robot("rfrfr"), **requests)
