@@ -104,7 +104,7 @@ def models_of(case: Case, comparable: ShootingMethod) -> tuple[Model, ...]:
     def modes(path: Path_) -> Sequence:
         found = trace_through(robot, motors=path, start=robot.home, singularities=False)
         if not found.reached:
-            raise NoSolution(found.events[-1].message)
+            raise NoSolution(found.events[-1].message, found.events[-1].fraction, found.last)
         return found.equilibria
 
     def shooting(method: ShootingMethod) -> Callable[[Path_], Sequence]:
