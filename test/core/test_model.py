@@ -90,6 +90,13 @@ LOADS = {
             )
         ]
     ),
+    "force that adds up to nothing": lambda planar: Loads.none().with_(
+        distributed=[
+            DistributedForce(
+                "leg1", np.array([0.0, 1.0]), np.array([[0.4, -0.3, 0.0], [-0.4, 0.3, 0.0]])
+            )
+        ]
+    ),
     "following wrench": lambda planar: Loads.none().with_(
         wrench_body=[0, 0, 0.2, 0.3, -0.4, 0] if planar else [0.1, -0.2, 0.2, 0.3, -0.4, 0.5]
     ),
