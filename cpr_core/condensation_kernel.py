@@ -45,7 +45,7 @@ __all__ = [
 CONDENSED, DENSE, NO_INVERSE = 0, 1, 2
 
 #: Pivots below this fraction of the largest strain stiffness of a leg are not divided by.
-_SMALLEST_LEG_PIVOT = 1e-9
+_SMALLEST_LEG_PIVOT = 1e-8
 _SMALLEST_PIVOT = 1e-14
 
 
