@@ -25,12 +25,12 @@ from .bracketing import (
     landing,
 )
 from .equilibrium import Equilibrium
-from .errors import InvalidRequest
 from .events import EventKind, PathEvent
 from .limits import Limit, limit_error
 from .loads import Loads
 from .path import OutOfTime, Path, Point, Tangent
 from .targets import LONGEST_STEP, Target
+from .validation import checked_time
 
 __all__ = ["Walk", "follow"]
 
@@ -98,10 +98,9 @@ def follow(
     Raises:
         InvalidRequest: A time limit that is negative or no number.
     """
-    if time_limit is not None and not time_limit >= 0.0:
-        raise InvalidRequest("time_limit", f"expected a time of at least 0 s, got {time_limit}")
+    allowed = checked_time(time_limit)
     return _Walker(
-        Path(start, target, loads, singularities), target, stable_only, past_folds, keep, time_limit,
+        Path(start, target, loads, singularities), target, stable_only, past_folds, keep, allowed,
         progress,
     ).walk()  # fmt: skip
 
@@ -116,14 +115,14 @@ class _Walker:
         stable_only: bool,
         past_folds: bool,
         keep: tuple[float, ...],
-        time_limit: float | None,
+        time_limit: float,
         progress: Callable[[float], None] | None,
     ) -> None:
         self.path = path
         self.steps = max(target.distance(path.start), path.load_distance) / LONGEST_STEP
         self.stable_only, self.past_folds = stable_only, past_folds
         self.keep, self.progress = list(keep), progress
-        path.deadline = np.inf if time_limit is None else time.perf_counter() + time_limit
+        path.deadline = time.perf_counter() + time_limit
         self.events: list[PathEvent] = []
         self.points: list[Point] = []
         self.violation: tuple[Limit, Equilibrium] | None = None

@@ -24,7 +24,7 @@ from .newton_kernel import newton
 from .one_step import one_step
 from .robot import Robot
 from .targets import EffortTarget, MotorTarget, PlatformTarget, Target
-from .validation import checked_vector
+from .validation import checked_matrix, checked_time, checked_vector
 
 __all__ = [
     "checked_start",
@@ -234,7 +234,7 @@ def restore_equilibrium(
         ("multipliers", robot.multiplier_indices, multipliers),
     ):
         state[indices] = checked_vector(name, values, len(indices))
-    rotation = np.array(platform_rotation, float)
+    rotation = checked_matrix("platform_rotation", platform_rotation, 3, 3)
     position = np.array(checked_vector("platform_position", platform_position, 3))
     _check_freedom(robot, rotation, position)
     given = state / robot.arrays.unit, rotation.copy(), position / robot.mean_length
@@ -299,6 +299,8 @@ def checked_start(robot: Robot, start: Equilibrium | None) -> Equilibrium:
     """
     if start is None:
         return robot.home
+    if not isinstance(start, Equilibrium):
+        raise InvalidRequest("start", f"expected an Equilibrium, got {start!r:.200}")
     if start.robot is not robot:
         raise InvalidRequest("start", "expected an equilibrium of the same robot object")
     return start
@@ -313,9 +315,8 @@ def _followed(
     time_limit: float | None,
 ) -> Equilibrium:
     target = target_of(start, what, values)
-    if (loads is None or loads is start.loads) and (
-        time_limit is None or (isinstance(time_limit, float) and time_limit > _ONE_STEP)
-    ):
+    near = loads is None or loads is start.loads
+    if near and (time_limit is None or checked_time(time_limit) > _ONE_STEP):
         found = one_step(start, target, stable_only)
         if found is not None:
             return found

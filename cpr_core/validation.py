@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import InvalidRequest, NonFiniteInput
 
-__all__ = ["checked_count", "checked_number", "checked_vector"]
+__all__ = ["checked_count", "checked_matrix", "checked_number", "checked_time", "checked_vector"]
 
 
 def checked_count(name: str, value: object, least: int) -> int:
@@ -37,6 +37,40 @@ def checked_number(name: str, value: object) -> float:
     if not np.isfinite(value):
         raise NonFiniteInput(name, f"expected a finite number, got {value}")
     return float(value)
+
+
+def checked_time(value: object) -> float:
+    """A time limit; without end where none is given [s].
+
+    Raises:
+        InvalidRequest: No number, or a negative one.
+    """
+    if value is None:
+        return math.inf
+    number = isinstance(value, int | float | np.integer | np.floating) and value is not True
+    if not number or not value >= 0.0:  # type: ignore[operator]
+        raise InvalidRequest("time_limit", f"expected a time of at least 0 s, got {value!r:.200}")
+    return float(value)  # type: ignore[arg-type]
+
+
+def checked_matrix(name: str, value: ArrayLike, rows: int, columns: int) -> NDArray[np.float64]:
+    """A float matrix of a given shape.
+
+    Raises:
+        InvalidRequest: Not numbers, or another shape.
+        NonFiniteInput: A NaN or an infinity among them.
+    """
+    try:
+        given = np.asarray(value)
+        shape = given.shape
+        vector = checked_vector(name, given.ravel(), rows * columns)
+    except (TypeError, ValueError):
+        shape = ()
+    if shape != (rows, columns):
+        raise InvalidRequest(
+            name, f"expected a matrix of {rows} x {columns} numbers, got {value!r:.200}"
+        )
+    return vector.reshape(rows, columns).copy()
 
 
 def checked_vector(

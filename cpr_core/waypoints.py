@@ -24,6 +24,7 @@ from .robot import Robot
 from .step_kernel import SIGNS
 from .targets import LONGEST_STEP, ProblemName, check_rod_lengths
 from .trace import Trace
+from .validation import checked_time
 
 __all__ = ["trace_through"]
 
@@ -76,7 +77,7 @@ def trace_through(
         named = " and ".join(name for name, _ in given) or "none"
         raise InvalidRequest("requests", f"expected one of motors, poses and efforts, got {named}")
     what, rows = given[0][0], _checked_rows(robot, *given[0])
-    deadline = np.inf if time_limit is None else time.perf_counter() + time_limit
+    deadline = time.perf_counter() + checked_time(time_limit)
     here, count = start, len(rows)
     found, events, stopped = _Records(start, loads, count), [], None
     while len(found) < count and stopped is None:
@@ -85,7 +86,7 @@ def trace_through(
             here = _run(found, here, what, rows, singularities)
             done = len(found)
         if done < count:
-            left = None if time_limit is None else max(0.0, deadline - time.perf_counter())
+            left = max(0.0, deadline - time.perf_counter())
             target = target_of(here, "pose" if what == "poses" else what, rows[done])
             walk = follow(
                 here, target, found.loads, stable_only=stable_only,

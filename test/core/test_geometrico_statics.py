@@ -249,3 +249,31 @@ def test_what_an_equilibrium_is_given_by_is_one_of_three():
     np.testing.assert_array_equal(given_at(home, "pose"), home.platform_position[:2])
     with pytest.raises(InvalidRequest, match="expected motors, efforts or pose, got 'platform'"):
         given_at(home, "platform")
+
+
+@pytest.mark.parametrize("solve", [solve_forward, solve_forward_by_effort])
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"start": [2.59, 0.55]}, "start: expected an Equilibrium"),
+        ({"time_limit": "soon"}, "time_limit: expected a time of at least 0 s, got 'soon'"),
+        ({"time_limit": -1.0}, "time_limit"),
+        ({"time_limit": float("nan")}, "time_limit"),
+        ({"time_limit": True}, "time_limit"),
+        ({"loads": "gravity"}, "loads: expected Loads"),
+    ],
+)
+def test_options_of_wrong_types_are_refused(solve, options, says):
+    robot = load_robot("rfrfr")
+    with pytest.raises(InvalidRequest, match=says):
+        solve(robot, robot.home.motors, **options)
+
+
+@pytest.mark.parametrize("rotation", [np.eye(2), "level", [[1, 0, 0], [0, 1]], 1.0, None])
+def test_a_stored_rotation_of_another_shape_is_refused(rotation):
+    home = load_robot("rfrfr").home
+    with pytest.raises(InvalidRequest, match="platform_rotation"):
+        restore_equilibrium(
+            home.robot, home.loads, home.motors, home.leg_coordinates, home.multipliers, rotation,
+            home.platform_position,
+        )  # fmt: skip
