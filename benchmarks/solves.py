@@ -108,12 +108,13 @@ def _index(here: Equilibrium) -> object:
     return here.index_locked
 
 
-def _locked(here: Equilibrium) -> object:
-    return spectrum(here, "locked")
+def _locked(here: Equilibrium) -> tuple[float, float]:
+    found = spectrum(here, "locked")
+    return found.smallest, found.margin
 
 
-def _free(here: Equilibrium) -> object:
-    return spectrum(here, "free")
+def _free(here: Equilibrium) -> float:
+    return spectrum(here, "free").smallest
 
 
 def _kinemato(here: Equilibrium) -> object:

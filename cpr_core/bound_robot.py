@@ -12,6 +12,7 @@ from numba.core import types
 from numba.experimental import structref
 
 from .compiled import compiled
+from .first_order_kernel import first_order_into
 from .model_kernel import evaluate_model
 from .step_kernel import describe, go_on, step_to
 
@@ -20,6 +21,7 @@ __all__ = [
     "bind",
     "describe_bound",
     "evaluate_bound",
+    "first_order_bound",
     "go_on_bound",
     "step_bound",
 ]
@@ -35,16 +37,16 @@ class _BoundRobotType(types.StructRef):
 
 
 class BoundRobot(structref.StructRefProxy):
-    """RobotArrays and a Workspace, for one thread; made by ``bind``."""
+    """RobotArrays, a Workspace and a Pencil, for one thread; made by ``bind``."""
 
 
-structref.define_proxy(BoundRobot, _BoundRobotType, ["robot", "work"])
+structref.define_proxy(BoundRobot, _BoundRobotType, ["robot", "work", "pencil"])
 
 
 @compiled
-def bind(robot, work):
-    """Take RobotArrays and a Workspace apart."""
-    return BoundRobot(robot, work)
+def bind(robot, work, pencil):
+    """Take RobotArrays, a Workspace and a Pencil apart."""
+    return BoundRobot(robot, work, pencil)
 
 
 @compiled
@@ -75,3 +77,9 @@ def go_on_bound(bound, loads, problem, given, longest, before, factors, records,
 def describe_bound(bound, loads, record, after):
     """``describe``."""
     describe(bound.robot, loads, record, after, bound.work)
+
+
+@compiled
+def first_order_bound(bound, kept, record, eigenvalues, response):
+    """``first_order_into``."""
+    return first_order_into(bound.robot, kept, record, eigenvalues, response, bound.pencil)

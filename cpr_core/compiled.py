@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numba
 from numba.core.caching import IndexDataCacheFile
 
-__all__ = ["KERNEL_MODULES", "compiled", "compiled_strictly", "inlined", "kernel"]
+__all__ = ["KERNEL_MODULES", "compiled", "compiled_strictly", "inlined", "kernel", "part"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -25,16 +25,16 @@ KERNEL_MODULES = (
     "inertia_kernel",
     "newton_kernel",
     "step_kernel",
-    "bound_robot",
     "pencil_kernel",
-    "reduction_kernel",
+    "first_order_kernel",
+    "bound_robot",
     "workspace.eigenvalue_kernel",
     "workspace.step_kernel",
     "workspace.analysis_kernel",
     "workspace.batch_kernel",
 )
 #: What else the compiled code depends on: how it is compiled and what its data look like.
-_CONTEXT_MODULES = ("compiled", "arrays", "lanes")
+_CONTEXT_MODULES = ("compiled", "arrays", "pencil", "lanes")
 
 #: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
 FASTMATH = {"contract", "nsz", "reassoc"}
@@ -81,6 +81,11 @@ def kernel(function: Function) -> Function:
     would cost more than the work on them.
     """
     return _stamped(function, FASTMATH, _nrt=False)
+
+
+def part(function: Function) -> Function:
+    """Compile a kernel that only kernels call: what Python would enter by takes as long to compile."""
+    return _stamped(function, FASTMATH, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def inlined(function: Function) -> Function:

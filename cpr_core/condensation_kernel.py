@@ -68,7 +68,7 @@ def condense(robot, work, factors):
             border[i, j] = value * per_energy * unit[inner + i] * unit[inner + j]
     regular = True
     for number in range(robot.groups.shape[0]):
-        regular = regular and _eliminate(robot, number, per_energy, work, factors)
+        regular = _eliminate(robot, number, per_energy, work, factors) and regular
         _add_border(robot, number, per_energy, work, factors)
     return regular
 
@@ -403,9 +403,11 @@ def keep(robot, factors, kept):
     at = 1
     for number in range(upper.shape[0]):
         for i in range(upper.shape[1]):
-            for j in range(upper.shape[2]):
-                store(kept, at, load(upper, (number, i, j)))
-                at += 1
+            # The unit diagonal of L^T is no news: the inverse pivots have its place.
+            store(kept, at + i, load(factors.inverse, (number, i)))
+            for j in range(i + 1, upper.shape[2]):
+                store(kept, at + j, load(upper, (number, i, j)))
+            at += upper.shape[2]
     width, lane = robot.slot_index.shape[2], 0
     for i in range(border.shape[0]):
         for j in range(border.shape[1]):
@@ -417,7 +419,7 @@ def keep(robot, factors, kept):
 
 @kernel
 def recall(robot, kept, factors):
-    """Copy them back, all but the inverse pivots, which no prediction needs."""
+    """Copy them back."""
     upper, border = factors.upper, factors.border
     factors.how[0] = int(get(kept, 0, 0))
     if factors.how[0] != CONDENSED:
@@ -425,10 +427,10 @@ def recall(robot, kept, factors):
     at = 1
     for number in range(upper.shape[0]):
         for i in range(upper.shape[1]):
-            store(factors.inverse, (number, i), 0.0)
-            for j in range(upper.shape[2]):
-                store(upper, (number, i, j), load(kept, at))
-                at += 1
+            store(factors.inverse, (number, i), load(kept, at + i))
+            for j in range(i + 1, upper.shape[2]):
+                store(upper, (number, i, j), load(kept, at + j))
+            at += upper.shape[2]
     width, lane = robot.slot_index.shape[2], 0
     for i in range(border.shape[0]):
         for j in range(border.shape[1]):

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .equilibrium import Equilibrium
+from .equilibrium import Equilibrium, check_equilibrium
 from .errors import InvalidRequest, NoSolution
-from .first_order import check_equilibrium
 from .geometrico_statics import solve_forward
 from .loads import Loads
 from .stability import MotorReading, spectrum

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from .arrays import Lanes, LoadArrays, kept_factors
 from .bound_robot import describe_bound
+from .errors import InvalidRequest
+from .first_order import FirstOrder, first_order_from
 from .inertia import Inertia, inertia_from
 from .lie import quaternion_from_rotation
 from .loads import Loads
@@ -21,7 +23,7 @@ from .step_kernel import EFFORT, ENERGY, POSITION, RESIDUAL, ROTATION, STEPS
 if TYPE_CHECKING:
     from .stability import Spectrum
 
-__all__ = ["RESIDUAL_TOLERANCE", "Equilibrium", "described", "new_record"]
+__all__ = ["RESIDUAL_TOLERANCE", "Equilibrium", "check_equilibrium", "described", "new_record"]
 
 Floats = NDArray[np.float64]
 
@@ -147,6 +149,11 @@ class Equilibrium:
         return replace(self, record=record)
 
     @cached_property
+    def first_order(self) -> FirstOrder:
+        """Smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
+        return first_order_from(self.robot, self.factors, self.record)
+
+    @cached_property
     def spectrum_locked(self) -> Spectrum:
         """Spectrum of H_r with the motors held."""
         from .stability import spectrum
@@ -159,6 +166,15 @@ class Equilibrium:
         from .stability import spectrum
 
         return spectrum(self, "free")
+
+    def copied(self) -> Equilibrium:
+        """The same value, with all it knows by now: answers that it keeps may refer to the copy.
+
+        A circle of references would keep every equilibrium alive for long.
+        """
+        copy = object.__new__(Equilibrium)
+        copy.__dict__.update(self.__dict__)
+        return copy
 
     @property
     def index_locked(self) -> int:
@@ -194,3 +210,13 @@ def described(
     describe_bound(robot.bound, load_arrays, record, kept)
     record[size + STEPS] = iterations
     return Equilibrium(robot, loads, load_arrays, record, kept)
+
+
+def check_equilibrium(value: object) -> None:
+    """Whether this is something a question can be about.
+
+    Raises:
+        InvalidRequest: No equilibrium.
+    """
+    if not isinstance(value, Equilibrium):
+        raise InvalidRequest("equilibrium", f"expected an Equilibrium, got {value!r:.200}")

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .equilibrium import Equilibrium
-from .errors import InvalidRequest
-from .model import tangent_at
-from .reduction_kernel import first_order_into
+from .arrays import Lanes
+from .bound_robot import first_order_bound
+from .robot import Robot
 
-__all__ = ["FirstOrder", "Response", "check_equilibrium", "first_order"]
+__all__ = ["FirstOrder", "Response", "first_order_from"]
 
 Floats = NDArray[np.float64]
 
@@ -23,21 +22,43 @@ class Response:
     """How platform and efforts answer to motors and wrench; body twists and wrenches.
 
     Attributes:
-        platform_by_motors: ``dSigma_p/dq_a``, (platform, n).
-        platform_by_wrench: ``dSigma_p/dw_p``, motors held, (platform, platform).
-        efforts_by_motors: ``dtau_a/dq_a``, (n, n).
-        efforts_by_wrench: ``dtau_a/dw_p``, motors held, (n, platform).
+        matrix: Platform twist, then efforts, by motors, then wrench, (platform + n, n + platform).
+        motor_count: n.
     """
 
-    platform_by_motors: Floats
-    platform_by_wrench: Floats
-    efforts_by_motors: Floats
-    efforts_by_wrench: Floats
+    matrix: Floats
+    motor_count: int
+
+    @property
+    def platform_by_motors(self) -> Floats:
+        """``dSigma_p/dq_a``, (platform, n)."""
+        return self.matrix[: self._platform, : self.motor_count]
+
+    @property
+    def platform_by_wrench(self) -> Floats:
+        """``dSigma_p/dw_p``, motors held, (platform, platform)."""
+        return self.matrix[: self._platform, self.motor_count :]
+
+    @property
+    def efforts_by_motors(self) -> Floats:
+        """``dtau_a/dq_a``, (n, n)."""
+        return self.matrix[self._platform :, : self.motor_count]
+
+    @property
+    def efforts_by_wrench(self) -> Floats:
+        """``dtau_a/dw_p``, motors held, (n, platform)."""
+        return self.matrix[self._platform :, self.motor_count :]
+
+    @property
+    def _platform(self) -> int:
+        return len(self.matrix) - self.motor_count
 
 
-@dataclass(frozen=True, eq=False)
-class FirstOrder:
-    """Found by condensing every leg onto platform and motors.
+class FirstOrder(NamedTuple):
+    """Found from the legs condensed onto platform and motors.
+
+    Legs that cannot be condensed (straight ones) and motions without stiffness are beyond this method:
+    NaN and None then send to the dense one.
 
     Attributes:
         smallest_locked: Smallest eigenvalue of H_r with the motors held [J]; NaN: not found this way.
@@ -52,49 +73,17 @@ class FirstOrder:
     response: Response | None
 
 
-def check_equilibrium(value: object) -> None:
-    """Whether this is something a question can be about.
+def first_order_from(robot: Robot, factors: Lanes, record: Floats) -> FirstOrder:
+    """First-order behaviour at an equilibrium.
 
-    Raises:
-        InvalidRequest: No equilibrium.
+    Args:
+        robot: The robot.
+        factors: Its condensed tangent there, as the kernels keep it.
+        record: The solution as the kernels keep it.
     """
-    if not isinstance(value, Equilibrium):
-        raise InvalidRequest("equilibrium", f"expected an Equilibrium, got {value!r:.200}")
-
-
-_KEPT: WeakKeyDictionary[Equilibrium, FirstOrder] = WeakKeyDictionary()
-
-
-def first_order(equilibrium: Equilibrium) -> FirstOrder:
-    """First-order behaviour of an equilibrium, computed when first asked for and kept as long as it.
-
-    Legs that cannot hold their tips by their own motions (straight ones) and motions without stiffness
-    are beyond this method: NaN and None then send to the dense one.
-    """
-    kept = _KEPT.get(equilibrium)
-    if kept is None:
-        kept = _KEPT[equilibrium] = _computed(equilibrium)
-    return kept
-
-
-def _computed(equilibrium: Equilibrium) -> FirstOrder:
-    robot = equilibrium.robot
-    motors, platform = robot.motor_count, len(robot.platform_axes)
-    eigenvalues = np.empty(3)
-    response = Response(
-        platform_by_motors=np.empty((platform, motors)),
-        platform_by_wrench=np.empty((platform, platform)),
-        efforts_by_motors=np.empty((motors, motors)),
-        efforts_by_wrench=np.empty((motors, platform)),
-    )
-    # Copies: read-only arrays are another type to numba, for which it would compile all again.
-    found = first_order_into(
-        robot.arrays, tangent_at(equilibrium), equilibrium.state.copy(),
-        equilibrium.platform_rotation.copy(), robot.unit_motions, robot.motion_spans, eigenvalues,
-        response.platform_by_motors, response.platform_by_wrench,
-        response.efforts_by_motors, response.efforts_by_wrench,
-    )  # fmt: skip
-    for matrix in vars(response).values():
-        matrix.flags.writeable = False
+    size = len(robot.arrays.border_indices)
+    eigenvalues, matrix = np.empty(3), np.empty((size, size))
+    found = first_order_bound(robot.bound, factors, record, eigenvalues, matrix)
+    matrix.flags.writeable = False
     locked, free, margin = eigenvalues.tolist()
-    return FirstOrder(locked, free, margin, response if found else None)
+    return FirstOrder(locked, free, margin, Response(matrix, robot.motor_count) if found else None)

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
-from .equilibrium import Equilibrium
+from .equilibrium import Equilibrium, check_equilibrium
 from .errors import InvalidRequest
-from .first_order import Response, check_equilibrium, first_order
+from .first_order import Response
 from .lie import angle_motions
 from .model import tangent_at
 from .stability import null_space_of
@@ -105,18 +105,13 @@ class KinematoStatics:
     @cached_property
     def _response(self) -> Response:
         """From the condensed legs, or from the whole tangent where a leg cannot be condensed."""
-        found = first_order(self.equilibrium).response
+        found = self.equilibrium.first_order.response
         if found is not None:
             return found
         moved, efforts = self._dense_response
-        robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
-        platform = moved[robot.platform_indices]
-        return Response(
-            platform_by_motors=platform[:, :n],
-            platform_by_wrench=platform[:, n:],
-            efforts_by_motors=efforts[:, :n],
-            efforts_by_wrench=efforts[:, n:],
-        )
+        robot = self.equilibrium.robot
+        matrix = np.vstack([moved[robot.platform_indices], efforts])
+        return Response(matrix, robot.motor_count)
 
     @cached_property
     def _dense_response(self) -> tuple[Floats, Floats]:

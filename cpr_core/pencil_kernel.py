@@ -1,12 +1,14 @@
-"""Smallest eigenvalue of a symmetric pencil H v = mu M v shaped like an arrow.
+"""Smallest eigenvalue of H_r, from the tangent with its constraints: a symmetric pencil K v = mu M v.
 
-A leg touches itself and the platform only, in H as in M. H - mu M is eliminated leg by leg onto the
-platform; the number of negative pivots is the number of eigenvalues below mu (Sylvester), so whatever is
-found by iteration is certified: none lies below it, one not above.
+K is the bordered Hessian, whose rows of multipliers M does not see; with the constraints of full rank
+its finite eigenvalues are those of H_r on motions of unit size v^T M v. A leg touches itself and the
+platform only, in K as in M. K - mu M is eliminated for all legs at once onto the platform; its negative
+pivots, less the number of constraints, are the eigenvalues below mu (Sylvester). So whatever is found
+by iteration is certified: none lies below it.
 
-A matrix is stored as the upper triangles of its leg blocks and, beside them from column R on, their
-couplings to the platform, (L, R, R + b), and the platform's own block, the corner, (b, b). Vectors hold
-R entries a leg, then the platform.
+Rows of a leg are its inner slots (`arrays`), then its motor; columns are the same and then the platform.
+With the motors held their row and column are left out. Vectors are the rows of the legs, and the
+platform's beside them.
 """
 
 from __future__ import annotations
@@ -15,263 +17,433 @@ import math
 
 import numpy as np
 
-from .compiled import compiled
+from .compiled import part
+from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 
-__all__ = ["eliminate_corner", "eliminate_legs", "smallest_eigenvalue"]
+__all__ = ["eliminate_pencil", "recall_pencil", "smallest_eigenvalue", "squared_size"]
 
-#: Pivots nearer to zero, relative to the matrix, are moved away from it.
+#: What the condensation has left of platform and motors, dimensionless: entries beyond this (a leg
+#: nearly straight) hide too many digits of others.
+_LARGEST_BORDER = 5e6
+#: A leg is put together again if no pivot is below this fraction of its largest strain stiffness: the
+#: condensation refuses more of them, here the digits that are lost are not needed.
+_SMALLEST_LEG_PIVOT = 1e-8
+#: Pivots of the platform nearer to zero are moved away from it.
 _SMALLEST_PIVOT = 1e-18
-#: Change of a Rayleigh quotient whose third power is rounding, relative to the matrix.
-_CHANGE = 1e-6
-#: Relative distance below an eigenvalue where no other one may be.
-_CERTAIN = 1e-12
-#: Steps of Lanczos' method, and the relative residual at which it is left to Rayleigh quotients.
-_STEPS = 40
+#: How far below a value to look at first, and where no other eigenvalue may be at last.
+_NEAR, _CERTAIN = 1e-5, 1e-11
+#: Inverse iterations before all begins again elsewhere.
+_ITERATIONS = 6
+#: Relative residual at which Lanczos' method is left to inverse iteration.
 _LANCZOS_RESIDUAL = 1e-3
 
 
-@compiled
-def eliminate_legs(blocks, masses, corner, corner_mass, sizes, pivots, shift, least, factors, left):
-    """Eliminate leg rows of ``H - shift M``.
+@part
+def recall_pencil(robot, kept, pencil):
+    """K from the kept factors of a tangent: what was eliminated is put together again.
 
-    Args:
-        blocks: Legs of H, (L, R, R + b).
-        masses: Legs of M, (L, R, R + b).
-        corner: Platform block of H, (b, b).
-        corner_mass: Platform block of M, (b, b).
-        sizes: Rows a leg has, (L,).
-        pivots: Rows of it to eliminate, the first ones, (L,).
-        shift: Number.
-        least: Smallest pivot.
-        factors: Result: pivot rows, and rows that are left, (L, R, R + b).
-        left: Result: upper triangle of what is left of the platform, (b, b).
+    The platform's part is made symmetric: loads without potential do no work on H_r.
 
     Returns:
-        Number of negative pivots.
+        Whether enough digits are left.
     """
-    width, first = corner.shape[0], blocks.shape[1]
+    blocks, rows, corner, condensed = pencil.blocks, pencil.rows, pencil.corner, pencil.condensed
+    inner, width = robot.slot_index.shape[1], corner.shape[0]
+    extent, lanes, groups = inner + width + 1, robot.slot_index.shape[2], robot.groups.shape[0]
+    first = robot.function.shape[0] if robot.orientation_count == 0 else 0
+    doubt = broadcast(rows, -1.0)
+    at, lane = 1 + groups * inner * extent, 0
+    for i in range(condensed.shape[0]):
+        for j in range(condensed.shape[0]):
+            condensed[i, j] = get(kept, at, lane)
+            if not abs(condensed[i, j]) < _LARGEST_BORDER:
+                return False
+            lane += 1
+            if lane == lanes:
+                at, lane = at + 1, 0
+    for i in range(width):
+        for j in range(width):
+            corner[i, j] = 0.5 * (condensed[i, j] + condensed[j, i])
+    for number in range(groups):
+        start = 1 + number * inner * extent
+        largest, smallest = broadcast(rows, 0.0), broadcast(rows, np.inf)
+        for i in range(inner):
+            # Stored in place of the unit diagonal: the inverse pivot.
+            pivot = 1.0 / load(kept, start + i * extent + i)
+            store(rows, (i, i), pivot)
+            smallest = lower(smallest, absolute(pivot))
+            if i < robot.function.shape[0]:
+                largest = -lower(-largest, -absolute(pivot))
+            for j in range(i + 1, extent):
+                store(rows, (i, j), pivot * load(kept, start + i * extent + j))
+            for j in range(i, extent):
+                begin = 0 if j < inner or j == extent - 1 else first
+                value = broadcast(rows, 0.0)
+                for k in range(begin, i):
+                    value += load(kept, start + k * extent + i) * load(rows, (k, j))
+                if i >= begin:
+                    value += load(rows, (i, j))
+                at = j if j < inner else (j + 1 if j < extent - 1 else inner)
+                store(blocks, (number, i, at), value)
+        doubt = -lower(-doubt, smallest - _SMALLEST_LEG_PIVOT * largest)
+        for i in range(width):
+            for j in range(i, width):
+                value = broadcast(rows, 0.0)
+                for k in range(first, inner):
+                    left = load(kept, start + k * extent + inner + i)
+                    value += left * load(rows, (k, inner + j))
+                corner[i, j] += total(value)
+        # The motors' rows, with what the legs had taken from them.
+        for j in range(width + 1):
+            value = broadcast(rows, 0.0)
+            begin = first if j < width else 0
+            for k in range(begin, inner):
+                left = load(kept, start + k * extent + inner + j)
+                value += left * load(rows, (k, extent - 1))
+            column = inner + 1 + j if j < width else inner
+            store(blocks, (number, inner, column), value)
+        for lane in range(lanes):
+            motor = robot.groups[number].motor_index[lane]
+            if motor < 0:
+                put(blocks, (number, inner, inner), lane, 1.0)
+                continue
+            m = motor - robot.platform_index
+            for j in range(width + 1):
+                column = inner + 1 + j if j < width else inner
+                value = condensed[m, j if j < width else m]
+                put(
+                    blocks, (number, inner, column), lane,
+                    value + get(blocks, (number, inner, column), lane),
+                )  # fmt: skip
+    return highest(doubt) < 0.0
+
+
+@part
+def eliminate_pencil(robot, pencil, mass, lumped, free, shift):
+    """Eliminate all of ``K - shift M``.
+
+    Args:
+        robot: RobotArrays.
+        pencil: Pencil.
+        mass: M on strain coordinates, (G, S, S).
+        lumped: M on every other moving coordinate: 1 or 0.
+        free: Whether the motors move.
+        shift: Number.
+
+    Returns:
+        Number of eigenvalues below the shift; -1 where a pivot of a leg was zero.
+    """
+    blocks, upper, inverses = pencil.blocks, pencil.upper, pencil.inverse
+    rows, weights, left = pencil.rows, pencil.weights, pencil.left
+    inner, width, strains = upper.shape[1] - 1, left.shape[0], mass.shape[1]
+    first = strains if robot.orientation_count == 0 else 0
+    size, extent = inner + 1 if free else inner, inner + 1 + width
+    others = shift * lumped
     for i in range(width):
         for j in range(i, width):
-            left[i, j] = corner[i, j] - shift * corner_mass[i, j]
-    negative = 0
-    for leg in range(sizes.shape[0]):
-        size, source, mass, target = sizes[leg], blocks[leg], masses[leg], factors[leg]
+            left[i, j] = pencil.corner[i, j]
+        left[i, i] -= others
+    signs = broadcast(weights, 0.0)
+    for number in range(blocks.shape[0]):
         for i in range(size):
-            for j in range(i, size):
-                target[i, j] = source[i, j] - shift * mass[i, j]
-            for j in range(first, first + width):
-                target[i, j] = source[i, j] - shift * mass[i, j]
-        for k in range(pivots[leg]):
-            row = target[k]
-            if abs(row[k]) < least:
-                row[k] = least
-            if row[k] < 0.0:
-                negative += 1
-            inverse = 1.0 / row[k]
-            for i in range(k + 1, size):
-                other, multiple = target[i], row[i] * inverse
-                for j in range(i, size):
-                    other[j] -= multiple * row[j]
-                for j in range(first, first + width):
-                    other[j] -= multiple * row[j]
-            for i in range(width):
-                other, multiple = left[i], row[first + i] * inverse
-                for j in range(i, width):
-                    other[j] -= multiple * row[first + j]
-    return negative
-
-
-@compiled
-def eliminate_corner(left, least):
-    """Eliminate what is left of the platform, in place; returns the number of negative pivots."""
-    width, negative = left.shape[0], 0
+            value = load(blocks, (number, i, i)) - others * load(weights, (number, i))
+            if i < strains:
+                value -= shift * load(mass, (number, i, i))
+            for k in range(i):
+                value -= load(upper, (number, k, i)) * load(rows, (k, i))
+            inverse = 1.0 / value
+            signs += absolute(value) * inverse
+            store(inverses, (number, i), inverse)
+            for j in range(i + 1, size):
+                value = load(blocks, (number, i, j))
+                if j < strains:
+                    value -= shift * load(mass, (number, i, j))
+                for k in range(i):
+                    value -= load(upper, (number, k, i)) * load(rows, (k, j))
+                store(rows, (i, j), value)
+                store(upper, (number, i, j), inverse * value)
+            if i < first:
+                continue
+            for j in range(inner + 1, extent):
+                value = load(blocks, (number, i, j))
+                for k in range(first, i):
+                    value -= load(upper, (number, k, i)) * load(rows, (k, j))
+                store(rows, (i, j), value)
+                store(upper, (number, i, j), inverse * value)
+        for i in range(width):
+            for j in range(i, width):
+                value = broadcast(weights, 0.0)
+                for k in range(first, size):
+                    value += load(upper, (number, k, inner + 1 + i)) * load(
+                        rows, (k, inner + 1 + j)
+                    )
+                left[i, j] -= total(value)
+    balance = total(signs)
+    if not math.isfinite(balance):
+        return -1
+    pivots = blocks.shape[0] * robot.slot_index.shape[2] * size
+    negative = round(0.5 * (pivots - balance)) - robot.constraint_count
     for k in range(width):
-        if abs(left[k, k]) < least:
-            left[k, k] = least
+        if abs(left[k, k]) < _SMALLEST_PIVOT:
+            left[k, k] = _SMALLEST_PIVOT
         if left[k, k] < 0.0:
             negative += 1
-        inverse = 1.0 / left[k, k]
+        inverse_pivot = 1.0 / left[k, k]
         for i in range(k + 1, width):
-            multiple = left[k, i] * inverse
+            multiple = left[k, i] * inverse_pivot
             for j in range(i, width):
                 left[i, j] -= multiple * left[k, j]
     return negative
 
 
-@compiled
-def _solve(factors, left, sizes, vector):
+@part
+def _solve(upper, inverses, left, first, free, vector, border):
     """Solve with what was eliminated, in place."""
-    width, first = left.shape[0], factors.shape[1]
-    border = vector[sizes.shape[0] * first :]
-    for leg in range(sizes.shape[0]):
-        size, matrix = sizes[leg], factors[leg]
-        part = vector[leg * first : leg * first + size]
-        for k in range(size):
-            row, multiple = matrix[k], part[k] / matrix[k, k]
+    inner, width = upper.shape[1] - 1, left.shape[0]
+    size = inner + 1 if free else inner
+    for number in range(upper.shape[0]):
+        for k in range(size - 1):
+            here = load(vector, (number, k))
             for i in range(k + 1, size):
-                part[i] -= multiple * row[i]
-            for j in range(width):
-                border[j] -= multiple * row[first + j]
+                value = load(vector, (number, i)) - load(upper, (number, k, i)) * here
+                store(vector, (number, i), value)
+        for j in range(width):
+            value = broadcast(vector, 0.0)
+            for k in range(first, size):
+                value += load(upper, (number, k, inner + 1 + j)) * load(vector, (number, k))
+            border[j] -= total(value)
+        for i in range(size):
+            value = load(inverses, (number, i)) * load(vector, (number, i))
+            store(vector, (number, i), value)
     for k in range(width):
         multiple = border[k] / left[k, k]
         for j in range(k + 1, width):
             border[j] -= multiple * left[k, j]
     for k in range(width - 1, -1, -1):
-        total = border[k]
+        rest = border[k]
         for j in range(k + 1, width):
-            total -= left[k, j] * border[j]
-        border[k] = total / left[k, k]
-    for leg in range(sizes.shape[0]):
-        size, matrix = sizes[leg], factors[leg]
-        part = vector[leg * first : leg * first + size]
-        for k in range(size - 1, -1, -1):
-            row, total = matrix[k], part[k]
+            rest -= left[k, j] * border[j]
+        border[k] = rest / left[k, k]
+    for number in range(upper.shape[0]):
+        for i in range(first, size):
+            value = load(vector, (number, i))
             for j in range(width):
-                total -= row[first + j] * border[j]
-            for i in range(k + 1, size):
-                total -= row[i] * part[i]
-            part[k] = total / row[k]
+                value -= load(upper, (number, i, inner + 1 + j)) * border[j]
+            store(vector, (number, i), value)
+        for j in range(size - 1, 0, -1):
+            here = load(vector, (number, j))
+            for i in range(j):
+                value = load(vector, (number, i)) - load(upper, (number, i, j)) * here
+                store(vector, (number, i), value)
 
 
-@compiled
-def _multiply(masses, corner_mass, sizes, vector, result):
+@part
+def _multiply(mass, diagonal, weights, lumped, free, vector, border, result, border_result):
     """``result = M vector``."""
-    width, first = corner_mass.shape[0], masses.shape[1]
-    border = vector[sizes.shape[0] * first :]
-    border_result = result[sizes.shape[0] * first :]
-    for i in range(width):
-        total = 0.0
-        for j in range(width):
-            total += corner_mass[min(i, j), max(i, j)] * border[j]
-        border_result[i] = total
-    for leg in range(sizes.shape[0]):
-        size, matrix = sizes[leg], masses[leg]
-        part = vector[leg * first : leg * first + size]
-        part_result = result[leg * first : leg * first + size]
-        for i in range(size):
-            part_result[i] = 0.0
-        for i in range(size):
-            row, here = matrix[i], part[i]
-            total = row[i] * here
-            for j in range(i + 1, size):
-                total += row[j] * part[j]
-                part_result[j] += row[j] * here
-            for j in range(width):
-                total += row[first + j] * border[j]
-                border_result[j] += row[first + j] * here
-            part_result[i] += total
+    inner, strains = vector.shape[1] - 1, mass.shape[1]
+    for number in range(vector.shape[0]):
+        for i in range(strains):
+            value = load(mass, (number, i, i)) * load(vector, (number, i))
+            if not diagonal:
+                for j in range(i):
+                    value += load(mass, (number, j, i)) * load(vector, (number, j))
+                for j in range(i + 1, strains):
+                    value += load(mass, (number, i, j)) * load(vector, (number, j))
+            store(result, (number, i), value)
+        for i in range(strains, inner + 1):
+            weight = lumped if i < inner or free else 0.0
+            value = load(weights, (number, i)) * load(vector, (number, i))
+            store(result, (number, i), weight * value)
+    for i in range(border.shape[0]):
+        border_result[i] = lumped * border[i]
 
 
-@compiled
-def smallest_eigenvalue(blocks, masses, corner, corner_mass, sizes, scale, stretch):
-    """Smallest eigenvalue of a pencil with positive definite M.
+@part
+def _inner_product(one, border, other, other_border):
+    """Sum of products of two vectors."""
+    value, rest = broadcast(one, 0.0), 0.0
+    for number in range(one.shape[0]):
+        for i in range(one.shape[1]):
+            value += load(one, (number, i)) * load(other, (number, i))
+    for i in range(border.shape[0]):
+        rest += border[i] * other_border[i]
+    return total(value) + rest
 
-    Lanczos' method on ``(H - low M)^-1 M`` with no eigenvalue below ``low``, then Rayleigh quotients;
-    what they lead to is checked to be the smallest one, otherwise ``low`` is raised by halving and all
+
+@part
+def _add(factor, one, border, result, border_result):
+    """``result += factor one``."""
+    for number in range(one.shape[0]):
+        for i in range(one.shape[1]):
+            value = load(result, (number, i)) + factor * load(one, (number, i))
+            store(result, (number, i), value)
+    for i in range(border.shape[0]):
+        border_result[i] += factor * border[i]
+
+
+@part
+def _put_multiple(factor, one, border, result, border_result):
+    """``result = factor one``."""
+    for number in range(one.shape[0]):
+        for i in range(one.shape[1]):
+            store(result, (number, i), factor * load(one, (number, i)))
+    for i in range(border.shape[0]):
+        border_result[i] = factor * border[i]
+
+
+@part
+def smallest_eigenvalue(robot, pencil, mass, lumped, free, guess):
+    """Smallest eigenvalue of the pencil, M being positive definite on the admissible motions.
+
+    Lanczos' method on ``(K - low M)^-1 M`` with no eigenvalue below ``low``, then inverse iteration;
+    what that leads to is checked to be the smallest one, otherwise ``low`` is raised by halving and all
     begins again.
 
     Args:
-        blocks: Legs of H, (L, R, R + b).
-        masses: Legs of M, (L, R, R + b).
-        corner: Platform block of H, (b, b).
-        corner_mass: Platform block of M, (b, b).
-        sizes: Rows a leg has, (L,).
-        scale: Size of the eigenvalues, roughly.
-        stretch: Loss of digits where large entries of the matrices cancel; 1: none.
+        robot: RobotArrays.
+        pencil: Pencil; on return its vector is the eigenvector.
+        mass: M on strain coordinates, (G, S, S).
+        lumped: M on every other moving coordinate: 1 or 0.
+        free: Whether the motors move.
+        guess: Rayleigh quotient of the vector of the pencil, from which inverse iteration is tried
+            first; NaN: none.
 
     Returns:
-        The eigenvalue; NaN where it was not found.
+        The eigenvalue, dimensionless; NaN where it was not found.
     """
-    count, first, width = sizes.shape[0], blocks.shape[1], corner.shape[0]
-    factors, left = np.empty(blocks.shape), np.empty((width, width))
-    extent = count * first + width
-    basis, loaded = np.zeros((_STEPS + 1, extent)), np.zeros((_STEPS + 1, extent))
-    vector = np.zeros(extent)
-    for i in range(width):
-        vector[count * first + i] = 1.0 + 0.5 * math.sin(1.7 * i + 0.3)
-    for leg in range(count):
-        for i in range(sizes[leg]):
-            vector[leg * first + i] = 1.0 + 0.5 * math.sin(1.3 * i + 2.1 * leg)
-    least, margin = _SMALLEST_PIVOT * scale, _CERTAIN * stretch * scale
-
-    low, step, high = 0.0, scale, math.inf
-    while _below(blocks, masses, corner, corner_mass, sizes, low, least, factors, left) > 0:
+    pencil.diagonal[0] = _is_diagonal(mass)
+    vector, border = pencil.vector, pencil.border
+    if math.isfinite(guess):
+        value, certain = _settle(robot, pencil, mass, lumped, free, guess - _NEAR)
+        if certain:
+            return value
+    low, step, high = 0.0, 1.0, math.inf
+    while True:
+        below = eliminate_pencil(robot, pencil, mass, lumped, free, low)
+        if below == 0:
+            break
         high = low
         low, step = low - step, 4.0 * step
-        if step > 1e18 * scale:
+        if below < 0 or step > 1e18:
             return math.nan
+    _put_multiple(1.0, pencil.start, border, vector, border)
+    for i in range(border.shape[0]):
+        border[i] = lumped * (1.0 + 0.5 * math.sin(1.7 * i + 0.3))
     for _ in range(60):
-        _lanczos(factors, left, masses, corner_mass, sizes, vector, basis, loaded)
-        value, settled = low, False
-        for k in range(5):
-            shift = value
-            if k > 0:
-                _below(blocks, masses, corner, corner_mass, sizes, shift, least, factors, left)
-            value = _iterate(factors, left, masses, corner_mass, sizes, shift, vector, loaded[0])
-            if not math.isfinite(value):
-                return math.nan
-            if abs(value - shift) <= _CHANGE * scale:
-                settled = True
-                break
-        if settled:
-            shift = value - margin
-            if not _below(blocks, masses, corner, corner_mass, sizes, shift, least, factors, left):
-                return value
+        _lanczos(robot, pencil, mass, lumped, free)
+        value = _iterate(robot, pencil, mass, lumped, free, low)
+        value, certain = _settle(robot, pencil, mass, lumped, free, value - _NEAR)
+        if certain or not math.isfinite(value):
+            return value
         high = min(high, value)
-        if high - low <= margin:
+        if high - low <= _CERTAIN:
             return high
         middle = 0.5 * (low + high)
-        if _below(blocks, masses, corner, corner_mass, sizes, middle, least, factors, left) == 0:
+        if eliminate_pencil(robot, pencil, mass, lumped, free, middle) == 0:
             low = middle
         else:
             high = middle
-            _below(blocks, masses, corner, corner_mass, sizes, low, least, factors, left)
-        for i in range(width):
-            vector[count * first + i] += math.sin(2.9 * i + 100.0 * high / scale)
+            eliminate_pencil(robot, pencil, mass, lumped, free, low)
+        for i in range(border.shape[0]):
+            border[i] += lumped * math.sin(2.9 * i + 100.0 * high)
     return math.nan
 
 
-@compiled
-def _lanczos(factors, left, masses, corner_mass, sizes, vector, basis, loaded):
-    """Replace a vector by one near the eigenvector of the smallest eigenvalue above the shift."""
-    extent = vector.shape[0]
-    diagonal, beside = np.empty(_STEPS), np.empty(_STEPS)
-    weights, pivots = np.empty(_STEPS), np.empty(_STEPS)
+@part
+def _is_diagonal(mass):
+    """Whether M is diagonal in the strain coordinates (orthogonal bases)."""
+    beside = broadcast(mass, 0.0)
+    for number in range(mass.shape[0]):
+        for i in range(mass.shape[1]):
+            for j in range(i + 1, mass.shape[1]):
+                beside += absolute(load(mass, (number, i, j)))
+    return total(beside) == 0.0
+
+
+@part
+def squared_size(pencil, mass, lumped, free):
+    """``v^T M v`` of the vector of the pencil."""
+    vector, border = pencil.vector, pencil.border
+    loaded, border_loaded = pencil.loaded, pencil.border_loaded
+    _multiply(mass, False, pencil.weights, lumped, free, vector, border, loaded, border_loaded)
+    return _inner_product(vector, border, loaded, border_loaded)
+
+
+@part
+def _settle(robot, pencil, mass, lumped, free, shift):
+    """Inverse iteration from the vector, first with this shift, until none is left below.
+
+    Returns:
+        The Rayleigh quotient (not finite: failed), and whether it is the smallest eigenvalue.
+    """
+    value = math.nan
+    for k in range(_ITERATIONS):
+        below = eliminate_pencil(robot, pencil, mass, lumped, free, shift)
+        if k > 0 and below == 0:
+            return value, True
+        value = _iterate(robot, pencil, mass, lumped, free, shift)
+        if not math.isfinite(value):
+            break
+        shift = value - _CERTAIN
+    return value, False
+
+
+@part
+def _iterate(robot, pencil, mass, lumped, free, shift):
+    """One step of inverse iteration, in place; returns the Rayleigh quotient of the new vector."""
+    vector, border, weights = pencil.vector, pencil.border, pencil.weights
+    loaded, border_loaded, diagonal = pencil.loaded, pencil.border_loaded, pencil.diagonal[0]
+    first = mass.shape[1] if robot.orientation_count == 0 else 0
+    _multiply(mass, diagonal, weights, lumped, free, vector, border, loaded, border_loaded)
+    old = _inner_product(vector, border, loaded, border_loaded)
+    scale = 1.0 / math.sqrt(old)
+    _put_multiple(scale, loaded, border_loaded, vector, border)
+    _solve(pencil.upper, pencil.inverse, pencil.left, first, free, vector, border)
+    work = scale * _inner_product(vector, border, loaded, border_loaded)
+    _multiply(mass, diagonal, weights, lumped, free, vector, border, loaded, border_loaded)
+    length = _inner_product(vector, border, loaded, border_loaded)
+    return shift + work / length
+
+
+@part
+def _lanczos(robot, pencil, mass, lumped, free):
+    """Replace the vector by one near the eigenvector of the smallest eigenvalue above the shift.
+
+    Vectors are made orthogonal to the two before only: those further back they meet again when a Ritz
+    value has converged, and then this ends.
+    """
+    vector, border, weights = pencil.vector, pencil.border, pencil.weights
+    basis, border_basis = pencil.basis, pencil.border_basis
+    loaded, border_loaded = pencil.loaded, pencil.border_loaded
+    along, beside = pencil.tridiagonal[0], pencil.tridiagonal[1]
+    parts, pivots = pencil.tridiagonal[2], pencil.tridiagonal[3]
+    first, diagonal = mass.shape[1] if robot.orientation_count == 0 else 0, pencil.diagonal[0]
+    most = basis.shape[0]
     largest = 0.0
-    for step in range(_STEPS + 1):
-        _multiply(masses, corner_mass, sizes, vector, loaded[step])
-        total = 0.0
-        for i in range(extent):
-            total += vector[i] * loaded[step, i]
-        length = math.sqrt(max(total, 0.0))
+    for step in range(most + 1):
+        _multiply(mass, diagonal, weights, lumped, free, vector, border, loaded, border_loaded)
+        length = math.sqrt(max(_inner_product(vector, border, loaded, border_loaded), 0.0))
         if step > 0:
             beside[step - 1] = length
-            done = length <= 1e-12 * diagonal[0] or step == _STEPS
+            done = length <= 1e-12 * along[0] or step == most
             if done or (step >= 6 and step % 3 == 0):
-                largest = _largest(diagonal, beside, step, largest, weights, pivots)
-                if done or length * abs(weights[step - 1]) <= _LANCZOS_RESIDUAL * largest:
-                    for i in range(extent):
-                        vector[i] = 0.0
-                    for k in range(step):
-                        for i in range(extent):
-                            vector[i] += weights[k] * basis[k, i]
+                largest = _largest(along, beside, step, largest, parts, pivots)
+                if done or length * abs(parts[step - 1]) <= _LANCZOS_RESIDUAL * largest:
+                    _put_multiple(parts[0], basis[0], border_basis[0], vector, border)
+                    for k in range(1, step):
+                        _add(parts[k], basis[k], border_basis[k], vector, border)
                     return
-        for i in range(extent):
-            basis[step, i] = vector[i] / length
-            loaded[step, i] /= length
-            vector[i] = loaded[step, i]
-        _solve(factors, left, sizes, vector)
-        for k in range(step, -1, -1):
-            total = 0.0
-            for i in range(extent):
-                total += vector[i] * loaded[k, i]
-            if k == step:
-                diagonal[step] = total
-            for i in range(extent):
-                vector[i] -= total * basis[k, i]
+        inverse = 1.0 / length
+        _put_multiple(inverse, vector, border, basis[step], border_basis[step])
+        _put_multiple(inverse, loaded, border_loaded, vector, border)
+        _solve(pencil.upper, pencil.inverse, pencil.left, first, free, vector, border)
+        if step > 0:
+            _add(-length, basis[step - 1], border_basis[step - 1], vector, border)
+        along[step] = inverse * _inner_product(vector, border, loaded, border_loaded)
+        _add(-along[step], basis[step], border_basis[step], vector, border)
 
 
-@compiled
+@part
 def _largest(diagonal, beside, size, low, weights, pivots):
     """Largest eigenvalue of a tridiagonal matrix and its unit eigenvector.
 
@@ -290,7 +462,7 @@ def _largest(diagonal, beside, size, low, weights, pivots):
             reach += beside[i]
         high = max(high, reach)
         weights[i] = 1.0
-    for _ in range(14):
+    for _ in range(10):
         middle = 0.5 * (low + high)
         pivot, above = 1.0, True
         for i in range(size):
@@ -305,7 +477,7 @@ def _largest(diagonal, beside, size, low, weights, pivots):
             low = middle
     high += 1e-12 * high
     value = high
-    for _ in range(6):  # inverse iteration with high - T, positive definite
+    for _ in range(4):  # inverse iteration with high - T, positive definite
         for i in range(size):
             pivots[i] = high - diagonal[i]
             if i > 0:
@@ -327,34 +499,3 @@ def _largest(diagonal, beside, size, low, weights, pivots):
                 product += 2.0 * weights[i] * beside[i - 1] * weights[i - 1]
         value = product
     return value
-
-
-@compiled
-def _below(blocks, masses, corner, corner_mass, sizes, shift, least, factors, left):
-    """Eliminate everything; returns the number of eigenvalues below the shift."""
-    negative = eliminate_legs(
-        blocks, masses, corner, corner_mass, sizes, sizes, shift, least, factors, left
-    )
-    return negative + eliminate_corner(left, least)
-
-
-@compiled
-def _iterate(factors, left, masses, corner_mass, sizes, shift, vector, loaded):
-    """One step of inverse iteration, in place; returns the Rayleigh quotient of the new vector."""
-    _multiply(masses, corner_mass, sizes, vector, loaded)
-    old = 0.0
-    for i in range(vector.shape[0]):
-        old += vector[i] * loaded[i]
-    scale = 1.0 / math.sqrt(old)
-    for i in range(vector.shape[0]):
-        loaded[i] *= scale
-        vector[i] = loaded[i]
-    _solve(factors, left, sizes, vector)
-    work = 0.0
-    for i in range(vector.shape[0]):
-        work += vector[i] * loaded[i]
-    _multiply(masses, corner_mass, sizes, vector, loaded)
-    length = 0.0
-    for i in range(vector.shape[0]):
-        length += vector[i] * loaded[i]
-    return shift + work / length

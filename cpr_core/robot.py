@@ -20,6 +20,7 @@ from .description_file import read_description
 from .errors import InvalidRequest
 from .loads import Loads
 from .motors import MotorLimits
+from .pencil import pencil_of
 from .quadrature import RodGrid, rod_grid
 from .robot_arrays import robot_arrays
 
@@ -140,7 +141,7 @@ class Robot:
         try:
             return memory.bound
         except AttributeError:
-            memory.bound = bind(self.arrays, workspace(self.arrays))
+            memory.bound = bind(self.arrays, workspace(self.arrays), pencil_of(self))
             return memory.bound
 
     @cached_property
@@ -271,13 +272,6 @@ class Robot:
             orthonormal = np.linalg.inv(np.linalg.cholesky(leg.modes.gram(self.grid))).T
             motions[span, span] = motions[span, span] @ orthonormal
         return motions
-
-    @cached_property
-    def motion_spans(self) -> Integers:
-        """First row of every unit motion that is not zero, and the one after the last, (N, 2)."""
-        filled = self.unit_motions != 0.0
-        last = len(filled) - filled[::-1].argmax(axis=0)
-        return np.ascontiguousarray(np.stack([filled.argmax(axis=0), last], axis=1), np.int64)
 
     @cached_property
     def default_loads(self) -> Loads:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from .equilibrium import Equilibrium
+from .equilibrium import Equilibrium, check_equilibrium
 from .errors import InvalidRequest
-from .first_order import FirstOrder, check_equilibrium, first_order
 from .model import tangent_at
 
 __all__ = ["MotorReading", "Spectrum", "null_space_of", "spectrum"]
@@ -39,7 +38,6 @@ class Spectrum:
     motors_are: MotorReading
     #: A copy that knows no spectrum: a circle of references would keep every equilibrium for long.
     _equilibrium: Equilibrium = field(repr=False)
-    _first_order: FirstOrder = field(repr=False)
 
     @property
     def energy_criterion_applies(self) -> bool:
@@ -49,7 +47,7 @@ class Spectrum:
     @cached_property
     def smallest(self) -> float:
         """Smallest eigenvalue [J]; infinite where the constraints leave nothing to move."""
-        found = self._first_order
+        found = self._equilibrium.first_order
         value = found.smallest_locked if self.motors_are == "locked" else found.smallest_free
         return float(self.eigenvalues.min(initial=np.inf)) if math.isnan(value) else value
 
@@ -61,7 +59,7 @@ class Spectrum:
         under tension. NaN where some motion costs no elastic energy (possible with free motors);
         infinite where the constraints leave nothing to move.
         """
-        value = self._first_order.margin if self.motors_are == "locked" else math.nan
+        value = self._equilibrium.first_order.margin if self.motors_are == "locked" else math.nan
         return self._dense.margin() if math.isnan(value) else value
 
     @property
@@ -113,7 +111,8 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
     check_equilibrium(equilibrium)
     if not isinstance(motors_are, str) or motors_are not in ("locked", "free"):
         raise InvalidRequest("motors_are", f"expected 'locked' or 'free', got {motors_are!r:.200}")
-    return Spectrum(motors_are, replace(equilibrium), first_order(equilibrium))
+    _ = equilibrium.first_order  # once for the copies of all spectra
+    return Spectrum(motors_are, equilibrium.copied())
 
 
 class _Dense:

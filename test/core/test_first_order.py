@@ -21,7 +21,6 @@ from cpr_core import (
     spectrum,
 )
 from cpr_core.description_file import shipped_robots
-from cpr_core.first_order import first_order
 from cpr_core.stability import _Dense
 
 
@@ -42,7 +41,7 @@ def equilibria(name, count):
 
 def assert_same(here):
     """Eigenvalues and matrices agree, as far as the dense method's own rounding allows."""
-    found = first_order(here)
+    found = here.first_order
     for motors_are, value in (("locked", found.smallest_locked), ("free", found.smallest_free)):
         dense = spectrum(here, motors_are).eigenvalues
         assert value == pytest.approx(dense[0], rel=1e-10, abs=1e-10 * np.abs(dense).max())
@@ -74,7 +73,7 @@ def test_they_agree_where_robots_are_unstable():
     for y in (0.3, 0.0358, 0.0357, 0.03, -0.05, -0.1):
         here = solve_inverse(robot, [0.0, y], start=here)
         assert_same(here)
-        seen.append((here.index_locked, first_order(here).margin < 0.0))
+        seen.append((here.index_locked, here.first_order.margin < 0.0))
     assert [index for index, _ in seen] == [0, 0, 1, 1, 1, 2]
     assert all((index > 0) == negative for index, negative in seen)
     spatial = load_robot("six_rfs")
@@ -103,7 +102,7 @@ def test_they_agree_for_any_number_of_modes(modes):
 def test_legs_that_cannot_be_condensed_are_told_by_the_dense_method():
     """A straight clamped leg cannot hold its tip along itself."""
     straight = column(motors.Welded(), joints.Fixed(AT_TIP)).home
-    found = first_order(straight)
+    found = straight.first_order
     assert math.isnan(found.smallest_locked)
     assert found.response is None
     assert straight.spectrum_locked.smallest == straight.spectrum_locked.eigenvalues[0]
@@ -113,9 +112,9 @@ def test_legs_that_cannot_be_condensed_are_told_by_the_dense_method():
 
 def test_it_is_computed_once_and_kept_as_long_as_the_equilibrium():
     home = load_robot("rfrfr").home
-    assert first_order(home) is first_order(home)
+    assert home.first_order is home.first_order
     with pytest.raises(ValueError, match="read-only"):
-        first_order(home).response.platform_by_motors[0, 0] = 0.0
+        home.first_order.response.platform_by_motors[0, 0] = 0.0
 
 
 def test_nothing_that_was_asked_keeps_an_equilibrium_alive():
