@@ -176,7 +176,6 @@ class Workspace(NamedTuple):
     trial_state: Floats  # (N,)
     rotations: Floats  # (5, 3, 3)
     factors: Factors  # of the last tangent, where nobody wants to keep them
-    before: Factors  # of the tangent where a step begins
     known: Floats  # (B,)
     efforts: Floats  # (motors,)
     effort_change: Floats  # (motors,)
@@ -247,7 +246,6 @@ def workspace(robot: RobotArrays) -> Workspace:
         trial_state=np.empty(size),
         rotations=np.empty((5, 3, 3)),
         factors=factors_of(robot),
-        before=factors_of(robot),
         known=np.zeros(border),
         efforts=np.zeros(size - robot.motor_index),
         effort_change=np.zeros(size - robot.motor_index),

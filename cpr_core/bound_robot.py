@@ -13,17 +13,15 @@ from numba.experimental import structref
 
 from .compiled import compiled
 from .first_order_kernel import first_order_into
-from .model_kernel import evaluate_model
-from .step_kernel import describe, go_on, step_to
+from .model_kernel import assemble, evaluate
+from .step_kernel import go_on
 
 __all__ = [
     "BoundRobot",
     "bind",
-    "describe_bound",
     "evaluate_bound",
     "first_order_bound",
     "go_on_bound",
-    "step_bound",
 ]
 
 
@@ -51,32 +49,22 @@ def bind(robot, work, pencil):
 
 @compiled
 def evaluate_bound(bound, loads, state, rotation, position, residual, tangent):
-    """``evaluate_model``."""
-    return evaluate_model(
-        bound.robot, loads, state, rotation, position, residual, tangent, bound.work
-    )
+    """``evaluate``, and ``assemble``; returns the energy."""
+    energy = evaluate(bound.robot, loads, state, rotation, position, residual, bound.work)
+    assemble(bound.robot, bound.work, tangent)
+    return energy
 
 
 @compiled
-def step_bound(bound, loads, problem, given, before, factors, predicts, record, after):
-    """``step_to``."""
-    return step_to(
-        bound.robot, loads, problem, given, before, factors, predicts, record, after, bound.work
-    )
-
-
-@compiled
-def go_on_bound(bound, loads, problem, given, longest, before, factors, records, after):
+def go_on_bound(
+    bound, loads, problem, given, how, tolerance, iterations, contraction, before, factors, records,
+    after,
+):  # fmt: skip
     """``go_on``."""
     return go_on(
-        bound.robot, loads, problem, given, longest, before, factors, records, after, bound.work
-    )
-
-
-@compiled
-def describe_bound(bound, loads, record, after):
-    """``describe``."""
-    describe(bound.robot, loads, record, after, bound.work)
+        bound.robot, loads, problem, given, how, tolerance, iterations, contraction, before, factors,
+        records, after, bound.work,
+    )  # fmt: skip
 
 
 @compiled

@@ -10,7 +10,15 @@ from typing import Any, TypeVar
 import numba
 from numba.core.caching import IndexDataCacheFile
 
-__all__ = ["KERNEL_MODULES", "compiled", "compiled_strictly", "inlined", "kernel", "part"]
+__all__ = [
+    "KERNEL_MODULES",
+    "allocating_part",
+    "compiled",
+    "compiled_strictly",
+    "inlined",
+    "kernel",
+    "part",
+]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -86,6 +94,11 @@ def kernel(function: Function) -> Function:
 def part(function: Function) -> Function:
     """Compile a kernel that only kernels call: what Python would enter by takes as long to compile."""
     return _stamped(function, FASTMATH, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def allocating_part(function: Function) -> Function:
+    """The same of a kernel that needs memory of its own."""
+    return _stamped(function, FASTMATH, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def inlined(function: Function) -> Function:

@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from .compiled import inlined, kernel
+from .compiled import inlined, kernel, part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 from .model_kernel import assemble
 
@@ -207,7 +207,7 @@ def rotation_unknowns(rotation, angles, motions):
         motions[0, 1], motions[1, 1] = -math.sin(yaw), math.cos(yaw)
 
 
-@kernel
+@part
 def _whole_problem(robot, rows, columns, angles, work):
     """The dimensionless matrix of a problem, into the workspace."""
     unit, per_energy = robot.unit, 1.0 / robot.energy_unit

@@ -29,7 +29,8 @@ from .events import EventKind, PathEvent
 from .limits import Limit, limit_error
 from .loads import Loads
 from .path import OutOfTime, Path, Point, Tangent
-from .targets import LONGEST_STEP, Target
+from .step_kernel import LONGEST_STEP
+from .targets import Target
 from .validation import checked_time
 
 __all__ = ["Walk", "follow"]

@@ -10,20 +10,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Lanes, LoadArrays, kept_factors
-from .bound_robot import describe_bound
+from .bound_robot import go_on_bound
 from .errors import InvalidRequest
 from .first_order import FirstOrder, first_order_from
 from .inertia import Inertia, inertia_from
 from .lie import quaternion_from_rotation
 from .loads import Loads
+from .newton_kernel import MOTORS
 from .newton_kernel import TOLERANCE as RESIDUAL_TOLERANCE
 from .robot import Robot
-from .step_kernel import EFFORT, ENERGY, POSITION, RESIDUAL, ROTATION, STEPS
+from .step_kernel import (
+    EFFORT,
+    ENERGY,
+    POSITION,
+    RESIDUAL,
+    ROTATION,
+    SIGNS,
+    STEPS,
+    UNPREDICTED,
+)
 
 if TYPE_CHECKING:
     from .stability import Spectrum
 
-__all__ = ["RESIDUAL_TOLERANCE", "Equilibrium", "check_equilibrium", "described", "new_record"]
+__all__ = [
+    "RESIDUAL_TOLERANCE",
+    "Equilibrium",
+    "check_equilibrium",
+    "corrected",
+    "described",
+    "new_record",
+    "record_of",
+]
 
 Floats = NDArray[np.float64]
 
@@ -138,9 +156,9 @@ class Equilibrium:
 
     @cached_property
     def _found_factors(self) -> Lanes:
-        kept = kept_factors(self.robot.arrays)
-        describe_bound(self.robot.bound, self.load_arrays, self.record.copy(), kept)
-        return kept
+        again = corrected(self.robot, self.loads, self.load_arrays, self.record, np.inf, 0, 1.0)
+        assert again.known_factors is not None
+        return again.known_factors
 
     def with_iterations(self, iterations: int) -> Equilibrium:
         """The same with another number of Newton steps."""
@@ -193,6 +211,41 @@ def new_record(robot: Robot, count: int | None = None) -> Floats:
     return np.empty(size if count is None else (count, size))
 
 
+def record_of(robot: Robot, state: Floats, rotation: Floats, position: Floats) -> Floats:
+    """A record of which only the state, (N,), and the platform's pose are known."""
+    record, size = np.zeros_like(new_record(robot)), len(robot.arrays.unit)
+    record[:size] = state
+    record[size + ROTATION : size + POSITION] = np.ravel(rotation)
+    record[size + POSITION : size + ENERGY] = position
+    return record
+
+
+def corrected(
+    robot: Robot,
+    loads: Loads,
+    load_arrays: LoadArrays,
+    record: Floats,
+    tolerance: float,
+    iterations: int,
+    contraction: float,
+) -> Equilibrium:
+    """Newton's method from a rough record at its motors, see `newton_kernel.newton`.
+
+    Returns:
+        The result, within the tolerance or not: the caller has to look.
+    """
+    size, motors = len(robot.arrays.unit), robot.motor_count
+    records, kept = record[None].copy(), kept_factors(robot.arrays)
+    found = go_on_bound(
+        robot.bound, load_arrays, MOTORS, record[None, size - motors : size].copy(), UNPREDICTED,
+        tolerance, iterations, contraction, record, kept, records, kept,
+    )  # fmt: skip
+    if not found:
+        records[0, size + RESIDUAL] = np.inf
+        records[0, size + SIGNS : size + EFFORT] = 0.0
+    return Equilibrium(robot, loads, load_arrays, records[0], kept if found else None)
+
+
 def described(
     robot: Robot,
     loads: Loads,
@@ -203,13 +256,10 @@ def described(
     iterations: int = 0,
 ) -> Equilibrium:
     """An equilibrium of which the state, (N,), and the platform's pose are known."""
-    record, kept, size = new_record(robot), kept_factors(robot.arrays), len(robot.arrays.unit)
-    record[:size] = state
-    record[size + ROTATION : size + POSITION] = np.ravel(rotation)
-    record[size + POSITION : size + ENERGY] = position
-    describe_bound(robot.bound, load_arrays, record, kept)
-    record[size + STEPS] = iterations
-    return Equilibrium(robot, loads, load_arrays, record, kept)
+    record = record_of(robot, state, rotation, position)
+    found = corrected(robot, loads, load_arrays, record, np.inf, 0, 1.0)
+    found.record[len(robot.arrays.unit) + STEPS] = iterations
+    return found
 
 
 def check_equilibrium(value: object) -> None:

@@ -41,16 +41,18 @@ def first_order_into(robot, kept, record, eigenvalues, response, pencil):
     if not recall_pencil(robot, kept, pencil):
         return False
     scale, gram, elastic = robot.energy_unit, pencil.gram, pencil.elastic
-    locked = smallest_eigenvalue(robot, pencil, gram, 1.0, False, math.nan)
+    # Constants would be compiled for once each.
+    held, released = robot.motor_index < 0, robot.motor_index >= 0
+    locked = smallest_eigenvalue(robot, pencil, gram, 1.0, held, math.nan)
     if robot.passive == 0:  # the passive coordinate of a base stores no energy
         _put_elastic(robot, record, elastic)
         if _definite(robot, pencil, elastic):
             # The softest motion is nearly the same in both measures.
-            guess = locked * squared_size(pencil, gram, 1.0, False)
-            guess /= squared_size(pencil, elastic, 0.0, False)
-            eigenvalues[2] = smallest_eigenvalue(robot, pencil, elastic, 0.0, False, guess)
+            guess = locked * squared_size(pencil, gram, 1.0, held)
+            guess /= squared_size(pencil, elastic, 0.0, held)
+            eigenvalues[2] = smallest_eigenvalue(robot, pencil, elastic, 0.0, held, guess)
     eigenvalues[0] = scale * locked
-    eigenvalues[1] = scale * smallest_eigenvalue(robot, pencil, gram, 1.0, True, math.nan)
+    eigenvalues[1] = scale * smallest_eigenvalue(robot, pencil, gram, 1.0, released, math.nan)
     return _respond(robot, record, response, pencil)
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import workspace
 from .continuation import Walk, follow
-from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described
+from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium, corrected, record_of
 from .errors import (
     InvalidRequest,
     NoForwardSolution,
@@ -20,7 +19,6 @@ from .events import PathEvent
 from .lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
 from .limits import check_limits, limit_error
 from .loads import Loads
-from .newton_kernel import newton
 from .one_step import one_step
 from .robot import Robot
 from .targets import EffortTarget, MotorTarget, PlatformTarget, Target
@@ -273,18 +271,15 @@ def refine(
     iterations: int,
     contraction: float,
 ) -> Equilibrium:
-    """Newton from a rough state at its motor positions; the arrays are taken over.
+    """Newton from a rough state at its motor positions.
 
     Returns:
         The result, converged or not: the caller has to look.
     """
-    arrays, load_arrays, work = robot.arrays, robot.load_arrays(loads), workspace(robot.arrays)
-    _, steps, _, _ = newton(
-        arrays, load_arrays, state, rotation, position, *robot.problems["motors"], False,
-        np.zeros(robot.motor_count), 0.0, RESIDUAL_TOLERANCE, iterations, contraction,
-        work.residual, work, work.factors,
+    return corrected(
+        robot, loads, robot.load_arrays(loads), record_of(robot, state, rotation, position),
+        RESIDUAL_TOLERANCE, iterations, contraction,
     )  # fmt: skip
-    return described(robot, loads, load_arrays, state, rotation, position, steps)
 
 
 def _motor_vector(robot: Robot, name: str, values: ArrayLike) -> Floats:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from .compiled import inlined, kernel
+from .compiled import inlined, kernel, part
 from .lanes import get
 from .leg_kernel import evaluate_group
 from .lie import rotate_by
 
-__all__ = ["assemble", "evaluate", "evaluate_here", "evaluate_model"]
+__all__ = ["assemble", "evaluate", "evaluate_here"]
 
 
-@kernel
-def evaluate_model(
-    robot, loads, state, platform_rotation, platform_position, residual, tangent, work
-):
+@part
+def evaluate(robot, loads, state, platform_rotation, platform_position, residual, work):
     """Residual and tangent of the model at any state, in equilibrium or not.
 
     The equations are the derivatives of the Lagrangian ``U + Psi . lambda`` (Eq. (49)) by the state:
@@ -27,21 +25,12 @@ def evaluate_model(
         platform_rotation: R_p in the world, (3, 3).
         platform_position: p_p in the world, (3,).
         residual: Result, (N,).
-        tangent: Result, (N, N): derivative of the residual by the state, the platform moved by small
-            world rotations and translations. Entries that are always zero are not written.
-        work: Workspace.
+        work: Workspace; on return it has the tangent, by slots of the legs (``assemble``): derivative of
+            the residual by the state, the platform moved by small world rotations and translations.
 
     Returns:
         Potential energy without the work of motors and of non-conservative loads [J].
     """
-    energy = evaluate(robot, loads, state, platform_rotation, platform_position, residual, work)
-    assemble(robot, work, tangent)
-    return energy
-
-
-@kernel
-def evaluate(robot, loads, state, platform_rotation, platform_position, residual, work):
-    """The same with the tangent left in the workspace, by slots of the legs."""
     return evaluate_here(
         robot, loads, state, platform_rotation, platform_position, residual, work
     )  # fmt: skip
@@ -92,7 +81,7 @@ def _any(loads):
 
 @kernel
 def assemble(robot, work, tangent):
-    """The tangent by states, (N, N), from the slots of the workspace."""
+    """The tangent by states, (N, N), from the slots; entries that are always zero are not written."""
     inner, platform = robot.slot_index.shape[1], robot.platform_index
     axes = robot.platform_axes
     motor = work.blocks.shape[1] - 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .compiled import inlined, kernel
+from .compiled import inlined, part
 from .condensation_kernel import (
     CONDENSED,
     NO_INVERSE,
@@ -223,7 +223,7 @@ def learn_bend(size, work):
     work.bends[0] += 1
 
 
-@kernel
+@part
 def newton(
     robot, loads, state, rotation, position, columns, rows, angles, given_effort, predicted,
     tolerance, iterations, contraction, residual, work, factors,

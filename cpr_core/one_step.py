@@ -6,8 +6,10 @@ from .arrays import kept_factors
 from .bound_robot import go_on_bound
 from .equilibrium import Equilibrium, new_record
 from .limits import grazes, margins, violated
+from .newton_kernel import CONTRACTION, ITERATIONS, TOLERANCE
 from .path import PROBLEMS
-from .targets import LONGEST_STEP, Target
+from .step_kernel import WATCHED
+from .targets import Target
 
 __all__ = ["one_step"]
 
@@ -26,8 +28,8 @@ def one_step(start: Equilibrium, target: Target, stable_only: bool) -> Equilibri
         return None
     records, factors = new_record(robot, 1), kept_factors(robot.arrays)
     if not go_on_bound(
-        robot.bound, start.load_arrays, PROBLEMS[target.problem], target.given(start), LONGEST_STEP,
-        start.record, start.factors, records, factors,
+        robot.bound, start.load_arrays, PROBLEMS[target.problem], target.given(start), WATCHED,
+        TOLERANCE, ITERATIONS, CONTRACTION, start.record, start.factors, records, factors,
     ):  # fmt: skip
         return None
     there = Equilibrium(robot, start.loads, start.load_arrays, records[0], factors)

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from .arrays import LoadArrays, kept_factors
-from .bound_robot import evaluate_bound, step_bound
+from .bound_robot import evaluate_bound, go_on_bound
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
 from .lie import angle_motions, rotation_exp
 from .limits import Limit, grazes, margins, violated
 from .loads import Loads
 from .newton_kernel import CONTRACTION, EFFORTS, ITERATIONS, MOTORS, PLATFORM
+from .step_kernel import FREELY, UNPREDICTED
 from .targets import Imposed, Target
 
 __all__ = ["PROBLEMS", "OutOfTime", "Path", "Point", "Tangent"]
@@ -176,14 +177,15 @@ class Path:
         """
         self._check_time()
         robot, before = self._robot, here.equilibrium
-        loads, record = self._loads_at(fraction), new_record(robot)
+        loads, records = self._loads_at(fraction), new_record(robot, 1)
         kept = kept_factors(robot.arrays)
-        if not step_bound(
-            robot.bound, loads, PROBLEMS[self.problem], self._given(before, fraction),
-            before.record, before.factors, not self._loads_change, record, kept,
+        if not go_on_bound(
+            robot.bound, loads, PROBLEMS[self.problem], self._given(before, fraction)[None, :],
+            UNPREDICTED if self._loads_change else FREELY, RESIDUAL_TOLERANCE, ITERATIONS,
+            CONTRACTION, before.record, before.factors, records, kept,
         ):  # fmt: skip
             return None
-        there = Equilibrium(robot, self._loads_between(fraction), loads, record, kept)
+        there = Equilibrium(robot, self._loads_between(fraction), loads, records[0], kept)
         self.iterations += there.iterations
         return self._found(fraction, there)
 

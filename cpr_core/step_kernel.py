@@ -9,157 +9,106 @@ from __future__ import annotations
 
 import math
 
-from .compiled import inlined, kernel
-from .condensation_kernel import CONDENSED, DENSE, condense, keep, recall
+from .compiled import inlined, part
+from .condensation_kernel import DENSE, keep, recall
 from .inertia_kernel import SINGULAR_LEG, signs_of
-from .model_kernel import evaluate
-from .newton_kernel import (
-    CONTRACTION,
-    CONVERGED,
-    EFFORTS,
-    ITERATIONS,
-    MOTORS,
-    PLATFORM,
-    TOLERANCE,
-    learn_bend,
-    newton,
-    predict_state,
-)
+from .newton_kernel import CONVERGED, EFFORTS, MOTORS, PLATFORM, learn_bend, newton, predict_state
 
 __all__ = [
     "EFFORT",
     "ENERGY",
+    "FREELY",
+    "LONGEST_STEP",
     "POSITION",
     "RESIDUAL",
     "ROTATION",
     "SIGNS",
     "STEPS",
-    "describe",
+    "UNPREDICTED",
+    "WATCHED",
     "go_on",
-    "step_to",
 ]
 
 #: Where things are in a record, behind the state.
 ROTATION, POSITION, ENERGY, RESIDUAL, STEPS, SIGNS, EFFORT = 0, 9, 12, 13, 14, 15, 18
+#: How to go: near requests only, no sign changes; wherever corrections contract; the same without
+#: prediction: where the loads are others than at the start the tangent alone does not tell the way.
+WATCHED, FREELY, UNPREDICTED = 0, 1, 2
+#: Longest step that is watched, in radians and rod lengths. A motor several turns away looks near to
+#: Newton's method, yet the rod has to be wound there.
+LONGEST_STEP = 0.5
 #: Efforts that count as a motor turned by a radian, in E J / l or E J / l^2.
 _EFFORT_UNIT = 4.0
 
 
-@kernel
-def step_to(robot, loads, problem, given, before, factors, predicts, record, after, work):
-    """From one equilibrium to a neighbour, whatever the signs there.
+@part
+def go_on(
+    robot, loads, problem, given, how, tolerance, iterations, contraction, before, factors, records,
+    after, work,
+):  # fmt: skip
+    """From one equilibrium to the next, as long as Newton's method converges.
 
     Args:
         robot: RobotArrays.
-        loads: LoadArrays at the neighbour.
+        loads: LoadArrays at the ends of the steps.
         problem: MOTORS, EFFORTS or PLATFORM: what is imposed.
-        given: Motors or efforts, (n,); or platform rotation and position, (12,), those of the
-            equilibrium where they are not imposed.
-        before: Record of the equilibrium.
-        factors: Kept factors of the tangent there.
-        predicts: Whether to predict: where the loads are others than at the equilibrium the tangent
-            alone does not tell where the neighbour is.
-        record: Result.
-        after: Result, kept factors of the tangent at the neighbour.
-        work: Workspace.
-
-    Returns:
-        Whether every correction contracted, and rods have lengths.
-    """
-    work.bends[0] = 0
-    if predicts:
-        recall(robot, factors, work.before)
-    else:
-        work.before.how[0] = DENSE
-    solved = _step(robot, loads, problem, given, before, work.before, record, work)
-    if solved:
-        keep(robot, work.factors, after)
-    return solved
-
-
-@kernel
-def go_on(robot, loads, problem, given, longest, before, factors, records, after, work):
-    """From one equilibrium to the next, as long as steps are short, contract, and keep the signs.
-
-    Args:
-        robot: RobotArrays.
-        loads: LoadArrays.
-        problem: See ``step_to``.
-        given: The same, one row a step.
-        longest: Longest step, see ``Target.distance``.
-        before: Record of the first equilibrium, under the same loads.
-        factors: Kept factors of the tangent there.
-        records: Result, one row a step.
-        after: Result, kept factors of the tangent at the last equilibrium.
+        given: Motors or efforts, (P, n); or platform rotation and position, (P, 12), those of the
+            equilibrium where they are not imposed. One row a step.
+        how: WATCHED, FREELY or UNPREDICTED.
+        tolerance: See `newton`.
+        iterations: See `newton`.
+        contraction: See `newton`.
+        before: Record of the first equilibrium.
+        factors: Kept factors of the tangent there; not read where UNPREDICTED.
+        records: Result, (P, .); behind the last step that was made, where Newton's method ended.
+        after: Result where all steps were made, kept factors of the tangent at the last equilibrium.
         work: Workspace.
 
     Returns:
         Number of steps that were made.
     """
-    work.bends[0] = 0
-    recall(robot, factors, work.before)
-    count = given.shape[0]
-    for row in range(count):
-        here, there = before if row == 0 else records[row - 1], records[row]
-        known = work.before if row == 0 else work.factors
-        if not _is_near(robot, problem, given[row], here, longest):
-            return row
-        if not _step(robot, loads, problem, given[row], here, known, there, work):
-            return row
-        if not _same_signs(robot, problem, here, there):
-            return row
-    keep(robot, work.factors, after)
-    return count
-
-
-@kernel
-def describe(robot, loads, record, after, work):
-    """Complete a record of which state and pose are known, and keep the factors of its tangent."""
-    _read_pose(robot, record, work)
-    size = robot.unit.shape[0]
-    energy = evaluate(
-        robot, loads, record[:size], work.rotation, work.position, work.residual, work
-    )
-    work.factors.how[0] = CONDENSED if condense(robot, work, work.factors) else DENSE
-    signs_of(robot, work.rotation, work.factors, work, work.signs)
-    keep(robot, work.factors, after)
-    largest = 0.0
-    for i in range(robot.motor_index):
-        value = abs(work.residual[i] * robot.unit[i]) / robot.energy_unit
-        largest = max(largest, value) if math.isfinite(value) else math.inf
-    _complete(robot, energy, largest, 0, record, work)
-
-
-@kernel
-def _step(robot, loads, problem, given, before, factors, record, work):
-    """Predict with the factors at the start and correct; those of the end are left in the workspace."""
     border, platform = robot.border_indices, robot.platform_axes.shape[0]
     rows = border if problem == EFFORTS else border[:platform]
     columns = robot.inverse_unknowns if problem == PLATFORM else rows
     angles = problem == PLATFORM and robot.controls_angles == 1
     size = robot.unit.shape[0]
-    state = record[:size]
-    for i in range(size):
-        state[i] = before[i]
-    _read_pose(robot, before, work)
-    _impose(robot, problem, given, before, work)
-    predicted = predict_state(
-        robot, columns, rows, angles, work.given_motors, work.given_rotation, work.given_position,
-        work.effort_change, state, work.rotation, work.position, work, factors,
-    )  # fmt: skip
-    if not _rods_exist(robot, state):
-        return False
-    status, steps, largest, energy = newton(
-        robot, loads, state, work.rotation, work.position, columns, rows, angles,
-        work.given_efforts, predicted, TOLERANCE, ITERATIONS, CONTRACTION, work.residual, work,
-        work.factors,
-    )  # fmt: skip
-    if status != CONVERGED or not _rods_exist(robot, state):
-        return False
-    learn_bend(robot.platform_index + columns.shape[0], work)
-    signs_of(robot, work.rotation, work.factors, work, work.signs)
-    _complete(robot, energy, largest, steps, record, work)
-    return True
+    work.bends[0] = 0
+    if how == UNPREDICTED:
+        work.factors.how[0] = DENSE
+    else:
+        recall(robot, factors, work.factors)
+    for row in range(given.shape[0]):
+        here = before if row == 0 else records[row - 1]
+        if how == WATCHED and not _is_near(robot, problem, given[row], here):
+            return row
+        record = records[row]
+        state = record[:size]
+        for i in range(size):
+            state[i] = here[i]
+        _read_pose(robot, here, work)
+        _impose(robot, problem, given[row], here, work)
+        predicted = predict_state(
+            robot, columns, rows, angles, work.given_motors, work.given_rotation,
+            work.given_position, work.effort_change, state, work.rotation, work.position, work,
+            work.factors,
+        )  # fmt: skip
+        if not _rods_exist(robot, state):
+            return row
+        status, steps, largest, energy = newton(
+            robot, loads, state, work.rotation, work.position, columns, rows, angles,
+            work.given_efforts, predicted, tolerance, iterations, contraction, work.residual, work,
+            work.factors,
+        )  # fmt: skip
+        if status == CONVERGED:
+            learn_bend(robot.platform_index + columns.shape[0], work)
+            signs_of(robot, work.rotation, work.factors, work, work.signs)
+        _complete(robot, energy, largest, steps, record, work)
+        if status != CONVERGED or not _rods_exist(robot, state):
+            return row
+        if how == WATCHED and not _same_signs(robot, problem, here, record):
+            return row
+    keep(robot, work.factors, after)
+    return given.shape[0]
 
 
 @inlined
@@ -218,8 +167,9 @@ def _complete(robot, energy, largest, steps, record, work):
 
 
 @inlined
-def _is_near(robot, problem, given, before, longest):
-    """Whether a request is not farther than ``longest``, see ``Target.distance``; numbers all finite."""
+def _is_near(robot, problem, given, before):
+    """Whether a request is finite and not farther than a step may be, see ``Target.distance``."""
+    longest = LONGEST_STEP
     size, first = robot.unit.shape[0], robot.motor_index
     if problem == PLATFORM:
         trace = 0.0

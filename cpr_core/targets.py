@@ -14,7 +14,6 @@ from .lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_lo
 from .robot import Robot
 
 __all__ = [
-    "LONGEST_STEP",
     "EffortTarget",
     "Imposed",
     "MotorTarget",
@@ -26,10 +25,6 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-
-#: Longest path step in what is imposed, in radians and rod lengths. A motor several turns away looks
-#: near to Newton's method, yet the rod has to be wound there.
-LONGEST_STEP = 0.5
 
 #: Keys of ``Robot.problems``.
 ProblemName = Literal["motors", "efforts", "platform"]

@@ -19,10 +19,11 @@ from .events import PathEvent
 from .geometrico_statics import checked_start, pose_meaning, target_of
 from .limits import grazes, margins, violated
 from .loads import Loads
+from .newton_kernel import CONTRACTION, ITERATIONS, TOLERANCE
 from .path import PROBLEMS
 from .robot import Robot
-from .step_kernel import SIGNS
-from .targets import LONGEST_STEP, ProblemName, check_rod_lengths
+from .step_kernel import SIGNS, WATCHED
+from .targets import ProblemName, check_rod_lengths
 from .trace import Trace
 from .validation import checked_time
 
@@ -160,8 +161,8 @@ def _run(
         given = np.array(rows[first:])
     factors, records = kept_factors(robot.arrays), found.rows[first:]
     count = go_on_bound(
-        robot.bound, found.load_arrays, PROBLEMS[problem], given, LONGEST_STEP, here.record,
-        here.factors, records, factors,
+        robot.bound, found.load_arrays, PROBLEMS[problem], given, WATCHED, TOLERANCE, ITERATIONS,
+        CONTRACTION, here.record, here.factors, records, factors,
     )  # fmt: skip
     quiet = _quiet(found, here, records[:count], singularities and problem != "platform")
     found.known += quiet

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compiled import compiled
-from ..condensation_kernel import factor
-from ..model_kernel import evaluate_model
+from ..model_kernel import assemble, evaluate
 from .analysis_kernel import smallest_singular_value, spectrum_of
-from .step_kernel import advance, signs_at
+from .step_kernel import advance
 
 __all__ = [
     "MEASURES",
@@ -20,7 +19,6 @@ __all__ = [
     "Cells",
     "analyse_cells",
     "leave_cells",
-    "signs_of_cell",
 ]
 
 Floats = NDArray[np.float64]
@@ -63,32 +61,23 @@ class Analyses(NamedTuple):
 
 
 @compiled
-def measures_at(problem, state, rotation, position, tangent, scratch, work, eigenvalues, measures):
-    """Analyse one cell; results are eigenvalues (K,) and measures (M,)."""
-    residual = np.empty(state.shape[0])
-    evaluate_model(problem.robot, problem.loads, state, rotation, position, residual, tangent, work)
-    nearest, largest, _ = spectrum_of(problem, tangent, eigenvalues)
-    measures[0], measures[1] = nearest, largest
-    measures[2] = smallest_singular_value(
-        problem, tangent, rotation, problem.platform_rows, True, scratch, work
-    )
-    measures[3] = np.nan
-    if problem.inverse_columns.shape[0] > 0:
-        measures[3] = smallest_singular_value(
-            problem, tangent, rotation, problem.inverse_columns, False, scratch, work
-        )
-
-
-@compiled
 def analyse_cells(problem, cells, work, analyses):
     """Analyse cells one by one."""
     size = cells.state.shape[1]
-    tangent, scratch = np.zeros((size, size)), np.zeros((size, size))
+    tangent, scratch, residual = np.zeros((size, size)), np.zeros((size, size)), np.empty(size)
     for b in range(cells.state.shape[0]):
-        measures_at(
-            problem, cells.state[b], cells.rotation[b], cells.position[b], tangent, scratch, work,
-            analyses.eigenvalues[b], analyses.measures[b],
-        )  # fmt: skip
+        state, rotation, position = cells.state[b], cells.rotation[b], cells.position[b]
+        measures = analyses.measures[b]
+        evaluate(problem.robot, problem.loads, state, rotation, position, residual, work)
+        assemble(problem.robot, work, tangent)
+        nearest, largest, _ = spectrum_of(problem, tangent, analyses.eigenvalues[b])
+        measures[0], measures[1], measures[3] = nearest, largest, np.nan
+        for number in range(2 if problem.inverse_columns.shape[0] > 0 else 1):
+            forward = number == 0
+            columns = problem.platform_rows if forward else problem.inverse_columns
+            measures[2 + number] = smallest_singular_value(
+                problem, tangent, rotation, columns, forward, scratch, work
+            )
 
 
 @compiled
@@ -128,16 +117,3 @@ def leave_cells(problem, cells, origin, targets, longest, smallest, guesses, wor
         arrivals.energy[way] = energy
         for i in range(size - motor_index):
             arrivals.efforts[way, i] = residual[motor_index + i]
-
-
-@compiled
-def signs_of_cell(problem, state, rotation, position, work, signs):
-    """Signs at one solved cell, (4,)."""
-    size = state.shape[0]
-    tangent, scratch, residual = np.zeros((size, size)), np.zeros((size, size)), np.empty(size)
-    evaluate_model(problem.robot, problem.loads, state, rotation, position, residual, tangent, work)
-    factor(
-        problem.robot, rotation, problem.platform_rows, problem.platform_rows, False, work,
-        work.factors,
-    )  # fmt: skip
-    signs_at(problem, tangent, rotation, scratch, work, signs)

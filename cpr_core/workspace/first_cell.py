@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import workspace
 from ..equilibrium import Equilibrium
 from ..lie import roll_pitch_yaw
 from ..motors import MotorLimits
+from ..path import Path
 from ..robot import Robot
-from ..targets import LONGEST_STEP, MotorTarget, PlatformTarget, Target
-from .batch_kernel import signs_of_cell
+from ..step_kernel import LONGEST_STEP
+from ..targets import MotorTarget, PlatformTarget, Target
 from .cell_problem import CellProblem
 from .grid import Grid
 from .step_kernel import impose
@@ -101,9 +101,14 @@ def target_of_cell(grid: Grid, problem: CellProblem, cell: int, start: Equilibri
 
 def signs_at_equilibrium(problem: CellProblem, found: Equilibrium) -> Integers:
     """Signs as the kernels have them, (4,)."""
-    signs = np.empty(4, np.int64)
-    signs_of_cell(
-        problem, found.state.copy(), found.platform_rotation.copy(),
-        found.platform_position.copy(), workspace(problem.robot), signs,
-    )  # fmt: skip
-    return signs
+    if not problem.conservative:
+        target: Target = (
+            MotorTarget(found.motors)
+            if problem.given_motors
+            else PlatformTarget(found.platform_rotation, found.platform_position)
+        )
+        branch = Path(found, target, found.loads).begin().sign
+    else:
+        inertia = found.inertia
+        branch = inertia.index_locked if problem.given_motors else inertia.inverse_sign
+    return np.array([*found.inertia, branch], np.int64)

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ..compiled import compiled
+from ..compiled import allocating_part, compiled
 from ..condensation_kernel import lu_factor
 from ..inertia_kernel import SINGULAR_LEG, signs_of
 from ..lie import roll_pitch_yaw_into, rotation_from_angles_into
@@ -52,7 +52,7 @@ def impose(problem, first, last, fraction, state, rotation, position):
         rotation_from_angles_into(angles[0], angles[1], angles[2], rotation)
 
 
-@compiled
+@allocating_part
 def _rotation_zyz(one, two, three, rotation):
     """``Rz(one) Ry(two) Rz(three)``."""
     ca, sa = math.cos(one), math.sin(one)
@@ -64,7 +64,7 @@ def _rotation_zyz(one, two, three, rotation):
     rotation[0, 2], rotation[1, 2], rotation[2, 2] = ca * sb, sa * sb, cb
 
 
-@compiled
+@allocating_part
 def signs_at(problem, tangent, rotation, scratch, work, signs):
     """Stability indices, side of the inverse singularity, and the sign that tells branches apart.
 
@@ -94,7 +94,7 @@ def signs_at(problem, tangent, rotation, scratch, work, signs):
         signs[_BRANCH] = signs[_INVERSE]
 
 
-@compiled
+@allocating_part
 def _rows_and_columns_by_angles(robot, rotation, tangent):
     """World rotations replaced by roll, pitch and yaw, in rows and columns."""
     first, size = robot.platform_index, tangent.shape[0]
@@ -111,14 +111,14 @@ def _rows_and_columns_by_angles(robot, rotation, tangent):
         tangent[first + 1, j] = cosine * y - sine * x
 
 
-@compiled
+@allocating_part
 def _copy_matrix(source, target):
     for i in range(source.shape[0]):
         for j in range(source.shape[1]):
             target[i, j] = source[i, j]
 
 
-@compiled
+@allocating_part
 def _dense_signs(problem, tangent, signs):
     """The same from eigenvalues, where a leg cannot be eliminated on its own (a straight one)."""
     constraints = problem.multipliers.shape[0]
@@ -131,7 +131,7 @@ def _dense_signs(problem, tangent, signs):
         )
 
 
-@compiled
+@allocating_part
 def _negative(robot, tangent, size):
     """Number of negative eigenvalues of a leading square."""
     square = np.empty((size, size))
@@ -147,7 +147,7 @@ def _negative(robot, tangent, size):
     return count_below(diagonal, beside, size, -1e-11 * max(abs(ends[0]), abs(ends[1])))
 
 
-@compiled
+@allocating_part
 def _determinant_sign(problem, tangent, columns, rows):
     """Sign of the determinant of a square problem, without symmetry."""
     robot = problem.robot
@@ -168,7 +168,7 @@ def _determinant_sign(problem, tangent, columns, rows):
     return sign
 
 
-@compiled
+@allocating_part
 def advance(
     problem, first, last, longest, smallest, guess, state, rotation, position, signs,
     residual, tangent, scratch, work,
@@ -249,7 +249,7 @@ def advance(
     return ARRIVED, here, energy
 
 
-@compiled
+@allocating_part
 def _distance(problem, state, trial_state):
     """How far legs and motors have moved, dimensionless."""
     total = 0.0
@@ -259,7 +259,7 @@ def _distance(problem, state, trial_state):
     return math.sqrt(total)
 
 
-@compiled
+@allocating_part
 def _begin_trial(
     guess, guessed, state, rotation, position, trial_state, trial_rotation, trial_position
 ):
