@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Packaging of cpr_ros: read by pip (through pyproject.toml) and by colcon (ament_python)."""
 
 from glob import glob

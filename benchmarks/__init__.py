@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """How fast everything is: ``make bench``, described in docs/performance.md."""
 
 import os

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Ten thousand solves in compiled code, on one core and on two.
 
 `solve_batch` is the one place that knows how a batch is solved: as the ways between the cells of a map.

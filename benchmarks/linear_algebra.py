@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The model alone, and one dense LU of the matrix of the forward problem (its KKT matrix)."""
 
 from __future__ import annotations

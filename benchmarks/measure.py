@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Measuring many cases in one process, so that what disturbs the machine befalls them all alike."""
 
 from __future__ import annotations

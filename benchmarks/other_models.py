@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The paths of the paper, by this library and by the models it is compared with."""
 
 from __future__ import annotations

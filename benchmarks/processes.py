@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """New processes: importing, the first solve with a cold and with a warm kernel cache, peak memory."""
 
 from __future__ import annotations

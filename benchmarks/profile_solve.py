@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Where the time of a warm forward solve goes.
 
     .venv/bin/python -m benchmarks.profile_solve --robot six_rfs --modes 5

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Results of a run on disk, and two of them compared."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """How fast and how steadily the node follows a 1 kHz setpoint stream.
 
     .venv/bin/python benchmarks/ros_follow.py --seconds 600

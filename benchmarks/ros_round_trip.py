@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Round trip of the forward service beside that of an empty service of the same node.
 
     .venv/bin/python benchmarks/ros_round_trip.py --calls 2000

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Cost against the number of legs, of quadrature nodes and of modes; a plot of it."""
 
 from __future__ import annotations

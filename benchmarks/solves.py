@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Warm and cold solves of every shipped robot, and what is asked of a solution."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Small steps of every shipped robot: where the warm solves that are measured go."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Statics, kinemato-statics and stability of continuum parallel robots."""
 
 from .critical_load import CriticalLoad, critical_load, critical_load_factor

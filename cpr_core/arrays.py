@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The robot and its loads as the kernels see them: plain arrays.
 
 Global state and equations share one order: for every leg its passive base coordinate (if any), its

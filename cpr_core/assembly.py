@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Assembling a robot from nothing: rods bowed to their sides, pulled into their joints by springs.
 
 The tip joints of free rods are closed by springs of growing stiffness, and the energy of rods and

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Entries from Python into the kernels, with a robot and its memory handed over once.
 
 Taking a hundred arrays apart costs more than a small robot's solve. They are taken apart when a robot is

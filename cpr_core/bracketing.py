@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Where on a path something happens: the two points next to a change, by bisection."""
 
 from __future__ import annotations

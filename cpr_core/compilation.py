@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Compiling the kernels before they are needed, and telling whoever waits when one is compiled.
 
 Importing compiles nothing. A kernel is compiled when it is called first after an installation; the

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What the command line shows while kernels are compiled."""
 
 from __future__ import annotations

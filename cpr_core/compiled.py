@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """How the kernels of this package are compiled: numba, cached on disk, free of the GIL."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Linear solves with the tangent: all legs condensed at once onto platform and motors.
 
 The tangent is block-arrow shaped: a leg touches its own block and the border (platform and its motor)

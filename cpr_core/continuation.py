@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """From one equilibrium to a requested one, along a straight path in what the request imposes.
 
 A way of up to half a radian or half a rod length is tried in one step, a longer one in several. A

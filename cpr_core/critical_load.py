@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Critical loads: how much more a robot can carry before it loses stability."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What a robot is made of: immutable values, whatever file they come from."""
 
 from __future__ import annotations

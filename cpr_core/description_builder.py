@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """From the content of a description file to values; checks what a schema cannot."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Descriptions as files: YAML in, checked against the schema, errors that name file and field."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The one value every solve returns."""
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ from .bound_robot import go_on_bound
 from .errors import InvalidRequest
 from .first_order import FirstOrder, first_order_from
 from .inertia import Inertia, inertia_from
+from .inertia_kernel import SINGULAR_LEG
 from .lie import quaternion_from_rotation
 from .loads import Loads
 from .newton_kernel import MOTORS
@@ -74,19 +78,19 @@ class Equilibrium:
 
     def _part(self, first: int, count: int) -> Floats:
         """Numbers behind the state, read-only."""
-        start = len(self.robot.arrays.unit) + first
+        start = self.robot.state_size + first
         part = self.record[start : start + count]
         part.flags.writeable = False
         return part
 
     def _number(self, at: int) -> float:
         """A number behind the state."""
-        return float(self.record[len(self.robot.arrays.unit) + at])
+        return float(self.record[self.robot.state_size + at])
 
     @cached_property
     def state(self) -> Floats:
         """Motor, leg and multiplier values in the order of the kernels, read-only, (N,)."""
-        size = len(self.robot.arrays.unit)
+        size = self.robot.state_size
         return self._part(-size, size)
 
     @cached_property
@@ -163,7 +167,7 @@ class Equilibrium:
     def with_iterations(self, iterations: int) -> Equilibrium:
         """The same with another number of Newton steps."""
         record = self.record.copy()
-        record[len(self.robot.arrays.unit) + STEPS] = iterations
+        record[self.robot.state_size + STEPS] = iterations
         return replace(self, record=record)
 
     @cached_property
@@ -197,7 +201,8 @@ class Equilibrium:
     @property
     def index_locked(self) -> int:
         """Negative eigenvalues of H_r, motors held: 0 is stable."""
-        return self.inertia.index_locked
+        found = self.record[self.robot.state_size + SIGNS]
+        return int(found) if found != SINGULAR_LEG else self.inertia.index_locked
 
     @property
     def index_free(self) -> int:
@@ -207,13 +212,13 @@ class Equilibrium:
 
 def new_record(robot: Robot, count: int | None = None) -> Floats:
     """Memory of a record, or of some."""
-    size = len(robot.arrays.unit) + EFFORT + robot.motor_count
+    size = robot.state_size + EFFORT + robot.motor_count
     return np.empty(size if count is None else (count, size))
 
 
 def record_of(robot: Robot, state: Floats, rotation: Floats, position: Floats) -> Floats:
     """A record of which only the state, (N,), and the platform's pose are known."""
-    record, size = np.zeros_like(new_record(robot)), len(robot.arrays.unit)
+    record, size = np.zeros_like(new_record(robot)), robot.state_size
     record[:size] = state
     record[size + ROTATION : size + POSITION] = np.ravel(rotation)
     record[size + POSITION : size + ENERGY] = position
@@ -234,7 +239,7 @@ def corrected(
     Returns:
         The result, within the tolerance or not: the caller has to look.
     """
-    size, motors = len(robot.arrays.unit), robot.motor_count
+    size, motors = robot.state_size, robot.motor_count
     records, kept = record[None].copy(), kept_factors(robot.arrays)
     found = go_on_bound(
         robot.bound, load_arrays, MOTORS, record[None, size - motors : size].copy(), UNPREDICTED,
@@ -258,7 +263,7 @@ def described(
     """An equilibrium of which the state, (N,), and the platform's pose are known."""
     record = record_of(robot, state, rotation, position)
     found = corrected(robot, loads, load_arrays, record, np.inf, 0, 1.0)
-    found.record[len(robot.arrays.unit) + STEPS] = iterations
+    found.record[robot.state_size + STEPS] = iterations
     return found
 
 

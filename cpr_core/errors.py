@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Errors of the core. Each carries the data a caller needs to act on it."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What can happen on the way from one equilibrium to another."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """All equilibria at given motor positions: how many there are, and which of them a robot may snap to."""
 
 from __future__ import annotations

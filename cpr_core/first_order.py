@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """First-order behaviour of an equilibrium, computed once: smallest eigenvalues, platform matrices."""
 
 from __future__ import annotations

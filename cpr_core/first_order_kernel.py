@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """First-order behaviour of an equilibrium from its condensed tangent: nothing is evaluated again."""
 
 from __future__ import annotations

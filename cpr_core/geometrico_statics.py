@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The geometrico-static problems of Section IV-B: forward, inverse, forward by effort."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The home equilibrium: the one a robot begins with, found from what its description knows of it."""
 
 from __future__ import annotations

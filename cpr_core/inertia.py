@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Stability indices of an equilibrium from one symmetric elimination (Sylvester's law)."""
 
 from __future__ import annotations
@@ -39,7 +42,7 @@ class Inertia(NamedTuple):
 def inertia_from(equilibrium: Equilibrium) -> Inertia:
     """The signs the kernels found, or all eigenvalues where the legs were not condensed."""
     robot = equilibrium.robot
-    first = len(robot.arrays.unit) + SIGNS
+    first = robot.state_size + SIGNS
     locked, free, inverse = equilibrium.record[first : first + 3].tolist()
     if locked != SINGULAR_LEG:
         return Inertia(int(locked), int(free), int(inverse))

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Signs of the tangent: how many directions lose energy, without eigenvalues.
 
 Sylvester's law: any symmetric elimination of a matrix shows its number of negative eigenvalues. The

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Passive joints between the rod tips and the platform.
 
 Every joint holds the tip at a point of the platform (Eq. (15)). What it does to the orientation is a

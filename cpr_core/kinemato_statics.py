@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The kinemato-static model of Section V: how a robot moves and pushes to first order.
 
 Everything comes from the tangent the solver uses. Platform increments ``dSigma_p`` and wrench

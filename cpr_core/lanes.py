@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A number per leg: the type the kernels calculate with.
 
 Legs go through the same formulas. So a kernel is written once, for one leg, and works on `Lanes`: eight

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Energy, static balance, constraint and exact tangent of a group of legs, in one pass along the rods.
 
 The world frame and small world rotations are used throughout. Every leg coordinate that turns

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Rotations in three dimensions: the few operations the kernels and the interfaces need."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The geometrico-static model, Eq. (32), and its tangent at a state, for use from Python."""
 
 from __future__ import annotations

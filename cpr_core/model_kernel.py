@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The geometrico-static model, Eq. (32), and its exact tangent for the whole robot."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What holds the base of a rod: motors and passive bases.
 
 A base has at most one coordinate that turns the rod's base about an axis through the base point and

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Newton's method on the square problems cut out of the model, with exact tangents."""
 
 from __future__ import annotations

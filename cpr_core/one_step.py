@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The equilibrium at a request near by, in one call of a kernel: what a control loop asks for."""
 
 from __future__ import annotations

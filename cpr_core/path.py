@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A straight path in what a request imposes, and the solves on it.
 
 A path is a curve F(x, t) = 0 of the unknowns x and the fraction t of the way. It is solved in two ways:

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Commands ``cpr trace`` and ``cpr equilibria``: what they read, do and print."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Memory of the kernels that find smallest eigenvalues, and what they know of a robot beforehand."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Smallest eigenvalue of H_r, from the tangent with its constraints: a symmetric pencil K v = mu M v.
 
 K is the bordered Hessian, whose rows of multipliers M does not see; with the constraints of full rank

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Gauss-Legendre panels on [0, 1] with their integration matrix and the grid of the rotation."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What the command line prints: results as plain values for JSON, and as text for people."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A robot ready to be solved: its description and the arrays of the kernels."""
 
 from __future__ import annotations
@@ -133,6 +136,11 @@ class Robot:
     def arrays(self) -> RobotArrays:
         """The robot as the kernels see it."""
         return robot_arrays(self)
+
+    @cached_property
+    def state_size(self) -> int:
+        """Numbers N of a state: of legs, platform and motors."""
+        return len(self.arrays.unit)
 
     @property
     def bound(self) -> BoundRobot:

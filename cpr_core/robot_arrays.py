@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """From a robot to the arrays the kernels see: the order of the state, and the slots of the legs."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A slender rod: geometry, elasticity and the strain modes that describe its shape."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Shape of the rods of a group of legs: frames at the nodes, and lever arms to the tip."""
 
 from __future__ import annotations

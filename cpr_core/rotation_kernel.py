@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Rotations along a rod: ``R' = R kappa^`` in steps of a Magnus expansion of order six.
 
 Formulas that hold for numbers and for lanes alike.

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Cross-sections of rods: what they make of a material, about (d1, d2, d3).
 
 A new section is a class here and its name in ``SECTIONS``.

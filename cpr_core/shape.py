@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Shapes of the legs, for drawings and checks."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Elastic stability: the spectrum of the reduced Hessian H_r = Z^T H Z, Eqs. (47)-(52)."""
 
 from __future__ import annotations

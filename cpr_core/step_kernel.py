@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """From one equilibrium to the next: predicted along the tangent, corrected, with its signs.
 
 An equilibrium is a record: its state, N numbers, and behind it

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Shape functions of the assumed strain modes, on the normalised arc length sigma in [0, 1]."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """How far the rods are from yielding: bending strains at the surface, and what the material bears."""
 
 from __future__ import annotations

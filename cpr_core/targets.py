@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What a problem imposes, and the straight path to it from an equilibrium."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A whole path of equilibria as arrays, with what happened on it."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Equilibria at many requests, one after the other, in compiled code."""
 
 from __future__ import annotations
@@ -175,7 +178,7 @@ def _quiet(found: _Records, here: Equilibrium, records: Floats, singularities: b
     """How many steps pass no limit and, where they are watched, no inverse singularity."""
     robot, count = found.robot, len(records)
     if singularities:
-        at = len(robot.arrays.unit) + SIGNS + 2
+        at = robot.state_size + SIGNS + 2
         flipped = np.flatnonzero(records[:, at] != here.record[at])
         count = int(flipped[0]) if flipped.size else count
     if robot.limited:

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Answers about one equilibrium: kinemato-statics, prediction, stability."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What an equilibrium is measured by before a robot may move there."""
 
 from __future__ import annotations

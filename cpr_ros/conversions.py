@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Between messages and values of the core. ROS puts forces first and the scalar of a quaternion last."""
 
 from __future__ import annotations

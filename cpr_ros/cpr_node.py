@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The node ``cpr_node``: setpoint following, services, state and stability of one robot."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Demonstration: a node with the 6-RFS robot, driven along the paper's path by another process."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Count of messages that were dropped, and when to say so. No ROS here."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Errors of the core and of requests as numbers of cpr_msgs/ErrorCode."""
 
 from __future__ import annotations

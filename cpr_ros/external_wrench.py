@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The wrench somebody measures on the platform, with a timeout of its own. No ROS here."""
 
 from __future__ import annotations

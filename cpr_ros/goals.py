@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Where setpoints send the robot: motor positions, or a pose of the platform."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Subscriptions of the node. What cannot be used is dropped whole, counted and warned about."""
 
 from __future__ import annotations

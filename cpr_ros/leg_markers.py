@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Legs and platform as markers for rviz."""
 
 from __future__ import annotations

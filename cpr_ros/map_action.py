@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Action ``~/map_workspace``: one map at a time, made in another process."""
 
 from __future__ import annotations

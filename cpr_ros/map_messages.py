@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Goals, feedback and results of ``~/map_workspace`` as messages."""
 
 from __future__ import annotations

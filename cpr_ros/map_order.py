@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What travels between the node and the process that makes a map."""
 
 from __future__ import annotations

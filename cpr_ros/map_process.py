@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A map in the making in another process, seen from the node. Nothing here waits."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The process that makes one map: ``python -m cpr_ros.map_worker FD`` with the order on stdin.
 
 FD is one end of a connection. States and at last a summary or a failure go out through it. Whatever

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Services of the node. Every request gets an answer; one that fails changes nothing."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Everything that exists while the node is configured: one robot, where it is, where it goes."""
 
 from __future__ import annotations

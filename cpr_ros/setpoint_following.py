@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Following setpoints without crossing an instability, a singularity or a limit. No ROS here.
 
 One tick moves the motors one step towards the goal: it solves at the next motors from the current

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What the node knows and how it answers requests. No rclpy here: state, and one call per service."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The stability message a supervisory controller acts on."""
 
 from __future__ import annotations

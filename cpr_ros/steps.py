@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """One step of the robot: solving it, and comparing its two ends."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """SIGINT and SIGTERM as a request to stop that cannot get lost."""
 
 from __future__ import annotations

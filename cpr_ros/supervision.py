@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What a supervisor is told: status, action and speed scale, from the measures of an equilibrium."""
 
 from __future__ import annotations

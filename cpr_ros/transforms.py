@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Frames of others, where tf2_ros is installed; nothing where it is not."""
 
 from __future__ import annotations

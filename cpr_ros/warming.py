@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Compiling everything a client could ask for before it asks."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """How old the newest input is, by receipt on a steady clock."""
 
 from __future__ import annotations

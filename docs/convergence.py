@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Draw the error of the platform position over the number of modes, for every shipped robot."""
 
 from __future__ import annotations

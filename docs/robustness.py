@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Random requests far from home, walked there and back: writes docs/robustness.md."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A controller that drives a circle with the platform.
 
     .venv/bin/cpr_node --ros-args -p robot:=six_rfs

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A map of the workspace, made by a running cpr_node from where its robot is now.
 
     .venv/bin/cpr_node --ros-args -p robot:=rfrfr

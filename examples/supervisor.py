@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A supervisor: reads the stability stream, pauses a robot that was halted, and sends it home.
 
     .venv/bin/cpr_node --ros-args -p robot:=rfrfr

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Start cpr_node, and rviz if wanted: ros2 launch cpr_ros cpr.launch.py robot:=six_rfs rviz:=true."""
 
 from pathlib import Path

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Section VI of the paper, reproduced: every table and every figure, computed and compared."""
 
 import os

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """``python -m paper``: compute, compare, draw and report."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Errors of the models against continuous rods: Tables I, II, IV, V and Figs. 5 and 11."""
 
 from __future__ import annotations

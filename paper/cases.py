@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The two case studies: robots, motor paths of Eq. (53) and their continuous-rod solutions."""
 
 from __future__ import annotations

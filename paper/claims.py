@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What the reproduction has to show, decided by the numbers of the run."""
 
 from __future__ import annotations

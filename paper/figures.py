@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The figures, drawn to be read: units, legends, colours told apart by everybody."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The numbers the paper prints in its Tables I to VI, as printed."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """REPORT.md: requirements, tables, figures, and where the paper cannot be matched."""
 
 from __future__ import annotations

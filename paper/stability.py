@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Eigenvalues of H_r and conjugate points along lines in the workspace: Figs. 6-8 and 12-14."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Tables in the paper's layout: every number beside the paper's, with a verdict."""
 
 from __future__ import annotations

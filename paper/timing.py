@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Computation times of all models on the motor paths: Tables III and VI.
 
 Measured is the processor time of this process on one core, so what else the machine does is not

@@ -1,4 +1,7 @@
 #!/usr/bin/env python3
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Writes docs/interface.md from the .msg, .srv and .action files; `--check`: is it current?"""
 
 from __future__ import annotations

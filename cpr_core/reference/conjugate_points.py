@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Conjugate points of rods and of robots of rods (Till & Rucker), an independent test of stability.
 
 Cut every rod at the same normalised arc length u and clamp it there. Equilibrium is stable with

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Robots of continuous Kirchhoff rods, solved by shooting: the paper's Mod. #2.
 
 Unknowns are the wrenches at the bases of the rods and either the platform or the motors; equations

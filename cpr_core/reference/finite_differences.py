@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Planar robots by finite differences of first order: the paper's Mod. #3.
 
 A rod is N elements of constant curvature, integrated by Euler's explicit rule with h = l / N,

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The paper's procedure taken literally: Mod. #0, the baseline of the timings.
 
 For every leg the differential equation (11) (quaternion, position and J_3) is integrated by an

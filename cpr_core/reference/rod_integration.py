@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Continuous Kirchhoff rods and their variations, integrated along the arc length.
 
 The rods obey, in the world frame, with the tangent t = R e_1 and the curvature k = R H_a^-1 R^T m,

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Shooting along continuous rods, compiled from the integration to the path of a whole robot.
 
 The legs are Kirchhoff rods as in ``rod_integration``, but of circular stiffness: with E J_2 = E J_3

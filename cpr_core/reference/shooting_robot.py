@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A robot of continuous rods as the shooting sees it: without dimensions, ready for the kernel."""
 
 from __future__ import annotations

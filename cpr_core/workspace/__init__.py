@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Maps of workspaces: grids of equilibria flooded from one start, with their borders."""
 
 from .borders import Border

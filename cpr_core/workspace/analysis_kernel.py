@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What is known of one cell beyond its solution: eigenvalues of H_r and distances from singularities.
 
 The same numbers as `cpr_core.stability.spectrum` and `cpr_core.kinemato_statics`, without scipy. The

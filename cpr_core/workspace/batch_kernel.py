@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Many cells at once: each is analysed and left for its neighbours, without the GIL."""
 
 from __future__ import annotations

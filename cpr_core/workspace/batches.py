@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Batches of cells as tasks of an executor: in threads, processes or on other machines."""
 
 from __future__ import annotations

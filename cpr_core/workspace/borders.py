@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Borders of a map: points where something changes, and in two dimensions the lines through them."""
 
 from __future__ import annotations

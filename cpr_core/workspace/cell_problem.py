@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What a map is solved for, as plain arrays: it travels to other threads, processes and machines."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A few eigenvalues of symmetric matrices, the same on every machine, thread and process.
 
 LAPACK behind numpy may share a matrix between threads, and then rounds differently; maps have to be the

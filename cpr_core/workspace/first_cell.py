@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Where a flood begins, and how grids relate to equilibria."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Grids of what is imposed: slices of the platform's coordinates, or of the motors'."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Strains and limit margins of many cells at once."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Lines of a border through the squares of a two-dimensional grid (marching squares)."""
 
 from __future__ import annotations

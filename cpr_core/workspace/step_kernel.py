@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """From one cell to the next along the branch, in compiled code.
 
 The rules of `cpr_core.continuation`: every Newton correction is smaller than a quarter of the one

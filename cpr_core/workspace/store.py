@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Maps on disk: NetCDF (classic, 64-bit offsets), which everything reads, and xarray datasets.
 
 A checkpoint is the map so far: written beside the file and then put in its place in one step, so that

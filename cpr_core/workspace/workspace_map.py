@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A map of a workspace: everything known of every cell of a grid."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What is measured is what it says: equilibria, of the right robots, by every way the same."""
 
 import numpy as np

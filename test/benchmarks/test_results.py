@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Results on disk, compared, in tables, and against what is demanded."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Rough homes of the paper's robots, for solvers that start without strain modes."""
 
 import numpy as np

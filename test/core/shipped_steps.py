@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A motor step off home for every shipped robot, far enough to leave its symmetry."""
 
 STEPS = {

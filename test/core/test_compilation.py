@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """When kernels are compiled: never on import, all at once on demand, and not without a word."""
 
 import json

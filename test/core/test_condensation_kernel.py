@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Linear solves with the tangent, condensed leg by leg or whole, against numpy."""
 
 from itertools import combinations_with_replacement

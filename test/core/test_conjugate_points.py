@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Stability by conjugate points of continuous rods, against the index of the strain-mode model."""
 
 import ast

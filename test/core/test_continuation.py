@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Walks: the same end however it is reached, events where they are, limits, time."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Continuous rods by shooting against the reference paths, differences and their own order."""
 
 from dataclasses import replace

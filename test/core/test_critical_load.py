@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Critical loads against classical columns and against a search by hand."""
 
 import numpy as np

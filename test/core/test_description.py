@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Robot descriptions: the shipped ones, and every way to get one wrong."""
 
 import copy

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """All equilibria at given motors."""
 
 from concurrent.futures import ProcessPoolExecutor

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Finite differences: Table II, first order, exact tangent."""
 
 import numpy as np

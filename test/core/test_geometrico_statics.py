@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The problems: consistency between them, starts, loads, refusals, immutability."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Home from little: motors and the side of the rods, or a rough pose of the platform."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Indices and signs without eigenvalues against eigenvalues and determinants."""
 
 import numpy as np

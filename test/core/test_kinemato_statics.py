@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """First-order behaviour against differences of full solves, reciprocity, singularities."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Lanes: what kernels do with them is what numpy does with every number on its own."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The residual against the paper taken literally: Eq. (11) by a general ODE solver, Eqs. (15)-(32).
 
 Quaternion, J_3, W and Q are integrated together; twists and wrenches are body vectors. The paper's

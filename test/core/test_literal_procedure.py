@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The paper's procedure against the library it is the baseline of."""
 
 from dataclasses import replace

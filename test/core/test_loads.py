@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Loads: checks of what is given, what is refused in the plane, what has a potential."""
 
 import copy

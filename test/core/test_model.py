@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Residual and tangent of the model against differences, for every motor, tip joint and load."""
 
 from dataclasses import replace

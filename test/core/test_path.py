@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Solves on a path: at fractions and by arc length, tangents against differences."""
 
 import numpy as np

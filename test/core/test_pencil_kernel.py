@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Smallest eigenvalues of pencils shaped as robots are, against LAPACK on the whole matrices."""
 
 import numba

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Both paper paths against continuous-rod solutions found by another method (test/data)."""
 
 import csv

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The commands `stability` and `kinemato`: the numbers of the library, as text and as JSON."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The class of robots: what must hold for every shipped one, and the parts none of them has."""
 
 from dataclasses import replace

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Random far requests, there and back: the experiments of docs/robustness.md."""
 
 import pytest

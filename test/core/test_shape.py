@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Leg shapes: they start at the motors, end at the platform and are as long as the rods."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Index and margin: known crossings, invariance, reciprocity between the readings of the motors."""
 
 import numpy as np

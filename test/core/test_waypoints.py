@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Trajectories: the same as single solves one after the other, with every event."""
 
 import numpy as np

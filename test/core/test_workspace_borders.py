@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Borders of maps: where direct solves find them, and where the design of the method has them."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The same map, bit for bit, wherever it is made."""
 
 import multiprocessing

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Maps on disk: whole at any time, and gone on with after any death."""
 
 import signal

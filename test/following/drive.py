@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Robots and settings for tests of what the node decides, without ROS."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What decisions look like as messages; no node is needed for that."""
 
 import numpy as np

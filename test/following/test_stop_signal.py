@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Signals that come where Python cannot raise them, in a process of its own."""
 
 import subprocess

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What the tables of errors have to show; continuous rods themselves against the reference paths."""
 
 import csv

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Eigenvalues and conjugate points along the lines of Figs. 7 and 13; the maps of Figs. 6 and 12."""
 
 import numpy as np

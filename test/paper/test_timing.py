@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What is measured is the same path for all models; no time is asserted."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Fixtures: one node of each paper robot for a test module, and a client in its domain."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The side of a controller and a supervisor: setpoints out, state and stability in."""
 
 from __future__ import annotations

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A cpr_node whose solver can be made to fail: services /fail and /work."""
 
 import sys

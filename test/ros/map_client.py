@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The side of somebody who wants a map: goals out, feedback and a result in."""
 
 from __future__ import annotations

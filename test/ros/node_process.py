@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A cpr_node in its own process and a client beside it, talking over real DDS."""
 
 from __future__ import annotations

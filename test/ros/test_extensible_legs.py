@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """A robot whose motors are rod lengths, without limits of its own."""
 
 import pytest

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """What other processes do wrong: the node stays correct, and says what it dropped."""
 
 import math

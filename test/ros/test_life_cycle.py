@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The managed node: transitions from another process, with and without autostart."""
 
 from pathlib import Path

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Ten thousand malformed messages and requests: no crash, no false success, a correct node."""
 
 import math

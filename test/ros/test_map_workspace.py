@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """Maps of the workspace, made by a real node for a client in this process."""
 
 import math

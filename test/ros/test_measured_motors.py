@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The node as an observer of motors that somebody else drives."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
 """The stability stream, external wrench, description, markers: what a supervisor and rviz see."""
 
 import math
