@@ -74,7 +74,7 @@ print(json.dumps(samples[1:]))
 def process_figures(
     repeats: int, with_cold: bool, progress: Callable[[str], object] = lambda key: None
 ) -> dict[str, Figure]:
-    """Measure new processes; a cold cache takes half a minute.
+    """Measure new processes; a cold cache takes a minute.
 
     Times are those that pass from the first line of the process on; the start of Python is not in them.
     """

@@ -26,7 +26,7 @@ def show_compilation() -> Iterator[None]:
     def begun(name: str) -> None:
         if not bars:
             print(
-                "cpr: compiling kernels, once after an installation or an upgrade (up to a minute)",
+                "cpr: compiling kernels, once after an installation or an upgrade (one or two minutes)",
                 file=sys.stderr,
                 flush=True,
             )

@@ -137,7 +137,7 @@ class CprNode(LifecycleNode):
         logger, begin = self.get_logger(), time.monotonic()
         robot = load_robot(self.parameters.robot, modes=self.parameters.modes or None)
         logger.info(f"{robot.description.source}: motors {', '.join(robot.motor_names)}")
-        logger.info("finding home (after an installation the kernels are compiled, half a minute)")
+        logger.info("finding home (after an installation the kernels are compiled, about a minute)")
         session = Session(robot, self.transforms.frames, self.parameters, self._live({}))
         index = session.solver.current.index
         logger.info(f"at home after {time.monotonic() - begin:.1f} s, index {index}")
