@@ -95,8 +95,7 @@ def checked_vector(
     if vector.shape != (size,):
         count = vector.size if vector.ndim == 1 else f"an array of shape {vector.shape}"
         raise InvalidRequest(name, f"{_expected(size, meaning)}, got {count}")
-    # The product is finite unless something is not, or is huge; it is the fastest to ask for.
-    if not math.isfinite(vector.dot(vector)) and not np.isfinite(vector).all():
+    if not all(map(math.isfinite, vector.tolist())):  # faster than numpy on so few numbers
         expected = _expected(size, meaning)
         raise NonFiniteInput(name, f"{expected}, all finite, got {vector.tolist()}")
     vector.flags.writeable = False

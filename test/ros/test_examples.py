@@ -74,7 +74,7 @@ def test_the_circle_is_driven(six_rfs):
 
 def test_a_map_is_made_cancelled_and_gone_on_with(rfrfr, tmp_path):
     file = tmp_path / "map.nc"
-    command = ("map.py", str(file), "x=-0.9:0.9", "y=-1:1", "--resolution", "0.02")
+    command = ("map.py", str(file), "x=-0.9:0.9", "y=-1:1", "--resolution", "0.01")
     cancelled = started(rfrfr, *command)
     said = ""
     while "/s" not in said:  # feedback on one line, or the end
@@ -88,7 +88,7 @@ def test_a_map_is_made_cancelled_and_gone_on_with(rfrfr, tmp_path):
     whole = started(rfrfr, *command)
     said, _ = whole.communicate(timeout=120)
     assert whole.returncode == 0, said
-    assert f"{file}: 5837 of 9191 cells are reached" in said
+    assert f"{file}: 23451 of 36381 cells are reached" in said
     assert "border stability:" in said
 
 
