@@ -227,6 +227,9 @@ class _Walker:
                         return self._lost(first, here)
                     continue
                 low, high, beyond = found
+                if low.fraction > 1.0 and arc > SMALLEST_ARC:
+                    arc *= 0.5  # it happens beyond the end, which was stepped over
+                    continue
                 if low.index != high.index and self._several_cross(low):
                     return self._end(
                         replace(low, equilibrium=here.equilibrium), "bifurcation", SEVERAL

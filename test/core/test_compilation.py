@@ -36,8 +36,10 @@ class Listener(event.Listener):
     def on_end(self, event):
         pass
 event.register("numba:compile", Listener())
+import scipy.linalg  # what it brings along is its affair, and differs between versions
+brought = set(sys.modules)
 import cpr_core
-print(json.dumps({"compiled": compiled, "modules": sorted(sys.modules)}))
+print(json.dumps({"compiled": compiled, "modules": sorted(set(sys.modules) - brought)}))
 """
 
 EVERYTHING = """

@@ -18,6 +18,7 @@ from cpr_core import (
     UnstableEquilibrium,
     bending_strains,
     critical_load,
+    given_at,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
@@ -311,3 +312,22 @@ def test_a_step_does_not_jump_over_two_folds_to_the_next_stable_part_of_the_bran
         assert stopped.value.event.kind == "fold"
         ends.append(stopped.value.event.equilibrium)
     assert distance(*ends) < 1e-3
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "planar_body"])
+def test_a_request_just_before_a_fold_is_reached(name):
+    # The branch turns back a millionth of the way behind the target.
+    robot = load_robot(name)
+    home = robot.home
+    pose = given_at(home, "pose")
+    pose[0] += 3.0
+    with pytest.raises(NotReached) as stopped:
+        solve_inverse(robot, pose)
+    assert stopped.value.event.kind == "fold"
+    fold = stopped.value.event.equilibrium
+    for before in (1e-3, 1e-5, 1e-6, 1e-7):
+        fraction = stopped.value.event.fraction * (1.0 - before)
+        target = (1.0 - fraction) * given_at(home, "pose") + fraction * pose
+        there = solve_inverse(robot, target)
+        assert np.abs(given_at(there, "pose") - target).max() < 1e-9
+        assert distance(there, fold) < 40.0 * np.sqrt(before)
