@@ -95,7 +95,7 @@ class RobotArrays(NamedTuple):
     component_start: Integers  # (4,) first strain slot of torsion and both bendings; S
     function: Integers  # (S,) which shape function a slot uses
     functions: Lanes  # (G, F, K) shape functions at the nodes
-    step_functions: Lanes  # (G, H, 3, F) and at the Gauss points of the rotation steps
+    step_functions: Lanes  # (G, H, 3, F) their moments over the rotation steps
     elastic: Lanes  # (G, S, S) K_e by slots
     rest_moment: Lanes  # (G, S) int Phi^T H_a kappa_rest
     weights: Floats  # (K,)
@@ -127,6 +127,7 @@ class LoadArrays(NamedTuple):
 
     distributed: Floats  # (L, 3, K + 1) int_sigma^1 of the force per length; last: sigma = 0 [N/m]
     point: Floats  # (L, 3, K + 1) sum of the point forces beyond a node; last: sigma = 0 [N]
+    on_rods: Floats  # (1,) above zero where any rod carries a load
     platform: Floats  # (6, 3) weight, centre of mass, moment and force fixed in space, following
 
 
@@ -159,6 +160,9 @@ class Workspace(NamedTuple):
     density: Lanes  # (3, K)
     projected: Lanes  # (3, K)
     geometric: Lanes  # (S, S)
+    pairs: Lanes  # (4, K) what nodes do together, four rows of it
+    partial: Lanes  # (S, K) the same times shape functions
+    turns: Lanes  # (S, 6) Theta where a panel begins, and what a panel makes of it
     stretched: Lanes  # (S,) K_e q_e
     small: Lanes  # (12, 3)
     squares: Lanes  # (6, 3, 3)
@@ -190,9 +194,9 @@ class Workspace(NamedTuple):
     position: Floats  # (3,)
     residual: Floats  # (N,) in the order of the state
     signs: Integers  # (3,)
-    bends: Integers  # (1,) number of steps before that tell how the branch bends
-    bend: Floats  # (N,) what the last prediction missed, dimensionless
-    last_bend: Floats  # (N,) and the one before
+    bends: Integers  # (2,) number of differences that tell how the branch bends, and of those that fall
+    bend: Floats  # (N,) what was added to a prediction for it, dimensionless
+    differences: Floats  # (4, N) backward differences of what predictions missed
     last_known: Floats  # (B,) what was imposed then
     last_efforts: Floats  # (motors,)
     whole_pivots: Integers  # (N,)
@@ -229,6 +233,9 @@ def workspace(robot: RobotArrays) -> Workspace:
         density=empty(3, nodes),
         projected=empty(3, nodes),
         geometric=empty(strains, strains),
+        pairs=empty(4, nodes),
+        partial=empty(strains, nodes),
+        turns=empty(strains, 6),
         stretched=empty(strains),
         small=empty(12, 3),
         squares=empty(6, 3, 3),
@@ -260,9 +267,9 @@ def workspace(robot: RobotArrays) -> Workspace:
         position=np.empty(3),
         residual=np.empty(size),
         signs=np.empty(3, np.int64),
-        bends=np.zeros(1, np.int64),
+        bends=np.zeros(2, np.int64),
         bend=np.zeros(size),
-        last_bend=np.zeros(size),
+        differences=np.zeros((4, size)),
         last_known=np.zeros(border),
         last_efforts=np.zeros(size - robot.motor_index),
         whole_pivots=np.empty(size, np.int64),
@@ -275,7 +282,7 @@ def factors_of(robot: RobotArrays) -> Factors:
     groups, slots = robot.units.shape
     inner, border = robot.slot_index.shape[1], len(robot.unit) - robot.platform_index
     return Factors(
-        upper=empty_lanes(width, groups, inner, slots),
+        upper=zeros_lanes(width, groups, inner, slots),
         inverse=empty_lanes(width, groups, inner),
         border=np.empty((border, border)),
         how=np.array([1]),

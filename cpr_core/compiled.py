@@ -13,6 +13,8 @@ from typing import Any, TypeVar
 import numba
 from numba.core.caching import IndexDataCacheFile
 
+from .kernel_compiler import KernelCompiler
+
 __all__ = [
     "KERNEL_MODULES",
     "allocating_part",
@@ -30,6 +32,7 @@ KERNEL_MODULES = (
     "lie",
     "rotation_kernel",
     "rod_kernel",
+    "stiffness_kernel",
     "leg_kernel",
     "model_kernel",
     "condensation_kernel",
@@ -45,7 +48,7 @@ KERNEL_MODULES = (
     "workspace.batch_kernel",
 )
 #: What else the compiled code depends on: how it is compiled and what its data look like.
-_CONTEXT_MODULES = ("compiled", "arrays", "pencil", "lanes")
+_CONTEXT_MODULES = ("compiled", "kernel_compiler", "arrays", "pencil", "lanes")
 
 #: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
 FASTMATH = {"contract", "nsz", "reassoc"}
@@ -130,7 +133,12 @@ def compiled_strictly(function: Function) -> Function:
 
 def _stamped(function: Function, fastmath: Any, **options: Any) -> Function:
     dispatcher = numba.njit(
-        cache=True, nogil=True, error_model="numpy", fastmath=fastmath, **options
+        cache=True,
+        nogil=True,
+        error_model="numpy",
+        fastmath=fastmath,
+        pipeline_class=KernelCompiler,
+        **options,
     )(function)
     dispatcher._cache._cache_file._source_stamp = _STAMP
     dispatcher._cache._cache_file.__class__ = _CacheFile

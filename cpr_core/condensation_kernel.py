@@ -84,32 +84,63 @@ def _eliminate(robot, number, per_energy, work, factors):
     strains, last = robot.function.shape[0], size - 1
     largest = broadcast(units, 0.0)
     smallest = broadcast(units, np.inf)
+    # Without moments at the tips strain does not meet the platform: those entries stay zero.
+    meets = strains if robot.orientation_count == 0 else 0
     for i in range(inner):
         scale = per_energy * load(units, (number, i))
         diagonal = scale * load(units, (number, i)) * load(blocks, (number, i, i))
         diagonal += load(robot.missing, (number, i))
-        for k in range(i):
-            diagonal -= load(upper, (number, k, i)) * load(rows, (k, i))
+        other = broadcast(units, 0.0)
+        for k in range(1, i, 2):
+            diagonal -= load(upper, (number, k - 1, i)) * load(rows, (k - 1, i))
+            other -= load(upper, (number, k, i)) * load(rows, (k, i))
+        if i % 2 == 1:
+            diagonal -= load(upper, (number, i - 1, i)) * load(rows, (i - 1, i))
+        diagonal += other
         inverse = 1.0 / diagonal
         if i < strains:
             largest = -lower(-largest, -absolute(diagonal))
         smallest = lower(smallest, absolute(diagonal))
         store(factors.inverse, (number, i), inverse)
-        for j in range(i + 1, size):
-            # Without moments at the tips strain does not meet the platform.
-            first = 0
-            if inner <= j < last and robot.orientation_count == 0:
-                first = strains
-                if i < strains:
-                    store(rows, (i, j), 0.0)
-                    store(upper, (number, i, j), 0.0)
-                    continue
-            value = scale * load(units, (number, j)) * load(blocks, (number, i, j))
-            for k in range(first, i):
-                value -= load(upper, (number, k, i)) * load(rows, (k, j))
-            store(rows, (i, j), value)
-            store(upper, (number, i, j), inverse * value)
+        _eliminate_row(robot, number, i, 0, i + 1, inner, scale, inverse, work, factors)
+        if i >= meets:
+            _eliminate_row(robot, number, i, meets, inner, last, scale, inverse, work, factors)
+        _eliminate_row(robot, number, i, 0, last, size, scale, inverse, work, factors)
     return highest(_SMALLEST_LEG_PIVOT * largest - smallest) < 0.0
+
+
+@inlined
+def _eliminate_row(robot, number, i, first, start, end, scale, inverse, work, factors):
+    """Columns of row i, less what rows from ``first`` on have to do with them."""
+    blocks, units, upper, rows = work.blocks, robot.units, factors.upper, work.rows
+    j = start
+    while j + 4 <= end:
+        v0 = scale * load(units, (number, j)) * load(blocks, (number, i, j))
+        v1 = scale * load(units, (number, j + 1)) * load(blocks, (number, i, j + 1))
+        v2 = scale * load(units, (number, j + 2)) * load(blocks, (number, i, j + 2))
+        v3 = scale * load(units, (number, j + 3)) * load(blocks, (number, i, j + 3))
+        for k in range(first, i):
+            multiple = load(upper, (number, k, i))
+            v0 -= multiple * load(rows, (k, j))
+            v1 -= multiple * load(rows, (k, j + 1))
+            v2 -= multiple * load(rows, (k, j + 2))
+            v3 -= multiple * load(rows, (k, j + 3))
+        store(rows, (i, j), v0)
+        store(rows, (i, j + 1), v1)
+        store(rows, (i, j + 2), v2)
+        store(rows, (i, j + 3), v3)
+        store(upper, (number, i, j), inverse * v0)
+        store(upper, (number, i, j + 1), inverse * v1)
+        store(upper, (number, i, j + 2), inverse * v2)
+        store(upper, (number, i, j + 3), inverse * v3)
+        j += 4
+    while j < end:
+        value = scale * load(units, (number, j)) * load(blocks, (number, i, j))
+        for k in range(first, i):
+            value -= load(upper, (number, k, i)) * load(rows, (k, j))
+        store(rows, (i, j), value)
+        store(upper, (number, i, j), inverse * value)
+        j += 1
 
 
 @inlined

@@ -25,6 +25,8 @@ SINGULAR_LEG = -1
 
 #: Pivots below this fraction of the largest entry of a matrix count as zero.
 _SMALLEST_PIVOT = 1e-11
+#: Above this fraction pivots leave a remainder whose signs can be trusted.
+_SAFE_PIVOT = 1e-5
 _GROWTH = (1.0 + np.sqrt(17.0)) / 8.0
 
 
@@ -118,12 +120,7 @@ def signs_of(robot, rotation, factors, work, signs):
                     below += 1
     left, square = work.symmetric, work.square
     border = left.shape[0]
-    largest = 0.0
-    for i in range(border):
-        for j in range(i + 1):
-            value = 0.5 * (factors.border[i, j] + factors.border[j, i])
-            left[i, j] = left[j, i] = value
-            largest = max(largest, abs(value))
+    largest = _symmetric_part(factors.border, left)
 
     signs[2] = 0
     if inverse_columns.shape[0] == platform:
@@ -144,11 +141,30 @@ def signs_of(robot, rotation, factors, work, signs):
                 if (square[i, i] < 0.0) != (work.pivots[i] != i):
                     sign = -sign
             signs[2] = sign
-    # Platform first: what it leaves tells the motors'.
-    for i in range(platform):
-        for j in range(platform):
-            square[i, j] = left[i, j]
-    locked, _ = eliminate(square[:platform, :platform], platform, _SMALLEST_PIVOT * largest)
-    free, _ = eliminate(left, border, _SMALLEST_PIVOT * largest)
+    smallest = _SMALLEST_PIVOT * largest
+    # Platform first: what it leaves tells the motors', if it is not about to lose its stability.
+    locked, uncertain = eliminate(left, platform, _SAFE_PIVOT * largest)
+    if uncertain == 0:
+        free, _ = eliminate(left[platform:, platform:], border - platform, smallest)
+        free += locked
+    else:
+        _symmetric_part(factors.border, left)
+        for i in range(platform):
+            for j in range(platform):
+                square[i, j] = left[i, j]
+        locked, _ = eliminate(square[:platform, :platform], platform, smallest)
+        free, _ = eliminate(left, border, smallest)
     signs[0] = below + locked - robot.constraint_count
     signs[1] = below + free - robot.constraint_count
+
+
+@kernel
+def _symmetric_part(matrix, result):
+    """Symmetric part of a square matrix; returns its largest entry."""
+    largest = 0.0
+    for i in range(matrix.shape[0]):
+        for j in range(i + 1):
+            value = 0.5 * (matrix[i, j] + matrix[j, i])
+            result[i, j] = result[j, i] = value
+            largest = max(largest, abs(value))
+    return largest

@@ -21,6 +21,7 @@ from __future__ import annotations
 from .compiled import inlined
 from .lanes import broadcast, load, put, store, total
 from .rod_kernel import integrate_arms, integrate_frames, turn_base
+from .stiffness_kernel import strain_block
 
 __all__ = ["evaluate_group"]
 
@@ -72,7 +73,7 @@ def evaluate_group(
     energy = _balance(robot, number, length, loaded, work)
     _fields(robot, number, work)
     _coordinates(robot, number, work)
-    _geometric_stiffness(robot, number, length, work)
+    strain_block(robot, number, length, work)
     _base_coordinates(robot, number, length, loaded, work)
     return energy
 
@@ -443,81 +444,6 @@ def _couple_orientation(robot, number, slot, x, y, z, work):
 def _set(blocks, number, i, j, value):
     """Set an entry of the upper triangle."""
     store(blocks, (number, min(i, j), max(i, j)), value)
-
-
-@inlined
-def _geometric_stiffness(robot, number, length, work):
-    """Strain block: elastic stiffness less ``int Theta_a . Q omega_b`` and its transpose."""
-    functions, integration = robot.functions, robot.integration
-    frames, turned, density = work.frames, work.turned, work.density
-    projected, geometric, blocks = work.projected, work.geometric, work.blocks
-    nodes, panel, strains = robot.weights.shape[0], robot.panel_nodes, robot.function.shape[0]
-    nominal = load(robot.groups[number].length, ())
-    zero = broadcast(frames, 0.0)
-    start = _first_component(robot)
-    for c in range(start, 3):
-        for slot in range(robot.component_start[c], robot.component_start[c + 1]):
-            f = robot.function[slot]
-            for j in range(nodes):
-                value = nominal * load(functions, (number, f, j))
-                store(density, (0, j), value * load(frames, (c, 0, j)))
-                store(density, (1, j), value * load(frames, (c, 1, j)))
-                store(density, (2, j), value * load(frames, (c, 2, j)))
-            before_x, before_y, before_z = zero, zero, zero
-            for first in range(0, nodes, panel):
-                for k in range(first, first + panel, 4):
-                    x0, x1, x2, x3 = before_x, before_x, before_x, before_x
-                    y0, y1, y2, y3 = before_y, before_y, before_y, before_y
-                    z0, z1, z2, z3 = before_z, before_z, before_z, before_z
-                    for j in range(first, first + panel):
-                        x, y, z = (
-                            load(density, (0, j)),
-                            load(density, (1, j)),
-                            load(density, (2, j)),
-                        )
-                        w0, w1 = integration[j, k], integration[j, k + 1]
-                        w2, w3 = integration[j, k + 2], integration[j, k + 3]
-                        x0 += w0 * x
-                        x1 += w1 * x
-                        x2 += w2 * x
-                        x3 += w3 * x
-                        y0 += w0 * y
-                        y1 += w1 * y
-                        y2 += w2 * y
-                        y3 += w3 * y
-                        z0 += w0 * z
-                        z1 += w1 * z
-                        z2 += w2 * z
-                        z3 += w3 * z
-                    for d in range(start, 3):
-                        _project(turned, projected, d, k, x0, y0, z0)
-                        _project(turned, projected, d, k + 1, x1, y1, z1)
-                        _project(turned, projected, d, k + 2, x2, y2, z2)
-                        _project(turned, projected, d, k + 3, x3, y3, z3)
-                for j in range(first, first + panel):
-                    before_x += robot.weights[j] * load(density, (0, j))
-                    before_y += robot.weights[j] * load(density, (1, j))
-                    before_z += robot.weights[j] * load(density, (2, j))
-            for d in range(start, 3):
-                for other in range(robot.component_start[d], robot.component_start[d + 1]):
-                    g = robot.function[other]
-                    even, odd = zero, zero
-                    for k in range(0, nodes, 2):
-                        even += load(projected, (d, k)) * load(functions, (number, g, k))
-                        odd += load(projected, (d, k + 1)) * load(functions, (number, g, k + 1))
-                    store(geometric, (slot, other), even + odd)
-    ratio = nominal / length
-    for slot in range(strains):
-        for other in range(slot, strains):
-            value = ratio * load(robot.elastic, (number, slot, other))
-            value -= load(geometric, (slot, other)) + load(geometric, (other, slot))
-            store(blocks, (number, slot, other), value)
-
-
-@inlined
-def _project(turned, projected, d, k, x, y, z):
-    value = x * load(turned, (d, 0, k)) + y * load(turned, (d, 1, k)) + z * load(turned, (d, 2, k))
-    store(projected, (d, k), value)
 
 
 @inlined

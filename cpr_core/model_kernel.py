@@ -47,7 +47,7 @@ def evaluate_here(robot, loads, state, platform_rotation, platform_position, res
         platform_residual[i] = 0.0
         for j in range(6):
             platform_tangent[i, j] = 0.0
-    loaded = _any(loads.point) or _any(loads.distributed)
+    loaded = loads.on_rods[0] > 0.0
     energy = 0.0
     for number in range(robot.groups.shape[0]):
         energy += evaluate_group(
@@ -69,17 +69,6 @@ def evaluate_here(robot, loads, state, platform_rotation, platform_position, res
             if motors[lane] >= 0:
                 residual[motors[lane]] = get(work.residuals, (number, motor), lane)
     return energy
-
-
-@inlined
-def _any(loads):
-    """Whether any entry is not zero."""
-    total = 0.0
-    for leg in range(loads.shape[0]):
-        for i in range(3):
-            for k in range(loads.shape[2]):
-                total += abs(loads[leg, i, k])
-    return total > 0.0
 
 
 @kernel

@@ -64,6 +64,8 @@ STALLED = 3  # out of iterations, or no damping reduces the correction
 _SMALLEST_CORRECTION = 1e-6
 #: Cosine above which a step goes on as the one before, and by how much longer it may be.
 _SAME_DIRECTION, _LONGEST_RATIO = 0.9, 1.5
+#: Differences are used as long as the square of each is below this times that of the one before.
+_FALLING = 0.25
 #: Steps damped by more than this lead nowhere.
 _SMALLEST_FRACTION = 1e-4
 
@@ -159,7 +161,8 @@ def predict_state(
         work: Workspace.
         factors: Of the tangent there; where legs were not condensed nothing is predicted.
 
-    ``work.bends`` counts the steps before of which the missing part is known; 0: only the tangent tells.
+    ``work.bends`` counts the steps before of which the missing part is known; 0: only the tangent tells;
+    -1: nothing is predicted, nothing can be learnt.
 
     Returns:
         Dimensionless length of the predicted change; 0 where nothing is predicted.
@@ -185,7 +188,7 @@ def predict_state(
         _add_bend(inner + columns.shape[0], work)
         _move(robot, columns, angles, work.step, -1.0, state, rotation, position, work)
         return _norm(work.step, inner + columns.shape[0])
-    work.bends[0] = 0
+    work.bends[0] = -1
     return 0.0
 
 
@@ -193,7 +196,8 @@ def predict_state(
 def _add_bend(size, work):
     """Add to a prediction what the last ones had missed, if steps go on as before.
 
-    What the tangent misses grows with the square of the step, and from step to step about linearly.
+    What the tangent misses grows with the square of the step. From step to step it changes smoothly:
+    it is extrapolated by its backward differences, as many as fall.
     """
     along, last, now = 0.0, 0.0, 0.0
     for one, other in ((work.known, work.last_known), (work.efforts, work.last_efforts)):
@@ -202,28 +206,49 @@ def _add_bend(size, work):
             last += other[i] * other[i]
             now += one[i] * one[i]
             other[i] = one[i]
-    count = work.bends[0]
+    count, differences = max(work.bends[0], 0), work.differences
     if count > 0 and not along > _SAME_DIRECTION * math.sqrt(last * now):
         count = 0
     ratio = along / last if count > 0 else 0.0
     if not ratio < _LONGEST_RATIO:
-        count, ratio = 0, 0.0
-    onward = 1.0 if count > 1 and ratio * _LONGEST_RATIO > 1.0 else 0.0
-    for i in range(size):
-        bend = work.bend[i]
-        extra = ratio * ratio * (bend + onward * (bend - work.last_bend[i])) if count > 0 else 0.0
-        work.last_bend[i] = bend
-        work.bend[i] = extra
-        work.step[i] += extra
+        count = 0
     work.bends[0] = count
+    order = work.bends[1] if ratio * _LONGEST_RATIO > 1.0 else 1
+    for i in range(size):
+        work.bend[i] = 0.0
+    for k in range(count):
+        for i in range(size):
+            value = ratio * ratio * differences[k, i]
+            differences[k, i] = value
+            if k < order:
+                work.bend[i] += value
+    for i in range(size):
+        work.step[i] += work.bend[i]
 
 
 @inlined
 def learn_bend(size, work):
     """Remember what a prediction has missed: what was added to it and what Newton's method added."""
+    known, differences, now = work.bends[0], work.differences, work.bend
+    if known < 0:
+        work.bends[0] = 0
+        return
     for i in range(size):
-        work.bend[i] += work.total[i]
-    work.bends[0] += 1
+        now[i] += work.total[i]
+    count = min(known + 1, differences.shape[0])
+    order, falling, before = 1, True, 0.0
+    for k in range(count):
+        squared = 0.0
+        for i in range(size):
+            value = now[i]
+            squared += value * value
+            now[i] = value - differences[k, i]
+            differences[k, i] = value
+        falling = falling and (k == 0 or squared < _FALLING * before)
+        if falling:
+            order = k + 1
+        before = squared
+    work.bends[0], work.bends[1] = count, order
 
 
 @part

@@ -12,10 +12,15 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-__all__ = ["RodGrid", "rod_grid"]
+__all__ = ["MAGNUS_WEIGHTS", "RodGrid", "rod_grid"]
 
-#: Gauss points of one Magnus step of order six, on [0, 1].
-MAGNUS_POINTS = 0.5 + np.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])
+# The curvature of a rotation step enters by its moments. Sixteen points integrate them exactly up to
+# degree 29, so that a rod that bends in a plane is turned exactly.
+_POINTS, _WEIGHTS = 0.5 * np.array(legendre.leggauss(16))
+#: (3, 16): from values at the points of a step to its moments, ``magnus`` in rotation_kernel.
+MAGNUS_WEIGHTS = _WEIGHTS * np.array(
+    [2.25 - 15.0 * _POINTS**2, 12.0 * _POINTS, 180.0 * _POINTS**2 - 15.0]
+)
 
 
 @dataclass(frozen=True)
@@ -28,7 +33,7 @@ class RodGrid:
         integration: ``integration[k, j]``: weight of node j in the integral from 0 to node k, (K, K).
         panel_nodes: Nodes of every panel.
         steps: Lengths of the rotation steps from 0 to 1, shape (G,).
-        step_points: Gauss points of every step, shape (G, 3).
+        step_points: Points of every step, those of ``MAGNUS_WEIGHTS``, shape (G, 16).
         step_node: Node at which a step ends, or -1 (a breakpoint or the tip), shape (G,).
     """
 
@@ -41,11 +46,14 @@ class RodGrid:
     step_node: NDArray[np.int64]
 
 
-def rod_grid(nodes_per_panel: int, breakpoints: tuple[float, ...] = ()) -> RodGrid:
+def rod_grid(
+    nodes_per_panel: int, breakpoints: tuple[float, ...] = (), substeps: int = 1
+) -> RodGrid:
     """Panels of Gauss-Legendre nodes between breakpoints.
 
     The integration matrix is spectral: it integrates exactly, from 0 to each node, whatever is a
-    polynomial of degree below ``nodes_per_panel`` on every panel.
+    polynomial of degree below ``nodes_per_panel`` on every panel. Rotations go from node to node in
+    ``substeps``.
     """
     edges = np.array(sorted({0.0, 1.0, *breakpoints}))
     reference, reference_weights = legendre.leggauss(nodes_per_panel)
@@ -67,6 +75,10 @@ def rod_grid(nodes_per_panel: int, breakpoints: tuple[float, ...] = ()) -> RodGr
 
     stops = np.array(sorted({*edges[1:], *nodes}))
     starts = np.concatenate([[0.0], stops[:-1]])
+    parts = np.arange(1.0, substeps) / substeps
+    between = starts[:, None] + (stops - starts)[:, None] * parts
+    stops = np.column_stack([between, stops]).ravel()
+    starts = np.concatenate([[0.0], stops[:-1]])
     steps = stops - starts
     node_at = {sigma: index for index, sigma in enumerate(nodes)}
     return RodGrid(
@@ -75,6 +87,6 @@ def rod_grid(nodes_per_panel: int, breakpoints: tuple[float, ...] = ()) -> RodGr
         integration=integration,
         panel_nodes=nodes_per_panel,
         steps=steps,
-        step_points=starts[:, None] + steps[:, None] * MAGNUS_POINTS,
+        step_points=starts[:, None] + steps[:, None] * (0.5 + _POINTS),
         step_node=np.array([node_at.get(stop, -1) for stop in stops], dtype=np.int64),
     )

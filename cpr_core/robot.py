@@ -109,14 +109,17 @@ class Robot:
 
     @cached_property
     def grid(self) -> RodGrid:
-        """Quadrature of every rod, fine enough for the leg with most modes.
+        """Quadrature of every rod: positions are good to 1e-9 m, also where rods are bent far.
 
         The integrands are products of shape functions and of the tangent field, whose spectrum decays
-        a few orders beyond the highest mode; test/core/test_quadrature.py measures the error.
+        a few orders beyond the highest mode. Rods that twist too are bent in three dimensions, where
+        rotations have errors of their own. test/core/test_quadrature.py measures both.
         """
-        modes = max(max(leg.modes.counts) for leg in self.description.legs)
-        nodes = 4 * math.ceil((modes + 9) / 4)  # a multiple of the vector length
-        return rod_grid(nodes, self.breakpoints)
+        counts = np.array([leg.modes.counts for leg in self.description.legs])
+        modes, twisted = int(counts.max()), bool(counts[:, 0].any())
+        more = 12 if twisted else 9 if modes < 8 else 8
+        nodes = 4 * math.ceil((modes + more) / 4)  # kernels take four at a time
+        return rod_grid(nodes, self.breakpoints, substeps=2 if twisted else 1)
 
     @cached_property
     def breakpoints(self) -> tuple[float, ...]:
@@ -329,6 +332,7 @@ class Robot:
         return LoadArrays(
             distributed=np.ascontiguousarray(np.swapaxes(beyond @ density, 1, 2)),
             point=np.ascontiguousarray(np.swapaxes(point, 1, 2)),
+            on_rods=np.array([float(density.any() or point.any())]),
             platform=np.array(
                 [
                     self.description.platform_mass * loads.gravity,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .arrays import LEG, RobotArrays, group_dtype
 from .lanes import WIDTH, zeros_lanes
+from .quadrature import MAGNUS_WEIGHTS
 
 if TYPE_CHECKING:
     from .description import LegDescription
@@ -155,11 +156,12 @@ class _Builder:
             fields["base_position"][..., lane] = leg.base_position
             values = leg.modes.values(grid.nodes)
             step_values = leg.modes.values(grid.step_points.ravel())
+            moments = MAGNUS_WEIGHTS @ step_values.reshape(*grid.step_points.shape, -1)
             slots = np.concatenate([start[c] + np.arange(counts[number, c]) for c in range(3)])
             for mode, slot in enumerate(slots):
                 at = function[slot]
                 functions["lane"][group, at, :, lane] = values[:, mode]
-                step_functions["lane"][group, :, :, at, lane] = step_values[:, mode].reshape(-1, 3)
+                step_functions["lane"][group, :, :, at, lane] = moments[..., mode]
             if not exists:
                 continue
             fields["exists"][lane] = 1.0

@@ -74,25 +74,25 @@ def _rotation_vectors(robot, number, work):
     zero = broadcast(strain, 0.0)
     largest = 0.0
     for step in range(robot.steps.shape[0]):
-        p1, p2, p3, a1, a2, a3, q1, q2, q3 = zero, zero, zero, zero, zero, zero, zero, zero, zero
+        a1, a2, a3, b1, b2, b3, c1, c2, c3 = zero, zero, zero, zero, zero, zero, zero, zero, zero
         for slot in range(first, second):
             value, f = load(strain, slot), function[slot]
-            p1 += value * load(functions, (number, step, 0, f))
-            a1 += value * load(functions, (number, step, 1, f))
-            q1 += value * load(functions, (number, step, 2, f))
+            a1 += value * load(functions, (number, step, 0, f))
+            b1 += value * load(functions, (number, step, 1, f))
+            c1 += value * load(functions, (number, step, 2, f))
         for slot in range(second, third):
             value, f = load(strain, slot), function[slot]
-            p2 += value * load(functions, (number, step, 0, f))
-            a2 += value * load(functions, (number, step, 1, f))
-            q2 += value * load(functions, (number, step, 2, f))
+            a2 += value * load(functions, (number, step, 0, f))
+            b2 += value * load(functions, (number, step, 1, f))
+            c2 += value * load(functions, (number, step, 2, f))
         for slot in range(third, last):
             value, f = load(strain, slot), function[slot]
-            p3 += value * load(functions, (number, step, 0, f))
-            a3 += value * load(functions, (number, step, 1, f))
-            q3 += value * load(functions, (number, step, 2, f))
+            a3 += value * load(functions, (number, step, 0, f))
+            b3 += value * load(functions, (number, step, 1, f))
+            c3 += value * load(functions, (number, step, 2, f))
         h = robot.steps[step] * nominal
         x, y, z = magnus(
-            h * p1, h * p2, h * p3, h * a1, h * a2, h * a3, h * q1, h * q2, h * q3
+            h * a1, h * a2, h * a3, h * b1, h * b2, h * b3, h * c1, h * c2, h * c3
         )  # fmt: skip
         store(work.vectors, (0, step), x)
         store(work.vectors, (1, step), y)

@@ -8,26 +8,22 @@ Formulas that hold for numbers and for lanes alike.
 
 from __future__ import annotations
 
-import math
-
 from .compiled import inlined, kernel
 
 __all__ = ["SMALL_ANGLE_SQUARED", "magnus", "rotation_steps", "small_rotation", "turned_frame"]
-
-_ALPHA_2 = math.sqrt(15.0) / 3.0
-_ALPHA_3 = 10.0 / 3.0
 
 #: Squared angles up to which ``small_rotation`` is exact to the last bit.
 SMALL_ANGLE_SQUARED = 1.0
 
 
 @inlined
-def magnus(p1, p2, p3, a1, a2, a3, q1, q2, q3):
-    """Rotation vector of a step from body curvature times step at its three Gauss points p, a, q."""
-    b1, b2, b3 = _ALPHA_2 * (q1 - p1), _ALPHA_2 * (q2 - p2), _ALPHA_2 * (q3 - p3)
-    c1 = _ALPHA_3 * (q1 - 2.0 * a1 + p1)
-    c2 = _ALPHA_3 * (q2 - 2.0 * a2 + p2)
-    c3 = _ALPHA_3 * (q3 - 2.0 * a3 + p3)
+def magnus(a1, a2, a3, b1, b2, b3, c1, c2, c3):
+    """Rotation vector of a step from moments of the body curvature over the step.
+
+    With ``A_i = h int x^i kappa dx`` over x from -1/2 to 1/2, ``a = 9/4 A_0 - 15 A_2``, ``b = 12 A_1``
+    and ``c = 180 A_2 - 15 A_0`` (Blanes, Casas, Oteo and Ros 2009, Section 5.4): a + c / 12 is the whole
+    turn, where all curvature is about one axis.
+    """
     # f = a x b;  s = a x (f - 2 c) / 60 - b
     f1, f2, f3 = a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1
     g1, g2, g3 = f1 - 2.0 * c1, f2 - 2.0 * c2, f3 - 2.0 * c3
@@ -47,7 +43,7 @@ def rotation_steps(curvature, lengths, vectors):
     """Rotation vectors of all steps along one rod.
 
     Args:
-        curvature: Body curvature at the three Gauss points of G steps, [component, point, step].
+        curvature: Moments of the body curvature over G steps (``magnus``), [component, moment, step].
         lengths: Lengths of the steps, (G,).
         vectors: Result, (3, G), such that ``R(end) = R(start) exp(vector^)``.
     """

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .equilibrium import Equilibrium
 from .lie import rotation_exp
-from .quadrature import rod_grid
+from .quadrature import MAGNUS_WEIGHTS, rod_grid
 from .robot import Robot
 from .rotation_kernel import rotation_steps
 from .validation import checked_count
@@ -77,10 +77,11 @@ def _shapes(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
         strain = state[here["strain_index"] :][: leg.modes.total]
         one_hot = np.eye(3)[leg.modes.directions]
         nominal = leg.rod.length
-        curvature = (leg.modes.values(grid.step_points.T.ravel()) * strain) @ one_hot
+        curvature = (leg.modes.values(grid.step_points.ravel()) * strain) @ one_hot
+        moments = MAGNUS_WEIGHTS @ curvature.reshape(*grid.step_points.shape, 3)
         vectors = np.empty((3, len(grid.steps)))
         rotation_steps(
-            np.ascontiguousarray(curvature.T).reshape(3, 3, -1), nominal * grid.steps, vectors
+            np.ascontiguousarray(moments.transpose(2, 1, 0)), nominal * grid.steps, vectors
         )
         rotations = [rotation]
         for vector in vectors.T:

@@ -12,6 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
@@ -19,6 +20,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
 from cpr_core import compiled
+from cpr_core.kernel_compiler import KernelCompiler
 
 PACKAGE = Path(compiled.__file__).parent
 VECTOR = (0.3, -0.2, 0.5)
@@ -77,7 +79,7 @@ def run(copied):
 
 def stamp(folder):
     """Stamp of the sources in a folder, by the module of that folder."""
-    spec = importlib.util.spec_from_file_location("copied_compiled", folder / "compiled.py")
+    spec = importlib.util.spec_from_file_location("cpr_core.copied_compiled", folder / "compiled.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module._STAMP
@@ -121,6 +123,30 @@ def test_the_stamp_changes_with_the_way_of_compiling(copied):
     before = stamp(copied)
     replace_once(copied / "compiled.py", 'error_model="numpy"', 'error_model="python"')
     assert stamp(copied) != before
+
+
+def square_sums(values, result):
+    for i in range(values.shape[0]):
+        for j in range(i):
+            result[i] += values[j] * values[j]
+
+
+def test_loops_of_kernels_are_left_as_they_are_written():
+    as_written = numba.njit(pipeline_class=KernelCompiler)(square_sums)
+    values, result = np.random.default_rng(1).normal(size=40), np.zeros(40)
+    as_written(values, result)
+    expected = np.concatenate([[0.0], np.cumsum(values**2)[:-1]])
+    assert_allclose(result, expected, rtol=1e-13)
+    numbas_own = numba.njit(square_sums)
+    numbas_own(values, result)
+    wish = "llvm.loop.unroll.disable"
+    unoptimised = [kernel.library for kernel in as_written.overloads.values()]
+    assert all(wish in library.get_llvm_str() for library in unoptimised)
+    sizes = [
+        len(next(iter(kernel.inspect_asm().values())).splitlines())
+        for kernel in (as_written, numbas_own)
+    ]
+    assert sizes[0] <= sizes[1]
 
 
 @pytest.mark.parametrize("module", compiled.KERNEL_MODULES)

@@ -12,18 +12,21 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.polynomial import Polynomial, legendre
 from numpy.testing import assert_allclose
+from robustness import RANGES
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
+from cpr_core import NotReached, solve_forward
+from cpr_core.description_file import shipped_robots
 from cpr_core.lie import rotation_exp
-from cpr_core.quadrature import rod_grid
+from cpr_core.quadrature import MAGNUS_WEIGHTS, rod_grid
 from cpr_core.robot import load_robot
 from cpr_core.rotation_kernel import rotation_steps
 
 FAST = settings(deadline=None, derandomize=True, max_examples=100)
 BREAKPOINTS = [(), (0.5,), (0.3, 0.7), (0.7, 0.1, 0.2), (0.0, 0.25, 1.0)]
 NODES = [1, 2, 3, 5, 8, 16]
-GAUSS = 0.5 * (legendre.leggauss(3)[0] + 1.0)
+POINTS = rod_grid(1).step_points[0] / rod_grid(1).steps[0]  # of a step from 0 to 1
 
 
 def inner(breakpoints):
@@ -125,11 +128,29 @@ def test_rotation_steps_cover_the_rod_and_stop_at_every_node(nodes, breakpoints)
 
 @pytest.mark.parametrize("breakpoints", BREAKPOINTS)
 @pytest.mark.parametrize("nodes", NODES)
-def test_step_points_are_the_gauss_points_of_the_steps(nodes, breakpoints):
+@pytest.mark.parametrize("substeps", [1, 2, 3])
+def test_steps_may_be_cut(nodes, breakpoints, substeps):
+    whole, cut = rod_grid(nodes, breakpoints), rod_grid(nodes, breakpoints, substeps)
+    last = slice(substeps - 1, None, substeps)
+    assert_allclose(cut.steps, np.repeat(whole.steps / substeps, substeps), rtol=0.0, atol=1e-15)
+    assert np.array_equal(cut.step_node[last], whole.step_node)
+    assert np.count_nonzero(cut.step_node >= 0) == len(whole.nodes)
+
+
+@pytest.mark.parametrize("breakpoints", BREAKPOINTS)
+@pytest.mark.parametrize("nodes", NODES)
+def test_step_points_give_the_moments_of_the_steps(nodes, breakpoints):
     grid = rod_grid(nodes, breakpoints)
-    starts = np.concatenate([[0.0], np.cumsum(grid.steps)[:-1]])
-    expected = starts[:, None] + grid.steps[:, None] * GAUSS
-    assert_allclose(grid.step_points, expected, rtol=0.0, atol=1e-14)
+    ends = np.cumsum(grid.steps)
+    for degree in (0, 1, 2, 5, 11, 20):
+        function = Polynomial(np.random.default_rng(degree).normal(size=degree + 1))
+        moments = MAGNUS_WEIGHTS @ function(grid.step_points).T
+        for step, (end, length) in enumerate(zip(ends, grid.steps, strict=True)):
+            local = function(Polynomial([end - 0.5 * length, length]))  # x from -1/2 to 1/2
+            plain = [(local * Polynomial([0.0, 1.0]) ** i).integ() for i in range(3)]
+            first, second, third = (one(0.5) - one(-0.5) for one in plain)
+            expected = [2.25 * first - 15.0 * third, 12.0 * second, 180.0 * third - 15.0 * first]
+            assert_allclose(moments[:, step], expected, rtol=0.0, atol=1e-11)
 
 
 def test_breakpoints_count_once_in_any_order():
@@ -153,17 +174,17 @@ def planar_curvature(s):
     return np.array([0.0, 2.0 * np.cos(2.0 * s), 1.5 * s * s - 0.7])
 
 
-def magnus(curvature, step):
-    """Rotation over one step from the curvature at its Gauss points, (point, component)."""
+def magnus(moments, step):
+    """Rotation over one step from the moments of the curvature, (moment, component)."""
     vectors = np.full((3, 1), np.nan)
     rotation_steps(
-        np.ascontiguousarray(np.transpose(curvature))[:, :, None], np.array([step]), vectors
+        np.ascontiguousarray(np.transpose(moments))[:, :, None], np.array([step]), vectors
     )
     return rotation_exp(vectors[:, 0])
 
 
 def one_step(curvature, start, step):
-    return magnus([curvature(start + step * c) for c in GAUSS], step)
+    return magnus(MAGNUS_WEIGHTS @ [curvature(start + step * c) for c in POINTS], step)
 
 
 def reference_rotation(curvature, start, end):
@@ -216,16 +237,16 @@ vectors = arrays(float, 3, elements=st.floats(-5.0, 5.0, allow_subnormal=False))
 @given(vectors, st.floats(0.0, 0.5))
 @FAST
 def test_constant_curvature_is_exact(vector, step):
-    rotation = magnus(np.tile(vector, (3, 1)), step)
+    rotation = magnus([vector, np.zeros(3), np.zeros(3)], step)
     x, y, z = step * vector
     expected = expm(np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]))
     assert_allclose(rotation, expected, rtol=0.0, atol=5e-14)
     assert_allclose(rotation, rotation_exp(step * vector), rtol=0.0, atol=1e-15)
 
 
-@given(arrays(float, 6, elements=st.floats(-3.0, 3.0, allow_subnormal=False)), st.floats(0.1, 1.0))
+@given(arrays(float, 16, elements=st.floats(-3.0, 3.0, allow_subnormal=False)), st.floats(0.1, 1.0))
 @FAST
-def test_bending_about_one_axis_is_exact_up_to_degree_five(coefficients, step):
+def test_bending_about_one_axis_is_exact(coefficients, step):
     polynomial = Polynomial(coefficients)
     axis = np.array([0.0, 0.6, 0.8])
     rotation = one_step(lambda s: polynomial(s) * axis, 0.0, step)
@@ -235,17 +256,17 @@ def test_bending_about_one_axis_is_exact_up_to_degree_five(coefficients, step):
 
 @given(arrays(float, (3, 3), elements=st.floats(-4.0, 4.0, allow_subnormal=False)))
 @FAST
-def test_going_back_undoes_a_step(curvature):
-    there, back = magnus(curvature, 0.3), magnus(curvature[::-1], -0.3)
+def test_going_back_undoes_a_step(moments):
+    there, back = magnus(moments, 0.3), magnus(moments * [[1.0], [-1.0], [1.0]], -0.3)
     assert_allclose(there @ back, np.eye(3), rtol=0.0, atol=5e-15)
     assert_allclose(there.T @ there, np.eye(3), rtol=0.0, atol=5e-15)
 
 
 @given(arrays(float, (3, 3), elements=st.floats(-4.0, 4.0, allow_subnormal=False)), vectors)
 @FAST
-def test_a_step_does_not_depend_on_the_axes_chosen(curvature, vector):
+def test_a_step_does_not_depend_on_the_axes_chosen(moments, vector):
     turn = rotation_exp(vector)
-    plain, turned = magnus(curvature, 0.3), magnus(curvature @ turn.T, 0.3)
+    plain, turned = magnus(moments, 0.3), magnus(moments @ turn.T, 0.3)
     assert_allclose(turned, turn @ plain @ turn.T, rtol=0.0, atol=5e-15)
 
 
@@ -253,9 +274,9 @@ def test_a_step_does_not_depend_on_the_axes_chosen(curvature, vector):
 @pytest.mark.parametrize("breakpoints", [(), (0.3, 0.7)])
 def test_steps_of_the_grid_lead_to_the_frames_at_the_nodes(curvature, breakpoints):
     grid = rod_grid(16, breakpoints)
-    points = np.array([[curvature(s) for s in points] for points in grid.step_points])
+    moments = MAGNUS_WEIGHTS @ [[curvature(s) for s in points] for points in grid.step_points]
     vectors = np.full((3, len(grid.steps)), np.nan)
-    rotation_steps(np.ascontiguousarray(points.transpose(2, 1, 0)), grid.steps, vectors)
+    rotation_steps(np.ascontiguousarray(moments.transpose(2, 1, 0)), grid.steps, vectors)
     rotation, frames = np.eye(3), {}
     for node, vector in zip(grid.step_node, vectors.T, strict=True):
         rotation = rotation @ rotation_exp(vector)
@@ -269,14 +290,34 @@ def test_steps_of_the_grid_lead_to_the_frames_at_the_nodes(curvature, breakpoint
 # The grid of a robot is fine enough for its modes.
 
 
-@pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
 @pytest.mark.parametrize("modes", [3, 5, 7, 8, 12])
+@pytest.mark.parametrize("name", shipped_robots())
 def test_finer_grids_do_not_move_an_equilibrium(name, modes):
     robot, fine = load_robot(name, modes=modes), load_robot(name, modes=modes)
-    vars(fine)["grid"] = rod_grid(64)
+    vars(fine)["grid"] = rod_grid(64, robot.breakpoints, 2)
     assert len(robot.grid.nodes) < 32
     found, expected = robot.home, fine.home
     assert fine.arrays.weights.shape == (64,)
     assert_allclose(found.platform_position, expected.platform_position, rtol=0.0, atol=1e-10)
     assert_allclose(found.platform_rotation, expected.platform_rotation, rtol=0.0, atol=1e-9)
     assert_allclose(found.efforts, expected.efforts, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("modes", [3, 5, 8, 12])
+@pytest.mark.parametrize("name", shipped_robots())
+def test_nor_where_rods_are_bent_far(name, modes):
+    """Motors anywhere on a way that reaches folds: the bound that ``Robot.grid`` states."""
+    robot, fine = load_robot(name, modes=modes), load_robot(name, modes=modes)
+    vars(fine)["grid"] = rod_grid(48, robot.breakpoints, 2)
+    random, compared = np.random.default_rng(modes), 0
+    while compared < 8:
+        away = random.uniform(-1.0, 1.0, robot.motor_count) * RANGES[name]
+        try:
+            expected = solve_forward(fine, fine.home.motors + away)
+            found = solve_forward(robot, fine.home.motors + away)
+        except NotReached:
+            continue
+        compared += 1
+        gap = found.platform_position - expected.platform_position
+        assert np.linalg.norm(gap) < 1e-9
