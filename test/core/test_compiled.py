@@ -79,7 +79,9 @@ def run(copied):
 
 def stamp(folder):
     """Stamp of the sources in a folder, by the module of that folder."""
-    spec = importlib.util.spec_from_file_location("cpr_core.copied_compiled", folder / "compiled.py")
+    spec = importlib.util.spec_from_file_location(
+        "cpr_core.copied_compiled", folder / "compiled.py"
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module._STAMP
