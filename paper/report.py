@@ -208,7 +208,7 @@ def _times(evidence: Evidence) -> list[str]:
         "end, Mod. #2 with a compact state, exact variations and a tangent predictor. #2 exact, with "
         "errors of 1e-10 m and less, is the reference of all errors here; #2 is the same with the "
         "cheapest integrator found in the run that is as accurate as our 5 modes, to a few hundredths "
-        "of a millimetre: so coarse a shooting of two planar rods is nearly as fast as #1. On short "
+        "of a millimetre: so coarse a shooting comes nearest to #1. On short "
         "paths (n_c of 15 and less) steps are long, and #1 goes back to its walk, in Python, where one "
         "does not contract. The paper found the two alike. Mod. #3 has here a tangent of three "
         f"diagonals: a Newton step takes {1e3 * sparse:.2f} ms, with dense matrices of the same size "
