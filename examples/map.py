@@ -12,7 +12,9 @@ Ctrl-C cancels the map; the same command goes on with it.
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
+import threading
 from pathlib import Path
 
 import cpr_ros  # noqa: F401  finds the ROS 2 of this environment
@@ -57,14 +59,17 @@ def main() -> int:
     if not client.wait_for_server(TIMEOUT):
         print("map: no cpr_node offers maps", file=sys.stderr)
         return 1
+    # A flag, for an exception could end up anywhere in a callback, and be lost there.
+    enough = threading.Event()
+    signal.signal(signal.SIGINT, lambda *_: enough.set())
     sent = client.send_goal_async(goal_of(options), feedback_callback=show)
     rclpy.spin_until_future_complete(node, sent)
     answer = sent.result().get_result_async()
-    try:
-        rclpy.spin_until_future_complete(node, answer)
-    except KeyboardInterrupt:
+    while not (answer.done() or enough.is_set()):
+        rclpy.spin_once(node, timeout_sec=0.1)
+    if enough.is_set():
         rclpy.spin_until_future_complete(node, sent.result().cancel_goal_async())
-        rclpy.spin_until_future_complete(node, answer)
+    rclpy.spin_until_future_complete(node, answer)
     result = answer.result().result
     if result.error_code.val != ErrorCode.SUCCESS:
         print(f"\n{result.error_code.val}: {result.error_code.message}")
