@@ -66,7 +66,7 @@ def robot_of(planar, motor, tip, counts):
             point_platform=False,
             platform_mass=0.3,
             center_of_mass=np.array([0.02, -0.03, 0.0 if planar else 0.05]),
-            stations=(0.35,),
+            stations=(0.35, 0.7),  # three panels
         )
     )
 
