@@ -50,6 +50,8 @@ class CprNode(LifecycleNode):
         if problem:
             raise CprError(problem)
         self.problem = ""
+        #: Whether the process is about to end: then errors may be interrupts some library has swallowed.
+        self.stopping: Callable[[], bool] = lambda: False
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._session: Session | None = None
         self._active = False
@@ -127,7 +129,7 @@ class CprNode(LifecycleNode):
             last()
         except Exception as error:
             self.problem = str(error)
-            if rclpy.ok():
+            if rclpy.ok() and not self.stopping():
                 text = str(error) if isinstance(error, CprError) else traceback.format_exc()
                 self.get_logger().error(text)
             return TransitionCallbackReturn.FAILURE
@@ -270,6 +272,7 @@ def run(make_node: Callable[[], CprNode], arguments: list[str] | None = None) ->
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         executor = SingleThreadedExecutor()
         node = make_node()
+        node.stopping = lambda: stop.requested
         executor.add_node(node)
         if node.parameters.autostart:
             node.start()

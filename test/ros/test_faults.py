@@ -330,6 +330,15 @@ def test_a_signal_at_any_time_ends_the_node_cleanly(tmp_path, how):
         assert "Traceback" not in process.output()
 
 
+def test_a_signal_that_a_library_turns_into_an_error_ends_the_node_cleanly(tmp_path):
+    process = NodeProcess(
+        tmp_path / "node.log", free_domain(), ["-p", "robot:=rfrfr"], module="deaf_node"
+    )
+    assert process.process.wait(timeout=60) == 0, process.output()
+    assert "Traceback" not in process.output()
+    assert "missing" not in process.output()
+
+
 def test_a_killed_node_is_found_again_by_running_clients(tmp_path):
     domain = free_domain()
     arguments = ["-p", "robot:=rfrfr"]

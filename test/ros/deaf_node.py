@@ -1,0 +1,23 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A cpr_node that is stopped while it configures, in a library that makes another error of that."""
+
+import os
+import signal
+import sys
+
+from cpr_ros import cpr_node
+
+
+class DeafNode(cpr_node.CprNode):
+    def _configure(self):
+        try:
+            os.kill(os.getpid(), signal.SIGTERM)
+            super()._configure()
+        except KeyboardInterrupt:
+            raise TypeError("missing 2 required positional arguments") from None
+
+
+if __name__ == "__main__":
+    sys.exit(cpr_node.run(DeafNode))
