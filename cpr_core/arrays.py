@@ -162,7 +162,7 @@ class Workspace(NamedTuple):
     geometric: Lanes  # (S, S)
     pairs: Lanes  # (4, K) what nodes do together, four rows of it
     partial: Lanes  # (S, K) the same times shape functions
-    turns: Lanes  # (S, 6) Theta where a panel begins, and what a panel makes of it
+    turns: Lanes  # (S, 9) Theta where a panel begins, and what the modes carry and turn in a panel
     stretched: Lanes  # (S,) K_e q_e
     small: Lanes  # (12, 3)
     squares: Lanes  # (6, 3, 3)
@@ -235,7 +235,7 @@ def workspace(robot: RobotArrays) -> Workspace:
         geometric=empty(strains, strains),
         pairs=empty(4, nodes),
         partial=empty(strains, nodes),
-        turns=empty(strains, 6),
+        turns=empty(strains, 9),
         stretched=empty(strains),
         small=empty(12, 3),
         squares=empty(6, 3, 3),

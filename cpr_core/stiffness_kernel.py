@@ -20,8 +20,9 @@ from .lanes import broadcast, load, store
 
 __all__ = ["strain_block"]
 
-# Vectors of the modes in the workspace: Theta_a where a panel begins, and int_panel phi_a t_d.
-_TURN, _CARRIED = 0, 3
+# Vectors of the modes in the workspace: Theta_a where a panel begins, int_panel phi_a t_d, and what
+# Theta_a grows by in the panel.
+_TURN, _CARRIED, _GROWTH = 0, 3, 6
 
 
 @inlined
@@ -171,10 +172,10 @@ def _panels_before(robot, number, first, work):
             store(vectors, (slot, _CARRIED), u)
             store(vectors, (slot, _CARRIED + 1), v)
             store(vectors, (slot, _CARRIED + 2), w)
+            store(vectors, (slot, _GROWTH), x)
+            store(vectors, (slot, _GROWTH + 1), y)
+            store(vectors, (slot, _GROWTH + 2), z)
             if first == 0:
-                store(vectors, (slot, _TURN), x)
-                store(vectors, (slot, _TURN + 1), y)
-                store(vectors, (slot, _TURN + 2), z)
                 continue
             for other in range(slot + 1):
                 value = load(geometric, (other, slot)) + _carried(vectors, other, slot)
@@ -184,16 +185,12 @@ def _panels_before(robot, number, first, work):
                 if start[c] <= other < slot:
                     value = load(geometric, (slot, other)) + _carried(vectors, slot, other)
                     store(geometric, (slot, other), value)
-    if first > 0:
-        for c in range(3):
-            for slot in range(start[c], start[c + 1]):
-                f = robot.function[slot]
-                for i in range(3):
-                    value = load(vectors, (slot, _TURN + i))
-                    for k in range(first, end):
-                        weighted = robot.weights[k] * load(robot.functions, (number, f, k))
-                        value += weighted * load(frames, (c, i, k))
-                    store(vectors, (slot, _TURN + i), value)
+    for slot in range(start[3]):
+        for i in range(3):
+            value = load(vectors, (slot, _GROWTH + i))
+            if first > 0:
+                value += load(vectors, (slot, _TURN + i))
+            store(vectors, (slot, _TURN + i), value)
 
 
 @inlined
