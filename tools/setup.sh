@@ -24,8 +24,8 @@ install_wheels() {
     cat "${versions[@]}" | sed 's/#.*//; s/[[:space:]]*$//; /^$/d' |
         awk -F== '{version[$1] = $2} END {for (name in version) print name "==" version[name]}' |
         sort >"$venv/versions.txt"
-    "$venv/bin/python" -m pip install --disable-pip-version-check --no-deps --no-compile \
-        -r "$venv/versions.txt"
+    # Compiled here: where Python may not write bytecode itself, every import would take three times as long.
+    "$venv/bin/python" -m pip install --disable-pip-version-check --no-deps -r "$venv/versions.txt"
 }
 
 # Without build isolation: what the build needs is in .venv already, which saves installing it a second time.
