@@ -32,6 +32,7 @@ from std_srvs.srv import Trigger
 
 from cpr_core import load_robot
 from cpr_ros.cpr_node import CprNode, run
+from cpr_core import solve_home
 
 
 class NodeWithEmptyService(CprNode):
@@ -60,7 +61,7 @@ def measure(robot: str, calls: int) -> None:
     empty = node.create_client(Trigger, "/cpr_node/empty")
     if not (forward.wait_for_service(240.0) and empty.wait_for_service(20.0)):
         raise TimeoutError("the node does not offer its services")
-    home = load_robot(robot).home
+    home = solve_home(load_robot(robot))
     names = list(home.robot.motor_names)
     times: dict[str, list[float]] = {"forward": [], "with eigenvalues": [], "empty": []}
     rng = np.random.default_rng(0)

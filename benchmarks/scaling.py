@@ -18,6 +18,7 @@ from cpr_core.description_file import shipped_robots
 from cpr_core.model import evaluate
 
 from .measure import Case, Figure
+from cpr_core import solve_home
 
 __all__ = ["AXES", "draw", "exponents", "scaling_cases"]
 
@@ -40,7 +41,7 @@ def scaling_cases(quick: bool = False) -> Iterator[Case]:
             robot = _robot(axis, number)
             key = f"{axis}/{number}"
             yield Case(f"scaling, forward solve/{key}", partial(_walk, robot), STEPS)
-            here = robot.home
+            here = solve_home(robot)
             evaluation = partial(
                 evaluate, robot, here.load_arrays, here.state, here.platform_rotation,
                 here.platform_position,
@@ -92,9 +93,9 @@ def _curve(figures: dict[str, Figure], axis: str, measure: str) -> tuple[np.ndar
 
 
 def _walk(robot: Robot) -> None:
-    here = robot.home
+    here = solve_home(robot)
     for step in range(1, STEPS + 1):
-        here = solve_forward(robot, robot.home.motors + STEP * step / STEPS, start=here)
+        here = solve_forward(robot, solve_home(robot).motors + STEP * step / STEPS, start=here)
 
 
 def _robot(axis: str, number: int) -> Robot:

@@ -22,6 +22,7 @@ from cpr_core import (
 
 from .measure import Case
 from .walks import PROBLEMS, ROBOTS, Walk, robot_with, walk_of
+from cpr_core import solve_home
 
 __all__ = ["MODES", "analysis_cases", "cold_cases", "steps_per_solve", "warm_cases"]
 
@@ -66,7 +67,9 @@ def cold_cases(modes: int = 5) -> Iterator[Case]:
         while len(targets) < COLD_TARGETS:
             away = random.uniform(-RANGES[name], RANGES[name], robot.motor_count)
             try:
-                targets.append(given_at(solve_forward(robot, robot.home.motors + away), "motors"))
+                targets.append(
+                    given_at(solve_forward(robot, solve_home(robot).motors + away), "motors")
+                )
             except NotReached:
                 continue
 

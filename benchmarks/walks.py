@@ -22,6 +22,7 @@ from cpr_core import (
     solve_inverse,
 )
 from paper.cases import RFRFR, SIX_RFS, Case
+from cpr_core import solve_home
 
 __all__ = ["PAPER_CASES", "PROBLEMS", "ROBOTS", "SOLVERS", "Walk", "robot_with", "walk_of"]
 
@@ -116,10 +117,10 @@ def walk_of(name: str, modes: int, problem: str, whole: bool = False) -> Walk:
 def _places(robot: Robot) -> tuple[Equilibrium, ...]:
     """Equilibria along the way of a robot, the start first."""
     name = robot.description.name
-    found = [robot.home]
+    found = [solve_home(robot)]
     if name == "gough_stewart":
         for step in range(1, STEPS + 1):
-            pose = given_at(robot.home, "pose")
+            pose = given_at(solve_home(robot), "pose")
             pose[:3] += step * POSE_STEP
             found.append(solve_inverse(robot, pose, start=found[-1]))
         return tuple(found)
@@ -129,7 +130,7 @@ def _places(robot: Robot) -> tuple[Equilibrium, ...]:
         found = [solve_forward(robot, motors[0])]
     else:
         steps = np.arange(STEPS + 1.0)[:, None]
-        motors = robot.home.motors + steps * np.array(MOTOR_STEPS[name])
+        motors = solve_home(robot).motors + steps * np.array(MOTOR_STEPS[name])
     for request in motors[1:]:
         found.append(solve_forward(robot, request, start=found[-1]))
     return tuple(found)

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from .arrays import LoadArrays
 from .equilibrium import Equilibrium
-from .geometrico_statics import refine
 from .lie import rotation_exp
 from .loads import Loads
 from .model import ModelValue, evaluate
+from .refining import refine
 from .robot import Robot
 from .shape import leg_shapes, tip_positions
 

@@ -13,12 +13,12 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from . import __version__
 from .compilation_progress import compile_all, show_compilation
 from .description_file import shipped_robots
 from .equilibrium import Equilibrium
 from .errors import CprError, DescriptionError, InvalidRequest
 from .geometrico_statics import solve_forward, solve_inverse
+from .home import solve_home
 from .kinemato_statics import kinemato_statics
 from .loads import Loads
 from .path_commands import add_equilibria_options, add_trace_options
@@ -31,6 +31,7 @@ from .reports import (
     stability_as_text,
 )
 from .robot import Robot, load_robot
+from .version import __version__
 from .workspace_commands import add_workspace_options
 
 __all__ = ["main"]
@@ -191,7 +192,7 @@ def _solved(robot: Robot, options: argparse.Namespace) -> Equilibrium:
     loads = _loads(robot, options)
     if options.pose is not None:
         return solve_inverse(robot, options.pose, loads=loads)
-    motors = robot.home.motors if options.motors is None else options.motors
+    motors = solve_home(robot).motors if options.motors is None else options.motors
     return solve_forward(robot, motors, loads=loads)
 
 

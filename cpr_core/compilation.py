@@ -19,6 +19,7 @@ from numba.core.dispatcher import Dispatcher
 
 from .compiled import KERNEL_MODULES
 from .geometrico_statics import solve_forward
+from .home import solve_home
 from .robot import load_robot
 
 __all__ = ["compile_kernels", "kernel_names", "watch_compilation"]
@@ -55,7 +56,7 @@ def compile_kernels() -> Iterator[str]:
     Kernels know every robot as arrays of the same types: what one robot needs is what all need.
     """
     robot = load_robot("rfrfr", modes=2)
-    home = robot.home
+    home = solve_home(robot)
     solve_forward(robot, home.motors, start=home)
     yield "solver"
     from .workspace import map_workspace, pose_grid

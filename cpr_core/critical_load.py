@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .equilibrium import Equilibrium, check_equilibrium
-from .errors import InvalidRequest, NoSolution
+from .equilibrium import Equilibrium, check_equilibrium, spectrum
+from .errors import InvalidRequest
 from .geometrico_statics import solve_forward
 from .loads import Loads
-from .stability import MotorReading, spectrum
+from .not_reached import NoSolution
+from .stability import MotorReading
 from .validation import checked_number, checked_vector
 
 __all__ = ["CriticalLoad", "critical_load", "critical_load_factor"]

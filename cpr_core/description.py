@@ -123,6 +123,11 @@ class RobotDescription:
         return 6
 
     @property
+    def mean_length(self) -> float:
+        """Mean (nominal) rod length, the natural unit of length [m]."""
+        return float(np.mean([leg.rod.length for leg in self.legs]))
+
+    @property
     def gravity(self) -> Floats:
         """Gravity in the world, (3,) [m/s^2]."""
         return self.loads.gravity

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +19,11 @@ from .inertia import Inertia, inertia_from
 from .inertia_kernel import SINGULAR_LEG
 from .lie import quaternion_from_rotation
 from .loads import Loads
+from .model import ModelState
 from .newton_kernel import MOTORS
 from .newton_kernel import TOLERANCE as RESIDUAL_TOLERANCE
 from .robot import Robot
+from .stability import MotorReading, Spectrum
 from .step_kernel import (
     EFFORT,
     ENERGY,
@@ -34,9 +35,6 @@ from .step_kernel import (
     UNPREDICTED,
 )
 
-if TYPE_CHECKING:
-    from .stability import Spectrum
-
 __all__ = [
     "RESIDUAL_TOLERANCE",
     "Equilibrium",
@@ -45,6 +43,8 @@ __all__ = [
     "described",
     "new_record",
     "record_of",
+    "spectrum",
+    "tangent_at",
 ]
 
 Floats = NDArray[np.float64]
@@ -126,7 +126,7 @@ class Equilibrium:
     @cached_property
     def inertia(self) -> Inertia:
         """Stability indices and the side of the inverse singularity."""
-        return inertia_from(self)
+        return inertia_from(self._part(SIGNS, 3), self._solution)
 
     @property
     def converged(self) -> bool:
@@ -178,25 +178,24 @@ class Equilibrium:
     @cached_property
     def spectrum_locked(self) -> Spectrum:
         """Spectrum of H_r with the motors held."""
-        from .stability import spectrum
-
-        return spectrum(self, "locked")
+        return Spectrum("locked", self._solution, self.first_order)
 
     @cached_property
     def spectrum_free(self) -> Spectrum:
         """Spectrum of H_r with the motors at constant effort, Eq. (48)."""
-        from .stability import spectrum
+        return Spectrum("free", self._solution, self.first_order)
 
-        return spectrum(self, "free")
-
-    def copied(self) -> Equilibrium:
-        """The same value, with all it knows by now: answers that it keeps may refer to the copy.
-
-        A circle of references would keep every equilibrium alive for long.
-        """
-        copy = object.__new__(Equilibrium)
-        copy.__dict__.update(self.__dict__)
-        return copy
+    @cached_property
+    def _solution(self) -> ModelState:
+        """The state of the model this is."""
+        return ModelState(
+            self.robot,
+            self.loads,
+            self.load_arrays,
+            self.state,
+            self.platform_rotation,
+            self.platform_position,
+        )
 
     @property
     def index_locked(self) -> int:
@@ -275,3 +274,26 @@ def check_equilibrium(value: object) -> None:
     """
     if not isinstance(value, Equilibrium):
         raise InvalidRequest("equilibrium", f"expected an Equilibrium, got {value!r:.200}")
+
+
+def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> Spectrum:
+    """Spectrum of H_r at an equilibrium.
+
+    Args:
+        equilibrium: Where.
+        motors_are: ``locked`` (motors held, the reading behind the paper's case studies) or ``free``
+            (motors at constant effort, Eq. (48) literally).
+
+    Raises:
+        InvalidRequest: No equilibrium, or another reading.
+    """
+    check_equilibrium(equilibrium)
+    if not isinstance(motors_are, str) or motors_are not in ("locked", "free"):
+        raise InvalidRequest("motors_are", f"expected 'locked' or 'free', got {motors_are!r:.200}")
+    locked = motors_are == "locked"
+    return equilibrium.spectrum_locked if locked else equilibrium.spectrum_free
+
+
+def tangent_at(equilibrium: Equilibrium) -> Floats:
+    """Tangent of the model at an equilibrium, in the state order of the robot, (N, N)."""
+    return equilibrium._solution.tangent

@@ -6,10 +6,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-if TYPE_CHECKING:
-    from .equilibrium import Equilibrium
+from .equilibrium import Equilibrium
 
 __all__ = ["EventKind", "PathEvent"]
 

@@ -18,10 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 from .arrays import LoadArrays
 from .assembly import Shape, moved_shape, platform_between_tips, turned_over, with_best_multipliers
 from .equilibrium import Equilibrium
-from .errors import NotReached
-from .geometrico_statics import refine, solve_forward
+from .geometrico_statics import solve_forward
 from .loads import Loads
 from .model import evaluate
+from .not_reached import NotReached
+from .refining import refine
 from .robot import Robot
 from .targets import check_rod_lengths
 from .validation import checked_count, checked_vector

@@ -19,14 +19,15 @@ from .assembly import (
     with_best_multipliers,
 )
 from .description import HomeGuess
-from .equilibrium import Equilibrium
-from .errors import DescriptionError, MotorLimitExceeded, NoForwardSolution, NotReached
-from .geometrico_statics import refine, solve_forward
+from .equilibrium import Equilibrium, spectrum
+from .errors import DescriptionError
 from .limits import check_limits
 from .loads import Loads
 from .model import evaluate
+from .not_reached import MotorLimitExceeded, NoForwardSolution, NotReached
+from .refining import refine
 from .robot import Robot
-from .stability import spectrum
+from .solve_from import solve_from
 
 __all__ = ["solve_home"]
 
@@ -38,12 +39,16 @@ _NO_STIFFNESS, _LOOSE = 1e-9, 0.1
 
 
 def solve_home(robot: Robot) -> Equilibrium:
-    """Home equilibrium: assembled without loads, then loaded.
+    """Home equilibrium: assembled without loads, then loaded; found once and kept with the robot.
 
     Raises:
         NoForwardSolution: No equilibrium was found.
         DescriptionError: The loads cannot be borne, or a limit does not hold at home.
     """
+    return robot.kept("home", lambda: _found(robot))
+
+
+def _found(robot: Robot) -> Equilibrium:
     guess, source = robot.description.home, robot.description.source
     if guess.strain is not None:
         unloaded = _from_strain(robot, guess, guess.strain)
@@ -68,7 +73,7 @@ def _loaded(robot: Robot, guess: HomeGuess, unloaded: Equilibrium) -> Equilibriu
     """From the assembled robot to its loads."""
     source = robot.description.source
     try:
-        return solve_forward(robot, guess.motors, start=unloaded, loads=robot.default_loads)
+        return solve_from(unloaded, "motors", guess.motors, loads=robot.default_loads)
     except MotorLimitExceeded as error:
         raise DescriptionError(source, "home", str(error)) from None
     except NotReached as error:

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +13,8 @@ from scipy import linalg
 
 from .inertia_kernel import SINGULAR_LEG
 from .lie import angle_motions
-from .model import tangent_at
-from .step_kernel import SIGNS
-
-if TYPE_CHECKING:
-    from .equilibrium import Equilibrium
-    from .robot import Robot
+from .model import ModelState
+from .robot import Robot
 
 __all__ = ["Inertia", "inertia_from"]
 
@@ -39,17 +35,20 @@ class Inertia(NamedTuple):
     inverse_sign: int
 
 
-def inertia_from(equilibrium: Equilibrium) -> Inertia:
-    """The signs the kernels found, or all eigenvalues where the legs were not condensed."""
-    robot = equilibrium.robot
-    first = robot.state_size + SIGNS
-    locked, free, inverse = equilibrium.record[first : first + 3].tolist()
+def inertia_from(signs: Floats, solution: ModelState) -> Inertia:
+    """The signs the kernels found, or all eigenvalues where the legs were not condensed.
+
+    Args:
+        signs: As the kernels keep them in a record, (3,).
+        solution: The state they are the signs of.
+    """
+    locked, free, inverse = signs.tolist()
     if locked != SINGULAR_LEG:
         return Inertia(int(locked), int(free), int(inverse))
-    matrix = tangent_at(equilibrium)
+    robot, matrix = solution.robot, solution.tangent
     if robot.controls_angles:  # the unknown ones among roll, pitch, yaw are columns of their own
         turns = robot.platform_indices[:3]
-        motions = angle_motions(equilibrium.platform_rotation)
+        motions = angle_motions(solution.platform_rotation)
         matrix[:, turns] = matrix[:, turns] @ motions
         matrix[turns] = motions.T @ matrix[turns]
     return _dense(robot, matrix, robot.arrays.inverse_unknowns)

@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
-from .equilibrium import Equilibrium, check_equilibrium
+from .equilibrium import Equilibrium, check_equilibrium, tangent_at
 from .errors import InvalidRequest
 from .first_order import Response
 from .lie import angle_motions
-from .model import tangent_at
 from .stability import null_space_of
 from .validation import checked_number, checked_vector
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .equilibrium import Equilibrium
-from .errors import MotorLimitExceeded, NotReached, StrainLimitExceeded
 from .events import PathEvent
+from .not_reached import MotorLimitExceeded, NotReached, StrainLimitExceeded
 from .robot import Robot
 from .strain_limits import bending_strains
 

@@ -6,19 +6,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import LoadArrays
 from .bound_robot import evaluate_bound
+from .loads import Loads
+from .robot import Robot
 
-if TYPE_CHECKING:
-    from .equilibrium import Equilibrium
-    from .robot import Robot
-
-__all__ = ["ModelValue", "evaluate", "tangent_at"]
+__all__ = ["ModelState", "ModelValue", "evaluate"]
 
 Floats = NDArray[np.float64]
 
@@ -38,6 +35,38 @@ class ModelValue:
     energy: float
 
 
+@dataclass(frozen=True, eq=False)
+class ModelState:
+    """A state of the model under loads, in equilibrium or not.
+
+    Attributes:
+        robot: The robot.
+        loads: Loads in force.
+        load_arrays: The same as the kernels see them.
+        state: In the state order of the robot, (N,); the platform entries are not read.
+        platform_rotation: R_p in the world, (3, 3).
+        platform_position: p_p in the world, (3,) [m].
+    """
+
+    robot: Robot
+    loads: Loads
+    load_arrays: LoadArrays
+    state: Floats
+    platform_rotation: Floats
+    platform_position: Floats
+
+    @property
+    def tangent(self) -> Floats:
+        """Tangent of the model, in the state order of the robot, (N, N)."""
+        return evaluate(
+            self.robot,
+            self.load_arrays,
+            self.state,
+            self.platform_rotation,
+            self.platform_position,
+        ).tangent
+
+
 def evaluate(
     robot: Robot,
     loads: LoadArrays,
@@ -54,14 +83,3 @@ def evaluate(
         residual, tangent,
     )  # fmt: skip
     return ModelValue(residual, tangent, energy)
-
-
-def tangent_at(equilibrium: Equilibrium) -> Floats:
-    """Tangent of the model at an equilibrium, (N, N)."""
-    return evaluate(
-        equilibrium.robot,
-        equilibrium.load_arrays,
-        equilibrium.state,
-        equilibrium.platform_rotation,
-        equilibrium.platform_position,
-    ).tangent

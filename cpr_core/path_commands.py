@@ -17,6 +17,7 @@ from tqdm import tqdm
 from .equilibrium import Equilibrium
 from .find_equilibria import FoundEquilibrium, find_equilibria
 from .geometrico_statics import solve_forward, solve_forward_by_effort, solve_inverse
+from .home import solve_home
 from .loads import Loads
 from .robot import Robot
 from .trace import Trace, trace
@@ -84,7 +85,7 @@ def _trace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tu
         "pose": solve_inverse,
         "efforts": solve_forward_by_effort,
     }[options.given]
-    start = robot.home
+    start = solve_home(robot)
     if options.first is not None or loads is not None:
         first = options.first
         start = (
@@ -166,7 +167,7 @@ def _numbers(found: Equilibrium) -> str:
 
 def _equilibria(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
     """Search all equilibria; the text to print, and whether there are any."""
-    motors = robot.home.motors if options.motors is None else options.motors
+    motors = solve_home(robot).motors if options.motors is None else options.motors
     with _progress("of the starts") as progress:
         found = find_equilibria(
             robot,

@@ -5,15 +5,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .arrays import RobotArrays
 from .lanes import empty_lanes, zeros_lanes
-
-if TYPE_CHECKING:
-    from .robot import Robot
 
 __all__ = ["Pencil", "pencil_of"]
 
@@ -55,9 +54,13 @@ class Pencil(NamedTuple):
     pivots: NDArray[np.int64]  # (b,)
 
 
-def pencil_of(robot: Robot) -> Pencil:
-    """Memory for one thread."""
-    arrays = robot.arrays
+def pencil_of(arrays: RobotArrays, grams: Sequence[Floats]) -> Pencil:
+    """Memory for one thread.
+
+    Args:
+        arrays: The robot.
+        grams: ``int Phi^T Phi dsigma`` of every leg in the order of the state.
+    """
     groups, inner, width = arrays.slot_index.shape
     strains, platform = arrays.elastic.shape[1], len(arrays.platform_axes)
     rows, columns = inner + 1, inner + 1 + platform
@@ -71,11 +74,11 @@ def pencil_of(robot: Robot) -> Pencil:
     if arrays.passive:
         weights["lane"][:, inner - 1] = arrays.slot_index[:, inner - 1] >= 0
     weights["lane"][:, inner] = arrays.groups["motor_index"] >= 0
-    for number, (here, leg) in enumerate(zip(arrays.legs, robot.description.legs, strict=True)):
+    for number, (leg, leg_gram) in enumerate(zip(arrays.legs, grams, strict=True)):
         group, lane = divmod(number, width)
-        place = arrays.slot_index[group, :strains, lane] - here["strain_index"]
+        place = arrays.slot_index[group, :strains, lane] - leg["strain_index"]
         slots = np.flatnonzero(arrays.slot_index[group, :strains, lane] >= 0)
-        own = leg.modes.gram(robot.grid)[np.ix_(place[slots], place[slots])]
+        own = leg_gram[np.ix_(place[slots], place[slots])]
         gram["lane"][group, slots[:, None], slots, lane] = own
     legs = width * np.arange(groups)[:, None, None] + np.arange(width)
     start["lane"][:] = 1.0 + 0.5 * np.sin(1.3 * np.arange(rows)[:, None] + 2.1 * legs)

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from .equilibrium import Equilibrium
-from .geometrico_statics import pose_meaning
+from .equilibrium import Equilibrium, spectrum
 from .kinemato_statics import KinematoStatics, Problem
-from .stability import MotorReading, spectrum
+from .requests import pose_meaning
+from .stability import MotorReading
 
 __all__ = [
     "equilibrium_as_dict",

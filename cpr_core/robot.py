@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,28 +24,15 @@ from .errors import InvalidRequest
 from .loads import Loads
 from .motors import MotorLimits
 from .pencil import pencil_of
+from .platform_coordinates import PlatformCoordinates, platform_coordinates
 from .quadrature import RodGrid, rod_grid
 from .robot_arrays import robot_arrays
-
-if TYPE_CHECKING:
-    from .equilibrium import Equilibrium
 
 __all__ = ["Robot", "load_robot"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-#: Components of the world twist [omega; v] behind a platform coordinate.
-_TWIST_COMPONENTS = {
-    "x": (3,),
-    "y": (4,),
-    "z": (5,),
-    "angle": (2,),
-    "orientation": (0, 1, 2),
-    "roll": (0,),
-    "pitch": (1,),
-    "yaw": (2,),
-}
+Found = TypeVar("Found")
 
 
 def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) -> Robot:
@@ -98,14 +85,16 @@ class Robot:
     @cached_property
     def mean_length(self) -> float:
         """Mean (nominal) rod length, the natural unit of length [m]."""
-        return float(np.mean([leg.rod.length for leg in self.description.legs]))
+        return self.description.mean_length
 
     @cached_property
     def platform_axes(self) -> Integers:
         """Components of the world twist [omega; v] the platform has."""
-        if not self.planar:
-            return np.arange(6)
-        return np.array([3, 4] if self.description.point_platform else [2, 3, 4])
+        return self._coordinates.axes
+
+    @cached_property
+    def _coordinates(self) -> PlatformCoordinates:
+        return platform_coordinates(self.description)
 
     @cached_property
     def grid(self) -> RodGrid:
@@ -138,7 +127,7 @@ class Robot:
     @cached_property
     def arrays(self) -> RobotArrays:
         """The robot as the kernels see it."""
-        return robot_arrays(self)
+        return robot_arrays(self.description, self.grid, self._coordinates)
 
     @cached_property
     def state_size(self) -> int:
@@ -152,12 +141,30 @@ class Robot:
         try:
             return memory.bound
         except AttributeError:
-            memory.bound = bind(self.arrays, workspace(self.arrays), pencil_of(self))
+            memory.bound = bind(
+                self.arrays, workspace(self.arrays), pencil_of(self.arrays, self._grams)
+            )
             return memory.bound
 
     @cached_property
     def _memory(self) -> threading.local:
         return threading.local()
+
+    def kept(self, name: str, find: Callable[[], Found]) -> Found:
+        """What is found once about this robot and kept with it (``solve_home``).
+
+        Args:
+            name: Name to keep it under.
+            find: Finds it when it is asked for first.
+        """
+        if name not in self._kept:
+            self._kept[name] = find()
+        found: Found = self._kept[name]
+        return found
+
+    @cached_property
+    def _kept(self) -> dict[str, Any]:
+        return {}
 
     @cached_property
     def motor_indices(self) -> Integers:
@@ -247,15 +254,12 @@ class Robot:
 
         With ``controls_angles`` the first three stand for roll, pitch and yaw.
         """
-        return np.array(
-            [axis for name in self.description.controlled for axis in _TWIST_COMPONENTS[name]],
-            dtype=np.int64,
-        )
+        return self._coordinates.controlled
 
     @cached_property
     def controls_angles(self) -> bool:
         """Whether single angles of Rz(yaw) Ry(pitch) Rx(roll) are controlled."""
-        return bool({"roll", "pitch", "yaw"} & set(self.description.controlled))
+        return self._coordinates.controls_angles
 
     @cached_property
     def problems(self) -> dict[str, tuple[Integers, Integers]]:
@@ -278,27 +282,21 @@ class Robot:
         strain basis.
         """
         motions = np.diag(self.arrays.unit)
-        for here, leg in zip(self.arrays.legs, self.description.legs, strict=True):
-            span = slice(here["strain_index"], here["strain_index"] + here["strain_count"])
-            orthonormal = np.linalg.inv(np.linalg.cholesky(leg.modes.gram(self.grid))).T
+        for leg, gram in zip(self.arrays.legs, self._grams, strict=True):
+            span = slice(leg["strain_index"], leg["strain_index"] + leg["strain_count"])
+            orthonormal = np.linalg.inv(np.linalg.cholesky(gram)).T
             motions[span, span] = motions[span, span] @ orthonormal
         return motions
+
+    @cached_property
+    def _grams(self) -> tuple[Floats, ...]:
+        """Integrals of products of the strain modes, leg by leg, (m, m)."""
+        return tuple(leg.modes.gram(self.grid) for leg in self.description.legs)
 
     @cached_property
     def default_loads(self) -> Loads:
         """Loads of the description."""
         return self.description.loads
-
-    @cached_property
-    def home(self) -> Equilibrium:
-        """Home equilibrium, under the loads of the description.
-
-        Raises:
-            NoSolution: The rough home of the description leads to no equilibrium.
-        """
-        from .home import solve_home
-
-        return solve_home(self)
 
     def load_arrays(self, loads: Loads) -> LoadArrays:
         """Loads as the kernels see them.

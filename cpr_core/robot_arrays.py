@@ -5,39 +5,47 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import LEG, RobotArrays, group_dtype
+from .description import LegDescription, RobotDescription
 from .lanes import WIDTH, zeros_lanes
-from .quadrature import MAGNUS_WEIGHTS
-
-if TYPE_CHECKING:
-    from .description import LegDescription
-    from .robot import Robot
+from .platform_coordinates import PlatformCoordinates
+from .quadrature import MAGNUS_WEIGHTS, RodGrid
 
 __all__ = ["robot_arrays"]
 
 Floats = NDArray[np.float64]
 
 
-def robot_arrays(robot: Robot) -> RobotArrays:
-    """The robot as the kernels see it."""
-    return _Builder(robot).build()
+def robot_arrays(
+    description: RobotDescription, grid: RodGrid, coordinates: PlatformCoordinates
+) -> RobotArrays:
+    """A robot as the kernels see it.
+
+    Args:
+        description: The robot.
+        grid: Quadrature of every rod.
+        coordinates: Motions of its platform.
+    """
+    return _Builder(description, grid, coordinates).build()
 
 
 class _Builder:
     """Numbers the states leg by leg, then fills the slots of the lanes."""
 
-    def __init__(self, robot: Robot) -> None:
-        self.robot, self.grid = robot, robot.grid
-        self.described = robot.description.legs
-        self.length_unit = robot.mean_length
+    def __init__(
+        self, description: RobotDescription, grid: RodGrid, coordinates: PlatformCoordinates
+    ) -> None:
+        self.planar, self.grid, self.coordinates = description.planar, grid, coordinates
+        self.described = description.legs
+        self.length_unit = description.mean_length
         rigidities = [leg.rod.rigidities.max() for leg in self.described]
         self.energy_unit = float(np.mean(rigidities)) / self.length_unit
-        self.position_axes = np.array([0, 1] if robot.planar else [0, 1, 2])
+        self.position_axes = np.array([0, 1] if self.planar else [0, 1, 2])
         self.legs = np.zeros(len(self.described), LEG)
         self.unit: list[float] = []
         # Leg, the name of its coordinate, and the natural unit.
@@ -48,7 +56,7 @@ class _Builder:
         for number, leg in enumerate(self.described):
             self._number_states(number, leg)
         platform_index = len(self.unit)
-        axes = self.robot.platform_axes
+        axes = self.coordinates.axes
         self.unit += [1.0 if axis < 3 else self.length_unit for axis in axes]
         motor_index = len(self.unit)
         for number, name, natural in self.motors:
@@ -74,7 +82,7 @@ class _Builder:
             motor_index=motor_index,
             border_indices=np.arange(platform_index, len(self.unit)),
             inverse_unknowns=self._inverse_unknowns(platform_index, motor_index),
-            controls_angles=int(self.robot.controls_angles),
+            controls_angles=int(self.coordinates.controls_angles),
             constraint_count=int(constraints),
             orientation_count=int(self.legs["orientation_count"].max()),
         )
@@ -99,15 +107,15 @@ class _Builder:
         here["strain_index"] = len(self.unit)
         here["strain_count"] = leg.modes.total
         self.unit += [1.0 / self.length_unit] * leg.modes.total
-        here["orientation_count"] = len(leg.joint.orientation(self.robot.planar))
+        here["orientation_count"] = len(leg.joint.orientation(self.planar))
         here["multiplier_index"] = len(self.unit)
         self.unit += [self.energy_unit / self.length_unit] * len(self.position_axes)
         self.unit += [self.energy_unit] * here["orientation_count"]
 
     def _inverse_unknowns(self, platform_index: int, motor_index: int) -> NDArray[np.int64]:
-        if not len(self.robot.controlled_axes):
+        if not len(self.coordinates.controlled):
             return np.zeros(0, np.int64)
-        free = ~np.isin(self.robot.platform_axes, self.robot.controlled_axes)
+        free = ~np.isin(self.coordinates.axes, self.coordinates.controlled)
         motors = np.arange(motor_index, len(self.unit))
         return np.concatenate([platform_index + np.flatnonzero(free), motors])
 
@@ -121,7 +129,7 @@ class _Builder:
 
     def _slots(self, motor_index: int) -> dict[str, Any]:
         """What the kernels read by slots and lanes."""
-        robot, grid, legs = self.robot, self.grid, self.legs
+        grid, legs = self.grid, self.legs
         width, count = WIDTH, -(-len(legs) // WIDTH)
         counts = np.array([leg.modes.counts for leg in self.described])
         start = np.concatenate([[0], np.cumsum(counts.max(axis=0))])
@@ -131,7 +139,7 @@ class _Builder:
         is_passive = (free >= 0) & (free < motor_index)
         passive = int(is_passive.any())
         inner = strains + held + orientation + passive
-        platform = len(robot.platform_axes)
+        platform = len(self.coordinates.axes)
 
         index = np.full((count, inner, width), -1)
         units = zeros_lanes(width, count, inner + platform + 1)
@@ -168,7 +176,7 @@ class _Builder:
             fields["rest_energy"][lane] = leg.rod.rest_energy(grid)
             fields["extensible"][lane] = leg.motor.extensible
             fields["tip_position"][..., lane] = leg.joint.position
-            conditions = leg.joint.orientation(robot.planar)
+            conditions = leg.joint.orientation(self.planar)
             for row, condition in enumerate(conditions):
                 fields["orientation"][row, ..., lane] = leg.joint.rotation() @ condition
             for axis, name, own in (

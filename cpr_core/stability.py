@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from .equilibrium import Equilibrium, check_equilibrium
-from .errors import InvalidRequest
-from .model import tangent_at
+from .first_order import FirstOrder
+from .model import ModelState
 
-__all__ = ["MotorReading", "Spectrum", "null_space_of", "spectrum"]
+__all__ = ["MotorReading", "Spectrum", "null_space_of"]
 
 Floats = NDArray[np.float64]
 
@@ -39,18 +38,18 @@ class Spectrum:
     """
 
     motors_are: MotorReading
-    #: A copy that knows no spectrum: a circle of references would keep every equilibrium for long.
-    _equilibrium: Equilibrium = field(repr=False)
+    _solution: ModelState = field(repr=False)
+    _first_order: FirstOrder = field(repr=False)
 
     @property
     def energy_criterion_applies(self) -> bool:
         """Whether energy decides stability: False where a non-conservative load acts."""
-        return self._equilibrium.loads.conservative(self._equilibrium.robot.planar)
+        return self._solution.loads.conservative(self._solution.robot.planar)
 
     @cached_property
     def smallest(self) -> float:
         """Smallest eigenvalue [J]; infinite where the constraints leave nothing to move."""
-        found = self._equilibrium.first_order
+        found = self._first_order
         value = found.smallest_locked if self.motors_are == "locked" else found.smallest_free
         return float(self.eigenvalues.min(initial=np.inf)) if math.isnan(value) else value
 
@@ -62,7 +61,7 @@ class Spectrum:
         under tension. NaN where some motion costs no elastic energy (possible with free motors);
         infinite where the constraints leave nothing to move.
         """
-        value = self._equilibrium.first_order.margin if self.motors_are == "locked" else math.nan
+        value = self._first_order.margin if self.motors_are == "locked" else math.nan
         return self._dense.margin() if math.isnan(value) else value
 
     @property
@@ -93,42 +92,24 @@ class Spectrum:
 
     @cached_property
     def _dense(self) -> _Dense:
-        return _Dense(self._equilibrium, self.motors_are)
+        return _Dense(self._solution, self.motors_are)
 
     @cached_property
     def _modes(self) -> tuple[Floats, Floats]:
         return self._dense.modes()
 
 
-def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> Spectrum:
-    """Spectrum of H_r at an equilibrium.
-
-    Args:
-        equilibrium: Where.
-        motors_are: ``locked`` (motors held, the reading behind the paper's case studies) or ``free``
-            (motors at constant effort, Eq. (48) literally).
-
-    Raises:
-        InvalidRequest: No equilibrium, or another reading.
-    """
-    check_equilibrium(equilibrium)
-    if not isinstance(motors_are, str) or motors_are not in ("locked", "free"):
-        raise InvalidRequest("motors_are", f"expected 'locked' or 'free', got {motors_are!r:.200}")
-    _ = equilibrium.first_order  # once for the copies of all spectra
-    return Spectrum(motors_are, equilibrium.copied())
-
-
 class _Dense:
     """H_r as a matrix, for whoever wants all of it."""
 
-    def __init__(self, equilibrium: Equilibrium, motors_are: MotorReading) -> None:
-        robot = equilibrium.robot
-        self.equilibrium = equilibrium
+    def __init__(self, solution: ModelState, motors_are: MotorReading) -> None:
+        robot = solution.robot
+        self.solution = solution
         self.moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
         if motors_are == "free":
             self.moving = np.concatenate([self.moving, robot.motor_indices])
         motions = robot.unit_motions[np.ix_(self.moving, self.moving)]
-        tangent = tangent_at(equilibrium)
+        tangent = solution.tangent
         constraints = tangent[np.ix_(robot.multiplier_indices, self.moving)] @ motions
         self.null_space = motions @ null_space_of(constraints)
         hessian = tangent[np.ix_(self.moving, self.moving)]
@@ -137,13 +118,13 @@ class _Dense:
     def modes(self) -> tuple[Floats, Floats]:
         """Eigenvalues and motions."""
         eigenvalues, directions = np.linalg.eigh(self.reduced)  # takes an empty one as well
-        whole = np.zeros((len(self.equilibrium.state), len(eigenvalues)))
+        whole = np.zeros((len(self.solution.state), len(eigenvalues)))
         whole[self.moving] = self.null_space @ directions
         return eigenvalues, whole
 
     def margin(self) -> float:
         """Smallest eigenvalue relative to the elastic stiffness."""
-        elastic = _elastic_hessian(self.equilibrium)[np.ix_(self.moving, self.moving)]
+        elastic = _elastic_hessian(self.solution)[np.ix_(self.moving, self.moving)]
         projected = self.null_space.T @ elastic @ self.null_space
         if not len(projected):
             return math.inf
@@ -160,9 +141,9 @@ def null_space_of(matrix: Floats) -> Floats:
     return orthogonal[:, int(np.sum(diagonal > 1e-12 * diagonal[0])) :]
 
 
-def _elastic_hessian(equilibrium: Equilibrium) -> Floats:
+def _elastic_hessian(solution: ModelState) -> Floats:
     """Second derivative of the elastic energy ``l0/l q^T K q / 2`` by the state, (N, N)."""
-    arrays, state = equilibrium.robot.arrays, equilibrium.state
+    arrays, state = solution.robot.arrays, solution.state
     elastic = np.zeros((len(state), len(state)))
     for leg, stiffness in zip(arrays.legs, arrays.stiffness, strict=True):
         count, first, shift = leg["strain_count"], leg["strain_index"], leg["translation_index"]

@@ -16,8 +16,9 @@ from .continuation import Walk, follow
 from .equilibrium import Equilibrium
 from .errors import InvalidRequest
 from .events import PathEvent
-from .geometrico_statics import checked_start, target_of
+from .geometrico_statics import checked_start
 from .loads import Loads
+from .requests import target_of
 from .robot import Robot
 from .strain_limits import bending_strains
 from .validation import checked_count

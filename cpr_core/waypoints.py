@@ -19,11 +19,12 @@ from .continuation import follow
 from .equilibrium import Equilibrium, new_record
 from .errors import InvalidRequest, NonFiniteInput
 from .events import PathEvent
-from .geometrico_statics import checked_start, pose_meaning, target_of
+from .geometrico_statics import checked_start
 from .limits import grazes, margins, violated
 from .loads import Loads
 from .newton_kernel import CONTRACTION, ITERATIONS, TOLERANCE
 from .path import PROBLEMS
+from .requests import pose_meaning, target_of
 from .robot import Robot
 from .step_kernel import SIGNS, WATCHED
 from .targets import ProblemName, check_rod_lengths

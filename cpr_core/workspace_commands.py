@@ -20,6 +20,7 @@ from tqdm import tqdm
 
 from .errors import InvalidRequest
 from .geometrico_statics import solve_forward, solve_inverse
+from .home import solve_home
 from .loads import Loads
 from .robot import Robot
 from .workspace import Grid, WorkspaceMap, map_workspace, motor_grid, pose_grid
@@ -83,7 +84,7 @@ def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
     if options.plot is not None:
         check_field(robot, options.field)
         threading.Thread(target=prepare, daemon=True).start()
-    start = robot.home
+    start = solve_home(robot)
     if options.first is not None:
         solve = solve_forward if options.given == "motors" else solve_inverse
         start = solve(robot, options.first, loads=loads)

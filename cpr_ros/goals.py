@@ -19,13 +19,13 @@ from cpr_core import (
     solve_forward,
     solve_inverse,
 )
-from cpr_core.geometrico_statics import pose_meaning
 from cpr_core.lie import (
     quaternion_from_rotation,
     rotation_exp,
     rotation_from_quaternion,
     rotation_log,
 )
+from cpr_core.requests import pose_meaning
 from cpr_core.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 

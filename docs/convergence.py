@@ -16,6 +16,8 @@ from cpr_core.description_file import shipped_robots
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
+from cpr_core import solve_home
+
 MODES = range(2, 13)
 STEP = 0.05  # every second motor is moved by this, rad; a rod length by a tenth of it
 
@@ -25,7 +27,7 @@ def position(name: str, modes: int) -> np.ndarray:
     robot = load_robot(name, modes=modes)
     units = np.array([leg.motor.unit == "rad" for leg in robot.description.legs])
     step = STEP * np.where(units, 1.0, 0.1) * (np.arange(robot.motor_count) % 2)
-    return solve_forward(robot, robot.home.motors + step).platform_position
+    return solve_forward(robot, solve_home(robot).motors + step).platform_position
 
 
 def main() -> None:

@@ -21,6 +21,7 @@ from cpr_core import (
     load_robot,
     solve_forward,
     solve_forward_by_effort,
+    solve_home,
     solve_inverse,
 )
 from cpr_core.description_file import shipped_robots
@@ -62,7 +63,7 @@ class Outcome:
 def experiment(name: str, problem: str, count: int, seed: int = 1) -> Outcome:
     """Ask for random targets from home, and from every answer for home again."""
     robot, random = load_robot(name), np.random.default_rng(seed)
-    home, outcome = robot.home, Outcome()
+    home, outcome = solve_home(robot), Outcome()
     solve = partial(SOLVERS[problem], robot)
     for number in range(count):
         target = _random_target(robot, problem, random)
@@ -88,8 +89,12 @@ def _random_target(robot: Robot, problem: str, random: np.random.Generator) -> n
     """Motors in a box around home; else what an equilibrium reached there has as pose or efforts."""
     legs = [leg for leg in robot.description.legs if leg.motor_name is not None]
     reach = RANGES[robot.description.name]
-    lower = np.maximum(robot.home.motors - reach, [leg.limits.lower + 0.01 * reach for leg in legs])
-    upper = np.minimum(robot.home.motors + reach, [leg.limits.upper - 0.01 * reach for leg in legs])
+    lower = np.maximum(
+        solve_home(robot).motors - reach, [leg.limits.lower + 0.01 * reach for leg in legs]
+    )
+    upper = np.minimum(
+        solve_home(robot).motors + reach, [leg.limits.upper - 0.01 * reach for leg in legs]
+    )
     while True:
         motors = random.uniform(lower, upper)
         if problem == "motors":

@@ -19,9 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..equilibrium import Equilibrium
-from ..errors import NoForwardSolution, NoInverseSolution
 from ..lie import quaternion_from_rotation
 from ..loads import Loads
+from ..not_reached import NoForwardSolution, NoInverseSolution
 from ..robot import Robot
 from ..validation import checked_vector
 from .rod_integration import RodTrajectory, integrate_rod

@@ -25,7 +25,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from ..equilibrium import RESIDUAL_TOLERANCE
-from ..errors import InvalidRequest, NoForwardSolution
+from ..errors import InvalidRequest
+from ..not_reached import NoForwardSolution
 from ..robot import Robot
 from ..validation import checked_vector
 from .continuous_rods import ContinuousEquilibrium

@@ -28,11 +28,12 @@ from scipy.integrate import solve_ivp
 
 from ..description import LegDescription
 from ..equilibrium import RESIDUAL_TOLERANCE, Equilibrium
-from ..errors import InvalidRequest, NoForwardSolution
+from ..errors import InvalidRequest
 from ..joints import Revolute as RevoluteJoint
 from ..joints import Spherical
 from ..lie import quaternion_from_rotation, rotation_exp, skew
 from ..motors import Revolute as RevoluteMotor
+from ..not_reached import NoForwardSolution
 from ..robot import Robot
 from ..validation import checked_vector
 

@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from ..continuation import Walk, follow
 from ..equilibrium import RESIDUAL_TOLERANCE, Equilibrium
-from ..errors import InvalidRequest, NoForwardSolution, NoInverseSolution
+from ..errors import InvalidRequest
 from ..geometrico_statics import checked_start
 from ..loads import Loads
+from ..not_reached import NoForwardSolution, NoInverseSolution
 from ..path import CONTRACTION, ITERATIONS
 from ..robot import Robot
 from .batch_kernel import MEASURES, Arrivals, Cells

@@ -22,6 +22,7 @@ from scipy.io import netcdf_file
 from ..errors import InvalidRequest
 from ..loads import Loads
 from ..robot import Robot
+from ..version import __version__
 from .borders import Border, BorderKind
 from .grid import Grid
 from .workspace_map import CellArrays, WorkspaceMap
@@ -261,7 +262,6 @@ def _read(file: str | Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
 
 
 def _attributes(found: WorkspaceMap) -> dict[str, Any]:
-    from .. import __version__
 
     return {
         "title": f"workspace of {found.robot.description.name}",

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from cpr_core import solve_home
 from cpr_core.arrays import factors_of, kept_factors, workspace
 from cpr_core.condensation_kernel import (
     CONDENSED,
@@ -24,7 +25,8 @@ from cpr_core.condensation_kernel import (
     solve,
     solve_transposed,
 )
-from cpr_core.model import evaluate, tangent_at
+from cpr_core.equilibrium import tangent_at
+from cpr_core.model import evaluate
 from cpr_core.model_kernel import assemble
 from cpr_core.robot import load_robot
 
@@ -39,12 +41,12 @@ def robot(request):
 
 @pytest.fixture
 def tangent(robot):
-    return tangent_at(robot.home)
+    return tangent_at(solve_home(robot))
 
 
 def straight_leg_tangent(robot):
     """Tangent where the first leg is straight: its tip cannot give way along it."""
-    home, here = robot.home, robot.arrays.legs[0]
+    home, here = solve_home(robot), robot.arrays.legs[0]
     state = home.state.copy()
     state[here["strain_index"] :][: here["strain_count"]] = 0.0
     return evaluate(

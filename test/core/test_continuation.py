@@ -22,6 +22,7 @@ from cpr_core import (
     load_robot,
     solve_forward,
     solve_forward_by_effort,
+    solve_home,
     solve_inverse,
 )
 from cpr_core.continuation import follow
@@ -90,7 +91,7 @@ def test_the_rfrfr_robot_loses_stability_twice_on_its_way_down(modes):
 def test_a_load_beyond_the_critical_one_stops_at_the_fold(name):
     robot = load_robot(name)
     down = [0.0, -1.0, 0.0] if robot.planar else [0.0, 0.0, -1.0]
-    start = solve_forward(robot, robot.home.motors + 0.02 * np.arange(robot.motor_count))
+    start = solve_forward(robot, solve_home(robot).motors + 0.02 * np.arange(robot.motor_count))
     critical = critical_load(start, down)
     assert critical.kind == "fold"
     wrench = start.loads.wrench_world + np.concatenate(
@@ -122,7 +123,7 @@ def test_a_column_meets_a_bifurcation_not_a_fold():
     robot = column(motors.Welded(), joints.Fixed(AT_TIP), modes=8)
     critical = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2
     loads = Loads.none().with_(wrench_world=[0, 0, 0, -2.0 * critical, 0, 0])
-    walk = follow(robot.home, MotorTarget(np.zeros(0)), loads)
+    walk = follow(solve_home(robot), MotorTarget(np.zeros(0)), loads)
     assert walk.stopped is None
     kinds = {event.kind for event in walk.events}
     assert kinds == {"bifurcation"}
@@ -148,9 +149,12 @@ def test_heavy_loads_at_once_end_as_loads_step_by_step(wrench):
     robot = load_robot("gough_stewart")
     loads = Loads.none().with_(**wrench)
     slow = follow(
-        robot.home, MotorTarget(robot.home.motors), loads, keep=tuple(np.linspace(0, 1, 301))
+        solve_home(robot),
+        MotorTarget(solve_home(robot).motors),
+        loads,
+        keep=tuple(np.linspace(0, 1, 301)),
     )
-    fast = follow(robot.home, MotorTarget(robot.home.motors), loads)
+    fast = follow(solve_home(robot), MotorTarget(solve_home(robot).motors), loads)
     assert (fast.stopped is None) == (slow.stopped is None)
     if slow.stopped is None:
         assert distance(fast.last, slow.last) < 1e-7
@@ -164,9 +168,9 @@ def test_symmetric_paths_go_on_symmetrically_or_stop(force):
     """Two eigenvalues vanish together; no branch without the symmetry may be taken."""
     robot = load_robot("three_rfs")
     loads = Loads.none().with_(wrench_world=[0, 0, 0, 0, 0, force])
-    target = MotorTarget(robot.home.motors + 0.3)
+    target = MotorTarget(solve_home(robot).motors + 0.3)
     for keep in ((), tuple(np.linspace(0, 1, 101))):
-        walk = follow(robot.home, target, loads, keep=keep)
+        walk = follow(solve_home(robot), target, loads, keep=keep)
         assert np.abs(walk.last.platform_position[:2]).max() < 1e-4
         if walk.stopped is not None:
             assert walk.stopped.kind == "bifurcation"
@@ -176,7 +180,7 @@ def test_symmetric_paths_go_on_symmetrically_or_stop(force):
 def test_folds_by_effort_are_where_the_free_robot_loses_stability(name):
     """Motors moved far, their efforts asked for from home: reached while stable, else up to a fold."""
     robot = load_robot(name)
-    random, home = np.random.default_rng(7), robot.home
+    random, home = np.random.default_rng(7), solve_home(robot)
     reached, folds = 0, []
     for _ in range(20):
         away = random.uniform(-1.0, 1.0, robot.motor_count) * RANGES[name]
@@ -257,7 +261,7 @@ def test_rods_end_a_way_where_they_would_yield():
     error = caught.value
     assert error.event.kind == "strain_limit"
     assert bending_strains(error.last).max() == pytest.approx(0.005, rel=1e-6)
-    beyond = error.last.motors + 1e-3 * (np.array([4.5, -1.5]) - robot.home.motors)
+    beyond = error.last.motors + 1e-3 * (np.array([4.5, -1.5]) - solve_home(robot).motors)
     free = load_robot("rfrfr")
     assert bending_strains(solve_forward(free, beyond)).max() > 0.005
 
@@ -266,14 +270,14 @@ def test_a_time_limit_is_kept_and_says_how_far_it_came():
     """No time at all: how long anything takes does not matter to the test."""
     robot = load_robot("six_rfs")
     with pytest.raises(TimeLimitExceeded, match="the time allowed was over") as caught:
-        solve_forward(robot, robot.home.motors + 1.0, time_limit=0.0)
+        solve_forward(robot, solve_home(robot).motors + 1.0, time_limit=0.0)
     assert caught.value.fraction == 0.0
     assert caught.value.event.kind == "time_limit"
-    assert caught.value.last is robot.home
-    solve_forward(robot, robot.home.motors + 0.1, time_limit=600.0)
+    assert caught.value.last is solve_home(robot)
+    solve_forward(robot, solve_home(robot).motors + 0.1, time_limit=600.0)
     for wrong in (-1.0, np.nan):
         with pytest.raises(InvalidRequest, match="time_limit: expected a time"):
-            solve_forward(robot, robot.home.motors + 0.1, time_limit=wrong)
+            solve_forward(robot, solve_home(robot).motors + 0.1, time_limit=wrong)
 
 
 def test_stable_only_starts_from_something_stable():
@@ -286,15 +290,15 @@ def test_stable_only_starts_from_something_stable():
 def test_loads_without_potential_decide_no_stability():
     robot = load_robot("six_rfs")
     turning = Loads.none().with_(wrench_world=[0, 0, 0.01, 0, 0, 0])
-    there = solve_forward(robot, robot.home.motors + 0.1, loads=turning)
+    there = solve_forward(robot, solve_home(robot).motors + 0.1, loads=turning)
     assert there.converged
     with pytest.raises(UnstableEquilibrium, match="not decided by energy"):
-        solve_forward(robot, robot.home.motors + 0.1, loads=turning, stable_only=True)
+        solve_forward(robot, solve_home(robot).motors + 0.1, loads=turning, stable_only=True)
 
 
 def test_starts_of_another_robot_are_refused():
     with pytest.raises(InvalidRequest, match="same robot"):
-        solve_forward(load_robot("rfrfr"), [2.6, 0.5], start=load_robot("rfrfr").home)
+        solve_forward(load_robot("rfrfr"), [2.6, 0.5], start=solve_home(load_robot("rfrfr")))
 
 
 @pytest.mark.parametrize("efforts", [[0.0475613, 0.59519384], [-0.05443538, -0.30131647]])
@@ -303,7 +307,7 @@ def test_a_step_does_not_jump_over_two_folds_to_the_next_stable_part_of_the_bran
     robot = load_robot("rfrfr")
     ends = []
     for requests in (1, 100):
-        first, here = robot.home.efforts, robot.home
+        first, here = solve_home(robot).efforts, solve_home(robot)
         with pytest.raises(NotReached) as stopped:
             for number in range(1, requests + 1):
                 fraction = number / requests
@@ -318,7 +322,7 @@ def test_a_step_does_not_jump_over_two_folds_to_the_next_stable_part_of_the_bran
 def test_a_request_just_before_a_fold_is_reached(name):
     # The branch turns back a millionth of the way behind the target.
     robot = load_robot(name)
-    home = robot.home
+    home = solve_home(robot)
     pose = given_at(home, "pose")
     pose[0] += 3.0
     with pytest.raises(NotReached) as stopped:

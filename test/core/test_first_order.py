@@ -20,6 +20,7 @@ from cpr_core import (
     load_robot,
     motors,
     solve_forward,
+    solve_home,
     solve_inverse,
     spectrum,
 )
@@ -32,11 +33,11 @@ def equilibria(name, count):
     robot, rng = load_robot(name), np.random.default_rng(7)
     force = [0, 0, 0, 0.02, -0.03, 0.0 if robot.planar else 0.04]
     loads = robot.default_loads.with_(wrench_world=force)
-    found = [robot.home]
+    found = [solve_home(robot)]
     while len(found) < count:
         change = 2.0 * rng.uniform(-1.0, 1.0, robot.motor_count) * np.abs(STEPS[name])
         try:
-            found.append(solve_forward(robot, robot.home.motors + change, loads=loads))
+            found.append(solve_forward(robot, solve_home(robot).motors + change, loads=loads))
         except NotReached as error:
             found.append(error.last)
     return found
@@ -81,7 +82,7 @@ def test_they_agree_where_robots_are_unstable():
     assert all((index > 0) == negative for index, negative in seen)
     spatial = load_robot("six_rfs")
     softened = solve_forward(
-        spatial, spatial.home.motors + np.array([2, 2, -1.6, -1.6, -2, -2], float)
+        spatial, solve_home(spatial).motors + np.array([2, 2, -1.6, -1.6, -2, -2], float)
     )
     assert softened.index_free > 0
     assert_same(softened)
@@ -93,18 +94,20 @@ def test_they_agree_under_loads_without_potential():
         ("wrench_world", [0.02, -0.01, 0.03, 0.1, 0, 0]),
         ("wrench_body", [0.01, 0.02, 0, 0, 0.1, -0.2]),
     ):
-        here = solve_forward(robot, robot.home.motors, loads=Loads.none().with_(**{field: wrench}))
+        here = solve_forward(
+            robot, solve_home(robot).motors, loads=Loads.none().with_(**{field: wrench})
+        )
         assert_same(here)
 
 
 @pytest.mark.parametrize("modes", [3, 8, 12])
 def test_they_agree_for_any_number_of_modes(modes):
-    assert_same(load_robot("six_rfs", modes=modes).home)
+    assert_same(solve_home(load_robot("six_rfs", modes=modes)))
 
 
 def test_legs_that_cannot_be_condensed_are_told_by_the_dense_method():
     """A straight clamped leg cannot hold its tip along itself."""
-    straight = column(motors.Welded(), joints.Fixed(AT_TIP)).home
+    straight = solve_home(column(motors.Welded(), joints.Fixed(AT_TIP)))
     found = straight.first_order
     assert math.isnan(found.smallest_locked)
     assert found.response is None
@@ -114,7 +117,7 @@ def test_legs_that_cannot_be_condensed_are_told_by_the_dense_method():
 
 
 def test_it_is_computed_once_and_kept_as_long_as_the_equilibrium():
-    home = load_robot("rfrfr").home
+    home = solve_home(load_robot("rfrfr"))
     assert home.first_order is home.first_order
     with pytest.raises(ValueError, match="read-only"):
         home.first_order.response.platform_by_motors[0, 0] = 0.0

@@ -9,11 +9,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from robustness import RANGES
 
-from cpr_core import Loads, NotReached, kinemato_statics, load_robot, solve_forward, solve_inverse
+from cpr_core import (
+    Loads,
+    NotReached,
+    kinemato_statics,
+    load_robot,
+    solve_forward,
+    solve_home,
+    solve_inverse,
+)
 from cpr_core.description_file import shipped_robots
+from cpr_core.equilibrium import tangent_at
 from cpr_core.inertia import _dense
 from cpr_core.inertia_kernel import eliminate
-from cpr_core.model import tangent_at
 
 
 def symmetric(eigenvalues, random):
@@ -53,7 +61,7 @@ def test_elimination_leaves_the_schur_complement():
 def test_indices_are_those_of_the_spectra_and_signs_those_of_the_determinant(name):
     """Also where the robot is unstable: poses far down are reached through stability crossings."""
     robot, random = load_robot(name), np.random.default_rng(3)
-    home, seen = robot.home, set()
+    home, seen = solve_home(robot), set()
     same_side = kinemato_statics(home).singularity("inverse").sign * home.inertia.inverse_sign
     load = 3.0 * robot.arrays.energy_unit / robot.mean_length
     for _ in range(60):
@@ -96,7 +104,7 @@ def test_straight_legs_are_counted_all_the_same():
 
     from cpr_core import joints, motors
 
-    home = column(motors.Welded(), joints.Fixed(AT_TIP)).home
+    home = solve_home(column(motors.Welded(), joints.Fixed(AT_TIP)))
     assert home.inertia.index_locked == 0
     pushed = solve_forward(
         home.robot, [], loads=Loads.none().with_(wrench_world=[0, 0, 0, 1e-3, 0, 0])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from shipped_steps import STEPS
 
-from cpr_core import InvalidRequest, load_robot, solve_forward, solve_inverse
+from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home, solve_inverse
 from cpr_core.description_file import shipped_robots
 from cpr_core.kinemato_statics import kinemato_statics
 from cpr_core.lie import rotation_log
@@ -17,7 +17,7 @@ def placed(name):
     robot = load_robot(name)
     force = [0, 0, 0, 0.02, -0.03, 0.0 if robot.planar else 0.04]
     loads = robot.default_loads.with_(wrench_world=force)
-    return solve_forward(robot, robot.home.motors + np.array(STEPS[name]), loads=loads)
+    return solve_forward(robot, solve_home(robot).motors + np.array(STEPS[name]), loads=loads)
 
 
 def body_twist(here, there):
@@ -216,7 +216,7 @@ def test_the_inverse_singularity_of_the_six_rfs_path():
     def at(t, start):
         return solve_forward(robot, first + (last - first) * t / 50, start=start)
 
-    here, signs = robot.home, []
+    here, signs = solve_home(robot), []
     for t in range(51):
         here = at(t, here)
         signs.append(kinemato_statics(here).singularity("inverse").sign)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from differences import derivative, model_at, random_state
 
-from cpr_core import Loads, joints, load_robot, motors, solve_forward
+from cpr_core import Loads, joints, load_robot, motors, solve_forward, solve_home
+from cpr_core.equilibrium import tangent_at
 from cpr_core.lie import rotation_exp
 from cpr_core.loads import DistributedForce, PointForce
-from cpr_core.model import tangent_at
 from cpr_core.robot import Robot
 from cpr_core.rod import StrainModes
 
@@ -164,6 +164,6 @@ def test_tangent_is_symmetric_at_a_loaded_equilibrium(name):
     gravity = [0, -9.81, 0] if robot.planar else [0, 0, -9.81]
     loads = Loads.none().with_(gravity=gravity, wrench_world=[0, 0, 0, 0.05, -0.1, 0])
     unit = robot.arrays.unit
-    tangent = tangent_at(solve_forward(robot, robot.home.motors, loads=loads))
+    tangent = tangent_at(solve_forward(robot, solve_home(robot).motors, loads=loads))
     tangent = tangent * unit[:, None] * unit
     np.testing.assert_allclose(tangent, tangent.T, atol=1e-11 * np.abs(tangent).max())
