@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from . import __version__
-from .compilation_progress import compile_all, show_compilation
+from .compile_command import compile_all, show_compilation
 from .description_file import shipped_robots
 from .equilibrium import Equilibrium
 from .errors import CprError, DescriptionError, InvalidRequest
