@@ -14,8 +14,8 @@ from typing import Any
 from numba.core import types
 from numba.experimental import structref
 
-from .compiled import compiled
 from .first_order_kernel import first_order_into
+from .kernel_decorators import compiled
 from .model_kernel import assemble, evaluate
 from .step_kernel import go_on
 

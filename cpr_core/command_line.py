@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from .compilation_progress import compile_all, show_compilation
+from .compile_command import compile_all, show_compilation
 from .description_file import shipped_robots
 from .equilibrium import Equilibrium
 from .errors import CprError, DescriptionError, InvalidRequest

@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from .compiled import inlined, kernel, part
+from .kernel_decorators import inlined, kernel, part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 from .model_kernel import assemble
 

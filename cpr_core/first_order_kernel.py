@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
-from .compiled import part
 from .condensation_kernel import lu_factor, lu_solve
+from .kernel_decorators import part
 from .lanes import load, store
 from .pencil_kernel import eliminate_pencil, recall_pencil, smallest_eigenvalue, squared_size
 from .step_kernel import ROTATION

@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiled import kernel
 from .condensation_kernel import DENSE, lu_factor, rotation_unknowns
+from .kernel_decorators import kernel
 from .lanes import get
 
 __all__ = ["SINGULAR_LEG", "eliminate", "signs_of"]

@@ -18,7 +18,7 @@ Results go to the slots of `arrays`: `blocks` (upper triangle, slots of the leg,
 
 from __future__ import annotations
 
-from .compiled import inlined
+from .kernel_decorators import inlined
 from .lanes import broadcast, load, put, store, total
 from .rod_kernel import integrate_arms, integrate_frames, turn_base
 from .stiffness_kernel import strain_block

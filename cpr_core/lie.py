@@ -10,8 +10,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .compiled import kernel
 from .errors import InvalidQuaternion
+from .kernel_decorators import kernel
 from .validation import checked_vector
 
 __all__ = [

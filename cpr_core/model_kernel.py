@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from .compiled import inlined, kernel, part
+from .kernel_decorators import inlined, kernel, part
 from .lanes import get
 from .leg_kernel import evaluate_group
 from .lie import rotate_by

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 
-from .compiled import inlined, part
 from .condensation_kernel import (
     CONDENSED,
     NO_INVERSE,
@@ -17,6 +16,7 @@ from .condensation_kernel import (
     solve,
     solve_here,
 )
+from .kernel_decorators import inlined, part
 from .lie import (
     multiply,
     multiply_transposed,

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from .compiled import part
+from .kernel_decorators import part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 
 __all__ = ["eliminate_pencil", "recall_pencil", "smallest_eigenvalue", "squared_size"]

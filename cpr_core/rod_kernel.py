@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from .compiled import inlined
+from .kernel_decorators import inlined
 from .lanes import broadcast, get, highest, load, put, store
 from .rotation_kernel import SMALL_ANGLE_SQUARED, magnus, small_rotation, turned_frame
 

@@ -8,7 +8,7 @@ Formulas that hold for numbers and for lanes alike.
 
 from __future__ import annotations
 
-from .compiled import inlined, kernel
+from .kernel_decorators import inlined, kernel
 
 __all__ = ["SMALL_ANGLE_SQUARED", "magnus", "rotation_steps", "small_rotation", "turned_frame"]
 

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import math
 
-from .compiled import inlined, part
 from .condensation_kernel import DENSE, keep, recall
 from .inertia_kernel import SINGULAR_LEG, signs_of
+from .kernel_decorators import inlined, part
 from .newton_kernel import CONVERGED, EFFORTS, MOTORS, PLATFORM, learn_bend, newton, predict_state
 
 __all__ = [

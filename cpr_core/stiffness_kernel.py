@@ -15,7 +15,7 @@ enough.
 
 from __future__ import annotations
 
-from .compiled import inlined
+from .kernel_decorators import inlined
 from .lanes import broadcast, load, store
 
 __all__ = ["strain_block"]

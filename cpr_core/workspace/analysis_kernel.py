@@ -15,8 +15,8 @@ import math
 
 import numpy as np
 
-from ..compiled import compiled_strictly
 from ..condensation_kernel import NO_INVERSE, factor, solve, solve_transposed
+from ..kernel_decorators import compiled_strictly
 from ..lie import roll_pitch_yaw_into
 from .eigenvalue_kernel import (
     count_below,

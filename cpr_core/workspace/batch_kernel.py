@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compiled import compiled
+from ..kernel_decorators import compiled
 from ..model_kernel import assemble, evaluate
 from .analysis_kernel import smallest_singular_value, spectrum_of
 from .step_kernel import advance

@@ -14,9 +14,9 @@ import math
 
 import numpy as np
 
-from ..compiled import allocating_part, compiled
 from ..condensation_kernel import lu_factor
 from ..inertia_kernel import SINGULAR_LEG, signs_of
+from ..kernel_decorators import allocating_part, compiled
 from ..lie import roll_pitch_yaw_into, rotation_from_angles_into
 from ..model_kernel import assemble
 from ..newton_kernel import CONVERGED, newton

@@ -16,8 +16,8 @@ from numpy.testing import assert_allclose
 
 from cpr_core import __version__
 from cpr_core.command_line import main
-from cpr_core.compilation import compile_kernels
 from cpr_core.description_file import shipped_robots
+from cpr_core.kernel_warmup import compile_kernels
 from cpr_core.lie import rotation_from_quaternion
 
 HOME = {"rfrfr": [2.59, 0.55], "six_rfs": [5.86, 5.56, 5.86, 5.46, 5.86, 5.26]}

@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from cpr_core.compilation import compile_kernels, kernel_names, watch_compilation
+from cpr_core.kernel_warmup import compile_kernels, kernel_names, watch_compilation
 
 #: Slow to import, and not needed to solve for an equilibrium.
 HEAVY = (
@@ -45,7 +45,7 @@ print(json.dumps({"compiled": compiled, "modules": sorted(set(sys.modules) - bro
 EVERYTHING = """
 import json
 import cpr_core
-from cpr_core.compilation import watch_compilation
+from cpr_core.kernel_warmup import watch_compilation
 from cpr_core.description_file import shipped_robots
 compiled = []
 solvers = {

@@ -19,15 +19,15 @@ from numba.core.dispatcher import Dispatcher
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
-from cpr_core import compiled
-from cpr_core.kernel_compiler import KernelCompiler
+from cpr_core import kernel_decorators
+from cpr_core.numba_fence.loop_hint import KernelCompiler
 
-PACKAGE = Path(compiled.__file__).parent
+PACKAGE = Path(kernel_decorators.__file__).parent
 VECTOR = (0.3, -0.2, 0.5)
 
 #: A kernel that calls one of another module, as the kernels of the model do.
 PROBE = """
-from .compiled import compiled
+from .kernel_decorators import compiled
 from .lie import rotation_exp_into
 
 
@@ -80,7 +80,7 @@ def run(copied):
 def stamp(folder):
     """Stamp of the sources in a folder, by the module of that folder."""
     spec = importlib.util.spec_from_file_location(
-        "cpr_core.copied_compiled", folder / "compiled.py"
+        "cpr_core.copied_decorators", folder / "kernel_decorators.py"
     )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -100,14 +100,14 @@ def test_every_module_with_kernels_is_stamped():
         if re.search(r"^@compiled\b", path.read_text(), re.MULTILINE)
     }
     assert with_kernels
-    assert with_kernels <= set(compiled.KERNEL_MODULES)
+    assert with_kernels <= set(kernel_decorators.KERNEL_MODULES)
 
 
 def test_the_stamp_of_a_copy_is_the_same(copied):
-    assert stamp(copied) == compiled._stamp()
+    assert stamp(copied) == kernel_decorators._stamp()
 
 
-@pytest.mark.parametrize("module", compiled.KERNEL_MODULES)
+@pytest.mark.parametrize("module", kernel_decorators.KERNEL_MODULES)
 def test_the_stamp_changes_with_every_kernel_source(copied, module):
     before = stamp(copied)
     path = copied / f"{module.replace('.', '/')}.py"
@@ -123,7 +123,7 @@ def test_the_stamp_changes_with_every_kernel_source(copied, module):
 
 def test_the_stamp_changes_with_the_way_of_compiling(copied):
     before = stamp(copied)
-    replace_once(copied / "compiled.py", 'error_model="numpy"', 'error_model="python"')
+    replace_once(copied / "kernel_decorators.py", 'error_model="numpy"', 'error_model="python"')
     assert stamp(copied) != before
 
 
@@ -151,13 +151,13 @@ def test_loops_of_kernels_are_left_as_they_are_written():
     assert sizes[0] <= sizes[1]
 
 
-@pytest.mark.parametrize("module", compiled.KERNEL_MODULES)
+@pytest.mark.parametrize("module", kernel_decorators.KERNEL_MODULES)
 def test_every_kernel_carries_the_stamp(module):
     members = vars(importlib.import_module(f"cpr_core.{module}"))
     kernels = [member for member in members.values() if isinstance(member, Dispatcher)]
     assert kernels
     for kernel in kernels:
-        assert kernel._cache._cache_file._source_stamp == compiled._STAMP
+        assert kernel._cache._cache_file._source_stamp == kernel_decorators._STAMP
 
 
 def test_machine_code_is_reused_until_a_called_kernel_changes(copied):

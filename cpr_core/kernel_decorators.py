@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numba
 from numba.core.caching import IndexDataCacheFile
 
-from .kernel_compiler import KernelCompiler
+from .numba_fence.loop_hint import KernelCompiler
 
 __all__ = [
     "KERNEL_MODULES",
@@ -48,7 +48,7 @@ KERNEL_MODULES = (
     "workspace.batch_kernel",
 )
 #: What else the compiled code depends on: how it is compiled and what its data look like.
-_CONTEXT_MODULES = ("compiled", "kernel_compiler", "arrays", "pencil", "lanes")
+_CONTEXT_MODULES = ("kernel_decorators", "numba_fence.loop_hint", "arrays", "pencil", "lanes")
 
 #: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
 FASTMATH = {"contract", "nsz", "reassoc"}

@@ -17,9 +17,9 @@ from typing import Any
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
-from .compiled import KERNEL_MODULES
 from .geometrico_statics import solve_forward
 from .home import solve_home
+from .kernel_decorators import KERNEL_MODULES
 from .robot import load_robot
 
 __all__ = ["compile_kernels", "kernel_names", "watch_compilation"]

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 from tqdm import tqdm
 
-from .compilation import compile_kernels, kernel_names, watch_compilation
+from .kernel_warmup import compile_kernels, kernel_names, watch_compilation
 
 __all__ = ["compile_all", "show_compilation"]
 
