@@ -58,9 +58,9 @@ class Pencil(NamedTuple):
 def pencil_of(robot: Robot) -> Pencil:
     """Memory for one thread."""
     arrays = robot.arrays
-    groups, inner, width = arrays.slot_index.shape
-    strains, platform = arrays.elastic.shape[1], len(arrays.platform_axes)
-    rows, columns = inner + 1, inner + 1 + platform
+    slots, groups, width = arrays.slots, len(arrays.groups), arrays.slot_index.shape[2]
+    strains, platform = slots.strain_count, slots.platform_count
+    rows, columns = slots.inner_count + 1, slots.total
     border = len(arrays.border_indices)
 
     def empty(*shape: int) -> Any:
@@ -68,15 +68,15 @@ def pencil_of(robot: Robot) -> Pencil:
 
     gram, weights = zeros_lanes(width, groups, strains, strains), zeros_lanes(width, groups, rows)
     start = empty(groups, rows)
-    if arrays.passive:
-        weights["lane"][:, inner - 1] = arrays.slot_index[:, inner - 1] >= 0
-    weights["lane"][:, inner] = arrays.groups["motor_index"] >= 0
+    if slots.passive >= 0:
+        weights["lane"][:, slots.passive] = arrays.slot_index[:, slots.passive] >= 0
+    weights["lane"][:, slots.inner_count] = arrays.groups["motor_index"] >= 0
     for number, (here, leg) in enumerate(zip(arrays.legs, robot.description.legs, strict=True)):
         group, lane = divmod(number, width)
         place = arrays.slot_index[group, :strains, lane] - here["strain_index"]
-        slots = np.flatnonzero(arrays.slot_index[group, :strains, lane] >= 0)
-        own = leg.modes.gram(robot.grid)[np.ix_(place[slots], place[slots])]
-        gram["lane"][group, slots[:, None], slots, lane] = own
+        modes = np.flatnonzero(arrays.slot_index[group, :strains, lane] >= 0)
+        own = leg.modes.gram(robot.grid)[np.ix_(place[modes], place[modes])]
+        gram["lane"][group, modes[:, None], modes, lane] = own
     legs = width * np.arange(groups)[:, None, None] + np.arange(width)
     start["lane"][:] = 1.0 + 0.5 * np.sin(1.3 * np.arange(rows)[:, None] + 2.1 * legs)
     return Pencil(
