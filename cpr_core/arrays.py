@@ -8,9 +8,7 @@ strain coordinates and its multipliers; then the platform; then the motors. In t
 is block-arrow shaped, and the forward problem is a leading principal block.
 
 Kernels go through all legs at once, in groups of W lanes (`lanes`). There every leg has the same slots,
-of which it may lack some:
-
-    strain coordinates by component | multipliers | passive base coordinate | platform | motor
+of which it may lack some (`slots`).
 """
 
 from __future__ import annotations
@@ -21,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .lanes import empty_lanes, lanes_dtype, zeros_lanes
+from .slots import SlotLayout
 
 __all__ = [
     "LEG",
@@ -88,9 +87,10 @@ class RobotArrays(NamedTuple):
 
     legs: NDArray[np.void]  # (L,) of LEG
     stiffness: Floats  # (L, M, M) K_e at the nominal length, in the order of the state
+    slots: SlotLayout  # n inner slots, m in all
     groups: NDArray[np.void]  # (G,) of group_dtype
     slot_index: Integers  # (G, n, W) state index of every inner slot; -1: the leg lacks it
-    units: Lanes  # (G, n + b + 1) natural units of the slots; 0: the leg lacks it
+    units: Lanes  # (G, m) natural units of the slots; 0: the leg lacks it
     missing: Lanes  # (G, n) 1: the leg lacks the slot
     component_start: Integers  # (4,) first strain slot of torsion and both bendings; S
     function: Integers  # (S,) which shape function a slot uses
@@ -210,10 +210,10 @@ def kept_factors(robot: RobotArrays) -> Lanes:
 def workspace(robot: RobotArrays) -> Workspace:
     """Memory for one thread."""
     width = robot.slot_index.shape[2]
-    groups, slots = robot.units.shape
+    groups, slots, inner = len(robot.groups), robot.slots.total, robot.slots.inner_count
     size = len(robot.unit)
     border = size - robot.platform_index
-    strains, nodes, steps = robot.elastic.shape[1], len(robot.weights), len(robot.steps)
+    strains, nodes, steps = robot.slots.strain_count, len(robot.weights), len(robot.steps)
 
     def empty(*shape: int) -> Lanes:
         return empty_lanes(width, *shape)
@@ -240,8 +240,8 @@ def workspace(robot: RobotArrays) -> Workspace:
         small=empty(12, 3),
         squares=empty(6, 3, 3),
         rod_loads=empty(2, 3, nodes + 1),
-        rows=empty(robot.slot_index.shape[1], slots),
-        solution=empty(groups, robot.slot_index.shape[1]),
+        rows=empty(inner, slots),
+        solution=empty(groups, inner),
         border=np.empty(border),
         symmetric=np.empty((border, border)),
         square=np.empty((border, border)),
@@ -279,8 +279,8 @@ def workspace(robot: RobotArrays) -> Workspace:
 def factors_of(robot: RobotArrays) -> Factors:
     """Memory for the factors of a robot's tangent."""
     width = robot.slot_index.shape[2]
-    groups, slots = robot.units.shape
-    inner, border = robot.slot_index.shape[1], len(robot.unit) - robot.platform_index
+    groups, slots, inner = len(robot.groups), robot.slots.total, robot.slots.inner_count
+    border = len(robot.border_indices)
     return Factors(
         upper=zeros_lanes(width, groups, inner, slots),
         inverse=empty_lanes(width, groups, inner),

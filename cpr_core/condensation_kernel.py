@@ -80,12 +80,11 @@ def condense(robot, work, factors):
 def _eliminate(robot, number, per_energy, work, factors):
     """Factor the blocks of a group; whether no pivot was too small."""
     blocks, units, upper, rows = work.blocks, robot.units, factors.upper, work.rows
-    inner, size = robot.slot_index.shape[1], work.blocks.shape[1]
-    strains, last = robot.function.shape[0], size - 1
+    slots = robot.slots
+    inner, last = slots.inner_count, slots.motor
     largest = broadcast(units, 0.0)
     smallest = broadcast(units, np.inf)
-    # Without moments at the tips strain does not meet the platform: those entries stay zero.
-    meets = strains if robot.orientation_count == 0 else 0
+    first = slots.first_coupled  # entries of the platform before stay zero
     for i in range(inner):
         scale = per_energy * load(units, (number, i))
         diagonal = scale * load(units, (number, i)) * load(blocks, (number, i, i))
@@ -98,14 +97,14 @@ def _eliminate(robot, number, per_energy, work, factors):
             diagonal -= load(upper, (number, i - 1, i)) * load(rows, (i - 1, i))
         diagonal += other
         inverse = 1.0 / diagonal
-        if i < strains:
+        if i < slots.strain_count:
             largest = -lower(-largest, -absolute(diagonal))
         smallest = lower(smallest, absolute(diagonal))
         store(factors.inverse, (number, i), inverse)
         _eliminate_row(robot, number, i, 0, i + 1, inner, scale, inverse, work, factors)
-        if i >= meets:
-            _eliminate_row(robot, number, i, meets, inner, last, scale, inverse, work, factors)
-        _eliminate_row(robot, number, i, 0, last, size, scale, inverse, work, factors)
+        if i >= first:
+            _eliminate_row(robot, number, i, first, inner, last, scale, inverse, work, factors)
+        _eliminate_row(robot, number, i, 0, last, slots.total, scale, inverse, work, factors)
     return highest(_SMALLEST_LEG_PIVOT * largest - smallest) < 0.0
 
 
@@ -147,9 +146,8 @@ def _eliminate_row(robot, number, i, first, start, end, scale, inverse, work, fa
 def _add_border(robot, number, per_energy, work, factors):
     """Add what is left of a group to the border."""
     border, upper, rows = factors.border, factors.upper, work.rows
-    inner, last = robot.slot_index.shape[1], work.blocks.shape[1] - 1
-    first = robot.function.shape[0] if robot.orientation_count == 0 else 0
-    platform = last - inner
+    inner, last = robot.slots.inner_count, robot.slots.motor
+    first, platform = robot.slots.first_coupled, robot.slots.platform_count
     motors = robot.groups[number].motor_index
     for i in range(platform):
         for j in range(i, platform):
@@ -343,7 +341,7 @@ def predict(robot, rows, columns, angles, known, efforts, vector, work, factors)
         border[i] = value
     zero = broadcast(work.solution, 0.0)
     for number in range(robot.groups.shape[0]):
-        for slot in range(robot.slot_index.shape[1]):
+        for slot in range(robot.slots.inner_count):
             store(work.solution, (number, slot), zero)
     _solve_border(robot, rows, columns, angles, vector, work)
     for i in range(count):
@@ -357,7 +355,7 @@ def predict(robot, rows, columns, angles, known, efforts, vector, work, factors)
 def _forward(robot, number, vector, work, factors):
     """``L^-1 r`` of a group into the workspace, and what it does to the border."""
     index, upper, solution = robot.slot_index[number], factors.upper, work.solution
-    inner, last = index.shape[0], work.blocks.shape[1] - 1
+    inner, last, first = robot.slots.inner_count, robot.slots.motor, robot.slots.first_coupled
     for slot in range(inner):
         for lane in range(index.shape[1]):
             i = index[slot, lane]
@@ -367,7 +365,6 @@ def _forward(robot, number, vector, work, factors):
         for k in range(i):
             value -= load(upper, (number, k, i)) * load(solution, (number, k))
         store(solution, (number, i), value)
-    first = robot.function.shape[0] if robot.orientation_count == 0 else 0
     for j in range(inner, last + 1):
         value = broadcast(solution, 0.0)
         for k in range(first if j < last else 0, inner):
@@ -406,13 +403,12 @@ def _solve_border(robot, rows, columns, angles, vector, work):
 def _backward(robot, number, vector, work, factors):
     """``L^-T (D^-1 y - ...)`` of a group, into the vector."""
     index, upper, solution = robot.slot_index[number], factors.upper, work.solution
-    inner, last = index.shape[0], work.blocks.shape[1] - 1
+    inner, last, first = robot.slots.inner_count, robot.slots.motor, robot.slots.first_coupled
     motors = robot.groups[number].motor_index
     for lane in range(motors.shape[0]):
         at = motors[lane] - robot.platform_index
         put(work.small, (0, 0), lane, work.border[at] if motors[lane] >= 0 else 0.0)
     motor = load(work.small, (0, 0))
-    first = robot.function.shape[0] if robot.orientation_count == 0 else 0
     for i in range(inner - 1, -1, -1):
         value = load(factors.inverse, (number, i)) * load(solution, (number, i))
         value -= load(upper, (number, i, last)) * motor

@@ -47,7 +47,7 @@ def first_order_into(robot, kept, record, eigenvalues, response, pencil):
     # Constants would be compiled for once each.
     held, released = robot.motor_index < 0, robot.motor_index >= 0
     locked = smallest_eigenvalue(robot, pencil, gram, 1.0, held, math.nan)
-    if robot.passive == 0:  # the passive coordinate of a base stores no energy
+    if robot.slots.passive < 0:  # the passive coordinate of a base stores no energy
         _put_elastic(robot, record, elastic)
         if _definite(robot, pencil, elastic):
             # The softest motion is nearly the same in both measures.
@@ -65,9 +65,9 @@ def _put_elastic(robot, record, elastic):
     per_energy = 1.0 / robot.energy_unit
     for number in range(elastic.shape[0]):
         group = robot.groups[number]
-        for i in range(elastic.shape[1]):
+        for i in range(robot.slots.strain_count):
             unit = per_energy * load(robot.units, (number, i))
-            for j in range(i, elastic.shape[1]):
+            for j in range(i, robot.slots.strain_count):
                 stiffness = load(robot.elastic, (number, i, j))
                 store(elastic, (number, i, j), unit * load(robot.units, (number, j)) * stiffness)
         if robot.extensible == 0:
@@ -77,8 +77,8 @@ def _put_elastic(robot, record, elastic):
             if group.extensible[lane] == 0.0:
                 continue
             ratio = group.length[lane] / record[group.shift_index[lane]]
-            for i in range(elastic.shape[1]):
-                for j in range(i, elastic.shape[1]):
+            for i in range(robot.slots.strain_count):
+                for j in range(i, robot.slots.strain_count):
                     numbers[number, i, j, lane] *= ratio
 
 
@@ -97,7 +97,7 @@ def _definite(robot, pencil, elastic):
 @part
 def _respond(robot, record, response, pencil):
     """Matrices of the kinemato-static model, from what the legs leave of platform and motors."""
-    width, unit, inner = robot.platform_axes.shape[0], robot.unit, robot.platform_index
+    width, unit, inner = robot.slots.platform_count, robot.unit, robot.platform_index
     motors, scale = unit.shape[0] - robot.motor_index, robot.energy_unit
     condensed, pivots = pencil.condensed, pencil.pivots
     rotation = unit.shape[0] + ROTATION

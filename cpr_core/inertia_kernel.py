@@ -110,11 +110,11 @@ def signs_of(robot, rotation, factors, work, signs):
     if factors.how[0] == DENSE:
         signs[0] = SINGULAR_LEG
         return
-    inner, platform = robot.platform_index, robot.platform_axes.shape[0]
+    inner, platform = robot.platform_index, robot.slots.platform_count
     inverse_columns, angles = robot.inverse_unknowns, robot.controls_angles == 1
     below = 0
     for number in range(robot.groups.shape[0]):
-        for slot in range(factors.inverse.shape[1]):
+        for slot in range(robot.slots.inner_count):
             for lane in range(robot.slot_index.shape[2]):
                 if get(factors.inverse, (number, slot), lane) < 0.0:
                     below += 1

@@ -48,7 +48,14 @@ KERNEL_MODULES = (
     "workspace.batch_kernel",
 )
 #: What else the compiled code depends on: how it is compiled and what its data look like.
-_CONTEXT_MODULES = ("kernel_decorators", "numba_fence.loop_hint", "arrays", "pencil", "lanes")
+_CONTEXT_MODULES = (
+    "kernel_decorators",
+    "numba_fence.loop_hint",
+    "arrays",
+    "slots",
+    "pencil",
+    "lanes",
+)
 
 #: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
 FASTMATH = {"contract", "nsz", "reassoc"}

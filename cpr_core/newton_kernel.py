@@ -94,7 +94,7 @@ def _move(robot, columns, angles, step, factor, state, rotation, position, work)
     """Subtract ``factor * step`` (dimensionless) from the unknowns."""
     increment, product, twist = work.rotations[0], work.rotations[1], work.platform_residual
     inner = robot.platform_index
-    last = inner + robot.platform_axes.shape[0]
+    last = robot.motor_index
     for i in range(6):
         twist[i] = 0.0
     for i in range(inner):
@@ -171,7 +171,7 @@ def predict_state(
     turn = work.rotations[2, 0]
     multiply_transposed(to_rotation, rotation, work.rotations[0])
     rotation_log_into(work.rotations[0], turn)
-    for row in range(robot.platform_axes.shape[0]):
+    for row in range(robot.slots.platform_count):
         axis = robot.platform_axes[row]
         change = turn[axis] if axis < 3 else to_position[axis - 3] - position[axis - 3]
         known[row] = change / robot.unit[inner + row]

@@ -61,9 +61,9 @@ def pencil_of(arrays: RobotArrays, grams: Sequence[Floats]) -> Pencil:
         arrays: The robot.
         grams: ``int Phi^T Phi dsigma`` of every leg in the order of the state.
     """
-    groups, inner, width = arrays.slot_index.shape
-    strains, platform = arrays.elastic.shape[1], len(arrays.platform_axes)
-    rows, columns = inner + 1, inner + 1 + platform
+    slots, groups, width = arrays.slots, len(arrays.groups), arrays.slot_index.shape[2]
+    strains, platform = slots.strain_count, slots.platform_count
+    rows, columns = slots.inner_count + 1, slots.total
     border = len(arrays.border_indices)
 
     def empty(*shape: int) -> Any:
@@ -71,15 +71,15 @@ def pencil_of(arrays: RobotArrays, grams: Sequence[Floats]) -> Pencil:
 
     gram, weights = zeros_lanes(width, groups, strains, strains), zeros_lanes(width, groups, rows)
     start = empty(groups, rows)
-    if arrays.passive:
-        weights["lane"][:, inner - 1] = arrays.slot_index[:, inner - 1] >= 0
-    weights["lane"][:, inner] = arrays.groups["motor_index"] >= 0
+    if slots.passive >= 0:
+        weights["lane"][:, slots.passive] = arrays.slot_index[:, slots.passive] >= 0
+    weights["lane"][:, slots.inner_count] = arrays.groups["motor_index"] >= 0
     for number, (leg, leg_gram) in enumerate(zip(arrays.legs, grams, strict=True)):
         group, lane = divmod(number, width)
         place = arrays.slot_index[group, :strains, lane] - leg["strain_index"]
-        slots = np.flatnonzero(arrays.slot_index[group, :strains, lane] >= 0)
-        own = leg_gram[np.ix_(place[slots], place[slots])]
-        gram["lane"][group, slots[:, None], slots, lane] = own
+        modes = np.flatnonzero(arrays.slot_index[group, :strains, lane] >= 0)
+        own = leg_gram[np.ix_(place[modes], place[modes])]
+        gram["lane"][group, modes[:, None], modes, lane] = own
     legs = width * np.arange(groups)[:, None, None] + np.arange(width)
     start["lane"][:] = 1.0 + 0.5 * np.sin(1.3 * np.arange(rows)[:, None] + 2.1 * legs)
     return Pencil(

@@ -51,9 +51,9 @@ def recall_pencil(robot, kept, pencil):
         Whether enough digits are left.
     """
     blocks, rows, corner, condensed = pencil.blocks, pencil.rows, pencil.corner, pencil.condensed
-    inner, width = robot.slot_index.shape[1], corner.shape[0]
-    extent, lanes, groups = inner + width + 1, robot.slot_index.shape[2], robot.groups.shape[0]
-    first = robot.function.shape[0] if robot.orientation_count == 0 else 0
+    slots, lanes, groups = robot.slots, robot.slot_index.shape[2], robot.groups.shape[0]
+    inner, width, extent = slots.inner_count, slots.platform_count, slots.total
+    first = slots.first_coupled
     doubt = broadcast(rows, -1.0)
     at, lane = 1 + groups * inner * extent, 0
     for i in range(condensed.shape[0]):
@@ -75,7 +75,7 @@ def recall_pencil(robot, kept, pencil):
             pivot = 1.0 / load(kept, start + i * extent + i)
             store(rows, (i, i), pivot)
             smallest = lower(smallest, absolute(pivot))
-            if i < robot.function.shape[0]:
+            if i < slots.strain_count:
                 largest = -lower(-largest, -absolute(pivot))
             for j in range(i + 1, extent):
                 store(rows, (i, j), pivot * load(kept, start + i * extent + j))
@@ -138,9 +138,10 @@ def eliminate_pencil(robot, pencil, mass, lumped, free, shift):
     """
     blocks, upper, inverses = pencil.blocks, pencil.upper, pencil.inverse
     rows, weights, left = pencil.rows, pencil.weights, pencil.left
-    inner, width, strains = upper.shape[1] - 1, left.shape[0], mass.shape[1]
-    first = strains if robot.orientation_count == 0 else 0
-    size, extent = inner + 1 if free else inner, inner + 1 + width
+    slots = robot.slots
+    inner, width, extent = slots.inner_count, slots.platform_count, slots.total
+    strains, first = slots.strain_count, slots.first_coupled
+    size = inner + 1 if free else inner
     others = shift * lumped
     for i in range(width):
         for j in range(i, width):
@@ -396,7 +397,7 @@ def _iterate(robot, pencil, mass, lumped, free, shift):
     """One step of inverse iteration, in place; returns the Rayleigh quotient of the new vector."""
     vector, border, weights = pencil.vector, pencil.border, pencil.weights
     loaded, border_loaded, diagonal = pencil.loaded, pencil.border_loaded, pencil.diagonal[0]
-    first = mass.shape[1] if robot.orientation_count == 0 else 0
+    first = robot.slots.first_coupled
     _multiply(mass, diagonal, weights, lumped, free, vector, border, loaded, border_loaded)
     old = _inner_product(vector, border, loaded, border_loaded)
     scale = 1.0 / math.sqrt(old)
@@ -420,7 +421,7 @@ def _lanczos(robot, pencil, mass, lumped, free):
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
     along, beside = pencil.tridiagonal[0], pencil.tridiagonal[1]
     parts, pivots = pencil.tridiagonal[2], pencil.tridiagonal[3]
-    first, diagonal = mass.shape[1] if robot.orientation_count == 0 else 0, pencil.diagonal[0]
+    first, diagonal = robot.slots.first_coupled, pencil.diagonal[0]
     most = basis.shape[0]
     largest = 0.0
     for step in range(most + 1):

@@ -15,6 +15,7 @@ from .description import LegDescription, RobotDescription
 from .lanes import WIDTH, zeros_lanes
 from .platform_coordinates import PlatformCoordinates
 from .quadrature import MAGNUS_WEIGHTS, RodGrid
+from .slots import slot_layout
 
 __all__ = ["robot_arrays"]
 
@@ -133,16 +134,19 @@ class _Builder:
         width, count = WIDTH, -(-len(legs) // WIDTH)
         counts = np.array([leg.modes.counts for leg in self.described])
         start = np.concatenate([[0], np.cumsum(counts.max(axis=0))])
-        strains, held = start[-1], len(self.position_axes)
-        orientation = int(legs["orientation_count"].max())
         free = np.stack([legs["rotation_index"], legs["translation_index"]])
         is_passive = (free >= 0) & (free < motor_index)
-        passive = int(is_passive.any())
-        inner = strains + held + orientation + passive
-        platform = len(self.coordinates.axes)
+        slots = slot_layout(
+            strain_count=int(start[-1]),
+            position_count=len(self.position_axes),
+            orientation_count=int(legs["orientation_count"].max()),
+            passive=bool(is_passive.any()),
+            platform_count=len(self.coordinates.axes),
+        )
+        strains, inner = slots.strain_count, slots.inner_count
 
         index = np.full((count, inner, width), -1)
-        units = zeros_lanes(width, count, inner + platform + 1)
+        units = zeros_lanes(width, count, slots.total)
         missing = zeros_lanes(width, count, inner)
         groups = np.zeros(count, group_dtype(width))
         function, names = _functions(self.described, start)
@@ -165,8 +169,8 @@ class _Builder:
             values = leg.modes.values(grid.nodes)
             step_values = leg.modes.values(grid.step_points.ravel())
             moments = MAGNUS_WEIGHTS @ step_values.reshape(*grid.step_points.shape, -1)
-            slots = np.concatenate([start[c] + np.arange(counts[number, c]) for c in range(3)])
-            for mode, slot in enumerate(slots):
+            modes = np.concatenate([start[c] + np.arange(counts[number, c]) for c in range(3)])
+            for mode, slot in enumerate(modes):
                 at = function[slot]
                 functions["lane"][group, at, :, lane] = values[:, mode]
                 step_functions["lane"][group, :, :, at, lane] = moments[..., mode]
@@ -192,25 +196,27 @@ class _Builder:
                 fields[f"{name}_passive"][lane] = at < motor_index
                 if at >= motor_index:
                     fields["motor_index"][lane] = at
-                    units["lane"][group, -1, lane] = self.unit[at]
+                    units["lane"][group, slots.motor, lane] = self.unit[at]
                 else:
-                    index[group, inner - 1, lane] = at
-            index[group, slots, lane] = here["strain_index"] + np.arange(len(slots))
-            multipliers = held + len(conditions)
-            index[group, strains : strains + multipliers, lane] = here[
-                "multiplier_index"
-            ] + np.arange(multipliers)
-            elastic["lane"][group, slots[:, None], slots, lane] = leg.rod.stiffness(leg.modes, grid)
-            rest_moment["lane"][group, slots, lane] = leg.rod.rest_moment(leg.modes, grid)
+                    index[group, slots.passive, lane] = at
+            index[group, modes, lane] = here["strain_index"] + np.arange(len(modes))
+            multipliers = np.arange(slots.position_count + len(conditions))
+            first = slots.first_multiplier
+            index[group, first + multipliers, lane] = here["multiplier_index"] + multipliers
+            elastic["lane"][group, modes[:, None], modes, lane] = leg.rod.stiffness(leg.modes, grid)
+            rest_moment["lane"][group, modes, lane] = leg.rod.rest_moment(leg.modes, grid)
         unit = np.array(self.unit)
         there = index >= 0
         units["lane"][:, :inner] = np.where(there, unit[index], 0.0)
-        units["lane"][:, inner:-1] = unit[motor_index - platform : motor_index, None]
+        columns = np.arange(slots.platform_count)
+        own = unit[motor_index - slots.platform_count + columns]
+        units["lane"][:, slots.first_platform + columns] = own[:, None]
         missing["lane"][:] = ~there
-        border = len(self.unit) - motor_index + platform
-        kept = 1 + count * inner * (inner + platform + 1) + -(-border * border // width)
+        border = len(self.unit) - motor_index + slots.platform_count
+        kept = 1 + count * inner * slots.total + -(-border * border // width)
         return {
             "kept_count": int(kept),
+            "slots": slots,
             "groups": groups,
             "slot_index": index,
             "units": units,
@@ -221,7 +227,7 @@ class _Builder:
             "step_functions": step_functions,
             "elastic": elastic,
             "rest_moment": rest_moment,
-            "passive": passive,
+            "passive": int(slots.passive >= 0),
             "shifted": int(any(leg.motor.shift_axis is not None for leg in self.described)),
             "extensible": int(legs["extensible"].any()),
         }

@@ -70,7 +70,7 @@ def go_on(
     Returns:
         Number of steps that were made.
     """
-    border, platform = robot.border_indices, robot.platform_axes.shape[0]
+    border, platform = robot.border_indices, robot.slots.platform_count
     rows = border if problem == EFFORTS else border[:platform]
     columns = robot.inverse_unknowns if problem == PLATFORM else rows
     angles = problem == PLATFORM and robot.controls_angles == 1

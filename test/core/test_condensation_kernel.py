@@ -67,7 +67,7 @@ def dimensionless(robot, tangent, problem):
 def by_slots(robot, tangent):
     """A workspace with a tangent whose legs are symmetric: the inverse of ``assemble``."""
     arrays = robot.arrays
-    work, inner = workspace(arrays), arrays.slot_index.shape[1]
+    work, inner = workspace(arrays), arrays.slots.inner_count
     platform = arrays.platform_index + np.arange(len(arrays.platform_axes))
     blocks = work.blocks["lane"]
     for group, lane in np.ndindex(len(arrays.groups), arrays.slot_index.shape[2]):
