@@ -17,8 +17,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from .arrays import LoadArrays
 from .equilibrium import Equilibrium
+from .kernel_arrays import LoadArrays
 from .lie import rotation_exp
 from .loads import Loads
 from .model import ModelValue, evaluate

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import RobotArrays
+from .kernel_arrays import RobotArrays
 from .lanes import empty_lanes, zeros_lanes
 
 __all__ = ["Pencil", "pencil_of"]

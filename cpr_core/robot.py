@@ -16,15 +16,15 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import LoadArrays, RobotArrays, workspace
-from .bound_robot import BoundRobot, bind
 from .description import LegDescription, RobotDescription
 from .description_file import read_description
 from .errors import InvalidRequest
+from .kernel_arrays import LoadArrays, RobotArrays, workspace
 from .loads import Loads
 from .motors import MotorLimits
 from .pencil import pencil_of
 from .platform_coordinates import PlatformCoordinates, platform_coordinates
+from .prepared_robot import PreparedRobot, prepare
 from .quadrature import RodGrid, rod_grid
 from .robot_arrays import robot_arrays
 
@@ -135,16 +135,16 @@ class Robot:
         return len(self.arrays.unit)
 
     @property
-    def bound(self) -> BoundRobot:
+    def prepared(self) -> PreparedRobot:
         """The arrays with the memory of this thread, as entries of the kernels take them."""
         memory = self._memory
         try:
-            return memory.bound
+            return memory.prepared
         except AttributeError:
-            memory.bound = bind(
+            memory.prepared = prepare(
                 self.arrays, workspace(self.arrays), pencil_of(self.arrays, self._grams)
             )
-            return memory.bound
+            return memory.prepared
 
     @cached_property
     def _memory(self) -> threading.local:

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import LEG, RobotArrays, group_dtype
 from .description import LegDescription, RobotDescription
+from .kernel_arrays import LEG, RobotArrays, group_dtype
 from .lanes import WIDTH, zeros_lanes
 from .platform_coordinates import PlatformCoordinates
 from .quadrature import MAGNUS_WEIGHTS, RodGrid

@@ -12,6 +12,7 @@ from .equilibrium import Equilibrium
 from .events import PathEvent
 from .limits import check_limits, limit_error
 from .loads import Loads
+from .near_request import solve_near
 from .not_reached import (
     NoForwardSolution,
     NoInverseSolution,
@@ -19,7 +20,6 @@ from .not_reached import (
     TimeLimitExceeded,
     UnstableEquilibrium,
 )
-from .one_step import one_step
 from .requests import target_of
 from .targets import MotorTarget, Target
 from .validation import checked_time
@@ -56,7 +56,7 @@ def solve_from(
     target = target_of(start, what, values)
     near = loads is None or loads is start.loads
     if near and (time_limit is None or checked_time(time_limit) > _ONE_STEP):
-        found = one_step(start, target, stable_only)
+        found = solve_near(start, target, stable_only)
         if found is not None:
             return found
     walk = follow(

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from .first_order import FirstOrder
+from .linearisation import Linearisation
 from .model import ModelState
 
 __all__ = ["MotorReading", "Spectrum", "null_space_of"]
@@ -39,7 +39,7 @@ class Spectrum:
 
     motors_are: MotorReading
     _solution: ModelState = field(repr=False)
-    _first_order: FirstOrder = field(repr=False)
+    _linearisation: Linearisation = field(repr=False)
 
     @property
     def energy_criterion_applies(self) -> bool:
@@ -49,7 +49,7 @@ class Spectrum:
     @cached_property
     def smallest(self) -> float:
         """Smallest eigenvalue [J]; infinite where the constraints leave nothing to move."""
-        found = self._first_order
+        found = self._linearisation
         value = found.smallest_locked if self.motors_are == "locked" else found.smallest_free
         return float(self.eigenvalues.min(initial=np.inf)) if math.isnan(value) else value
 
@@ -61,7 +61,7 @@ class Spectrum:
         under tension. NaN where some motion costs no elastic energy (possible with free motors);
         infinite where the constraints leave nothing to move.
         """
-        value = self._first_order.margin if self.motors_are == "locked" else math.nan
+        value = self._linearisation.margin if self.motors_are == "locked" else math.nan
         return self._dense.margin() if math.isnan(value) else value
 
     @property

@@ -20,8 +20,8 @@ from cpr_core import (
 )
 from cpr_core.description_file import shipped_robots
 from cpr_core.equilibrium import tangent_at
-from cpr_core.inertia import _dense
 from cpr_core.inertia_kernel import eliminate
+from cpr_core.tangent_signs import _dense
 
 
 def symmetric(eigenvalues, random):
@@ -77,14 +77,14 @@ def test_indices_are_those_of_the_spectra_and_signs_those_of_the_determinant(nam
             )
         except NotReached as end:
             here = end.last
-        assert here.inertia.index_locked == here.spectrum_locked.index
-        assert here.inertia.index_free == here.spectrum_free.index
+        assert here.signs.index_locked == here.spectrum_locked.index
+        assert here.signs.index_free == here.spectrum_free.index
         sign = kinemato_statics(here).singularity("inverse").sign
-        assert here.inertia.inverse_sign == same_side * sign
+        assert here.signs.inverse_sign == same_side * sign
         assert _dense(robot, tangent_at(here), robot.problems["platform"][0]).index_locked == (
-            here.inertia.index_locked
+            here.signs.index_locked
         )
-        seen.add(here.inertia.index_free)
+        seen.add(here.signs.index_free)
     assert len(seen) > 1 or name in ("gough_stewart", "planar_body")
 
 
@@ -93,9 +93,9 @@ def test_indices_beyond_two_crossings():
     here = solve_inverse(robot, [0.0, 0.8])
     for y in np.linspace(0.75, -0.2, 20):
         here = solve_inverse(robot, [0.0, y], start=here)
-        assert here.inertia.index_locked == here.spectrum_locked.index
-        assert here.inertia.index_free == here.spectrum_free.index
-    assert here.inertia.index_locked == 2
+        assert here.signs.index_locked == here.spectrum_locked.index
+        assert here.signs.index_free == here.spectrum_free.index
+    assert here.signs.index_locked == 2
 
 
 def test_straight_legs_are_counted_all_the_same():
@@ -109,4 +109,4 @@ def test_straight_legs_are_counted_all_the_same():
     pushed = solve_forward(
         home.robot, [], loads=Loads.none().with_(wrench_world=[0, 0, 0, 1e-3, 0, 0])
     )
-    assert pushed.inertia.index_locked == pushed.spectrum_locked.index == 0
+    assert pushed.signs.index_locked == pushed.spectrum_locked.index == 0
