@@ -29,7 +29,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 #: Modules whose functions call each other in compiled code.
 KERNEL_MODULES = (
-    "lie",
+    "rotation_matrices",
     "rotation_kernel",
     "rod_kernel",
     "stiffness_kernel",

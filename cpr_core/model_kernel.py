@@ -8,7 +8,7 @@ from __future__ import annotations
 from .kernel_decorators import inlined, kernel, part
 from .lanes import get
 from .leg_kernel import evaluate_group
-from .lie import rotate_by
+from .rotation_matrices import rotate_by
 
 __all__ = ["evaluate", "evaluate_here", "tangent_into"]
 

@@ -17,7 +17,8 @@ from .condensation_kernel import (
     solve_here,
 )
 from .kernel_decorators import inlined, part
-from .lie import (
+from .model_kernel import evaluate_here
+from .rotation_matrices import (
     multiply,
     multiply_transposed,
     roll_pitch_yaw_into,
@@ -25,7 +26,6 @@ from .lie import (
     rotation_from_angles_into,
     rotation_log_into,
 )
-from .model_kernel import evaluate_here
 
 __all__ = [
     "CONTRACTION",

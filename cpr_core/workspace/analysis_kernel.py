@@ -17,7 +17,7 @@ import numpy as np
 
 from ..condensation_kernel import NO_INVERSE, factor, solve, solve_transposed
 from ..kernel_decorators import compiled_strictly
-from ..lie import roll_pitch_yaw_into
+from ..rotation_matrices import roll_pitch_yaw_into
 from .eigenvalue_kernel import (
     count_below,
     eigenvalues_of_tridiagonal,

@@ -17,9 +17,9 @@ import numpy as np
 from ..condensation_kernel import lu_factor
 from ..inertia_kernel import SINGULAR_LEG, signs_of
 from ..kernel_decorators import allocating_part, compiled
-from ..lie import roll_pitch_yaw_into, rotation_from_angles_into
 from ..model_kernel import tangent_into
 from ..newton_kernel import CONVERGED, newton
+from ..rotation_matrices import roll_pitch_yaw_into, rotation_from_angles_into
 from .eigenvalue_kernel import count_below, eigenvalues_of_tridiagonal, tridiagonalise
 
 __all__ = ["ARRIVED", "BLOCKED", "FLIPPED", "advance", "signs_at"]

@@ -28,7 +28,7 @@ VECTOR = (0.3, -0.2, 0.5)
 #: A kernel that calls one of another module, as the kernels of the model do.
 PROBE = """
 from .kernel_decorators import compiled
-from .lie import rotation_exp_into
+from .rotation_matrices import rotation_exp_into
 
 
 @compiled
