@@ -15,8 +15,8 @@ from functools import partial
 import numpy as np
 
 from cpr_core import Equilibrium
-from cpr_core.equilibrium import RESIDUAL_TOLERANCE
-from cpr_core.path import CONTRACTION, ITERATIONS
+from cpr_core.model.equilibrium import RESIDUAL_TOLERANCE
+from cpr_core.solving.path import CONTRACTION, ITERATIONS
 from cpr_core.workspace import motor_grid
 from cpr_core.workspace.batch_kernel import Arrivals, Cells
 from cpr_core.workspace.batches import Ways, go, in_pieces, joined

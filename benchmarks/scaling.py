@@ -14,8 +14,8 @@ import numpy as np
 import yaml
 
 from cpr_core import Robot, load_robot, solve_forward
-from cpr_core.description_file import shipped_robots
-from cpr_core.model import evaluate
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.model.model_state import evaluate
 
 from .measure import Case, Figure
 from cpr_core import solve_home

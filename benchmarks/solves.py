@@ -10,15 +10,8 @@ from functools import partial
 
 import numpy as np
 
-from cpr_core import (
-    Equilibrium,
-    NotReached,
-    Robot,
-    given_at,
-    kinemato_statics,
-    solve_forward,
-    spectrum,
-)
+from cpr_core import Equilibrium, NotReached, Robot, given_at, solve_forward, spectrum
+from cpr_core import kinemato_statics
 
 from .measure import Case
 from .walks import PROBLEMS, ROBOTS, Walk, robot_with, walk_of

@@ -3,20 +3,20 @@
 
 """Statics, kinemato-statics and stability of continuum parallel robots."""
 
-from .critical_load import CriticalLoad, critical_load, critical_load_factor
-from .equilibrium import Equilibrium, spectrum
+from .description.loads import DistributedForce, Loads, PointForce
 from .errors import CprError, DescriptionError, InvalidQuaternion, InvalidRequest, NonFiniteInput
-from .events import PathEvent
-from .find_equilibria import FoundEquilibrium, find_equilibria
-from .geometrico_statics import (
-    solve_forward,
-    solve_forward_by_effort,
-    solve_inverse,
-)
-from .home import solve_home
-from .kinemato_statics import KinematoStatics, Singularity, kinemato_statics
-from .loads import DistributedForce, Loads, PointForce
-from .not_reached import (
+from .model.bending_strain import bending_strains
+from .model.equilibrium import Equilibrium, spectrum
+from .model.kinemato_statics import KinematoStatics, Singularity, kinemato_statics
+from .model.robot import Robot, load_robot
+from .model.shape import LegShape, leg_shapes
+from .model.stability import Spectrum
+from .solving.critical_load import CriticalLoad, critical_load, critical_load_factor
+from .solving.events import PathEvent
+from .solving.find_equilibria import FoundEquilibrium, find_equilibria
+from .solving.geometrico_statics import solve_forward, solve_forward_by_effort, solve_inverse
+from .solving.home import solve_home
+from .solving.not_reached import (
     MotorLimitExceeded,
     NoForwardSolution,
     NoInverseSolution,
@@ -26,15 +26,11 @@ from .not_reached import (
     TimeLimitExceeded,
     UnstableEquilibrium,
 )
-from .refining import restore_equilibrium
-from .robot import Robot, load_robot
-from .shape import LegShape, leg_shapes
-from .stability import Spectrum
-from .strain_limits import bending_strains
-from .targets import given_at
-from .trace import Trace, trace
+from .solving.refining import restore_equilibrium
+from .solving.targets import given_at
+from .solving.trace import Trace, trace
+from .solving.waypoints import trace_through
 from .version import __version__
-from .waypoints import trace_through
 
 __all__ = [
     "CprError",

@@ -17,10 +17,10 @@ from typing import Any
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
-from .geometrico_statics import solve_forward
-from .home import solve_home
-from .kernel_decorators import KERNEL_MODULES
-from .robot import load_robot
+from .kernels.kernel_decorators import KERNEL_MODULES
+from .model.robot import load_robot
+from .solving.geometrico_statics import solve_forward
+from .solving.home import solve_home
 
 __all__ = ["compile_kernels", "kernel_names", "watch_compilation"]
 

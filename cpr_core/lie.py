@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import InvalidQuaternion
-from .rotation_matrices import (
+from .kernels.rotation_matrices import (
     roll_pitch_yaw_into,
     rotation_exp_into,
     rotation_from_angles_into,

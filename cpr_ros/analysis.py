@@ -12,7 +12,7 @@ from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot, kinemato_statics, spectrum
-from cpr_core.kinemato_statics import KinematoStatics, Problem, Singularity
+from cpr_core.model.kinemato_statics import KinematoStatics, Problem, Singularity
 from cpr_core.validation import checked_vector
 
 from .conversions import twist_message, twist_vector, wrench_vector

@@ -25,8 +25,8 @@ from cpr_core.lie import (
     rotation_from_quaternion,
     rotation_log,
 )
-from cpr_core.requests import pose_meaning
-from cpr_core.targets import check_rod_lengths
+from cpr_core.solving.requests import pose_meaning
+from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 
 __all__ = ["Goal", "MotorGoal", "PlatformGoal", "motor_steps"]

@@ -11,7 +11,7 @@ import matplotlib as mpl
 import numpy as np
 
 from cpr_core import load_robot, solve_forward
-from cpr_core.description_file import shipped_robots
+from cpr_core.description.description_file import shipped_robots
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt

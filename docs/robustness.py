@@ -24,9 +24,9 @@ from cpr_core import (
     solve_home,
     solve_inverse,
 )
-from cpr_core.description_file import shipped_robots
-from cpr_core.limits import margins
-from cpr_core.model import evaluate
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.model.model_state import evaluate
+from cpr_core.solving.limits import margins
 
 #: How far motors are moved from home, rad or m.
 RANGES = {

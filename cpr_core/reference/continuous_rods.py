@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ..equilibrium import Equilibrium
+from ..description.loads import Loads
 from ..lie import quaternion_from_rotation
-from ..loads import Loads
-from ..not_reached import NoForwardSolution, NoInverseSolution
-from ..robot import Robot
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
+from ..solving.not_reached import NoForwardSolution, NoInverseSolution
 from ..validation import checked_vector
 from .rod_integration import RodTrajectory, integrate_rod
 from .shooting_kernel import ShootingState, follow, refine

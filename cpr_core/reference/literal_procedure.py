@@ -26,15 +26,15 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 from scipy.integrate import solve_ivp
 
-from ..description import LegDescription
-from ..equilibrium import RESIDUAL_TOLERANCE, Equilibrium
+from ..description.joints import Revolute as RevoluteJoint
+from ..description.joints import Spherical
+from ..description.motors import Revolute as RevoluteMotor
+from ..description.robot_description import LegDescription
 from ..errors import InvalidRequest
-from ..joints import Revolute as RevoluteJoint
-from ..joints import Spherical
 from ..lie import quaternion_from_rotation, rotation_exp, skew
-from ..motors import Revolute as RevoluteMotor
-from ..not_reached import NoForwardSolution
-from ..robot import Robot
+from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium
+from ..model.robot import Robot
+from ..solving.not_reached import NoForwardSolution
 from ..validation import checked_vector
 
 __all__ = ["LiteralEquilibrium", "follow_literally", "solve_literally"]

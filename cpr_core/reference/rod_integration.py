@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import DOP853
 
-from ..description import LegDescription
+from ..description.robot_description import LegDescription
 
 __all__ = [
     "STEPS",

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernel_decorators import compiled
-from ..model_kernel import evaluate, tangent_into
+from ..kernels.kernel_decorators import compiled
+from ..kernels.model_kernel import evaluate, tangent_into
 from .analysis_kernel import smallest_singular_value, spectrum_of
 from .way_kernel import advance
 

@@ -11,13 +11,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..continuation_kernel import LONGEST_STEP
-from ..equilibrium import Equilibrium
+from ..description.motors import MotorLimits
+from ..kernels.continuation_kernel import LONGEST_STEP
 from ..lie import roll_pitch_yaw
-from ..motors import MotorLimits
-from ..path import Path
-from ..robot import Robot
-from ..targets import MotorTarget, PlatformTarget, Target
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
+from ..solving.path import Path
+from ..solving.targets import MotorTarget, PlatformTarget, Target
 from .cell_problem import CellProblem
 from .grid import Grid
 from .way_kernel import impose

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidRequest, NonFiniteInput
-from ..home import solve_home
-from ..robot import Robot
+from ..model.robot import Robot
+from ..solving.home import solve_home
 
 __all__ = ["Grid", "OrientationKind", "motor_grid", "pose_grid"]
 

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
+from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..loads import Loads
-from ..robot import Robot
+from ..model.robot import Robot
 from ..version import __version__
 from .borders import Border, BorderKind
 from .grid import Grid

@@ -3,7 +3,7 @@
 
 """From one cell to the next along the branch, in compiled code.
 
-The rules of `cpr_core.continuation`: every Newton correction is smaller than a quarter of the one
+The rules of `solving.continuation`: every Newton correction is smaller than a quarter of the one
 before, and the sign of the problem does not change. A step that fails is halved. Where none succeeds the
 way ends; the fraction that was reached is where the border is.
 """
@@ -14,12 +14,12 @@ import math
 
 import numpy as np
 
-from ..condensation_kernel import lu_factor
-from ..inertia_kernel import SINGULAR_LEG, signs_of
-from ..kernel_decorators import allocating_part, compiled
-from ..model_kernel import tangent_into
-from ..newton_kernel import CONVERGED, newton
-from ..rotation_matrices import roll_pitch_yaw_into, rotation_from_angles_into
+from ..kernels.condensation_kernel import lu_factor
+from ..kernels.inertia_kernel import SINGULAR_LEG, signs_of
+from ..kernels.kernel_decorators import allocating_part, compiled
+from ..kernels.model_kernel import tangent_into
+from ..kernels.newton_kernel import CONVERGED, newton
+from ..kernels.rotation_matrices import roll_pitch_yaw_into, rotation_from_angles_into
 from .eigenvalue_kernel import count_below, eigenvalues_of_tridiagonal, tridiagonalise
 
 __all__ = ["ARRIVED", "BLOCKED", "FLIPPED", "advance", "signs_at"]

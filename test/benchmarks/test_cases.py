@@ -11,7 +11,7 @@ from benchmarks.linear_algebra import matrix_sizes
 from benchmarks.scaling import AXES, _robot
 from benchmarks.walks import PROBLEMS, ROBOTS, walk_of
 from cpr_core import solve_home
-from cpr_core.description_file import shipped_robots
+from cpr_core.description.description_file import shipped_robots
 
 
 def test_every_shipped_robot_is_measured():

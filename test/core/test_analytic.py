@@ -8,10 +8,11 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
-from cpr_core import Loads, Robot, joints, load_robot, motors, solve_forward
-from cpr_core.description import HomeGuess, LegDescription, RobotDescription
-from cpr_core.rod import Rod, StrainModes
-from cpr_core.sections import CircularSection
+from cpr_core import Loads, Robot, load_robot, solve_forward
+from cpr_core.description import joints, motors
+from cpr_core.description.robot_description import HomeGuess, LegDescription, RobotDescription
+from cpr_core.rods.rod import Rod, StrainModes
+from cpr_core.rods.sections import CircularSection
 
 LENGTH = 0.5
 ROD = Rod(LENGTH, CircularSection(0.001), 2.1e11, 8.2e10)

@@ -19,7 +19,7 @@ from numba.core.dispatcher import Dispatcher
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
-from cpr_core import kernel_decorators
+from cpr_core.kernels import kernel_decorators
 from cpr_core.numba_fence.loop_hint import KernelCompiler
 
 PACKAGE = Path(kernel_decorators.__file__).parent

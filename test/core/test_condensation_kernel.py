@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from cpr_core import solve_home
-from cpr_core.condensation_kernel import (
+from cpr_core.kernels.condensation_kernel import (
     CONDENSED,
     DENSE,
     NO_INVERSE,
@@ -24,11 +24,11 @@ from cpr_core.condensation_kernel import (
     solve,
     solve_transposed,
 )
-from cpr_core.equilibrium import tangent_at
-from cpr_core.kernel_arrays import factors_of, kept_factors, workspace
-from cpr_core.model import evaluate
-from cpr_core.model_kernel import tangent_into
-from cpr_core.robot import load_robot
+from cpr_core.kernels.kernel_arrays import factors_of, kept_factors, workspace
+from cpr_core.kernels.model_kernel import tangent_into
+from cpr_core.model.equilibrium import tangent_at
+from cpr_core.model.model_state import evaluate
+from cpr_core.model.robot import load_robot
 
 ROBOTS = ["rfrfr", "six_rfs"]
 PROBLEMS = ["motors", "platform", "efforts"]

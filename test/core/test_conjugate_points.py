@@ -25,7 +25,7 @@ from cpr_core import (
     solve_home,
     solve_inverse,
 )
-from cpr_core.kernel_decorators import KERNEL_MODULES
+from cpr_core.kernels.kernel_decorators import KERNEL_MODULES
 from cpr_core.reference import conjugate_points as conjugate_points_module
 from cpr_core.reference import continuous_rods, rod_integration, shooting_kernel, shooting_robot
 from cpr_core.reference.conjugate_points import conjugate_points, robot_fields, rod_fields

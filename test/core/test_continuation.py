@@ -25,9 +25,9 @@ from cpr_core import (
     solve_home,
     solve_inverse,
 )
-from cpr_core.continuation import follow
-from cpr_core.description_file import shipped_robots
-from cpr_core.targets import MotorTarget
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.solving.continuation import follow
+from cpr_core.solving.targets import MotorTarget
 
 PATHS = {
     "rfrfr": ([2.59, 0.55], [5.76, 3.67]),
@@ -118,7 +118,7 @@ def test_a_column_meets_a_bifurcation_not_a_fold():
     """The straight column under its axial load: the branch goes on, unstable."""
     from test_analytic import AT_TIP, BENDING, LENGTH, column
 
-    from cpr_core import joints, motors
+    from cpr_core.description import joints, motors
 
     robot = column(motors.Welded(), joints.Fixed(AT_TIP), modes=8)
     critical = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2

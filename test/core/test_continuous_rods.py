@@ -31,7 +31,7 @@ from cpr_core.reference.continuous_rods import (
 )
 from cpr_core.reference.shooting_kernel import ShootingState, _evaluate, _workspace
 from cpr_core.reference.shooting_robot import TABLEAUS, ShootingMethod, shooting_of
-from cpr_core.sections import SECTIONS
+from cpr_core.rods.sections import SECTIONS
 
 PATHS = {
     "rfrfr": ("rfrfr_forward_path.csv", ["q1", "q2"], ["x", "y"]),

@@ -7,17 +7,9 @@ import numpy as np
 import pytest
 from test_analytic import AT_TIP, BENDING, LENGTH, Guided, column
 
-from cpr_core import (
-    InvalidRequest,
-    Loads,
-    NoSolution,
-    joints,
-    load_robot,
-    motors,
-    solve_forward,
-    solve_home,
-)
-from cpr_core.critical_load import critical_load, critical_load_factor
+from cpr_core import InvalidRequest, Loads, NoSolution, load_robot, solve_forward, solve_home
+from cpr_core.description import joints, motors
+from cpr_core.solving.critical_load import critical_load, critical_load_factor
 
 CLAMPED_FREE = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2
 

@@ -11,9 +11,9 @@ import pytest
 from robustness import distance, residual
 
 from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home
-from cpr_core.find_equilibria import find_equilibria
 from cpr_core.reference.conjugate_points import conjugate_points
 from cpr_core.reference.continuous_rods import solve_continuous
+from cpr_core.solving.find_equilibria import find_equilibria
 
 SIX = [5.86, 5.56, 5.86, 5.46, 5.86, 5.26]
 

@@ -21,7 +21,7 @@ from cpr_core import (
     solve_home,
     solve_inverse,
 )
-from cpr_core.model import evaluate
+from cpr_core.model.model_state import evaluate
 
 SIX_TARGET = np.array([5.86, 5.56, 5.86, 5.46, 5.86, 5.26]) + [0.2, -0.1, 0.15, 0.1, -0.2, 0.05]
 GRAVITY = {"rfrfr": [0, -9.81, 0], "six_rfs": [0, 0, -9.81]}

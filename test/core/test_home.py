@@ -18,8 +18,8 @@ from cpr_core import (
     solve_forward,
     solve_home,
 )
-from cpr_core.assembly import turned_over
-from cpr_core.description_file import shipped_robots
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.solving.assembly import turned_over
 
 
 def content_of(name):

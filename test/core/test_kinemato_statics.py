@@ -8,9 +8,9 @@ import pytest
 from shipped_steps import STEPS
 
 from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home, solve_inverse
-from cpr_core.description_file import shipped_robots
-from cpr_core.kinemato_statics import kinemato_statics
+from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import rotation_log
+from cpr_core.model.kinemato_statics import kinemato_statics
 
 
 def placed(name):

@@ -15,17 +15,16 @@ from test_analytic import AT_TIP, column
 from cpr_core import (
     Loads,
     NotReached,
-    joints,
     kinemato_statics,
     load_robot,
-    motors,
     solve_forward,
     solve_home,
     solve_inverse,
     spectrum,
 )
-from cpr_core.description_file import shipped_robots
-from cpr_core.stability import _Dense
+from cpr_core.description import joints, motors
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.model.stability import _Dense
 
 
 def equilibria(name, count):

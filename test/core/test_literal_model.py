@@ -14,11 +14,12 @@ import pytest
 from differences import random_state
 from scipy.integrate import solve_ivp
 
-from cpr_core import Loads, joints, load_robot, motors
+from cpr_core import Loads, load_robot
+from cpr_core.description import joints, motors
 from cpr_core.lie import quaternion_from_rotation, rotation_exp, skew
-from cpr_core.model import evaluate
-from cpr_core.robot import Robot
-from cpr_core.rod import StrainModes
+from cpr_core.model.model_state import evaluate
+from cpr_core.model.robot import Robot
+from cpr_core.rods.rod import StrainModes
 
 TILTED = tuple(np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5]))
 FRAME = tuple(map(tuple, rotation_exp([0.3, -0.2, 0.5])))

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from differences import derivative, model_at, random_state
 
-from cpr_core import Loads, joints, load_robot, motors, solve_forward, solve_home
-from cpr_core.equilibrium import tangent_at
+from cpr_core import Loads, load_robot, solve_forward, solve_home
+from cpr_core.description import joints, motors
+from cpr_core.description.loads import DistributedForce, PointForce
 from cpr_core.lie import rotation_exp
-from cpr_core.loads import DistributedForce, PointForce
-from cpr_core.robot import Robot
-from cpr_core.rod import StrainModes
+from cpr_core.model.equilibrium import tangent_at
+from cpr_core.model.robot import Robot
+from cpr_core.rods.rod import StrainModes
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 TILTED = tuple(np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5]))

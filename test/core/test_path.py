@@ -8,9 +8,9 @@ import pytest
 from robustness import RANGES, distance
 
 from cpr_core import given_at, load_robot, solve_forward, solve_home
-from cpr_core.description_file import shipped_robots
-from cpr_core.path import Path
-from cpr_core.requests import target_of
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.solving.path import Path
+from cpr_core.solving.requests import target_of
 
 PROBLEMS = ["motors", "pose", "efforts"]
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from cpr_core import load_robot, pencil_kernel, solve_home
-from cpr_core.kernel_arrays import kept_factors
-from cpr_core.pencil import pencil_of
-from cpr_core.stability import null_space_of
+from cpr_core import load_robot, solve_home
+from cpr_core.kernels import pencil_kernel
+from cpr_core.kernels.kernel_arrays import kept_factors
+from cpr_core.kernels.pencil import pencil_of
+from cpr_core.model.stability import null_space_of
 
 #: Two legs in the plane, six legs, six legs with moments at their tips.
 ROBOTS = ("rfrfr", "six_rfs", "gough_stewart")

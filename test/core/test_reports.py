@@ -16,8 +16,8 @@ from cpr_core import (
     solve_inverse,
     spectrum,
 )
-from cpr_core.command_line import main
-from cpr_core.description_file import shipped_robots
+from cpr_core.command_line.main import main
+from cpr_core.description.description_file import shipped_robots
 
 
 def run(capsys, *arguments):

@@ -27,12 +27,12 @@ from cpr_core import (
     solve_inverse,
     trace,
 )
-from cpr_core.description import HomeGuess
-from cpr_core.description_file import shipped_robots
-from cpr_core.equilibrium import tangent_at
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.description.loads import DistributedForce, PointForce
+from cpr_core.description.motors import Extensible, Prismatic, Revolute
+from cpr_core.description.robot_description import HomeGuess
 from cpr_core.lie import roll_pitch_yaw, rotation_exp
-from cpr_core.loads import DistributedForce, PointForce
-from cpr_core.motors import Extensible, Prismatic, Revolute
+from cpr_core.model.equilibrium import tangent_at
 
 HEAVY = {True: [0.5, -2.0, 0.0], False: [0.5, -1.0, -9.81]}
 

@@ -15,8 +15,8 @@ from cpr_core import (
     solve_forward,
     solve_home,
 )
-from cpr_core.description_file import shipped_robots
-from cpr_core.sections import AnnularSection, CircularSection, GivenSection, RectangularSection
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.rods.sections import AnnularSection, CircularSection, GivenSection, RectangularSection
 
 
 def content_of(name):

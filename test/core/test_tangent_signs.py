@@ -18,10 +18,10 @@ from cpr_core import (
     solve_home,
     solve_inverse,
 )
-from cpr_core.description_file import shipped_robots
-from cpr_core.equilibrium import tangent_at
-from cpr_core.inertia_kernel import eliminate
-from cpr_core.tangent_signs import _dense
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.kernels.inertia_kernel import eliminate
+from cpr_core.model.equilibrium import tangent_at
+from cpr_core.model.tangent_signs import _dense
 
 
 def symmetric(eigenvalues, random):
@@ -102,7 +102,7 @@ def test_straight_legs_are_counted_all_the_same():
     """A straight rod under no force cannot be eliminated on its own."""
     from test_analytic import AT_TIP, column
 
-    from cpr_core import joints, motors
+    from cpr_core.description import joints, motors
 
     home = solve_home(column(motors.Welded(), joints.Fixed(AT_TIP)))
     assert home.inertia.index_locked == 0

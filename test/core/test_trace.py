@@ -17,7 +17,7 @@ from cpr_core import (
     solve_home,
     solve_inverse,
 )
-from cpr_core.trace import trace
+from cpr_core.solving.trace import trace
 
 
 def test_a_trace_is_the_solutions_along_the_way():

@@ -20,7 +20,7 @@ from cpr_core import (
     solve_inverse,
 )
 from cpr_core.lie import quaternion_from_rotation, roll_pitch_yaw, rotation_exp
-from cpr_core.limits import margins
+from cpr_core.solving.limits import margins
 from cpr_core.workspace import EdgeState, flooding, map_workspace, motor_grid, pose_grid
 
 

@@ -10,9 +10,9 @@ import pytest
 from workspace_cases import rfrfr, six_rfs, small_map
 
 from cpr_core import InvalidRequest, solve_home
-from cpr_core.command_line import main
+from cpr_core.command_line.main import main
+from cpr_core.drawing.map_plots import fields_of, plot_map
 from cpr_core.workspace import map_workspace, pose_grid
-from cpr_core.workspace.plots import fields_of, plot_map
 from cpr_core.workspace.store import read_map
 
 SMALL = ("--slice", "x=-0.6:0.6", "y=-0.1:0.7", "--resolution", "0.1")

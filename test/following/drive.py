@@ -12,7 +12,7 @@ import yaml
 
 import cpr_core
 from cpr_core import solve_home
-from cpr_core.description_file import shipped_robots
+from cpr_core.description.description_file import shipped_robots
 from cpr_ros.assessment import Assessment, Threshold
 from cpr_ros.setpoint_following import SetpointFollower, Settings
 from cpr_ros.supervision import State

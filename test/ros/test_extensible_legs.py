@@ -12,7 +12,7 @@ from driver import Driver
 from node_process import Client, NodeProcess, free_domain
 from sensor_msgs.msg import JointState
 
-from cpr_core.description_file import shipped_robots
+from cpr_core.description.description_file import shipped_robots
 
 NAMES = [f"motor{number}" for number in range(1, 7)]
 
