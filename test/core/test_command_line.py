@@ -15,7 +15,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from cpr_core import __version__
-from cpr_core.command_line.main import main
+from cpr_core.command_line import main
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernel_warmup import compile_kernels
 from cpr_core.lie import rotation_from_quaternion

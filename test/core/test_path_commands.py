@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 
-from cpr_core.command_line.main import main
+from cpr_core.command_line import main
 
 
 def run(capsys, *arguments):

@@ -16,7 +16,7 @@ from cpr_core import (
     solve_inverse,
     spectrum,
 )
-from cpr_core.command_line.main import main
+from cpr_core.command_line import main
 from cpr_core.description.description_file import shipped_robots
 
 

@@ -10,7 +10,7 @@ import pytest
 from workspace_cases import rfrfr, six_rfs, small_map
 
 from cpr_core import InvalidRequest, solve_home
-from cpr_core.command_line.main import main
+from cpr_core.command_line import main
 from cpr_core.drawing.map_plots import fields_of, plot_map
 from cpr_core.workspace import map_workspace, pose_grid
 from cpr_core.workspace.store import read_map
