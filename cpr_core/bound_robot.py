@@ -11,12 +11,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba.core import types
-from numba.experimental import structref
-
 from .first_order_kernel import first_order_into
 from .kernel_decorators import compiled
 from .model_kernel import assemble, evaluate
+from .numba_fence.typing_extension import structref, types
 from .step_kernel import go_on
 
 __all__ = [
