@@ -30,9 +30,8 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from cpr_core import load_robot
+from cpr_core import load_robot, solve_home
 from cpr_ros.cpr_node import CprNode, run
-from cpr_core import solve_home
 
 
 class NodeWithEmptyService(CprNode):

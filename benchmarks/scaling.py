@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 import yaml
 
-from cpr_core import Robot, load_robot, solve_forward
+from cpr_core import Robot, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.model.model_state import evaluate
 
 from .measure import Case, Figure
-from cpr_core import solve_home
 
 __all__ = ["AXES", "draw", "exponents", "scaling_cases"]
 

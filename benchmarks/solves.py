@@ -10,12 +10,11 @@ from functools import partial
 
 import numpy as np
 
-from cpr_core import Equilibrium, NotReached, Robot, given_at, solve_forward, spectrum
+from cpr_core import Equilibrium, NotReached, Robot, given_at, solve_forward, solve_home, spectrum
 from cpr_core import kinemato_statics
 
 from .measure import Case
 from .walks import PROBLEMS, ROBOTS, Walk, robot_with, walk_of
-from cpr_core import solve_home
 
 __all__ = ["MODES", "analysis_cases", "cold_cases", "steps_per_solve", "warm_cases"]
 

@@ -19,10 +19,10 @@ from cpr_core import (
     load_robot,
     solve_forward,
     solve_forward_by_effort,
+    solve_home,
     solve_inverse,
 )
 from paper.cases import RFRFR, SIX_RFS, Case
-from cpr_core import solve_home
 
 __all__ = ["PAPER_CASES", "PROBLEMS", "ROBOTS", "SOLVERS", "Walk", "robot_with", "walk_of"]
 

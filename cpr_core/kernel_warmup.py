@@ -14,39 +14,30 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from numba.core import event
-from numba.core.dispatcher import Dispatcher
-
-from .kernels.kernel_decorators import KERNEL_MODULES
+from .kernels.kernel_sources import kernel_modules, read_sources
 from .model.robot import load_robot
+from .numba_fence import hear_compilation
 from .solving.geometrico_statics import solve_forward
 from .solving.home import solve_home
 
 __all__ = ["compile_kernels", "kernel_names", "watch_compilation"]
 
-
-class _Listener(event.Listener):
-    """Hears when numba compiles; loading from disk is no such event."""
-
-    def __init__(self, begun: Callable[[str], None]) -> None:
-        self._begun = begun
-
-    def on_start(self, event: Any) -> None:
-        function = event.data["dispatcher"].py_func
-        if (function.__module__ or "").startswith(f"{__package__}."):
-            self._begun(_name(function))
-
-    def on_end(self, event: Any) -> None:
-        pass
+_PACKAGE = __name__.partition(".")[0]
 
 
 @contextmanager
 def watch_compilation(begun: Callable[[str], None]) -> Iterator[None]:
     """Call ``begun`` with the name of every kernel that begins to be compiled, in any thread.
 
-    A kernel that is compiled for two kinds of arguments is named twice.
+    A kernel that is compiled for two kinds of arguments is named twice. None is named if this version of
+    numba does not tell.
     """
-    with event.install_listener("numba:compile", _Listener(begun)):
+
+    def heard(function: Callable[..., Any]) -> None:
+        if (function.__module__ or "").startswith(f"{_PACKAGE}."):
+            begun(_name(function))
+
+    with hear_compilation(heard):
         yield
 
 
@@ -69,14 +60,17 @@ def compile_kernels() -> Iterator[str]:
 
 def kernel_names() -> tuple[str, ...]:
     """Names of all kernels, as they are called while they are compiled."""
-    kernels = {
+    modules = (
+        importlib.import_module(f"{_PACKAGE}.{module}") for module in kernel_modules(read_sources())
+    )
+    functions = {
         member.py_func
-        for module in KERNEL_MODULES
-        for member in vars(importlib.import_module(f"{__package__}.{module}")).values()
-        if isinstance(member, Dispatcher)
+        for module in modules
+        for member in vars(module).values()
+        if getattr(getattr(member, "py_func", None), "__module__", None) == module.__name__
     }
-    return tuple(sorted(_name(function) for function in kernels))
+    return tuple(sorted(_name(function) for function in functions))
 
 
 def _name(function: Callable[..., Any]) -> str:
-    return f"{function.__module__.removeprefix(f'{__package__}.')}.{function.__name__}"
+    return f"{function.__module__.removeprefix(f'{_PACKAGE}.')}.{function.__name__}"

@@ -10,13 +10,12 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
-from cpr_core import load_robot, solve_forward
+from cpr_core import load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
-from cpr_core import solve_home
 
 MODES = range(2, 13)
 STEP = 0.05  # every second motor is moved by this, rad; a rod length by a tenth of it

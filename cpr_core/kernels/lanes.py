@@ -20,11 +20,21 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba.core import cgutils, types
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, models, register_model
-from numba.np import arrayobj
 from numpy.typing import NDArray
+
+from ..numba_fence.typing_extension import (
+    AbstractTemplate,
+    arrayobj,
+    cgutils,
+    infer_global,
+    intrinsic,
+    ir,
+    lower_builtin,
+    models,
+    register_model,
+    signature,
+    types,
+)
 
 __all__ = [
     "WIDTH",
@@ -41,8 +51,6 @@ __all__ = [
     "total",
     "zeros_lanes",
 ]
-
-ir = cgutils.ir  # llvmlite's, as numba brings it
 
 #: Legs side by side. Types carry their width, so that this is the only place where it is chosen: one for
 #: all robots, for every other one would be compiled anew. Eight fill the widest registers; where those

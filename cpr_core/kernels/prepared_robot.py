@@ -11,9 +11,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba.core import types
-from numba.experimental import structref
-
+from ..numba_fence.typing_extension import structref, types
 from .continuation_kernel import continue_equilibria
 from .kernel_decorators import compiled
 from .linearisation_kernel import linearise

@@ -1,4 +1,95 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is taken from numba beyond its documented interface."""
+"""The only place that imports numba.
+
+Beyond what numba documents, kernels use private interfaces of it, which any version may take away. Those
+that make kernels faster are optional here: without them everything works, more slowly, and one warning
+says so.
+
+    loop_hint        loops are left as they are written
+    known_options    options of the compiler that its documentation does not name
+    cache_stamp      machine code on disk is renewed when any kernel changes; without: none is kept there
+    compile_events   whoever waits is told which kernel is compiled; without: nobody is told
+
+There is no way without the typing extension (``typing_extension``): lanes are a type of their own.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from typing import Any
+
+import numba
+from numba import njit
+
+try:
+    from . import loop_hint
+except (ImportError, AttributeError):
+    loop_hint = None  # type: ignore[assignment]
+try:
+    from . import cache_stamp
+except (ImportError, AttributeError):
+    cache_stamp = None  # type: ignore[assignment]
+try:
+    from . import compile_events
+except (ImportError, AttributeError):
+    compile_events = None  # type: ignore[assignment]
+try:
+    from .known_options import KNOWN_OPTIONS
+except (ImportError, AttributeError):
+    KNOWN_OPTIONS = frozenset()
+
+__all__ = ["MISSING", "compile_kernel", "hear_compilation", "njit"]
+
+#: Options of the compiler that numba does not document.
+_PRIVATE_OPTIONS = ("_nrt", "forceinline", "no_cpython_wrapper", "no_cfunc_wrapper")
+
+#: What this numba lacks of the private interfaces.
+MISSING = (
+    *(("the lowering of its passes",) if loop_hint is None else ()),
+    *(("the stamp of its cache",) if cache_stamp is None else ()),
+    *(("events of compiling",) if compile_events is None else ()),
+    *(f"the option {name}" for name in _PRIVATE_OPTIONS if name not in KNOWN_OPTIONS),
+)
+
+
+def compile_kernel(
+    function: Callable[..., Any], stamp: tuple[str, int], fastmath: Any, **options: bool
+) -> Any:
+    """A function that numba compiles on its first call, free of the GIL and kept on disk.
+
+    Args:
+        function: What to compile.
+        stamp: Fingerprint of all sources it depends on, and their size; machine code on disk is used
+            while it stays the same.
+        fastmath: Liberties with sums, as for ``numba.njit``.
+        options: Private options; those that this numba does not know are left out.
+    """
+    known: dict[str, Any] = {name: options[name] for name in options.keys() & KNOWN_OPTIONS}
+    if loop_hint is not None:
+        known["pipeline_class"] = loop_hint.KernelCompiler
+    dispatcher = njit(
+        cache=cache_stamp is not None, nogil=True, error_model="numpy", fastmath=fastmath, **known
+    )(function)
+    if cache_stamp is not None:
+        cache_stamp.stamp_cache(dispatcher, stamp)
+    return dispatcher
+
+
+def hear_compilation(
+    begun: Callable[[Callable[..., Any]], None],
+) -> AbstractContextManager[Any]:
+    """Call ``begun`` with every function that numba begins to compile, in any thread."""
+    return nullcontext() if compile_events is None else compile_events.hear_compilation(begun)
+
+
+if MISSING:
+    warnings.warn(
+        f"numba {numba.__version__} lacks {', '.join(MISSING)}: everything works, but more slowly; "
+        "versions without this warning are named in setup.py",
+        RuntimeWarning,
+        stacklevel=2,
+    )

@@ -21,12 +21,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import DOP853
 
 from ..description.robot_description import LegDescription
+from ..numba_fence import njit
 
 __all__ = [
     "STEPS",
@@ -49,7 +49,7 @@ _WEIGHTS = np.ascontiguousarray(DOP853.B)
 STEPS = 64
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _slope(state, compliance, distributed, slope):
     """Right-hand sides of (a) and (b); see ``integrate`` for the order of the state."""
     r = state[3:12]
@@ -105,7 +105,7 @@ def _slope(state, compliance, distributed, slope):
         slope[o + 8] = nx * vy - ny * vx + (fx * ty - fy * tx)
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _steps(states, step, compliance, distributed, nodes, weights):
     """Runge-Kutta steps of one size from ``states[0]`` into the rows after it."""
     stages, size = len(weights), states.shape[1]

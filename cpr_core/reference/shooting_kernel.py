@@ -22,9 +22,10 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from ..numba_fence import njit
 
 __all__ = ["Shooting", "ShootingState", "balance", "follow", "refine"]
 
@@ -44,7 +45,7 @@ COLUMNS = 8
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function of this module, and keep the machine code on disk."""
-    return numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)(function)
+    return njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)(function)
 
 
 class Shooting(NamedTuple):

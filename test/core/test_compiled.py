@@ -3,10 +3,9 @@
 
 """Compiled kernels: no edit of a kernel leaves stale machine code running."""
 
+import ast
 import importlib
-import importlib.util
 import json
-import re
 import shutil
 import subprocess
 import sys
@@ -19,16 +18,21 @@ from numba.core.dispatcher import Dispatcher
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
-from cpr_core.kernels import kernel_decorators
+import cpr_core
+from cpr_core.kernel_warmup import compile_kernels, kernel_names
+from cpr_core.kernels import kernel_decorators, rotation_matrices
+from cpr_core.kernels.kernel_decorators import compiled
+from cpr_core.kernels.kernel_sources import kernel_modules, kernel_sources, read_sources, stamp_of
 from cpr_core.numba_fence.loop_hint import KernelCompiler
 
-PACKAGE = Path(kernel_decorators.__file__).parent
+PACKAGE = Path(cpr_core.__file__).parent
+SOURCES = read_sources(PACKAGE)
 VECTOR = (0.3, -0.2, 0.5)
 
 #: A kernel that calls one of another module, as the kernels of the model do.
-PROBE = """
-from .kernel_decorators import compiled
-from .rotation_matrices import rotation_exp_into
+PROBE = f"""
+from {compiled.__module__.removeprefix("cpr_core")} import compiled
+from {rotation_matrices.__name__.removeprefix("cpr_core")} import rotation_exp_into
 
 
 @compiled
@@ -77,14 +81,14 @@ def run(copied):
     return result
 
 
+def path_of(folder, module):
+    """Source of a module in a folder."""
+    path = folder.joinpath(*module.split("."))
+    return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+
+
 def stamp(folder):
-    """Stamp of the sources in a folder, by the module of that folder."""
-    spec = importlib.util.spec_from_file_location(
-        "cpr_core.copied_decorators", folder / "kernel_decorators.py"
-    )
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module._STAMP
+    return stamp_of(read_sources(folder))
 
 
 def replace_once(path, old, new):
@@ -93,24 +97,100 @@ def replace_once(path, old, new):
     path.write_text(text.replace(old, new))
 
 
-def test_every_module_with_kernels_is_stamped():
-    with_kernels = {
-        path.stem
-        for path in PACKAGE.glob("*.py")
-        if re.search(r"^@compiled\b", path.read_text(), re.MULTILINE)
+def imports(folder, module):
+    """Modules of the package that a module imports but for annotations, and the names it takes."""
+    path = path_of(folder, module)
+    package = module.split(".") if path.name == "__init__.py" else module.split(".")[:-1]
+    waiting, found = [ast.parse(path.read_text())], []
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue
+        waiting += ast.iter_child_nodes(node)
+        if isinstance(node, ast.Import):
+            found += [(name.name.removeprefix("cpr_core."), "") for name in node.names]
+        if isinstance(node, ast.ImportFrom):
+            origin = (node.module or "").split(".") if node.module else []
+            if node.level:
+                origin = package[: len(package) - node.level + 1] + origin
+            elif origin[0] == "cpr_core":
+                origin = origin[1:]
+            else:
+                continue
+            for name in node.names:
+                inner = ".".join([*origin, name.name])
+                outer = ".".join(origin)
+                found.append((inner, "") if path_of(folder, inner).exists() else (outer, name.name))
+    return [(other, name) for other, name in found if path_of(folder, other).exists()]
+
+
+def decorated(folder, module):
+    """Functions of a module under a decorator of kernels."""
+    decorators = {
+        name
+        for other, name in imports(folder, module)
+        if f"cpr_core.{other}" == kernel_decorators.__name__ and name in kernel_decorators.__all__
     }
-    assert with_kernels
-    assert with_kernels <= set(kernel_decorators.KERNEL_MODULES)
+    return [
+        node.name
+        for node in ast.walk(ast.parse(path_of(folder, module).read_text()))
+        if isinstance(node, ast.FunctionDef)
+        and {ast.unparse(decorator) for decorator in node.decorator_list} & decorators
+    ]
+
+
+def test_the_list_of_sources_is_complete():
+    found = {path_of(PACKAGE, module) for module in SOURCES}
+    assert found == set(PACKAGE.rglob("*.py"))
+
+
+def test_every_kernel_is_found():
+    kernels = {
+        f"{module}.{function}" for module in SOURCES for function in decorated(PACKAGE, module)
+    }
+    assert len({kernel.rpartition(".")[0] for kernel in kernels}) > 10
+    assert kernels == set(kernel_names())
+
+
+def test_every_module_that_kernels_depend_on_is_stamped():
+    waiting = [module for module in SOURCES if decorated(PACKAGE, module)]
+    depended = set()
+    while waiting:
+        module = waiting.pop()
+        if module not in depended:
+            depended.add(module)
+            waiting += [other for other, _ in imports(PACKAGE, module)]
+    assert len(depended) > 20
+    assert depended <= set(kernel_sources(SOURCES))
+    # What else is stamped lays out memory.
+    others = set(kernel_sources(SOURCES)) - depended
+    assert {module.rpartition(".")[2] for module in others} == {"arrays", "pencil"}
+
+
+def test_the_values_that_kernels_take_are_stamped():
+    assert list(compile_kernels())
+    taken = set()
+    for module in kernel_modules(SOURCES):
+        for member in vars(importlib.import_module(f"cpr_core.{module}")).values():
+            for kinds in getattr(member, "signatures", ()):
+                waiting = list(kinds)
+                while waiting:
+                    kind = waiting.pop()
+                    waiting += getattr(kind, "types", ())
+                    if hasattr(kind, "instance_class"):
+                        taken.add(kind.instance_class.__module__.removeprefix("cpr_core."))
+    assert len(taken) > 2
+    assert taken <= set(kernel_sources(SOURCES))
 
 
 def test_the_stamp_of_a_copy_is_the_same(copied):
-    assert stamp(copied) == kernel_decorators._stamp()
+    assert stamp(copied) == kernel_decorators._STAMP
 
 
-@pytest.mark.parametrize("module", kernel_decorators.KERNEL_MODULES)
-def test_the_stamp_changes_with_every_kernel_source(copied, module):
+@pytest.mark.parametrize("module", kernel_sources(SOURCES))
+def test_the_stamp_changes_with_every_source(copied, module):
     before = stamp(copied)
-    path = copied / f"{module.replace('.', '/')}.py"
+    path = path_of(copied, module)
     source = path.read_bytes()
     path.write_bytes(source + b"\n# another line\n")
     assert stamp(copied) != before
@@ -121,10 +201,30 @@ def test_the_stamp_changes_with_every_kernel_source(copied, module):
     assert stamp(copied) == before
 
 
-def test_the_stamp_changes_with_the_way_of_compiling(copied):
+def test_the_stamp_does_not_change_with_other_sources(copied):
     before = stamp(copied)
-    replace_once(copied / "kernel_decorators.py", 'error_model="numpy"', 'error_model="python"')
-    assert stamp(copied) != before
+    others = set(SOURCES) - set(kernel_sources(SOURCES))
+    assert len(others) > 20
+    for module in others:
+        path = path_of(copied, module)
+        path.write_bytes(path.read_bytes() + b"\n# another line\n")
+    assert stamp(copied) == before
+
+
+def test_a_new_kernel_and_what_it_imports_are_found_wherever_they_are(copied):
+    folder = copied / "new" / "folder"
+    folder.mkdir(parents=True)
+    up = "from ...{} import (  # one\n    {},  # (two)\n)\n"
+    decorators = compiled.__module__.removeprefix("cpr_core.")
+    (folder / "late.py").write_text(
+        f"\n{up.format(decorators, 'compiled')}from . import constants as c\n"
+    )
+    (folder / "constants.py").write_text("from ..table import TABLE\n")
+    (folder.parent / "table.py").write_text("TABLE = 1.0\n")
+    sources = read_sources(copied)
+    assert "new.folder.late" in kernel_modules(sources)
+    new = {"new.folder.late", "new.folder.constants", "new.table"}
+    assert set(kernel_sources(sources)) - set(kernel_sources(SOURCES)) == new
 
 
 def square_sums(values, result):
@@ -151,7 +251,7 @@ def test_loops_of_kernels_are_left_as_they_are_written():
     assert sizes[0] <= sizes[1]
 
 
-@pytest.mark.parametrize("module", kernel_decorators.KERNEL_MODULES)
+@pytest.mark.parametrize("module", kernel_modules(SOURCES))
 def test_every_kernel_carries_the_stamp(module):
     members = vars(importlib.import_module(f"cpr_core.{module}"))
     kernels = [member for member in members.values() if isinstance(member, Dispatcher)]
@@ -173,7 +273,7 @@ def test_machine_code_is_reused_until_a_called_kernel_changes(copied):
 
     # Another module than that of the kernel which is run; no line moves.
     replace_once(
-        copied / "lie.py",
+        path_of(copied, rotation_matrices.__name__.removeprefix("cpr_core.")),
         "rotation[0, 0] = 1.0 - versine * (y * y + z * z)",
         "rotation[0, 0] = 2.0 - versine * (y * y + z * z)",
     )
