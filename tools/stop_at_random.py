@@ -93,15 +93,18 @@ def drawn(number: int, options: argparse.Namespace, ready: float) -> Stop:
         seed,
         cold,
         blocked=chance.random() < options.blocked,
-        delay=chance.uniform(0.0, (4.0 if cold else 1.3) * ready),
+        delay=chance.uniform(0.0, (8.0 if cold else 2.0) * ready),
         sent=tuple(chance.choice(SIGNALS) for _ in range(chance.choice((1, 1, 2)))),
         pause=chance.uniform(0.0, 0.3),
     )
 
 
 def environment(number: int, cache: Path | None) -> dict[str, str]:
-    """A domain of its own for a start, and a place for what it compiles."""
-    changed = {"ROS_DOMAIN_ID": str(number % 100 + 1), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    """A domain for a start that tests and users do not take, and a place for what it compiles."""
+    changed = {
+        "ROS_DOMAIN_ID": str(215 + number % 18),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    }
     if cache is not None:
         changed["NUMBA_CACHE_DIR"] = str(cache)
     return os.environ | changed
@@ -151,7 +154,7 @@ def end_of(stop: Stop) -> End:
 
 def time_to_ready() -> float:
     """How long a node takes to be ready here, with everything compiled [s]."""
-    for attempt in range(2):  # the first one compiles
+    for _attempt in range(2):  # the first one compiles
         with tempfile.TemporaryFile("w+") as log:
             begin = time.monotonic()
             process = subprocess.Popen(NODE, stdout=log, stderr=log, env=environment(0, None))
