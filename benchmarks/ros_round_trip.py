@@ -31,14 +31,15 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from cpr_core import load_robot, solve_home
-from cpr_ros.cpr_node import CprNode, run
+from cpr_ros.node import CprNode, run
+from cpr_ros.stop_signal import StopSignal
 
 
 class NodeWithEmptyService(CprNode):
     """A cpr_node that offers a service that does nothing."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, stop: StopSignal) -> None:
+        super().__init__(stop)
         self.create_service(Trigger, "~/empty", lambda _request, response: response)
 
 

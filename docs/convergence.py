@@ -16,7 +16,6 @@ from cpr_core.description.description_file import shipped_robots
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
-
 MODES = range(2, 13)
 STEP = 0.05  # every second motor is moved by this, rad; a rod length by a tenth of it
 
