@@ -22,6 +22,7 @@ import tempfile
 from collections.abc import Callable
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
 #: What can be hidden from the library, by the module of numba it takes it from.
 INTERFACES = {
