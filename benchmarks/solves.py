@@ -14,7 +14,6 @@ from cpr_core import (
     Equilibrium,
     NotReached,
     Robot,
-    given_at,
     kinemato_statics,
     solve_forward,
     spectrum,
@@ -66,7 +65,7 @@ def cold_cases(modes: int = 5) -> Iterator[Case]:
         while len(targets) < COLD_TARGETS:
             away = random.uniform(-RANGES[name], RANGES[name], robot.motor_count)
             try:
-                targets.append(given_at(solve_forward(robot, robot.home.motors + away), "motors"))
+                targets.append(solve_forward(robot, robot.home.motors + away).motors)
             except NotReached:
                 continue
 
@@ -122,7 +121,7 @@ def _free(here: Equilibrium) -> float:
 
 def _kinemato(here: Equilibrium) -> object:
     model = kinemato_statics(here)
-    return model.platform_by_motors, model.platform_by_wrench, model.efforts_by_motors
+    return model.jacobian, model.platform_by_wrench, model.efforts_by_motors
 
 
 def _everything(here: Equilibrium) -> object:

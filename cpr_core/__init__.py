@@ -8,6 +8,7 @@ from .equilibrium import Equilibrium
 from .errors import (
     CprError,
     DescriptionError,
+    DescriptionWarning,
     InvalidQuaternion,
     InvalidRequest,
     MotorLimitExceeded,
@@ -34,7 +35,6 @@ from .robot import Robot, load_robot
 from .shape import LegShape, leg_shapes
 from .stability import Spectrum, spectrum
 from .strain_limits import bending_strains
-from .targets import given_at
 from .trace import Trace, trace
 from .waypoints import trace_through
 
@@ -44,6 +44,7 @@ __all__ = [
     "CprError",
     "CriticalLoad",
     "DescriptionError",
+    "DescriptionWarning",
     "DistributedForce",
     "Equilibrium",
     "FoundEquilibrium",
@@ -71,7 +72,6 @@ __all__ = [
     "critical_load",
     "critical_load_factor",
     "find_equilibria",
-    "given_at",
     "kinemato_statics",
     "leg_shapes",
     "load_robot",

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CprError",
     "DescriptionError",
+    "DescriptionWarning",
     "InvalidQuaternion",
     "InvalidRequest",
     "MotorLimitExceeded",
@@ -55,6 +56,10 @@ class DescriptionError(CprError):
         self.field = field
         self.problem = problem
         super().__init__(f"{source}: {field}: {problem}" if field else f"{source}: {problem}")
+
+
+class DescriptionWarning(UserWarning):
+    """A description that can be used, but of which something looks like a mistake."""
 
 
 class InvalidRequest(CprError):

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853, RK45
 
 from ..errors import InvalidRequest
-from ..joints import Revolute as RevoluteJoint
-from ..joints import Spherical
+from ..joints import RevoluteJoint, Spherical
 from ..loads import Loads
-from ..motors import Revolute as RevoluteMotor
+from ..motors import RevoluteMotor
 from ..robot import Robot
 from .rod_integration import STEPS
 from .shooting_kernel import Shooting, balance

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from robustness import RANGES, distance
 
-from cpr_core import given_at, load_robot, solve_forward
+from cpr_core import load_robot, solve_forward
 from cpr_core.description_file import shipped_robots
 from cpr_core.geometrico_statics import target_of
 from cpr_core.path import Path
@@ -23,7 +23,7 @@ def path_of(name, problem, loaded=False):
     if loaded:
         force = 0.1 * robot.arrays.energy_unit / robot.mean_length
         loads = loads.with_(wrench_world=[0, 0, 0, force, -force, 0])
-    return Path(robot.home, target_of(robot.home, problem, given_at(there, problem)), loads)
+    return Path(robot.home, target_of(robot.home, problem, getattr(there, problem)), loads)
 
 
 @pytest.mark.parametrize("loaded", [False, True])
