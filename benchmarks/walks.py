@@ -15,7 +15,6 @@ from cpr_core import (
     Equilibrium,
     NotReached,
     Robot,
-    given_at,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
@@ -97,7 +96,7 @@ def walk_of(name: str, modes: int, problem: str, whole: bool = False) -> Walk:
     places = _places(robot)
     if problem == "inverse" and not whole:
         places = places[: INVERSE_STEPS.get(name, STEPS) + 1]
-    requests = [given_at(place, PROBLEMS[problem]) for place in places[1:]]
+    requests = [getattr(place, PROBLEMS[problem]) for place in places[1:]]
     if not len(requests[0]):
         raise ValueError(f"{name} has no {problem} problem")
     solve, here = SOLVERS[problem], places[0]
@@ -120,7 +119,7 @@ def _places(robot: Robot) -> tuple[Equilibrium, ...]:
     found = [solve_home(robot)]
     if name == "gough_stewart":
         for step in range(1, STEPS + 1):
-            pose = given_at(solve_home(robot), "pose")
+            pose = solve_home(robot).pose
             pose[:3] += step * POSE_STEP
             found.append(solve_inverse(robot, pose, start=found[-1]))
         return tuple(found)

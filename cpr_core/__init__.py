@@ -4,7 +4,14 @@
 """Statics, kinemato-statics and stability of continuum parallel robots."""
 
 from .description.loads import DistributedForce, Loads, PointForce
-from .errors import CprError, DescriptionError, InvalidQuaternion, InvalidRequest, NonFiniteInput
+from .errors import (
+    CprError,
+    DescriptionError,
+    DescriptionWarning,
+    InvalidQuaternion,
+    InvalidRequest,
+    NonFiniteInput,
+)
 from .model.bending_strain import bending_strains
 from .model.equilibrium import Equilibrium, spectrum
 from .model.kinemato_statics import KinematoStatics, Singularity, kinemato_statics
@@ -27,7 +34,6 @@ from .solving.not_reached import (
     UnstableEquilibrium,
 )
 from .solving.refining import restore_equilibrium
-from .solving.targets import given_at
 from .solving.trace import Trace, trace
 from .solving.waypoints import trace_through
 from .version import __version__
@@ -36,6 +42,7 @@ __all__ = [
     "CprError",
     "CriticalLoad",
     "DescriptionError",
+    "DescriptionWarning",
     "DistributedForce",
     "Equilibrium",
     "FoundEquilibrium",
@@ -64,7 +71,6 @@ __all__ = [
     "critical_load",
     "critical_load_factor",
     "find_equilibria",
-    "given_at",
     "kinemato_statics",
     "leg_shapes",
     "load_robot",

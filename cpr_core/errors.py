@@ -8,6 +8,7 @@ from __future__ import annotations
 __all__ = [
     "CprError",
     "DescriptionError",
+    "DescriptionWarning",
     "InvalidQuaternion",
     "InvalidRequest",
     "NonFiniteInput",
@@ -41,6 +42,10 @@ class DescriptionError(CprError):
         self.field = field
         self.problem = problem
         super().__init__(f"{source}: {field}: {problem}" if field else f"{source}: {problem}")
+
+
+class DescriptionWarning(UserWarning):
+    """A description that can be used, but of which something looks like a mistake."""
 
 
 class InvalidRequest(CprError):

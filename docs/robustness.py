@@ -16,7 +16,6 @@ from cpr_core import (
     Equilibrium,
     NotReached,
     Robot,
-    given_at,
     kinemato_statics,
     load_robot,
     solve_forward,
@@ -78,7 +77,7 @@ def experiment(name: str, problem: str, count: int, seed: int = 1) -> Outcome:
         if residual(there) > 1e-10:
             outcome.not_equilibria += 1
         try:
-            back = solve(given_at(home, problem), start=there)
+            back = solve(getattr(home, problem), start=there)
             outcome.worst_return = max(outcome.worst_return, distance(back, home))
         except NotReached as end:
             outcome.not_returned.append(f"{number}: {end}")
@@ -100,7 +99,7 @@ def _random_target(robot: Robot, problem: str, random: np.random.Generator) -> n
         if problem == "motors":
             return motors
         try:
-            return given_at(solve_forward(robot, motors), problem)
+            return getattr(solve_forward(robot, motors), problem)
         except NotReached:
             continue
 

@@ -221,7 +221,7 @@ def _times(
 def _motor_error_from_position(modes: int) -> float:
     """Forward error at t = 0, carried to the motors by the platform Jacobian, largest [mdeg]."""
     home = solve_home(RFRFR.robot(modes))
-    jacobian = kinemato_statics(home).platform_by_motors
+    jacobian = kinemato_statics(home).jacobian
     error = home.platform_position - RFRFR.continuous_path()[0].platform_position
     return float(1e3 * np.degrees(np.abs(np.linalg.solve(jacobian, error[:2])).max()))
 

@@ -160,7 +160,7 @@ def kinemato_statics_as_dict(
         "motors": model.equilibrium.motors.tolist(),
         "motor_names": list(robot.motor_names),
         "platform_coordinates": [_TWIST[axis] for axis in robot.platform_axes],
-        "platform_by_motors": model.platform_by_motors.tolist(),
+        "jacobian": model.jacobian.tolist(),
         "efforts_by_motors": model.efforts_by_motors.tolist(),
         "efforts_by_wrench": model.efforts_by_wrench.tolist(),
         "compliance_motors_held": model.compliance().tolist(),
@@ -176,7 +176,7 @@ def kinemato_statics_as_text(model: KinematoStatics, characteristic_length: floa
     rows = values["platform_coordinates"]
     lines = [f"{values['robot']}: kinemato-statics, platform in its own frame"]
     for title, key, columns in (
-        ("platform Jacobian dSigma_p/dq_a", "platform_by_motors", values["motor_names"]),
+        ("platform Jacobian dSigma_p/dq_a", "jacobian", values["motor_names"]),
         ("compliance dSigma_p/dw_p, motors held", "compliance_motors_held", rows),
     ):
         lines.append(f"  {title}")

@@ -5,20 +5,24 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Iterator, Mapping
 from functools import cache
-from importlib import resources
 from numbers import Real
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from ..description_part import Described
 from ..errors import DescriptionError
-from .description_builder import DescriptionBuilder
+from ..rods.sections import SECTIONS
+from ..rods.strain_basis import STRAIN_BASES
+from .description_builder import described_robot
+from .description_schema import description_schema
+from .joints import JOINTS
+from .motors import MOTORS
 from .robot_description import RobotDescription
 
 __all__ = ["read_description", "shipped_robots"]
@@ -62,7 +66,7 @@ def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:
         _check_schema(source, content)
     except RecursionError:
         raise DescriptionError(source, "", "is nested too deeply, or refers to itself") from None
-    return DescriptionBuilder(source, content, text).robot()
+    return described_robot(source, content, text)
 
 
 def _find(robot: str | Path) -> Path:
@@ -124,13 +128,11 @@ _Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_decimal)
 
 
 @cache
-def _validator() -> Any:
+def _validator(kinds: tuple[tuple[str, type[Described]], ...]) -> Any:
+    """What checks content, made once for all classes that have a name now."""
     import jsonschema  # takes as long to import as all of this package
 
-    schema = json.loads(
-        resources.files(__package__).joinpath("description.schema.json").read_text("utf-8")
-    )
-    return jsonschema.Draft202012Validator(schema)
+    return jsonschema.Draft202012Validator(description_schema())
 
 
 def _check_schema(source: str, content: Any) -> None:
@@ -144,7 +146,8 @@ def _check_schema(source: str, content: Any) -> None:
             finite = False
         if not finite:
             raise DescriptionError(source, path, f"expected a finite number, got {number!s:.40}")
-    errors = list(_validator().iter_errors(content))
+    kinds = (*MOTORS.items(), *JOINTS.items(), *SECTIONS.items(), *STRAIN_BASES.items())
+    errors = list(_validator(kinds).iter_errors(content))
     # A misspelt field is also a missing one: say the misspelt name.
     unknown = [error for error in errors if error.validator == "additionalProperties"]
     if not errors:
@@ -201,4 +204,6 @@ def _explain(error: Any) -> str:
             return f"expected {bound} {limit} entries, got {len(found)}{about}"
         case "uniqueItems":
             return f"expected no entry twice, got {found}{about}"
+        case "not":
+            return str(meaning)
     return f"{error.message}{about}"

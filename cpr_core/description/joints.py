@@ -8,25 +8,27 @@ list of constraints linear in the tip frame R_l and in the joint frame R_j = R_p
 
     psi_k = tr((R_j M_k)^T R_l) = 0,
 
-so one kernel serves them all. A new joint is a class here and its name in ``JOINTS``.
+so one kernel serves them all. A new joint is one class, which reads its own part of a description, and
+its name in ``JOINTS``.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description_part import Described, Part, Vector, field, triple
 from ..lie import skew
 
-__all__ = ["JOINTS", "Fixed", "Joint", "Revolute", "Spherical", "Universal"]
-
-Vector = tuple[float, float, float]
+__all__ = ["JOINTS", "Fixed", "Joint", "RevoluteJoint", "Spherical", "Universal"]
 
 
 @dataclass(frozen=True)
-class Joint:
+class Joint(Described):
     """Joint at the tip of a rod.
 
     Attributes:
@@ -34,6 +36,15 @@ class Joint:
     """
 
     position: Vector
+    fields: ClassVar[Mapping[str, Any]] = {
+        "position": field("vector", "in the platform frame [m]"),
+    }
+    required: ClassVar[tuple[str, ...]] = ("position",)
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """One that is its position."""
+        return cls(triple(part.vector("position")))
 
     def rotation(self) -> NDArray[np.float64]:
         """Joint frame in the platform frame, R_c of Eq. (16), (3, 3)."""
@@ -64,6 +75,18 @@ class Fixed(Joint):
     """
 
     frame: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    fields: ClassVar[Mapping[str, Any]] = {
+        **Joint.fields,
+        "tangent": field("axis", "direction of the rod's tip (d1) in the platform frame"),
+        "normal": field("axis", "direction of d2 there; required in space"),
+    }
+    required = ("position", "tangent")
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """Its position, and the frame of tangent and normal."""
+        first, second, third = (triple(row) for row in part.frame())
+        return cls(triple(part.vector("position")), (first, second, third))
 
     def rotation(self) -> NDArray[np.float64]:
         """The prescribed tip frame."""
@@ -82,7 +105,7 @@ class Fixed(Joint):
 
 
 @dataclass(frozen=True)
-class Revolute(Joint):
+class RevoluteJoint(Joint):
     """Hinge: an axis of the rod's tip frame stays along an axis of the platform.
 
     Attributes:
@@ -92,6 +115,23 @@ class Revolute(Joint):
 
     axis: Vector = (0.0, 0.0, 1.0)
     axis_in_rod: Vector = (0.0, 0.0, 1.0)
+    fields: ClassVar[Mapping[str, Any]] = {
+        **Joint.fields,
+        "axis": field("axis", "in the platform frame; in the plane z"),
+        "axis_in_rod": field("axis", "the same axis in the tip frame (d1, d2, d3); default d3"),
+    }
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """Its position and axes; in the plane +-z."""
+        position = triple(part.vector("position"))
+        if part.planar:
+            for name in ("axis", "axis_in_rod"):
+                if name in part:
+                    part.turn_axis(name)
+            return cls(position)
+        in_rod = part.direction("axis_in_rod", (0.0, 0.0, 1.0))
+        return cls(position, triple(part.direction("axis")), triple(in_rod))
 
     def orientation(self, planar: bool) -> NDArray[np.float64]:
         """Two directions across the axis; in the plane nothing is left to hold."""
@@ -118,6 +158,22 @@ class Universal(Joint):
 
     axis: Vector = (0.0, 1.0, 0.0)
     axis_in_rod: Vector = (0.0, 0.0, 1.0)
+    fields: ClassVar[Mapping[str, Any]] = {
+        **Joint.fields,
+        "axis": field("axis", "axis of the cross fixed to the platform, in its frame"),
+        "axis_in_rod": field(
+            "axis", "axis of the cross fixed to the rod, in the tip frame; default d3"
+        ),
+    }
+    required = ("position", "axis")
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """Its position and axes; in space only."""
+        if part.planar:
+            raise part.fail("type", "universal joints need a spatial robot")
+        axis, in_rod = part.direction("axis"), part.direction("axis_in_rod", (0.0, 0.0, 1.0))
+        return cls(triple(part.vector("position")), triple(axis), triple(in_rod))
 
     def orientation(self, planar: bool) -> NDArray[np.float64]:
         """The cosine between the two axes of the cross."""
@@ -128,6 +184,6 @@ class Universal(Joint):
 JOINTS: dict[str, type[Joint]] = {
     "spherical": Spherical,
     "fixed": Fixed,
-    "revolute": Revolute,
+    "revolute": RevoluteJoint,
     "universal": Universal,
 }

@@ -5,17 +5,20 @@
 
 A base has at most one coordinate that turns the rod's base about an axis through the base point and
 at most one that shifts the base or changes the length of the rod; either may be the motor. A new
-motor is a class here and its name in ``MOTORS``.
+motor is one class, which reads its own part of a description, and its name in ``MOTORS``.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..description_part import Described, Part, Vector, field, triple
 
 __all__ = [
     "MOTORS",
@@ -24,11 +27,9 @@ __all__ = [
     "Motor",
     "MotorLimits",
     "Prismatic",
-    "Revolute",
+    "RevoluteMotor",
     "Welded",
 ]
-
-Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,29 @@ class MotorLimits:
     speed: float = math.inf
     effort: float = math.inf
 
+    @classmethod
+    def from_description(cls, part: Part, extensible: bool) -> Self:
+        """Limits of a motor whose position may be the length of a rod.
+
+        Raises:
+            DescriptionError: The lower position is not below the upper one, or no length.
+        """
+        lower, upper = part.get("position", (-math.inf, math.inf))
+        if lower >= upper:
+            raise part.fail("position", f"expected lower below upper, got [{lower}, {upper}]")
+        if extensible and "position" in part and lower <= 0.0:
+            raise part.fail("position", f"expected a positive length, got {lower}")
+        speed, effort = part.number("speed", math.inf), part.number("effort", math.inf)
+        return cls(float(lower), float(upper), speed, effort)
+
 
 @dataclass(frozen=True)
-class Motor:
+class Motor(Described):
     """Base of a rod.
 
     Attributes:
-        actuated: Which coordinate is the motor's: ``turn``, ``shift`` or None.
+        actuated: Which coordinate is the motor's: ``turn``, ``shift`` or None. One that has any has
+            the fields ``name`` and ``limits`` in descriptions too.
         extensible: Whether the shift is the rod's length.
         unit: Unit of the motor position.
     """
@@ -61,6 +78,26 @@ class Motor:
     actuated: ClassVar[Literal["turn", "shift"] | None] = None
     extensible: ClassVar[bool] = False
     unit: ClassVar[str] = ""
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """One without fields of its own."""
+        return cls()
+
+    def check_tip(self, part: Part, holds_orientation: bool) -> None:
+        """Whether the tip of the rod leaves no motion that nothing holds.
+
+        Args:
+            part: The motor in the description.
+            holds_orientation: Whether the tip joint takes moments.
+
+        Raises:
+            DescriptionError: It does not.
+        """
+
+    def across(self) -> Vector | None:
+        """Unit vector in the world, along which d2 is at the base unless said otherwise."""
+        return None
 
     def turn_axis(self, base_rotation: NDArray[np.float64]) -> Vector | None:
         """Unit axis, in the world, of the turn; None where the base cannot turn."""
@@ -73,20 +110,37 @@ class Motor:
 
 
 @dataclass(frozen=True)
-class Revolute(Motor):
-    """Turns the base of the rod: sigma = 0 in Eq. (13).
+class _AboutAxis(Motor):
+    """Turns about an axis in the world.
 
     Attributes:
         axis: Unit axis in the world, through the base point.
     """
 
     axis: Vector
-    actuated = "turn"
-    unit = "rad"
+    fields: ClassVar[Mapping[str, Any]] = {"axis": field("axis", "in the world")}
+    required = ("axis",)
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """Its axis; in the plane +-z."""
+        return cls(triple(part.turn_axis("axis")))
 
     def turn_axis(self, base_rotation: NDArray[np.float64]) -> Vector | None:
-        """The motor axis."""
+        """The axis."""
         return self.axis
+
+    def across(self) -> Vector | None:
+        """The axis."""
+        return self.axis
+
+
+@dataclass(frozen=True)
+class RevoluteMotor(_AboutAxis):
+    """Turns the base of the rod: sigma = 0 in Eq. (13)."""
+
+    actuated = "turn"
+    unit = "rad"
 
 
 @dataclass(frozen=True)
@@ -100,9 +154,20 @@ class Prismatic(Motor):
     axis: Vector
     actuated = "shift"
     unit = "m"
+    fields: ClassVar[Mapping[str, Any]] = {"axis": field("axis", "in the world")}
+    required = ("axis",)
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """Its axis; in the plane one without z."""
+        return cls(triple(part.shift_axis("axis")))
 
     @property
     def shift_axis(self) -> Vector | None:
+        """The motor axis."""
+        return self.axis
+
+    def across(self) -> Vector | None:
         """The motor axis."""
         return self.axis
 
@@ -119,6 +184,22 @@ class Extensible(Motor):
     actuated = "shift"
     extensible = True
     unit = "m"
+    fields: ClassVar[Mapping[str, Any]] = {
+        "spin": {
+            "type": "boolean",
+            "description": "free to turn about its own axis at the base; default false",
+        }
+    }
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """Whether it spins."""
+        return cls(bool(part.get("spin", False)))
+
+    def check_tip(self, part: Part, holds_orientation: bool) -> None:
+        """A rod that spins is held by its tip."""
+        if self.spin and not holds_orientation:
+            raise part.fail("spin", "nothing would hold the rod against turning about itself")
 
     def turn_axis(self, base_rotation: NDArray[np.float64]) -> Vector | None:
         """The base tangent, if the rod may spin."""
@@ -131,18 +212,8 @@ class Extensible(Motor):
 
 
 @dataclass(frozen=True)
-class Hinge(Motor):
-    """Passive base: turns freely about an axis.
-
-    Attributes:
-        axis: Unit axis in the world, through the base point.
-    """
-
-    axis: Vector
-
-    def turn_axis(self, base_rotation: NDArray[np.float64]) -> Vector | None:
-        """The hinge axis."""
-        return self.axis
+class Hinge(_AboutAxis):
+    """Passive base: turns freely about an axis."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +223,7 @@ class Welded(Motor):
 
 #: Motors by the name used in descriptions.
 MOTORS: dict[str, type[Motor]] = {
-    "revolute": Revolute,
+    "revolute": RevoluteMotor,
     "prismatic": Prismatic,
     "extensible": Extensible,
     "hinge": Hinge,

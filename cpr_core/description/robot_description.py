@@ -6,18 +6,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
+from ..lie import skew
 from ..rods.rod import Rod, StrainModes
-from ..rods.strain_basis import BSplines
 from ..validation import checked_count
 from . import joints, motors
 from .loads import Loads
 
-__all__ = ["CONTROLLED_COORDINATES", "HomeGuess", "LegDescription", "RobotDescription"]
+__all__ = ["CONTROLLED_COORDINATES", "BasePose", "HomeGuess", "LegDescription", "RobotDescription"]
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +33,20 @@ CONTROLLED_COORDINATES = {
     "pitch": 1,
     "yaw": 1,
 }
+
+
+class BasePose(NamedTuple):
+    """Base of a rod in the world.
+
+    Attributes:
+        rotation: Base frame (d1, d2, d3 as columns), (3, 3).
+        position: Base point, (3,) [m].
+        length: Length of the rod from there on [m].
+    """
+
+    rotation: Floats
+    position: Floats
+    length: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +74,31 @@ class LegDescription:
     motor: motors.Motor
     joint: joints.Joint
     limits: motors.MotorLimits = field(default_factory=motors.MotorLimits)
+
+    def base_pose(self, turn: float = 0.0, shift: float = 0.0) -> BasePose:
+        """Base with its coordinates, be they the motor's or passive; the kernels keep to this.
+
+        Args:
+            turn: About the turn axis of the motor [rad]; without effect where it has none.
+            shift: Along its shift axis, or the length of the rod if the leg is extensible [m].
+        """
+        rotation, position, length = self.base_rotation, self.base_position, self.rod.length
+        turn_axis, shift_axis = self.motor.turn_axis(rotation), self.motor.shift_axis
+        if turn_axis is not None:
+            across = skew(turn_axis)
+            turned = np.eye(3) + np.sin(turn) * across + (1.0 - np.cos(turn)) * across @ across
+            rotation = turned @ rotation
+        if self.motor.extensible:
+            length = float(shift)
+        elif shift_axis is not None:
+            position = position + shift * np.array(shift_axis)
+        return BasePose(rotation, position, length)
+
+    def base_at(self, motor: float) -> BasePose:
+        """Base at a motor position [rad or m], a passive coordinate at zero."""
+        if self.motor.actuated == "turn":
+            return self.base_pose(turn=motor)
+        return self.base_pose(shift=motor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +180,7 @@ class RobotDescription:
     def with_modes(self, modes: int) -> RobotDescription:
         """The same robot with another number of modes in every direction that has any."""
         modes = checked_count("modes", modes, 1)
-        if any(isinstance(leg.modes.basis, BSplines) for leg in self.legs):
+        if any(getattr(leg.modes.basis, "modes", None) is not None for leg in self.legs):
             raise InvalidRequest(
                 "modes", "B-splines have as many modes as degree and knots say: change those"
             )

@@ -28,7 +28,7 @@ from ..kernels.kernel_arrays import Lanes, LoadArrays, kept_factors
 from ..kernels.newton_kernel import MOTORS
 from ..kernels.newton_kernel import TOLERANCE as RESIDUAL_TOLERANCE
 from ..kernels.prepared_robot import continue_prepared
-from ..lie import quaternion_from_rotation
+from ..lie import quaternion_from_rotation, roll_pitch_yaw
 from .linearisation import Linearisation, linearised
 from .model_state import ModelState
 from .robot import Robot
@@ -154,6 +154,23 @@ class Equilibrium:
         return quaternion_from_rotation(self.platform_rotation)
 
     @property
+    def pose(self) -> Floats:
+        """Controlled coordinates in the order of the description, as `solve_inverse` takes them.
+
+        Of a platform with all its freedom: x y z in the world [m], then qw qx qy qz. Single angles are
+        in radians. Empty where the inverse problem has no single solution. The whole platform is
+        ``platform_position`` with ``platform_rotation`` or ``platform_quaternion``.
+        """
+        rotation = self.platform_rotation
+        parts = dict(zip("xyz", self.platform_position[:, None], strict=True))
+        angles = roll_pitch_yaw(rotation)[:, None]
+        parts |= dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
+        parts["angle"] = np.arctan2(rotation[1, :1], rotation[0, :1])
+        parts["orientation"] = self.platform_quaternion
+        controlled = self.robot.description.controlled
+        return np.concatenate([np.zeros(0), *(parts[name] for name in controlled)])
+
+    @property
     def factors(self) -> Lanes:
         """The condensed tangent, as the kernels keep it."""
         return self._found_factors if self.known_factors is None else self.known_factors
@@ -207,6 +224,25 @@ class Equilibrium:
     def index_free(self) -> int:
         """Negative eigenvalues of H_r, motors at constant effort: 0 is stable."""
         return self.signs.index_free
+
+    @property
+    def stable(self) -> bool:
+        """Whether it is stable with the motors held, and energy decides that.
+
+        False under loads without a potential (moments fixed in space, following wrenches): there
+        `index_locked` does not tell.
+        """
+        return self.index_locked == 0 and self.loads.conservative(self.robot.planar)
+
+    @property
+    def margin(self) -> float:
+        """Margin of stability with the motors held: 1 without loads and forces, 0 where stability ends.
+
+        Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless. NaN where the legs
+        cannot be condensed (straight ones); ``spectrum(equilibrium).margin`` is then computed another
+        way.
+        """
+        return self.linearisation.margin
 
 
 def new_record(robot: Robot, count: int | None = None) -> Floats:

@@ -132,9 +132,12 @@ class KinematoStatics:
         return moved, efforts
 
     @property
-    def platform_by_motors(self) -> Floats:
-        """Platform Jacobian ``dSigma_p/dq_a`` at constant loads, (platform, n)."""
-        return self._response.platform_by_motors
+    def jacobian(self) -> Floats:
+        """Platform Jacobian ``dSigma_p/dq_a`` at constant loads, (platform, n).
+
+        Rows: body twist at the platform origin, rotation first [rad, m]; columns: motors [rad or m].
+        """
+        return self._response.jacobian
 
     @property
     def platform_by_wrench(self) -> Floats:
@@ -177,7 +180,7 @@ class KinematoStatics:
         return Increments(
             motors=given,
             efforts=self.efforts_by_motors @ given + self.efforts_by_wrench @ load,
-            platform=self.platform_by_motors @ given + self.platform_by_wrench @ load,
+            platform=self.jacobian @ given + self.platform_by_wrench @ load,
             wrench=load,
         )
 
@@ -196,7 +199,7 @@ class KinematoStatics:
         load = self._given_platform("wrench", wrench)
         held = np.isin(robot.platform_axes, robot.controlled_axes)
         controlled = linalg.inv(self._coordinate_motions())[held]
-        jacobian = controlled @ self.platform_by_motors
+        jacobian = controlled @ self.jacobian
         scale = robot.arrays.unit[robot.motor_indices]
         if held.sum() != robot.motor_count or np.linalg.cond(jacobian * scale) > 1e12:
             raise InvalidRequest(
@@ -285,7 +288,7 @@ class KinematoStatics:
         robot = self.equilibrium.robot
         stiffness = checked_vector("motor_stiffness", motor_stiffness, robot.motor_count)
         yielding = linalg.solve(self.efforts_by_motors + np.diag(stiffness), self.efforts_by_wrench)
-        return self.platform_by_wrench - self.platform_by_motors @ yielding
+        return self.platform_by_wrench - self.jacobian @ yielding
 
     def stiffness(self, motor_stiffness: ArrayLike | None = None) -> Floats:
         """Stiffness ``dw_p/dSigma_p``, the inverse of :meth:`compliance`."""

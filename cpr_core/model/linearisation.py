@@ -33,8 +33,8 @@ class Response:
     motor_count: int
 
     @property
-    def platform_by_motors(self) -> Floats:
-        """``dSigma_p/dq_a``, (platform, n)."""
+    def jacobian(self) -> Floats:
+        """Platform Jacobian ``dSigma_p/dq_a``, (platform, n)."""
         return self.matrix[: self._platform, : self.motor_count]
 
     @property

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.robot_description import BasePose
 from ..kernels.rotation_kernel import rotation_steps
 from ..lie import rotation_exp
 from ..rods.quadrature import MAGNUS_WEIGHTS, rod_grid
@@ -17,7 +18,7 @@ from ..validation import checked_count
 from .equilibrium import Equilibrium
 from .robot import Robot
 
-__all__ = ["LegShape", "leg_shapes", "tip_positions"]
+__all__ = ["LegShape", "base_pose", "leg_shapes", "tip_positions"]
 
 Floats = NDArray[np.float64]
 
@@ -57,23 +58,23 @@ def tip_positions(robot: Robot, state: Floats) -> Floats:
     return np.array([shape.position[-1] for shape in _shapes(robot, state, 16)])
 
 
+def base_pose(robot: Robot, leg: int, state: Floats) -> BasePose:
+    """Base of a leg in any state (N,)."""
+    described, indices = robot.description.legs[leg], robot.arrays.legs[leg]
+    turn, shift = (
+        float(state[indices[name]]) if indices[name] >= 0 else 0.0
+        for name in ("rotation_index", "translation_index")
+    )
+    return described.base_pose(turn, shift)
+
+
 def _shapes(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
     grid = rod_grid(points - 2)
     sigma = np.concatenate([[0.0], grid.nodes, [1.0]])
     shapes = []
-    for here, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
-        base, length = leg.base_position.copy(), leg.rod.length
-        rotation = leg.base_rotation
-        if here["rotation_index"] >= 0:
-            rotation = (
-                rotation_exp(here["rotation_axis"] * state[here["rotation_index"]]) @ rotation
-            )
-        if here["translation_index"] >= 0:
-            shift = state[here["translation_index"]]
-            if here["extensible"]:
-                length = shift
-            else:
-                base += here["translation_axis"] * shift
+    for number, leg in enumerate(robot.description.legs):
+        here = robot.arrays.legs[number]
+        rotation, base, length = base_pose(robot, number, state)
         strain = state[here["strain_index"] :][: leg.modes.total]
         one_hot = np.eye(3)[leg.modes.directions]
         nominal = leg.rod.length

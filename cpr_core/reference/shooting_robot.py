@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853, RK45
 
-from ..description.joints import Revolute as RevoluteJoint
-from ..description.joints import Spherical
+from ..description.joints import RevoluteJoint, Spherical
 from ..description.loads import Loads
-from ..description.motors import Revolute as RevoluteMotor
+from ..description.motors import RevoluteMotor
 from ..errors import InvalidRequest
 from ..model.robot import Robot
 from .rod_integration import STEPS

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,11 +17,19 @@ from .quadrature import RodGrid
 from .sections import Section
 from .strain_basis import Legendre, StrainBasis
 
-__all__ = ["UNIFORM", "Profile", "Rod", "StrainModes"]
+__all__ = ["DIRECTIONS", "UNIFORM", "Profile", "Rod", "StrainModes", "strain_series"]
 
 Floats = NDArray[np.float64]
 
 _NONE: Floats = np.zeros(0)
+#: Names of the strain components.
+DIRECTIONS = ("torsion", "bending_2", "bending_3")
+
+
+def strain_series(strain: Mapping[str, Sequence[float]]) -> tuple[Floats, Floats, Floats]:
+    """Series of the three strain components, by their names; none of what is not named."""
+    torsion, bending_2, bending_3 = (np.array(strain.get(name, ()), float) for name in DIRECTIONS)
+    return torsion, bending_2, bending_3
 
 
 @dataclass(frozen=True)

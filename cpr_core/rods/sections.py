@@ -3,17 +3,20 @@
 
 """Cross-sections of rods: what they make of a material, about (d1, d2, d3).
 
-A new section is a class here and its name in ``SECTIONS``.
+A new section is one class, which reads its own part of a description, and its name in ``SECTIONS``.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..description_part import Described, Part, field
 
 __all__ = [
     "SECTIONS",
@@ -27,23 +30,34 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 
-class Section(Protocol):
-    """What a rod needs to know of its cross-section."""
+class Section(Described):
+    """What a rod needs to know of its cross-section.
+
+    Attributes:
+        needs_moduli: Whether its stiffness follows from Young's and the shear modulus.
+    """
+
+    needs_moduli: ClassVar[bool] = True
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """One whose fields are its numbers."""
+        return cls(**{name: part.number(name) for name in cls.fields if name in part})
 
     def rigidities(self, young_modulus: float, shear_modulus: float) -> tuple[float, float, float]:
         """G J1, E J2, E J3 of Eq. (6) [N m^2]."""
-        ...
+        raise NotImplementedError
 
     def mass_per_length(self, density: float) -> float:
         """Mass per length, rho A [kg/m]."""
-        ...
+        raise NotImplementedError
 
     def bending_strain(self, bending_2: Floats, bending_3: Floats) -> Floats:
         """Largest strain across the section for curvatures about d2 and d3 [1/m]; dimensionless."""
-        ...
+        raise NotImplementedError
 
 
-class _Solid:
+class _Solid(Section):
     """A section that is its area and second moments."""
 
     @property
@@ -75,6 +89,8 @@ class CircularSection(_Solid):
     """
 
     radius: float
+    fields: ClassVar[Mapping[str, Any]] = {"radius": field("positive", "[m]")}
+    required = ("radius",)
 
     @property
     def area(self) -> float:
@@ -103,6 +119,20 @@ class AnnularSection(_Solid):
 
     radius: float
     inner_radius: float
+    fields: ClassVar[Mapping[str, Any]] = {
+        "radius": field("positive", "outer [m]"),
+        "inner_radius": field("positive", "[m]"),
+    }
+    required = ("radius", "inner_radius")
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """Both radii."""
+        outer, inner = part.number("radius"), part.number("inner_radius")
+        if inner >= outer:
+            problem = f"expected less than the radius {outer}, got {inner}"
+            raise part.fail("inner_radius", problem)
+        return cls(outer, inner)
 
     @property
     def area(self) -> float:
@@ -131,6 +161,11 @@ class RectangularSection(_Solid):
 
     width: float
     height: float
+    fields: ClassVar[Mapping[str, Any]] = {
+        "width": field("positive", "along d2 [m]"),
+        "height": field("positive", "along d3 [m]"),
+    }
+    required = ("width", "height")
 
     @property
     def area(self) -> float:
@@ -155,7 +190,7 @@ class RectangularSection(_Solid):
 
 
 @dataclass(frozen=True)
-class GivenSection:
+class GivenSection(Section):
     """Measured stiffnesses in place of a shape.
 
     Attributes:
@@ -171,6 +206,17 @@ class GivenSection:
     bending_3: float
     mass: float = 0.0
     outer_radius: float = 0.0
+    fields: ClassVar[Mapping[str, Any]] = {
+        "torsion": field("positive", "G J1 [N m^2]"),
+        "bending_2": field("positive", "E J2 [N m^2]"),
+        "bending_3": field("positive", "E J3 [N m^2]"),
+        "mass": field("not_negative", "per length [kg/m]; default 0"),
+        "outer_radius": field(
+            "positive", "distance of the outermost fibre [m]; needed for yield_strain only"
+        ),
+    }
+    required = ("torsion", "bending_2", "bending_3")
+    needs_moduli = False
 
     def rigidities(self, young_modulus: float, shear_modulus: float) -> tuple[float, float, float]:
         """As given; the moduli are not used."""

@@ -5,25 +5,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 import scipy
 from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
 
+from ..description_part import Described, Part
 from ..errors import CprError
 
-__all__ = ["STRAIN_BASES", "BSplines", "Chebyshev", "Legendre", "Monomials", "StrainBasis"]
+__all__ = [
+    "STRAIN_BASES",
+    "BSplines",
+    "Chebyshev",
+    "DescribedBasis",
+    "Legendre",
+    "Monomials",
+    "StrainBasis",
+]
 
 
 class StrainBasis(Protocol):
     """One row Phi_j of the strain function matrix, Eq. (4).
 
-    A user's own basis needs only these two members; register its class in ``STRAIN_BASES`` to name
-    it in a description.
+    A user's own basis needs only these two members. One that descriptions can name is a class made
+    from ``DescribedBasis``, and its name in ``STRAIN_BASES``.
     """
 
     @property
@@ -36,11 +45,32 @@ class StrainBasis(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class Legendre:
-    """Legendre polynomials P_k(2 sigma - 1): orthogonal, the paper's choice."""
+class DescribedBasis(Described):
+    """A basis with a name in descriptions."""
 
-    breakpoints: tuple[float, ...] = ()
+    @property
+    def modes(self) -> int | None:
+        """Number of functions where the basis itself says how many; None: as many as one likes."""
+        return None
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Interior sigma where the functions are not smooth; none unless said otherwise."""
+        return ()
+
+    def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
+        """Values of the first ``modes`` functions, shape (len(sigma), modes)."""
+        raise NotImplementedError
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """One without fields of its own."""
+        return cls()
+
+
+@dataclass(frozen=True)
+class Legendre(DescribedBasis):
+    """Legendre polynomials P_k(2 sigma - 1): orthogonal, the paper's choice."""
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of P_0 ... P_{modes-1}, shape (len(sigma), modes)."""
@@ -48,10 +78,8 @@ class Legendre:
 
 
 @dataclass(frozen=True)
-class Chebyshev:
+class Chebyshev(DescribedBasis):
     """Chebyshev polynomials of the first kind T_k(2 sigma - 1)."""
-
-    breakpoints: tuple[float, ...] = ()
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of T_0 ... T_{modes-1}, shape (len(sigma), modes)."""
@@ -59,10 +87,8 @@ class Chebyshev:
 
 
 @dataclass(frozen=True)
-class Monomials:
+class Monomials(DescribedBasis):
     """Monomials sigma^k: simple, but ill-conditioned beyond about ten."""
-
-    breakpoints: tuple[float, ...] = ()
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of 1, sigma, ..., sigma^(modes-1), shape (len(sigma), modes)."""
@@ -70,7 +96,7 @@ class Monomials:
 
 
 @dataclass(frozen=True)
-class BSplines:
+class BSplines(DescribedBasis):
     """Clamped B-splines of a degree, with given interior knots.
 
     Attributes:
@@ -80,6 +106,27 @@ class BSplines:
 
     degree: int = 3
     knots: tuple[float, ...] = (0.5,)
+    fields: ClassVar[Mapping[str, Any]] = {
+        "degree": {
+            "type": "integer",
+            "minimum": 0,
+            "maximum": 9,
+            "description": "polynomial degree; default 3",
+        },
+        "knots": {
+            "type": "array",
+            "items": {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1},
+            "description": "interior knots s/l, increasing; default [0.5]",
+        },
+    }
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """Degree and knots."""
+        knots = tuple(float(knot) for knot in part.get("knots", (0.5,)))
+        if list(knots) != sorted(set(knots)):
+            raise part.fail("knots", f"expected increasing numbers, got {list(knots)}")
+        return cls(int(part.get("degree", 3)), knots)
 
     @property
     def modes(self) -> int:
@@ -114,7 +161,7 @@ def _polynomials(
 
 
 #: Bases by the name used in descriptions.
-STRAIN_BASES: dict[str, type[StrainBasis]] = {
+STRAIN_BASES: dict[str, type[DescribedBasis]] = {
     "legendre": Legendre,
     "chebyshev": Chebyshev,
     "monomials": Monomials,

@@ -23,7 +23,7 @@ from ..lie import rotation_exp
 from ..model.equilibrium import Equilibrium
 from ..model.model_state import ModelValue, evaluate
 from ..model.robot import Robot
-from ..model.shape import leg_shapes, tip_positions
+from ..model.shape import base_pose, leg_shapes, tip_positions
 from .refining import refine
 
 __all__ = [
@@ -74,17 +74,14 @@ def bowed_strain(robot: Robot, motors: Floats, bow: tuple[Floats | None, ...]) -
     """
     state = np.zeros(len(robot.arrays.unit))
     state[robot.motor_indices] = motors
-    for here, leg, side in zip(robot.arrays.legs, robot.description.legs, bow, strict=True):
+    for number, (leg, side) in enumerate(zip(robot.description.legs, bow, strict=True)):
         if side is None:
             continue
-        frame = leg.base_rotation
-        if here["rotation_index"] >= 0:
-            turn = here["rotation_axis"] * state[here["rotation_index"]]
-            frame = rotation_exp(turn) @ frame
+        frame = base_pose(robot, number, state).rotation
         across = frame.T @ side  # r'' = R (0, kappa_3, -kappa_2) leads away from the bow
         across = _BOW / leg.rod.length * across / max(1e-12, float(np.hypot(*across[1:])))
         bent = np.tile([0.0, across[2], -across[1]], (len(robot.grid.nodes), 1))
-        first = here["strain_index"]
+        first = robot.arrays.legs[number]["strain_index"]
         state[first : first + leg.modes.total] = leg.modes.project(bent, robot.grid)
     return state
 

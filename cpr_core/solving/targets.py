@@ -24,7 +24,6 @@ __all__ = [
     "ProblemName",
     "Target",
     "check_rod_lengths",
-    "given_at",
 ]
 
 Floats = NDArray[np.float64]
@@ -192,30 +191,3 @@ class PlatformTarget:
         angles = roll_pitch_yaw(rotation)
         angles[held] = (first + fraction * turn)[held]
         return rotation_from_angles(*angles)
-
-
-def given_at(equilibrium: Equilibrium, what: str) -> Floats:
-    """The numbers a request would have to give to get an equilibrium.
-
-    Args:
-        equilibrium: The equilibrium.
-        what: ``motors``, ``efforts``, or ``pose``: the controlled coordinates in the form of
-            :func:`cpr_core.solve_inverse`; none where the inverse problem has no single solution.
-
-    Raises:
-        InvalidRequest: Another word.
-    """
-    if what == "motors":
-        return equilibrium.motors
-    if what == "efforts":
-        return equilibrium.efforts
-    if what != "pose":
-        raise InvalidRequest("what", f"expected motors, efforts or pose, got {what!r}")
-    rotation = equilibrium.platform_rotation
-    parts = dict(zip("xyz", equilibrium.platform_position[:, None], strict=True))
-    angles = roll_pitch_yaw(rotation)[:, None]
-    parts |= dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
-    parts["angle"] = np.arctan2(rotation[1, :1], rotation[0, :1])
-    parts["orientation"] = equilibrium.platform_quaternion
-    controlled = equilibrium.robot.description.controlled
-    return np.concatenate([np.zeros(0), *(parts[name] for name in controlled)])

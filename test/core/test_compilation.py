@@ -58,7 +58,7 @@ with watch_compilation(compiled.append):
         robot = cpr_core.load_robot(name)
         home = robot.home
         for what, solve in solvers.items():
-            values = cpr_core.given_at(home, what)
+            values = getattr(home, what)
             if len(values):
                 assert solve(robot, values, start=home).converged
         cpr_core.model.kinemato_statics(home)

@@ -18,7 +18,6 @@ from cpr_core import (
     UnstableEquilibrium,
     bending_strains,
     critical_load,
-    given_at,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
@@ -323,7 +322,7 @@ def test_a_request_just_before_a_fold_is_reached(name):
     # The branch turns back a millionth of the way behind the target.
     robot = load_robot(name)
     home = solve_home(robot)
-    pose = given_at(home, "pose")
+    pose = home.pose
     pose[0] += 3.0
     with pytest.raises(NotReached) as stopped:
         solve_inverse(robot, pose)
@@ -331,7 +330,7 @@ def test_a_request_just_before_a_fold_is_reached(name):
     fold = stopped.value.event.equilibrium
     for before in (1e-3, 1e-5, 1e-6, 1e-7):
         fraction = stopped.value.event.fraction * (1.0 - before)
-        target = (1.0 - fraction) * given_at(home, "pose") + fraction * pose
+        target = (1.0 - fraction) * home.pose + fraction * pose
         there = solve_inverse(robot, target)
-        assert np.abs(given_at(there, "pose") - target).max() < 1e-9
+        assert np.abs(there.pose - target).max() < 1e-9
         assert distance(there, fold) < 40.0 * np.sqrt(before)

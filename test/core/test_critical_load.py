@@ -18,7 +18,7 @@ CLAMPED_FREE = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2
     ("factor", "motor", "joint", "robot"),
     [
         (2.0, motors.Welded(), joints.Fixed(AT_TIP), None),
-        (0.6991556596428412, motors.Welded(), joints.Revolute(AT_TIP), Guided),
+        (0.6991556596428412, motors.Welded(), joints.RevoluteJoint(AT_TIP), Guided),
         (0.5, motors.Welded(), joints.Fixed(AT_TIP), Guided),
     ],
 )

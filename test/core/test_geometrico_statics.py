@@ -13,7 +13,6 @@ from cpr_core import (
     NoForwardSolution,
     NoInverseSolution,
     NonFiniteInput,
-    given_at,
     load_robot,
     restore_equilibrium,
     solve_forward,
@@ -67,7 +66,7 @@ def test_inverse_and_by_effort_give_back_the_forward_solution(robot, loaded):
     loads = Loads.none().with_(gravity=GRAVITY[robot.description.name]) if loaded else None
     forward = solve_forward(robot, motors_near_home(robot), loads=loads)
     assert_solves_the_model(forward)
-    inverse = solve_inverse(robot, given_at(forward, "pose"), loads=loads)
+    inverse = solve_inverse(robot, forward.pose, loads=loads)
     by_effort = solve_forward_by_effort(robot, forward.efforts, start=inverse)
     for other in (inverse, by_effort):
         assert_solves_the_model(other)
@@ -248,13 +247,13 @@ def test_a_planar_equilibrium_is_restored_in_its_plane_only():
             )
 
 
-def test_what_an_equilibrium_is_given_by_is_one_of_three():
-    home = solve_home(load_robot("rfrfr"))
-    np.testing.assert_array_equal(given_at(home, "motors"), home.motors)
-    np.testing.assert_array_equal(given_at(home, "efforts"), home.efforts)
-    np.testing.assert_array_equal(given_at(home, "pose"), home.platform_position[:2])
-    with pytest.raises(InvalidRequest, match="expected motors, efforts or pose, got 'platform'"):
-        given_at(home, "platform")
+def test_the_pose_of_an_equilibrium_is_what_the_inverse_problem_takes(robot):
+    home = solve_home(robot)
+    pose = home.pose
+    np.testing.assert_array_equal(pose[:2], home.platform_position[:2])
+    if not robot.planar:
+        np.testing.assert_array_equal(pose[3:], home.platform_quaternion)
+    np.testing.assert_allclose(solve_inverse(robot, pose).motors, home.motors, atol=1e-9)
 
 
 @pytest.mark.parametrize("solve", [solve_forward, solve_forward_by_effort])

@@ -53,7 +53,7 @@ def assert_same(here):
     moved, efforts = model._dense_response
     platform = moved[here.robot.platform_indices]
     for name, expected in (
-        ("platform_by_motors", platform[:, :n]),
+        ("jacobian", platform[:, :n]),
         ("platform_by_wrench", platform[:, n:]),
         ("efforts_by_motors", efforts[:, :n]),
         ("efforts_by_wrench", efforts[:, n:]),
@@ -119,7 +119,7 @@ def test_it_is_computed_once_and_kept_as_long_as_the_equilibrium():
     home = solve_home(load_robot("rfrfr"))
     assert home.linearisation is home.linearisation
     with pytest.raises(ValueError, match="read-only"):
-        home.linearisation.response.platform_by_motors[0, 0] = 0.0
+        home.first_order.response.jacobian[0, 0] = 0.0
 
 
 def test_nothing_that_was_asked_keeps_an_equilibrium_alive():

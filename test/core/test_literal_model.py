@@ -94,7 +94,7 @@ def literal_residual(robot, loads, state, platform_rotation, platform_position):
     for here, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
         strain = state[here["strain_index"] :][: leg.modes.total]
         rotation, position, motor_twist, index = leg.base_rotation, leg.base_position, None, -1
-        if isinstance(leg.motor, motors.Revolute):
+        if isinstance(leg.motor, motors.RevoluteMotor):
             index = here["rotation_index"]
             rotation = rotation_exp(np.array(leg.motor.axis) * state[index]) @ rotation
             motor_twist = np.concatenate([rotation.T @ leg.motor.axis, np.zeros(3)])
@@ -142,7 +142,7 @@ def literal_residual(robot, loads, state, platform_rotation, platform_position):
 
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(
-    "motor", [motors.Revolute(TILTED), motors.Prismatic(TILTED), motors.Welded()], ids=repr
+    "motor", [motors.RevoluteMotor(TILTED), motors.Prismatic(TILTED), motors.Welded()], ids=repr
 )
 @pytest.mark.parametrize(
     "joint", [joints.Spherical((0.1, -0.05, 0.02)), joints.Fixed((0.1, -0.05, 0.02), FRAME)]

@@ -21,7 +21,7 @@ X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 TILTED = tuple(np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5]))
 
 SPATIAL_MOTORS = {
-    "revolute": motors.Revolute(TILTED),
+    "revolute": motors.RevoluteMotor(TILTED),
     "prismatic": motors.Prismatic(TILTED),
     "extensible": motors.Extensible(),
     "extensible spinning": motors.Extensible(spin=True),
@@ -31,18 +31,18 @@ SPATIAL_MOTORS = {
 SPATIAL_TIPS = {
     "spherical": joints.Spherical((0.1, -0.05, 0.02)),
     "fixed": joints.Fixed((0.1, -0.05, 0.02), tuple(map(tuple, rotation_exp([0.3, -0.2, 0.5])))),
-    "revolute": joints.Revolute((0.1, -0.05, 0.02), TILTED, Y),
+    "revolute": joints.RevoluteJoint((0.1, -0.05, 0.02), TILTED, Y),
     "universal": joints.Universal((0.1, -0.05, 0.02), X, TILTED),
 }
 PLANAR_MOTORS = {
-    "revolute": motors.Revolute(Z),
+    "revolute": motors.RevoluteMotor(Z),
     "prismatic": motors.Prismatic((0.6, 0.8, 0.0)),
     "extensible": motors.Extensible(),
     "hinge": motors.Hinge(Z),
     "welded": motors.Welded(),
 }
 PLANAR_TIPS = {
-    "revolute": joints.Revolute((0.1, -0.05, 0.0)),
+    "revolute": joints.RevoluteJoint((0.1, -0.05, 0.0)),
     "fixed": joints.Fixed((0.1, -0.05, 0.0)),
 }
 

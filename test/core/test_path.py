@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from robustness import RANGES, distance
 
-from cpr_core import given_at, load_robot, solve_forward, solve_home
+from cpr_core import load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.solving.path import Path
 from cpr_core.solving.requests import target_of
@@ -24,7 +24,7 @@ def path_of(name, problem, loaded=False):
         force = 0.1 * robot.arrays.energy_unit / robot.mean_length
         loads = loads.with_(wrench_world=[0, 0, 0, force, -force, 0])
     return Path(
-        solve_home(robot), target_of(solve_home(robot), problem, given_at(there, problem)), loads
+        solve_home(robot), target_of(solve_home(robot), problem, getattr(there, problem)), loads
     )
 
 

@@ -11,7 +11,6 @@ from cpr_core import (
     InvalidRequest,
     Loads,
     NonFiniteInput,
-    given_at,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
@@ -41,7 +40,7 @@ def test_a_trajectory_is_what_single_solves_find(name, what):
     path = CASES[name].path()
     start = solve_forward(robot, path[0])
     places = one_by_one(robot, "motors", path[1:12], start)
-    rows = [given_at(place, "pose" if what == "poses" else what) for place in places]
+    rows = [getattr(place, "pose" if what == "poses" else what) for place in places]
     found = trace_through(robot, **{what: rows}, start=start, singularities=False)
     assert found.reached and not found.events and len(found.equilibria) == len(rows)
     assert found.fractions[-1] == 1.0

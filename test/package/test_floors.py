@@ -19,6 +19,7 @@ FLOORS = (
     "cpr_core.numba_fence",
     "cpr_core.kernels",
     "cpr_core.lie",
+    "cpr_core.description_part",
     "cpr_core.rods",
     "cpr_core.description",
     "cpr_core.model",
