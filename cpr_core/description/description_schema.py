@@ -37,7 +37,7 @@ def description_schema() -> dict[str, Any]:
 
     ``description.schema.json`` is the same for those of the library, for editors.
     """
-    file = resources.files("cpr_core").joinpath("description.schema.json")
+    file = resources.files(__package__).joinpath("description.schema.json")
     schema: dict[str, Any] = json.loads(file.read_text("utf-8"))
     schema["$defs"] |= {
         "motor": _choice(
