@@ -22,6 +22,7 @@ import tempfile
 from collections.abc import Callable
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
 #: What can be hidden from the library, by the module of numba it takes it from.
 INTERFACES = {
@@ -91,11 +92,11 @@ def solve_all() -> dict[str, float]:
             len(start)
         )
 
-        def solve(robot=robot, rows=rows, reached=reached) -> None:
+        def solve(robot: Any = robot, rows: Any = rows, reached: Any = reached) -> None:
             for row in rows:
                 reached[0] = cpr_core.solve_forward(robot, row, start=reached[0])
 
-        def follow(robot=robot, rows=rows, reached=reached) -> None:
+        def follow(robot: Any = robot, rows: Any = rows, reached: Any = reached) -> None:
             cpr_core.trace_through(robot, motors=rows, start=reached[0], singularities=False)
 
         found[f"solve, {name}"] = _least(solve) / len(rows)

@@ -5,8 +5,8 @@
 
 import numpy as np
 import pytest
-from robustness import RANGES, distance, regularity
 
+from benchmarks.robustness import RANGES, distance, regularity
 from cpr_core import (
     InvalidRequest,
     Loads,

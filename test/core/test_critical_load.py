@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-from test_analytic import AT_TIP, BENDING, LENGTH, Guided, column
+from helpers.columns import AT_TIP, BENDING, LENGTH, Guided, column
 
 from cpr_core import InvalidRequest, Loads, NoSolution, joints, load_robot, motors, solve_forward
 from cpr_core.critical_load import critical_load, critical_load_factor

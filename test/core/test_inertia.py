@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robustness import RANGES
 
+from benchmarks.robustness import RANGES
 from cpr_core import Loads, NotReached, kinemato_statics, load_robot, solve_forward, solve_inverse
 from cpr_core.description_file import shipped_robots
 from cpr_core.inertia import _dense

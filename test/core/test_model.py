@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from differences import derivative, model_at, random_state
+from helpers.differences import derivative, model_at, random_state
 
 from cpr_core import Loads, joints, load_robot, motors, solve_forward
 from cpr_core.lie import rotation_exp

@@ -5,8 +5,8 @@
 
 import numpy as np
 import pytest
-from robustness import RANGES, distance
 
+from benchmarks.robustness import RANGES, distance
 from cpr_core import given_at, load_robot, solve_forward
 from cpr_core.description_file import shipped_robots
 from cpr_core.geometrico_statics import target_of

@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-from drive import robot
+from helpers.drive import robot
 
 from cpr_core import given_at, solve_forward
 from cpr_core.lie import rotation_log

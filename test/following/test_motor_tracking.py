@@ -4,7 +4,7 @@
 """Following measured motors."""
 
 import numpy as np
-from drive import SETTINGS, robot
+from helpers.drive import SETTINGS, robot
 
 from cpr_ros.assessment import Assessment
 from cpr_ros.motor_tracking import LONGEST_STEP, MotorTracker

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveInverse
-from driver import Driver
 from geometry_msgs.msg import PoseStamped, WrenchStamped
-from node_process import TIMEOUT, Client, NodeProcess, free_domain
+from helpers.driver import Driver
+from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -278,7 +278,7 @@ def test_an_incompatible_quality_of_service_is_logged(rfrfr):
 def test_a_solver_that_fails_halts_the_robot_and_it_goes_on_afterwards(tmp_path):
     domain = free_domain()
     process = NodeProcess(
-        tmp_path / "node.log", domain, ["-p", "robot:=rfrfr"], module="failing_node"
+        tmp_path / "node.log", domain, ["-p", "robot:=rfrfr"], module="helpers.failing_node"
     )
     process.wait_for_log("ready")
     client = Client(domain)
@@ -332,7 +332,7 @@ def test_a_signal_at_any_time_ends_the_node_cleanly(tmp_path, how):
 
 def test_a_signal_that_a_library_turns_into_an_error_ends_the_node_cleanly(tmp_path):
     process = NodeProcess(
-        tmp_path / "node.log", free_domain(), ["-p", "robot:=rfrfr"], module="deaf_node"
+        tmp_path / "node.log", free_domain(), ["-p", "robot:=rfrfr"], module="helpers.deaf_node"
     )
     assert process.process.wait(timeout=60) == 0, process.output()
     assert "Traceback" not in process.output()

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,7 @@ class NodeProcess:
         # The code under test is this tree's, whether or not it is installed.
         root = str(Path(cpr_ros.__file__).parents[1])
         environment["PYTHONPATH"] = os.pathsep.join(
-            [root, str(Path(__file__).parent), *filter(None, [environment.get("PYTHONPATH")])]
+            [root, str(Path(__file__).parents[1]), *filter(None, [environment.get("PYTHONPATH")])]
         )
         with log.open("w") as output:
             self.process = subprocess.Popen(
@@ -121,3 +122,11 @@ class Client:
         self.executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
+
+
+@dataclass(frozen=True)
+class Running:
+    """A node and a client."""
+
+    process: NodeProcess
+    client: Client
