@@ -86,6 +86,7 @@ def test_a_bad_message_is_dropped_whole_and_warned_about(rfrfr, drive, case):
     np.testing.assert_array_equal(drive.motors, HOME)
 
 
+@pytest.mark.alone(reason="messages have to come in time")
 def test_a_bad_message_does_not_feed_the_watchdog_of_a_good_one(drive):
     assert drive.set_parameters(setpoint_timeout=0.3).successful
     try:
@@ -128,6 +129,7 @@ def test_a_timeout_of_zero_makes_nothing_stale(drive):
         assert drive.set_parameters(max_speed=4.0).successful
 
 
+@pytest.mark.alone(reason="messages have to come in time")
 def test_a_timeout_below_a_second_is_kept(drive):
     assert drive.set_parameters(setpoint_timeout=0.2, max_speed=0.05).successful
     try:
@@ -141,6 +143,7 @@ def test_a_timeout_below_a_second_is_kept(drive):
         assert drive.set_parameters(setpoint_timeout=0.0, max_speed=4.0).successful
 
 
+@pytest.mark.alone(reason="takes all the machine can do")
 def test_a_flood_of_setpoints_at_5_khz(rfrfr, drive):
     """Two seconds, from a process of its own; the last one wins and services answer meanwhile."""
     flood = subprocess.Popen(
@@ -180,6 +183,7 @@ rclpy.shutdown()
 """
 
 
+@pytest.mark.alone(reason="takes all the machine can do")
 def test_a_burst_of_a_thousand_parallel_calls(drive):
     client = drive.client.node.create_client(
         SolveInverse, "/cpr_node/solve_inverse", qos_profile=QoSProfile(depth=1000)
