@@ -10,8 +10,8 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
-from cpr_core import load_robot, solve_forward
-from cpr_core.description_file import shipped_robots
+from cpr_core import load_robot, solve_forward, solve_home
+from cpr_core.description.description_file import shipped_robots
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
@@ -26,7 +26,7 @@ def position(name: str, modes: int) -> np.ndarray:
     robot = load_robot(name, modes=modes)
     units = np.array([leg.motor.unit == "rad" for leg in robot.description.legs])
     step = STEP * np.where(units, 1.0, 0.1) * (np.arange(robot.motor_count) % 2)
-    return solve_forward(robot, robot.home.motors + step).platform_position
+    return solve_forward(robot, solve_home(robot).motors + step).platform_position
 
 
 def main() -> None:

@@ -11,7 +11,8 @@ from functools import partial
 import numpy as np
 from scipy.linalg import lapack, lu_factor
 
-from cpr_core.model import evaluate, tangent_at
+from cpr_core.model.equilibrium import tangent_at
+from cpr_core.model.model_state import evaluate
 
 from .measure import Case
 from .walks import ROBOTS, walk_of

@@ -27,7 +27,7 @@ import cpr_core
 imported = time.perf_counter()
 busy_imported = time.process_time()
 robot = cpr_core.load_robot("six_rfs")
-here = cpr_core.solve_forward(robot, robot.home.motors + 0.02)
+here = cpr_core.solve_forward(robot, cpr_core.solve_home(robot).motors + 0.02)
 solved = time.perf_counter()
 busy_solved = time.process_time()
 assert here.converged
@@ -49,9 +49,9 @@ from pathlib import Path
 import numpy as np
 import cpr_core
 robot = cpr_core.load_robot("six_rfs", modes=12)
-here = robot.home
+home = here = cpr_core.solve_home(robot)
 for number in range(1000):
-    here = cpr_core.solve_forward(robot, robot.home.motors + 0.1 * np.sin(0.01 * number), start=here)
+    here = cpr_core.solve_forward(robot, home.motors + 0.1 * np.sin(0.01 * number), start=here)
 peak = int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0]) / 1024.0
 print(json.dumps(peak))
 """
@@ -60,12 +60,12 @@ print(json.dumps(peak))
 ALL_THREADS = """
 import json, time
 import cpr_core
-home = cpr_core.load_robot("six_rfs").home
+home = cpr_core.solve_home(cpr_core.load_robot("six_rfs"))
 samples = []
 for _ in range(101):
     begin = time.perf_counter()
     cpr_core.spectrum(home, "locked"), cpr_core.spectrum(home, "free")
-    cpr_core.kinemato_statics(home).platform_by_motors
+    cpr_core.model.kinemato_statics(home).jacobian
     samples.append(time.perf_counter() - begin)
 print(json.dumps(samples[1:]))
 """

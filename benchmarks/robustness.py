@@ -17,16 +17,16 @@ from cpr_core import (
     NotReached,
     PathEvent,
     Robot,
-    given_at,
     kinemato_statics,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
+    solve_home,
     solve_inverse,
 )
-from cpr_core.description_file import shipped_robots
-from cpr_core.limits import margins
-from cpr_core.model import evaluate
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.model.model_state import evaluate
+from cpr_core.solving.limits import margins
 
 PAGE = Path(__file__).parents[1] / "docs" / "robustness.md"
 
@@ -65,7 +65,7 @@ class Outcome:
 def experiment(name: str, problem: str, count: int, seed: int = 1) -> Outcome:
     """Ask for random targets from home, and from every answer for home again."""
     robot, random = load_robot(name), np.random.default_rng(seed)
-    home, outcome = robot.home, Outcome()
+    home, outcome = solve_home(robot), Outcome()
     solve = partial(SOLVERS[problem], robot)
     for number in range(count):
         target = _random_target(robot, problem, random)
@@ -81,7 +81,7 @@ def experiment(name: str, problem: str, count: int, seed: int = 1) -> Outcome:
         if residual(there) > 1e-10:
             outcome.not_equilibria += 1
         try:
-            back = solve(given_at(home, problem), start=there)
+            back = solve(getattr(home, problem), start=there)
             outcome.worst_return = max(outcome.worst_return, distance(back, home))
         except NotReached as end:
             outcome.not_returned.append(f"{number}: {end}")
@@ -92,14 +92,18 @@ def _random_target(robot: Robot, problem: str, random: np.random.Generator) -> n
     """Motors in a box around home; else what an equilibrium reached there has as pose or efforts."""
     legs = [leg for leg in robot.description.legs if leg.motor_name is not None]
     reach = RANGES[robot.description.name]
-    lower = np.maximum(robot.home.motors - reach, [leg.limits.lower + 0.01 * reach for leg in legs])
-    upper = np.minimum(robot.home.motors + reach, [leg.limits.upper - 0.01 * reach for leg in legs])
+    lower = np.maximum(
+        solve_home(robot).motors - reach, [leg.limits.lower + 0.01 * reach for leg in legs]
+    )
+    upper = np.minimum(
+        solve_home(robot).motors + reach, [leg.limits.upper - 0.01 * reach for leg in legs]
+    )
     while True:
         motors = random.uniform(lower, upper)
         if problem == "motors":
             return motors
         try:
-            return given_at(solve_forward(robot, motors), problem)
+            return getattr(solve_forward(robot, motors), problem)
         except NotReached:
             continue
 

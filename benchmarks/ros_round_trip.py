@@ -30,15 +30,16 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from cpr_core import load_robot
-from cpr_ros.cpr_node import CprNode, run
+from cpr_core import load_robot, solve_home
+from cpr_ros.node import CprNode, run
+from cpr_ros.stop_signal import StopSignal
 
 
 class NodeWithEmptyService(CprNode):
     """A cpr_node that offers a service that does nothing."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, stop: StopSignal) -> None:
+        super().__init__(stop)
         self.create_service(Trigger, "~/empty", lambda _request, response: response)
 
 
@@ -60,7 +61,7 @@ def measure(robot: str, calls: int) -> None:
     empty = node.create_client(Trigger, "/cpr_node/empty")
     if not (forward.wait_for_service(240.0) and empty.wait_for_service(20.0)):
         raise TimeoutError("the node does not offer its services")
-    home = load_robot(robot).home
+    home = solve_home(load_robot(robot))
     names = list(home.robot.motor_names)
     times: dict[str, list[float]] = {"forward": [], "with eigenvalues": [], "empty": []}
     rng = np.random.default_rng(0)

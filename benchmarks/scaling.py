@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from cpr_core import Robot, load_robot, solve_forward
-from cpr_core.description_file import shipped_robots
-from cpr_core.model import evaluate
+from cpr_core import Robot, load_robot, solve_forward, solve_home
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.model.model_state import evaluate
 
 from .measure import Case, Figure
 
@@ -40,7 +40,7 @@ def scaling_cases(quick: bool = False) -> Iterator[Case]:
             robot = _robot(axis, number)
             key = f"{axis}/{number}"
             yield Case(f"scaling, forward solve/{key}", partial(_walk, robot), STEPS)
-            here = robot.home
+            here = solve_home(robot)
             evaluation = partial(
                 evaluate, robot, here.load_arrays, here.state, here.platform_rotation,
                 here.platform_position,
@@ -92,9 +92,9 @@ def _curve(figures: dict[str, Figure], axis: str, measure: str) -> tuple[np.ndar
 
 
 def _walk(robot: Robot) -> None:
-    here = robot.home
+    here = solve_home(robot)
     for step in range(1, STEPS + 1):
-        here = solve_forward(robot, robot.home.motors + STEP * step / STEPS, start=here)
+        here = solve_forward(robot, solve_home(robot).motors + STEP * step / STEPS, start=here)
 
 
 def _robot(axis: str, number: int) -> Robot:

@@ -10,15 +10,8 @@ from functools import partial
 
 import numpy as np
 
-from cpr_core import (
-    Equilibrium,
-    NotReached,
-    Robot,
-    given_at,
-    kinemato_statics,
-    solve_forward,
-    spectrum,
-)
+from cpr_core import Equilibrium, NotReached, Robot, solve_forward, solve_home, spectrum
+from cpr_core import kinemato_statics
 
 from .measure import Case
 from .walks import PROBLEMS, ROBOTS, Walk, robot_with, walk_of
@@ -66,7 +59,7 @@ def cold_cases(modes: int = 5) -> Iterator[Case]:
         while len(targets) < COLD_TARGETS:
             away = random.uniform(-RANGES[name], RANGES[name], robot.motor_count)
             try:
-                targets.append(given_at(solve_forward(robot, robot.home.motors + away), "motors"))
+                targets.append(solve_forward(robot, solve_home(robot).motors + away).motors)
             except NotReached:
                 continue
 
@@ -122,7 +115,7 @@ def _free(here: Equilibrium) -> float:
 
 def _kinemato(here: Equilibrium) -> object:
     model = kinemato_statics(here)
-    return model.platform_by_motors, model.platform_by_wrench, model.efforts_by_motors
+    return model.jacobian, model.platform_by_wrench, model.efforts_by_motors
 
 
 def _everything(here: Equilibrium) -> object:

@@ -15,10 +15,10 @@ from cpr_core import (
     Equilibrium,
     NotReached,
     Robot,
-    given_at,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
+    solve_home,
     solve_inverse,
 )
 from paper.cases import RFRFR, SIX_RFS, Case
@@ -96,7 +96,7 @@ def walk_of(name: str, modes: int, problem: str, whole: bool = False) -> Walk:
     places = _places(robot)
     if problem == "inverse" and not whole:
         places = places[: INVERSE_STEPS.get(name, STEPS) + 1]
-    requests = [given_at(place, PROBLEMS[problem]) for place in places[1:]]
+    requests = [getattr(place, PROBLEMS[problem]) for place in places[1:]]
     if not len(requests[0]):
         raise ValueError(f"{name} has no {problem} problem")
     solve, here = SOLVERS[problem], places[0]
@@ -116,10 +116,10 @@ def walk_of(name: str, modes: int, problem: str, whole: bool = False) -> Walk:
 def _places(robot: Robot) -> tuple[Equilibrium, ...]:
     """Equilibria along the way of a robot, the start first."""
     name = robot.description.name
-    found = [robot.home]
+    found = [solve_home(robot)]
     if name == "gough_stewart":
         for step in range(1, STEPS + 1):
-            pose = given_at(robot.home, "pose")
+            pose = solve_home(robot).pose
             pose[:3] += step * POSE_STEP
             found.append(solve_inverse(robot, pose, start=found[-1]))
         return tuple(found)
@@ -129,7 +129,7 @@ def _places(robot: Robot) -> tuple[Equilibrium, ...]:
         found = [solve_forward(robot, motors[0])]
     else:
         steps = np.arange(STEPS + 1.0)[:, None]
-        motors = robot.home.motors + steps * np.array(MOTOR_STEPS[name])
+        motors = solve_home(robot).motors + steps * np.array(MOTOR_STEPS[name])
     for request in motors[1:]:
         found.append(solve_forward(robot, request, start=found[-1]))
     return tuple(found)

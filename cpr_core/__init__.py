@@ -3,47 +3,46 @@
 
 """Statics, kinemato-statics and stability of continuum parallel robots."""
 
-from .critical_load import CriticalLoad, critical_load, critical_load_factor
-from .equilibrium import Equilibrium
+from .description.loads import DistributedForce, Loads, PointForce
 from .errors import (
     CprError,
     DescriptionError,
+    DescriptionWarning,
     InvalidQuaternion,
     InvalidRequest,
+    NonFiniteInput,
+)
+from .model.bending_strain import bending_strains
+from .model.equilibrium import Equilibrium, spectrum
+from .model.kinemato_statics import KinematoStatics, Singularity, kinemato_statics
+from .model.robot import Robot, load_robot
+from .model.shape import LegShape, leg_shapes
+from .model.stability import Spectrum
+from .solving.critical_load import CriticalLoad, critical_load, critical_load_factor
+from .solving.events import PathEvent
+from .solving.find_equilibria import FoundEquilibrium, find_equilibria
+from .solving.geometrico_statics import solve_forward, solve_forward_by_effort, solve_inverse
+from .solving.home import solve_home
+from .solving.not_reached import (
     MotorLimitExceeded,
     NoForwardSolution,
     NoInverseSolution,
-    NonFiniteInput,
     NoSolution,
     NotReached,
     StrainLimitExceeded,
     TimeLimitExceeded,
     UnstableEquilibrium,
 )
-from .events import PathEvent
-from .find_equilibria import FoundEquilibrium, find_equilibria
-from .geometrico_statics import (
-    restore_equilibrium,
-    solve_forward,
-    solve_forward_by_effort,
-    solve_inverse,
-)
-from .kinemato_statics import KinematoStatics, Singularity, kinemato_statics
-from .loads import DistributedForce, Loads, PointForce
-from .robot import Robot, load_robot
-from .shape import LegShape, leg_shapes
-from .stability import Spectrum, spectrum
-from .strain_limits import bending_strains
-from .targets import given_at
-from .trace import Trace, trace
-from .waypoints import trace_through
-
-__version__ = "0.1.0"
+from .solving.refining import restore_equilibrium
+from .solving.trace import Trace, trace
+from .solving.waypoints import trace_through
+from .version import __version__
 
 __all__ = [
     "CprError",
     "CriticalLoad",
     "DescriptionError",
+    "DescriptionWarning",
     "DistributedForce",
     "Equilibrium",
     "FoundEquilibrium",
@@ -67,17 +66,18 @@ __all__ = [
     "TimeLimitExceeded",
     "Trace",
     "UnstableEquilibrium",
+    "__version__",
     "bending_strains",
     "critical_load",
     "critical_load_factor",
     "find_equilibria",
-    "given_at",
     "kinemato_statics",
     "leg_shapes",
     "load_robot",
     "restore_equilibrium",
     "solve_forward",
     "solve_forward_by_effort",
+    "solve_home",
     "solve_inverse",
     "spectrum",
     "trace",

@@ -14,10 +14,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from .geometrico_statics import solve_forward
-from .kernel_sources import kernel_modules, read_sources
+from .kernels.kernel_sources import kernel_modules, read_sources
+from .model.robot import load_robot
 from .numba_fence import hear_compilation
-from .robot import load_robot
+from .solving.geometrico_statics import solve_forward
+from .solving.home import solve_home
 
 __all__ = ["compile_kernels", "kernel_names", "watch_compilation"]
 
@@ -46,7 +47,7 @@ def compile_kernels() -> Iterator[str]:
     Kernels know every robot as arrays of the same types: what one robot needs is what all need.
     """
     robot = load_robot("rfrfr", modes=2)
-    home = robot.home
+    home = solve_home(robot)
     solve_forward(robot, home.motors, start=home)
     yield "solver"
     from .workspace import map_workspace, pose_grid

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Rotations in three dimensions: the few operations the kernels and the interfaces need."""
+"""Rotations in three dimensions, for use from Python."""
 
 from __future__ import annotations
 
@@ -11,94 +11,26 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import InvalidQuaternion
-from .kernel_decorators import kernel
+from .kernels.rotation_matrices import (
+    roll_pitch_yaw_into,
+    rotation_exp_into,
+    rotation_from_angles_into,
+)
 from .validation import checked_vector
 
 __all__ = [
     "angle_motions",
-    "multiply",
-    "multiply_transposed",
     "quaternion_from_rotation",
     "roll_pitch_yaw",
-    "roll_pitch_yaw_into",
-    "rotate_by",
     "rotation_exp",
-    "rotation_exp_into",
     "rotation_from_angles",
-    "rotation_from_angles_into",
     "rotation_from_quaternion",
     "rotation_log",
-    "rotation_log_into",
     "skew",
 ]
 
 #: Quaternions whose norm differs from 1 by more than this are refused, not normalised.
 QUATERNION_TOLERANCE = 1e-3
-
-
-@kernel
-def multiply(left, right, result):
-    """Product of two (3, 3) matrices into a third."""
-    for i in range(3):
-        for j in range(3):
-            result[i, j] = (
-                left[i, 0] * right[0, j] + left[i, 1] * right[1, j] + left[i, 2] * right[2, j]
-            )
-
-
-@kernel
-def multiply_transposed(left, right, result):
-    """Product of a (3, 3) matrix and the transpose of another."""
-    for i in range(3):
-        for j in range(3):
-            result[i, j] = (
-                left[i, 0] * right[j, 0] + left[i, 1] * right[j, 1] + left[i, 2] * right[j, 2]
-            )
-
-
-@kernel
-def rotate_by(matrix, vector):
-    """Product of a (3, 3) matrix and a vector of shape (3,), three numbers."""
-    x, y, z = vector[0], vector[1], vector[2]
-    return (
-        matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z,
-        matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z,
-        matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z,
-    )
-
-
-@kernel
-def rotation_exp_into(x, y, z, rotation):
-    """Rotation matrix ``exp((x, y, z)^)`` into an array (3, 3), Rodrigues' formula."""
-    squared = x * x + y * y + z * z
-    if squared < 0.1:
-        # Taylor series to the last bit: cheaper than sine and cosine, and exact at zero.
-        sine = 1.0 - squared / 6.0 * (
-            1.0
-            - squared
-            / 20.0
-            * (1.0 - squared / 42.0 * (1.0 - squared / 72.0 * (1.0 - squared / 110.0)))
-        )
-        versine = 0.5 - squared / 24.0 * (
-            1.0
-            - squared
-            / 30.0
-            * (1.0 - squared / 56.0 * (1.0 - squared / 90.0 * (1.0 - squared / 132.0)))
-        )
-    else:
-        angle = math.sqrt(squared)
-        sine = math.sin(angle) / angle
-        half = math.sin(0.5 * angle)
-        versine = 2.0 * half * half / squared
-    rotation[0, 0] = 1.0 - versine * (y * y + z * z)
-    rotation[1, 1] = 1.0 - versine * (x * x + z * z)
-    rotation[2, 2] = 1.0 - versine * (x * x + y * y)
-    rotation[0, 1] = versine * x * y - sine * z
-    rotation[1, 0] = versine * x * y + sine * z
-    rotation[0, 2] = versine * x * z + sine * y
-    rotation[2, 0] = versine * x * z - sine * y
-    rotation[1, 2] = versine * y * z - sine * x
-    rotation[2, 1] = versine * y * z + sine * x
 
 
 def rotation_exp(vector: ArrayLike) -> NDArray[np.float64]:
@@ -107,33 +39,6 @@ def rotation_exp(vector: ArrayLike) -> NDArray[np.float64]:
     rotation = np.empty((3, 3))
     rotation_exp_into(x, y, z, rotation)
     return rotation
-
-
-@kernel
-def roll_pitch_yaw_into(rotation, angles):
-    """Angles (roll, pitch, yaw) of ``Rz(yaw) Ry(pitch) Rx(roll)`` into an array (3,)."""
-    angles[0] = math.atan2(rotation[2, 1], rotation[2, 2])
-    angles[1] = math.atan2(-rotation[2, 0], math.hypot(rotation[2, 1], rotation[2, 2]))
-    angles[2] = math.atan2(rotation[1, 0], rotation[0, 0])
-
-
-@kernel
-def rotation_from_angles_into(roll, pitch, yaw, rotation):
-    """``Rz(yaw) Ry(pitch) Rx(roll)`` into an array (3, 3)."""
-    cr, sr = math.cos(roll), math.sin(roll)
-    cp, sp = math.cos(pitch), math.sin(pitch)
-    cy, sy = math.cos(yaw), math.sin(yaw)
-    rotation[0, 0], rotation[0, 1], rotation[0, 2] = (
-        cy * cp,
-        cy * sp * sr - sy * cr,
-        cy * sp * cr + sy * sr,
-    )
-    rotation[1, 0], rotation[1, 1], rotation[1, 2] = (
-        sy * cp,
-        sy * sp * sr + cy * cr,
-        sy * sp * cr - cy * sr,
-    )
-    rotation[2, 0], rotation[2, 1], rotation[2, 2] = -sp, cp * sr, cp * cr
 
 
 def roll_pitch_yaw(rotation: ArrayLike) -> NDArray[np.float64]:
@@ -171,17 +76,6 @@ def rotation_log(rotation: ArrayLike) -> NDArray[np.float64]:
     if sine < 1e-12:
         return 2.0 * axis
     return 2.0 * math.atan2(sine, w) / sine * axis
-
-
-@kernel
-def rotation_log_into(rotation, vector):
-    """Rotation vector of a rotation by less than a right angle, into an array (3,)."""
-    x = 0.5 * (rotation[2, 1] - rotation[1, 2])
-    y = 0.5 * (rotation[0, 2] - rotation[2, 0])
-    z = 0.5 * (rotation[1, 0] - rotation[0, 1])
-    sine = math.sqrt(x * x + y * y + z * z)
-    scale = 1.0 if sine < 1e-8 else math.asin(min(1.0, sine)) / sine
-    vector[0], vector[1], vector[2] = scale * x, scale * y, scale * z
 
 
 def quaternion_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot, kinemato_statics, spectrum
-from cpr_core.kinemato_statics import KinematoStatics, Problem, Singularity
+from cpr_core.model.kinemato_statics import KinematoStatics, Problem, Singularity
 from cpr_core.validation import checked_vector
 
 from .conversions import twist_message, twist_vector, wrench_vector
@@ -54,7 +54,7 @@ def fill_kinemato_statics(
     stiffness = list(request.motor_stiffness) or None
     compliance = model.compliance(stiffness)
     response.motor_names = list(robot.motor_names)
-    response.platform_by_motors = _rows(robot, model.platform_by_motors).ravel().tolist()
+    response.platform_by_motors = _rows(robot, model.jacobian).ravel().tolist()
     response.efforts_by_motors = model.efforts_by_motors.ravel().tolist()
     response.efforts_by_wrench = _rows(robot, model.efforts_by_wrench.T).T.ravel().tolist()
     response.compliance = message_matrix(robot, compliance).ravel().tolist()

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from cpr_core import Equilibrium, bending_strains, kinemato_statics
-from cpr_core.kinemato_statics import KinematoStatics, Problem, Singularity
+from cpr_core.model.kinemato_statics import KinematoStatics, Problem, Singularity
 
 __all__ = ["MEASURES", "Assessment", "Threshold", "Thresholds", "thresholds_problem"]
 

@@ -27,8 +27,9 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 
 from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robot
-from cpr_core.geometrico_statics import pose_meaning, restore_equilibrium
 from cpr_core.lie import roll_pitch_yaw, rotation_from_quaternion
+from cpr_core.solving.refining import restore_equilibrium
+from cpr_core.solving.requests import pose_meaning
 
 from .error_codes import RequestError
 from .motor_messages import motors_from_joint_state

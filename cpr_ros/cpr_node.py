@@ -1,309 +1,62 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The node ``cpr_node``: setpoint following, services, state and stability of one robot."""
+"""The command ``cpr_node``. It takes signals over before it imports anything that takes time."""
 
 from __future__ import annotations
 
 import sys
-import time
-import traceback
-from collections.abc import Callable
-from typing import Any
 
-import rclpy
-from rcl_interfaces.msg import SetParametersResult
-from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
-
-from cpr_core import CprError, load_robot
-
-from .inputs import Inputs
-from .map_action import MapAction
-from .outputs import Outputs
-from .parameters import LiveParameters, declare, live_parameters, live_problem
-from .requests import Requests
-from .session import Session
 from .stop_signal import StopSignal
-from .transforms import Transforms
-from .warming import warm_up
 
-__all__ = ["CprNode", "main", "run"]
-
-
-class CprNode(LifecycleNode):
-    """Managed node around a :class:`Session`. One single-threaded executor serves everything."""
-
-    def __init__(self) -> None:
-        """Declare the parameters and make the interfaces.
-
-        Raises:
-            CprError: Parameters that cannot be used together.
-        """
-        super().__init__("cpr_node")
-        self.parameters = declare(self)
-        problem = live_problem(self._live({}))
-        if problem:
-            raise CprError(problem)
-        self.problem = ""
-        #: Whether the process is about to end: then errors may be interrupts some library has swallowed.
-        self.stopping: Callable[[], bool] = lambda: False
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._session: Session | None = None
-        self._active = False
-        self._ticks: list[Any] = []
-        self._last_tick, self._last_state, self._late_ticks = 0.0, 0.0, 0
-        self.transforms = Transforms(
-            self, self.parameters.base_frame, self.parameters.platform_frame
-        )
-        self.outputs = Outputs(self, self.transforms)
-        self.inputs: Inputs | None = None
-        self.requests: Requests | None = None
-        self.maps: MapAction | None = None
-        self.add_on_set_parameters_callback(self._on_parameters)
-        self._timer(self.parameters.diagnostics_rate, self._publish_diagnostics)
-        self._answer_impossible_transitions()
-        if not self.parameters.autostart:
-            self._listen()
-
-    def start(self) -> None:
-        """Configure and activate.
-
-        Raises:
-            CprError: It could not be done, and why.
-        """
-        for transition in (self.trigger_configure, self.trigger_activate):
-            if transition() != TransitionCallbackReturn.SUCCESS and rclpy.ok():
-                raise CprError(self.problem or "the node could not be activated")
-
-    def destroy_node(self) -> None:
-        """End what the node started, and the node."""
-        if self.maps is not None:
-            self.maps.close()
-        super().destroy_node()
-
-    def active_session(self) -> Session | None:
-        """The robot in operation; None while the node is not active."""
-        return self._session if self._active else None
-
-    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Load the robot, find its home and compile the kernels."""
-        return self._transition(self._configure, lambda: super(CprNode, self).on_configure(state))
-
-    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Take setpoints, publish, answer."""
-        return self._transition(
-            lambda: None, lambda: super(CprNode, self).on_activate(state), self._activate
-        )
-
-    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Hold and be silent; where the robot is stays known."""
-        return self._transition(self._deactivate, lambda: super(CprNode, self).on_deactivate(state))
-
-    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Forget the robot."""
-        return self._transition(self._forget, lambda: super(CprNode, self).on_cleanup(state))
-
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Be silent for good; the process ends with a signal."""
-        return self._transition(self._forget, lambda: super(CprNode, self).on_shutdown(state))
-
-    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Be unconfigured again."""
-        return self._transition(self._forget, lambda: super(CprNode, self).on_error(state))
-
-    def _transition(
-        self,
-        first: Callable[[], None],
-        inherited: Callable[[], TransitionCallbackReturn],
-        last: Callable[[], None] = lambda: None,
-    ) -> TransitionCallbackReturn:
-        """A transition that says why it failed; rclpy swallows exceptions."""
-        try:
-            first()
-            result = inherited()
-            last()
-        except Exception as error:
-            self.problem = str(error)
-            if rclpy.ok() and not self.stopping():
-                text = str(error) if isinstance(error, CprError) else traceback.format_exc()
-                self.get_logger().error(text)
-            return TransitionCallbackReturn.FAILURE
-        return result
-
-    def _configure(self) -> None:
-        logger, begin = self.get_logger(), time.monotonic()
-        robot = load_robot(self.parameters.robot, modes=self.parameters.modes or None)
-        logger.info(f"{robot.description.source}: motors {', '.join(robot.motor_names)}")
-        logger.info("finding home (after an installation the kernels are compiled, about a minute)")
-        session = Session(robot, self.transforms.frames, self.parameters, self._live({}))
-        index = session.solver.current.index
-        logger.info(f"at home after {time.monotonic() - begin:.1f} s, index {index}")
-        if index > 0:
-            logger.warning("home is unstable: does every leg bow to the side it should?")
-        for what in warm_up(session, self.transforms.frames):
-            logger.info(f"compiled {what} after {time.monotonic() - begin:.1f} s")
-        self._session = session
-        self._listen()
-
-    def _activate(self) -> None:
-        session = self._required_session()
-        session.follower.drop()
-        self._active, self._last_tick = True, time.monotonic()
-        self._ticks = [
-            self._timer(rate, callback)
-            for rate, callback in (
-                (self.parameters.tick_rate, self._tick),
-                (self.parameters.state_rate, self._publish_state),
-                (self.parameters.stability_rate, self._publish_stability),
-                (self.parameters.marker_rate, self._publish_markers),
-            )
-        ]
-        self.outputs.description(session)
-        self.get_logger().info("ready")
-
-    def _deactivate(self) -> None:
-        self._active = False
-        for timer in self._ticks:
-            self.destroy_timer(timer)
-        self._ticks = []
-
-    def _forget(self) -> None:
-        self._deactivate()
-        if self.maps is not None:
-            self.maps.stop("the node was cleaned up or shut down while the map was being made")
-        self._session = None
-
-    def _listen(self) -> None:
-        """Offer services and take messages; from the first time on for ever."""
-        if self.requests is None:
-            self.inputs = Inputs(self, self.transforms.frames, self.active_session, time.monotonic)
-            self.requests = Requests(self, self.transforms.frames, self.active_session)
-            self.maps = MapAction(self, self.active_session)
-
-    def _tick(self) -> None:
-        session, now = self._required_session(), time.monotonic()
-        if now - self._last_tick > 2.0 * session.period:
-            self._late_ticks += 1
-        self._last_tick = now
-        outcome = session.tick(now)
-        if outcome.moved:
-            self._last_state = now
-            if session.tracker is None:
-                self.outputs.motor_commands(session)
-            self.outputs.state(session)
-        if outcome.home_missed:
-            self.get_logger().error(
-                "the motors are at home, but this is another equilibrium than home"
-            )
-
-    def _publish_state(self) -> None:
-        if time.monotonic() - self._last_state > 0.5 / self.parameters.state_rate:
-            self.outputs.state(self._required_session())
-
-    def _publish_stability(self) -> None:
-        self.outputs.stability(self._required_session(), time.monotonic())
-
-    def _publish_markers(self) -> None:
-        self.outputs.markers(self._required_session(), self.parameters.marker_color)
-
-    def _publish_diagnostics(self) -> None:
-        dropped = dict(self.inputs.dropped.counts) if self.inputs else {}
-        life = self._state_machine.current_state[1]
-        self.outputs.diagnostics(life, self.active_session(), dropped, self._late_ticks)
-
-    def _required_session(self) -> Session:
-        if self._session is None:
-            raise CprError("the node is not configured")
-        return self._session
-
-    def _timer(self, rate: float, callback: Callable[[], None]) -> Any:
-        """A timer on the steady clock whose callback cannot raise."""
-
-        def guarded() -> None:
-            try:
-                callback()
-            except Exception:
-                if rclpy.ok():
-                    self.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
-
-        return self.create_timer(1.0 / rate, guarded, clock=self._steady)
-
-    def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
-        """Take over new values, all of one call together."""
-        live = self._live({parameter.name: parameter for parameter in parameters})
-        problem = live_problem(live)
-        if not problem and self._session is not None:
-            self._session.apply(live)
-        return SetParametersResult(successful=not problem, reason=problem)
-
-    def _live(self, changed: dict[str, Parameter]) -> LiveParameters:
-        return live_parameters(lambda name: (changed.get(name) or self.get_parameter(name)).value)
-
-    def _answer_impossible_transitions(self) -> None:
-        """A transition that is not possible now is answered with no; rclpy raises, and never answers."""
-        service = self._service_change_state
-        change = service.callback
-
-        def callback(request: Any, response: Any) -> Any:
-            try:
-                return change(request, response)
-            except Exception as error:
-                self.get_logger().warning(f"change_state: {error}")
-                response.success = False
-                return response
-
-        service.callback = callback
+__all__ = ["main"]
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM; exit status 0, or 1 if it cannot start."""
-    return run(CprNode, arguments)
+    """Run the node until SIGINT or SIGTERM.
 
+    Args:
+        arguments: With the name of the program first; None for those of the process.
 
-def run(make_node: Callable[[], CprNode], arguments: list[str] | None = None) -> int:
-    """Run a node; see :func:`main`."""
-    stop, executor, node = StopSignal(), None, None
+    Returns:
+        Exit status: 0; 1 if the node cannot start; 2 for arguments it does not know.
+    """
+    stop = StopSignal()
+    from .node_arguments import unknown_arguments, usage
+
+    arguments = sys.argv if arguments is None else arguments
+    if {"-h", "--help"} & set(arguments[1:]):
+        print(usage())
+        return 0
+    unknown = unknown_arguments(arguments[1:])
+    if unknown:
+        for line in unknown:
+            print(f"cpr_node: {line}", file=sys.stderr)
+        print("cpr_node: see cpr_node --help", file=sys.stderr)
+        return 2
     try:
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        executor = SingleThreadedExecutor()
-        node = make_node()
-        node.stopping = lambda: stop.requested
-        executor.add_node(node)
-        if node.parameters.autostart:
-            node.start()
-        stop.interrupts = False
-        _spin(node, executor, stop)
-    except KeyboardInterrupt:
-        pass
-    except Exception as error:
-        if not stop.requested:  # else the signal came out of some library as another error
-            expected = isinstance(error, CprError | ParameterException) or not rclpy.ok()
-            print(f"cpr_node: {error}" if expected else traceback.format_exc(), file=sys.stderr)
-            return 1
-    finally:
-        stop.interrupts = False
-        if executor is not None:
-            executor.shutdown()
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
-    return 0
+        from .node import CprNode, run
+    except ModuleNotFoundError as error:
+        print(f"cpr_node: {_missing(error)}", file=sys.stderr)
+        return 1
+    return run(CprNode, arguments, stop)
 
 
-def _spin(node: CprNode, executor: SingleThreadedExecutor, stop: StopSignal) -> None:
-    """Spin until a signal comes; no message of a client may end the node."""
-    while rclpy.ok() and not stop.requested:
-        try:
-            executor.spin_once(timeout_sec=0.1)
-        except ExternalShutdownException:
-            return
-        except Exception:  # rclpy raises for malformed parameter messages, for one
-            node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
+def _missing(error: ModuleNotFoundError) -> str:
+    """What to install."""
+    name = (error.name or "").partition(".")[0]
+    if name == "cpr_msgs":
+        how = (
+            "build ./msg_defs of the clone: pip install ./msg_defs, or colcon build, and source it"
+        )
+    elif name in ("numpy", "scipy", "numba", "yaml", "jsonschema", "tqdm", "cpr_core"):
+        how = "install cpr_ros with what it needs: pip install . in the clone"
+    else:
+        how = (
+            "the node needs ROS 2: source one (source /opt/ros/jazzy/setup.bash), or install its "
+            "wheels from the clone (make setup; or pip install ./msg_defs '.[ros]')"
+        )
+    return f"{error}\n{how}"
 
 
 if __name__ == "__main__":

@@ -163,7 +163,7 @@ def _draw(steps: list[Step], folder: Path) -> Path:
     mpl.use("Agg")
     import matplotlib.pyplot as plt
 
-    from cpr_core.drawing import draw_equilibrium, set_equal_scale
+    from cpr_core.drawing.robot_drawing import draw_equilibrium, set_equal_scale
 
     robot = load_robot(ROBOT)
     figure = plt.figure(figsize=(7.5, 7.0))

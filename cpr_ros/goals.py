@@ -10,23 +10,15 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cpr_core import (
-    Equilibrium,
-    InvalidRequest,
-    Loads,
-    Robot,
-    given_at,
-    solve_forward,
-    solve_inverse,
-)
-from cpr_core.geometrico_statics import pose_meaning
+from cpr_core import Equilibrium, InvalidRequest, Loads, Robot, solve_forward, solve_inverse
 from cpr_core.lie import (
     quaternion_from_rotation,
     rotation_exp,
     rotation_from_quaternion,
     rotation_log,
 )
-from cpr_core.targets import check_rod_lengths
+from cpr_core.solving.requests import pose_meaning
+from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 
 __all__ = ["Goal", "MotorGoal", "PlatformGoal", "motor_steps"]
@@ -119,7 +111,7 @@ class PlatformGoal:
 
     def solve(self, here: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """Inverse problem at the pose on the way."""
-        pose = given_at(here, "pose") + fraction * self._changes(here)
+        pose = here.pose + fraction * self._changes(here)
         if fraction == 1.0:
             pose = self.pose
         elif "qw" in self.names:
@@ -139,7 +131,7 @@ class PlatformGoal:
 
     def _changes(self, here: Equilibrium) -> Floats:
         """What is left in every number, angles on the short way; zero for quaternions."""
-        changes = self.pose - given_at(here, "pose")
+        changes = self.pose - here.pose
         for position, name in enumerate(self.names):
             if name in (*_ANGLES, "angle"):
                 changes[position] -= 2.0 * np.pi * np.round(changes[position] / (2.0 * np.pi))

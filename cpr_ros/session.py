@@ -9,7 +9,7 @@ import numpy as np
 from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 
-from cpr_core import Robot
+from cpr_core import Robot, solve_home
 
 from .assessment import Assessment
 from .conversions import Frames
@@ -123,7 +123,7 @@ class Session:
         """
         if self.tracker is not None:
             length = self.solver.current.characteristic_length
-            self.solver.current = Assessment(self.robot.home, length)
+            self.solver.current = Assessment(solve_home(self.robot), length)
             return "tracking from home again"
         if self.follower.paused:
             raise RequestError(ErrorCode.NOT_READY, "the node is paused: release it first")

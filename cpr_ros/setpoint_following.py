@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cpr_core import Equilibrium, Loads, Robot
+from cpr_core import Equilibrium, Loads, Robot, solve_home
 
 from .assessment import MEASURES, Assessment, Thresholds
 from .goals import Goal, MotorGoal, PlatformGoal, motor_steps
@@ -144,7 +144,7 @@ class SetpointFollower:
     def reset(self) -> None:
         """Walk home along the branch."""
         self.drop()
-        self._goal, self._returning = MotorGoal(self.robot, self.robot.home.motors), True
+        self._goal, self._returning = MotorGoal(self.robot, solve_home(self.robot).motors), True
 
     def tick(self, here: Assessment, loads: Loads, now: float) -> Outcome:
         """Do one tick.
@@ -307,7 +307,7 @@ class SetpointFollower:
 
     def _misses_home(self, here: Equilibrium) -> bool:
         """Whether this is another equilibrium than home, though nothing else acts."""
-        home = self.robot.home
+        home = solve_home(self.robot)
         same_loads = here.loads is home.loads or here.loads is self.robot.default_loads
         return same_loads and change_between(here, home) > 1e-6
 

@@ -19,6 +19,7 @@ from cpr_core import (
     Robot,
     solve_forward,
     solve_forward_by_effort,
+    solve_home,
     solve_inverse,
 )
 
@@ -60,7 +61,7 @@ class Solver:
         self._follower = follower
         self._length = characteristic_length
         self.time_limit = time_limit
-        self.current = self._timed(lambda: robot.home)
+        self.current = self._timed(lambda: solve_home(robot))
 
     def forward(self, request: SolveForward.Request) -> Assessment:
         """Answer a forward request.
@@ -104,7 +105,7 @@ class Solver:
         if request.at == request.AT_CURRENT:
             return self.current.equilibrium
         if request.at == request.AT_HOME:
-            return self.robot.home
+            return solve_home(self.robot)
         if request.at == request.AT_GIVEN:
             return self._given("equilibrium", request.equilibrium)
         raise RequestError(
@@ -123,7 +124,7 @@ class Solver:
         if request.start == request.START_CURRENT:
             start = self.current.equilibrium
         elif request.start == request.START_HOME:
-            start = self.robot.home
+            start = solve_home(self.robot)
         elif request.start == request.START_GIVEN:
             start = self._given("start_equilibrium", request.start_equilibrium)
         else:

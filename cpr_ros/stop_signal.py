@@ -1,52 +1,112 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""SIGINT and SIGTERM as a request to stop that cannot get lost."""
+"""SIGINT and SIGTERM as a request to stop, from the first line of the process to its last.
+
+Whatever is imported here at the top delays the moment from which signals are taken.
+"""
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
-import threading
-from types import FrameType
-from typing import Any
 
-__all__ = ["StopSignal"]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from threading import Thread
+    from types import FrameType
+    from typing import Any, TypeVar
 
-#: Time until an interrupt that fell into a place where nothing can be raised is repeated [s].
-_AGAIN = 0.05
+    Result = TypeVar("Result")
+
+__all__ = ["StopSignal", "Stopped"]
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+#: How often it is looked whether a signal has come [s].
+_LOOK = 0.1
+#: Compilers recurse deeply, and threads have little memory for that on some systems [B].
+_STACK = 64 << 20
+
+
+class Stopped(Exception):
+    """The node was told to stop while it waited for something that takes long."""
 
 
 class StopSignal:
-    """Takes both signals over.
+    """Takes both signals over. No handler raises: Python may be anywhere, in a compiler's callback too.
 
-    While the node starts they interrupt it at once. An interrupt that comes while Python finalises an
-    object cannot be raised there and is repeated a moment later; one that some library swallows is
-    still remembered. While the node spins signals only are remembered, so no callback is torn in two.
+    While there is nothing to clean up a signal ends the process at once. Afterwards it is only
+    remembered, and the main thread looks at safe places; it leaves to another thread what takes long and
+    cannot be interrupted.
 
     Attributes:
         requested: Whether a signal has come.
-        interrupts: Whether a signal raises KeyboardInterrupt.
     """
 
     def __init__(self) -> None:
-        """Install the handlers; only in the main thread."""
-        self.requested, self.interrupts = False, True
-        self._hook = sys.unraisablehook
-        sys.unraisablehook = self._unraisable
-        for number in (signal.SIGINT, signal.SIGTERM):
+        """Install the handlers; only in the main thread.
+
+        A parent may have blocked the signals, so that none comes while Python itself starts.
+        """
+        self.requested = False
+        self._remembers = False
+        self._abandoned: Thread | None = None
+        for number in _SIGNALS:
             signal.signal(number, self._handle)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _SIGNALS)
 
     def _handle(self, _number: int, _frame: FrameType | None) -> None:
+        if not self._remembers:
+            os._exit(0)
         self.requested = True
-        if self.interrupts:
-            raise KeyboardInterrupt
 
-    def _unraisable(self, what: Any) -> None:
-        if not (self.requested and issubclass(what.exc_type, KeyboardInterrupt)):
-            self._hook(what)
-        elif self.interrupts:
-            main = threading.main_thread().ident
-            again = threading.Timer(_AGAIN, signal.pthread_kill, (main, signal.SIGINT))
-            again.daemon = True
-            again.start()
+    def remember(self) -> None:
+        """From now on there is something to clean up: signals are remembered."""
+        self._remembers = True
+
+    def wait_for(self, work: Callable[[], Result]) -> Result:
+        """Let another thread do what cannot be interrupted, and wait for its result or a signal.
+
+        Raises:
+            Stopped: A signal has come. The work is abandoned; it ends with the process.
+        """
+        import threading
+
+        answers: list[Any] = []
+        errors: list[BaseException] = []
+
+        def do() -> None:
+            try:
+                answers.append(work())
+            except BaseException as error:
+                errors.append(error)
+
+        before = threading.stack_size(_STACK)
+        try:
+            worker = threading.Thread(target=do, daemon=True)
+            worker.start()
+        finally:
+            threading.stack_size(before)
+        while worker.is_alive() and not self.requested:
+            worker.join(_LOOK)
+        if self.requested:
+            self._abandoned = worker
+            raise Stopped
+        if errors:
+            raise errors[0]
+        return answers[0]
+
+    def finish(self, status: int) -> int:
+        """Take no signals any more, everything is cleaned up; returns the status.
+
+        Abandoned work may be in a compiler, where Python cannot end a thread: then the process ends.
+        """
+        for number in _SIGNALS:
+            signal.signal(number, signal.SIG_IGN)  # kept while Python ends; handlers are not
+        if self._abandoned is not None and self._abandoned.is_alive():
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(status)
+        return status

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from builtin_interfaces.msg import Time
 from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 
-from cpr_core import given_at, leg_shapes, solve_forward, solve_forward_by_effort, solve_inverse
+from cpr_core import leg_shapes, solve_forward, solve_forward_by_effort, solve_inverse
 
 from .conversions import Frames, fill_equilibrium
 from .leg_markers import POINTS
@@ -27,7 +27,7 @@ def warm_up(session: Session, frames: Frames) -> Iterator[str]:
     solve_forward_by_effort(robot, home.efforts, start=home)
     yield "forward problems"
     if robot.description.controlled:
-        solve_inverse(robot, given_at(home, "pose"), start=home)
+        solve_inverse(robot, home.pose, start=home)
         yield "inverse problem"
     fill_equilibrium(EquilibriumMessage(), home, frames, Time(), 0.0, eigenvalues=True)
     StabilityStream().message(

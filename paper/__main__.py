@@ -21,7 +21,7 @@ import scipy
 from tqdm import tqdm
 
 import cpr_core
-from cpr_core import kinemato_statics
+from cpr_core import kinemato_statics, solve_home
 
 from . import accuracy, claims, figures, stability, tables, timing
 from .cases import RFRFR, SIX_RFS, Case
@@ -220,8 +220,8 @@ def _times(
 
 def _motor_error_from_position(modes: int) -> float:
     """Forward error at t = 0, carried to the motors by the platform Jacobian, largest [mdeg]."""
-    home = RFRFR.robot(modes).home
-    jacobian = kinemato_statics(home).platform_by_motors
+    home = solve_home(RFRFR.robot(modes))
+    jacobian = kinemato_statics(home).jacobian
     error = home.platform_position - RFRFR.continuous_path()[0].platform_position
     return float(1e3 * np.degrees(np.abs(np.linalg.solve(jacobian, error[:2])).max()))
 

@@ -11,7 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import Equilibrium, NoSolution, kinemato_statics, solve_forward, solve_inverse
+from cpr_core import (
+    Equilibrium,
+    NoSolution,
+    kinemato_statics,
+    solve_forward,
+    solve_home,
+    solve_inverse,
+)
 from cpr_core.reference.continuous_rods import ContinuousEquilibrium, follow_platform
 from cpr_core.reference.finite_differences import (
     follow_finite_differences,
@@ -87,7 +94,7 @@ def inverse_errors_of_rfrfr(modes: int) -> InverseErrors:
     ends = RFRFR.continuous_path()
     first, last = ends[0].platform_position, ends[-1].platform_position
     robot = RFRFR.robot(modes)
-    exact, here = ends[0], robot.home
+    exact, here = ends[0], solve_home(robot)
     errors, indices = [], []
     for t in range(51):
         place = first + (last - first) * t / 50
@@ -111,7 +118,7 @@ def inverse_errors_of_six_rfs(modes: int = 5) -> tuple[InverseErrors, InverseErr
     exact = SIX_RFS.continuous_path()
     sides = []
     for of_path in (True, False):
-        errors, indices, here = [], [], SIX_RFS.robot(modes).home
+        errors, indices, here = [], [], solve_home(SIX_RFS.robot(modes))
         for guess, wanted in zip(SIX_RFS.modes_path(modes), exact, strict=True):
             pose = [*wanted.platform_position, *wanted.platform_quaternion]
             here = solve_inverse(guess.robot, pose, start=guess if of_path else here)

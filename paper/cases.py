@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import Equilibrium, Robot, load_robot, solve_forward
+from cpr_core import Equilibrium, Robot, load_robot, solve_forward, solve_home
 from cpr_core.lie import quaternion_from_rotation, rotation_exp, rotation_from_quaternion
 from cpr_core.reference.continuous_rods import (
     ContinuousEquilibrium,
@@ -56,7 +56,7 @@ class Case:
     def modes_path(self, modes: int, count: int = 50) -> tuple[Equilibrium, ...]:
         """Mod. #1 along the path."""
         robot = self.robot(modes)
-        here, points = robot.home, []
+        here, points = solve_home(robot), []
         for motors in self.path(count):
             here = solve_forward(robot, motors, start=here)
             points.append(here)

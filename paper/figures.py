@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium
-from cpr_core.drawing import draw_equilibrium, set_equal_scale
+from cpr_core.drawing.robot_drawing import draw_equilibrium, set_equal_scale
 from cpr_core.workspace import WorkspaceMap
 
 from .stability import Line

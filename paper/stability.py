@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from cpr_core import Equilibrium, solve_inverse
+from cpr_core import Equilibrium, solve_home, solve_inverse
 from cpr_core.reference.conjugate_points import conjugate_points, robot_fields
 from cpr_core.reference.continuous_rods import solve_continuous
 from cpr_core.workspace import WorkspaceMap, map_workspace, pose_grid
@@ -168,7 +168,7 @@ def _at(study: _Study, start: Equilibrium, value: float) -> Equilibrium:
 
 
 def _follow(study: _Study, modes: int, values: Floats) -> list[Equilibrium]:
-    here = study.case.robot(modes).home
+    here = solve_home(study.case.robot(modes))
     points = []
     for value in values:
         here = _at(study, here, float(value))
@@ -225,5 +225,5 @@ def workspace_of(name: str, modes: int, spacing: float) -> WorkspaceMap:
         axes, held = {"x": (-0.9, 0.9), "y": (-1.1, 1.1)}, {}
     else:
         axes, held = {"x": (-1.0, 1.0), "y": (-1.0, 1.0)}, SLICE
-    start = _at(study, robot.home, study.ends[0])
+    start = _at(study, solve_home(robot), study.ends[0])
     return map_workspace(robot, pose_grid(robot, axes, held, resolution=spacing), start=start)

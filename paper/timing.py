@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import NoSolution, trace_through
-from cpr_core.equilibrium import RESIDUAL_TOLERANCE
+from cpr_core import NoSolution, solve_home, trace_through
+from cpr_core.model.equilibrium import RESIDUAL_TOLERANCE
 from cpr_core.reference.continuous_rods import follow_motors
 from cpr_core.reference.finite_differences import (
     FiniteDifferenceEquilibrium,
@@ -102,10 +102,10 @@ def models_of(case: Case, comparable: ShootingMethod) -> tuple[Model, ...]:
     """All models of a case. Their starting points are solved here, not in the measured time."""
     robot = case.robot(MODES)
     continuous = case.continuous_home()
-    literal = solve_literally(robot.home)
+    literal = solve_literally(solve_home(robot))
 
     def modes(path: Path_) -> Sequence:
-        found = trace_through(robot, motors=path, start=robot.home, singularities=False)
+        found = trace_through(robot, motors=path, start=solve_home(robot), singularities=False)
         if not found.reached:
             raise NoSolution(found.events[-1].message, found.events[-1].fraction, found.last)
         return found.equilibria

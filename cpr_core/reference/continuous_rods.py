@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ..equilibrium import Equilibrium
-from ..errors import NoForwardSolution, NoInverseSolution
+from ..description.loads import Loads
 from ..lie import quaternion_from_rotation
-from ..loads import Loads
-from ..robot import Robot
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
+from ..solving.not_reached import NoForwardSolution, NoInverseSolution
 from ..validation import checked_vector
 from .rod_integration import RodTrajectory, integrate_rod
 from .shooting_kernel import ShootingState, follow, refine
@@ -103,16 +103,15 @@ class ContinuousEquilibrium:
     def legs(self) -> tuple[RodTrajectory, ...]:
         """The rods from base to tip, with their variations."""
         rods = []
-        for leg, axis, angle, wrench, density in zip(
+        for leg, angle, wrench, density in zip(
             self.robot.description.legs,
-            motor_axes(self.robot),
             self.motors,
             self.base_wrenches,
             force_per_length(self.robot, self.loads),
             strict=True,
         ):
-            frame = Rotation.from_rotvec(axis * angle).as_matrix() @ leg.base_rotation
-            pose = (leg.base_position, frame)
+            base = leg.base_at(angle)
+            pose = (base.position, base.rotation)
             rods.append(integrate_rod(leg, pose, wrench[:3], wrench[3:], density, self.steps))
         return tuple(rods)
 
@@ -159,13 +158,11 @@ def solve_continuous_rough(
     place = checked_vector("platform_position", platform_position, 3)
     rotation = np.eye(3) if platform_rotation is None else np.array(platform_rotation, np.float64)
     wrenches = np.zeros((count, 6))
-    for number, (leg, axis) in enumerate(
-        zip(robot.description.legs, motor_axes(robot), strict=True)
-    ):
-        frame = Rotation.from_rotvec(axis * angles[number]).as_matrix() @ leg.base_rotation
-        wrenches[number, :3] = frame @ (leg.rod.rigidities * strains[number])
+    for number, leg in enumerate(robot.description.legs):
+        base = leg.base_at(angles[number])
+        wrenches[number, :3] = base.rotation @ (leg.rod.rigidities * strains[number])
         # The tip takes no moment: the force has the arm from base to tip.
-        arm = place + rotation @ np.array(leg.joint.position) - leg.base_position
+        arm = place + rotation @ np.array(leg.joint.position) - base.position
         wrenches[number, 3:] = np.cross(wrenches[number, :3], arm) / (arm @ arm)
     return _refined(robot, loads, method, (angles, wrenches, rotation, place), motors_held=True)
 
@@ -366,13 +363,12 @@ def _base_wrench(
     strain = equilibrium.state[first : first + leg.modes.total]
     sigma = (np.arange(count) + 0.5) / count
     curvature = (leg.modes.values(sigma) * strain) @ np.eye(3)[leg.modes.directions]
-    angle = equilibrium.motors[number]
-    frame = Rotation.from_rotvec(motor_axes(robot)[number] * angle).as_matrix() @ leg.base_rotation
+    frame, base, _ = leg.base_at(equilibrium.motors[number])
     tangents = np.empty((count, 3))
     for k, turn in enumerate(Rotation.from_rotvec(curvature * length / count).as_matrix()):
         tangents[k], frame = frame[:, 0], frame @ turn
     arms = np.cumsum(tangents, axis=0) * length / count
     tip = equilibrium.platform_position + equilibrium.platform_rotation @ leg.joint.position
-    at_base = np.cross(tip - leg.base_position, tip_force)
+    at_base = np.cross(tip - base, tip_force)
     at_base += np.cross(arms, density).sum(axis=0) * length / count
     return np.concatenate([at_base, tip_force + density * length])

@@ -24,9 +24,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from ..equilibrium import RESIDUAL_TOLERANCE
-from ..errors import InvalidRequest, NoForwardSolution
-from ..robot import Robot
+from ..errors import InvalidRequest
+from ..model.equilibrium import RESIDUAL_TOLERANCE
+from ..model.robot import Robot
+from ..solving.not_reached import NoForwardSolution
 from ..validation import checked_vector
 from .continuous_rods import ContinuousEquilibrium
 from .rod_integration import frame

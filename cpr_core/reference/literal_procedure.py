@@ -26,14 +26,14 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 from scipy.integrate import solve_ivp
 
-from ..description import LegDescription
-from ..equilibrium import RESIDUAL_TOLERANCE, Equilibrium
-from ..errors import InvalidRequest, NoForwardSolution
-from ..joints import Revolute as RevoluteJoint
-from ..joints import Spherical
+from ..description.joints import RevoluteJoint, Spherical
+from ..description.motors import RevoluteMotor
+from ..description.robot_description import LegDescription
+from ..errors import InvalidRequest
 from ..lie import quaternion_from_rotation, rotation_exp, skew
-from ..motors import Revolute as RevoluteMotor
-from ..robot import Robot
+from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium
+from ..model.robot import Robot
+from ..solving.not_reached import NoForwardSolution
 from ..validation import checked_vector
 
 __all__ = ["LiteralEquilibrium", "follow_literally", "solve_literally"]
@@ -92,7 +92,7 @@ def _integrate(leg: LegDescription, motor: float, strain: Floats) -> _Tip:
     """Eq. (11) from base to tip."""
     count = leg.modes.total
     directions = leg.modes.directions
-    frame = rotation_exp(np.array(leg.motor.axis) * motor) @ leg.base_rotation  # type: ignore[attr-defined]
+    base = leg.base_at(motor)
     length = leg.rod.length
     first_j3, first_change = 7, 7 + 6 * count
     phi = np.zeros((3, count))
@@ -124,7 +124,7 @@ def _integrate(leg: LegDescription, motor: float, strain: Floats) -> _Tip:
         return rate
 
     start = np.zeros(7 + 6 * count + 6 * count * count)
-    start[:4], start[4:7] = quaternion_from_rotation(frame), leg.base_position
+    start[:4], start[4:7] = quaternion_from_rotation(base.rotation), base.position
     y = solve_ivp(rates, (0.0, length), start, "RK45", rtol=RELATIVE, atol=ABSOLUTE).y[:, -1]
     rotation, position = _rotation(y[:4]), y[4:7]
     j3 = y[first_j3:first_change].reshape(6, count)

@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853, RK45
 
+from ..description.joints import RevoluteJoint, Spherical
+from ..description.loads import Loads
+from ..description.motors import RevoluteMotor
 from ..errors import InvalidRequest
-from ..joints import Revolute as RevoluteJoint
-from ..joints import Spherical
-from ..loads import Loads
-from ..motors import Revolute as RevoluteMotor
-from ..robot import Robot
+from ..model.robot import Robot
 from .rod_integration import STEPS
 from .shooting_kernel import Shooting, balance
 

@@ -3,7 +3,7 @@
 
 """What is known of one cell beyond its solution: eigenvalues of H_r and distances from singularities.
 
-The same numbers as `cpr_core.stability.spectrum` and `cpr_core.kinemato_statics`, without scipy. The
+The same numbers as `model.stability` and `model.kinemato_statics`, without scipy. The
 smallest singular value of a linear problem of Section V-C comes from Lanczos' method on its inverse:
 the matrix M = [Z^T K_x, ..., J_x] needs no basis Z, for M x = b and M^T y = c are solved with the
 Newton matrix F of the geometrico-static problem, condensed leg by leg, and with its transpose.
@@ -15,9 +15,9 @@ import math
 
 import numpy as np
 
-from ..condensation_kernel import NO_INVERSE, factor, solve, solve_transposed
-from ..kernel_decorators import compiled_strictly
-from ..lie import roll_pitch_yaw_into
+from ..kernels.condensation_kernel import NO_INVERSE, factor, solve, solve_transposed
+from ..kernels.kernel_decorators import compiled_strictly
+from ..kernels.rotation_matrices import roll_pitch_yaw_into
 from .eigenvalue_kernel import (
     count_below,
     eigenvalues_of_tridiagonal,

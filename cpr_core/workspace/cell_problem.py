@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import LoadArrays, RobotArrays
-from ..loads import Loads
-from ..robot import Robot
+from ..description.loads import Loads
+from ..kernels.kernel_arrays import LoadArrays, RobotArrays
+from ..model.robot import Robot
 from .grid import Grid, OrientationKind
 
 __all__ = ["ORIENTATIONS", "CellProblem", "cell_problem"]

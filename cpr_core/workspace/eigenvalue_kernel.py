@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from ..kernel_decorators import compiled_strictly
+from ..kernels.kernel_decorators import compiled_strictly
 
 __all__ = [
     "count_below",

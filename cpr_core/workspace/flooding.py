@@ -17,13 +17,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..continuation import Walk, follow
-from ..equilibrium import RESIDUAL_TOLERANCE, Equilibrium
-from ..errors import InvalidRequest, NoForwardSolution, NoInverseSolution
-from ..geometrico_statics import checked_start
-from ..loads import Loads
-from ..path import CONTRACTION, ITERATIONS
-from ..robot import Robot
+from ..description.loads import Loads
+from ..errors import InvalidRequest
+from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium
+from ..model.robot import Robot
+from ..solving.continuation import Walk, follow
+from ..solving.geometrico_statics import checked_start
+from ..solving.not_reached import NoForwardSolution, NoInverseSolution
+from ..solving.path import CONTRACTION, ITERATIONS
 from .batch_kernel import MEASURES, Arrivals, Cells
 from .batches import EIGENVALUES, Cancelled, Ways, guesses_of, in_pieces, joined, leave
 from .cell_problem import cell_problem
@@ -37,7 +38,7 @@ from .first_cell import (
 )
 from .grid import Grid
 from .refinement import refined_borders
-from .step_kernel import ARRIVED, FLIPPED
+from .way_kernel import ARRIVED, FLIPPED
 from .workspace_map import CellArrays, EdgeState, WorkspaceMap, equilibrium_of
 
 __all__ = ["Progress", "map_workspace"]

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidRequest, NonFiniteInput
-from ..robot import Robot
+from ..model.robot import Robot
+from ..solving.home import solve_home
 
 __all__ = ["Grid", "OrientationKind", "motor_grid", "pose_grid"]
 
@@ -179,7 +180,7 @@ def motor_grid(
         NonFiniteInput: A NaN or an infinity.
     """
     names = robot.motor_names
-    home = dict(zip(names, robot.home.motors.tolist(), strict=True))
+    home = dict(zip(names, solve_home(robot).motors.tolist(), strict=True))
     axes = {name for axis in vary for name in (directions or {}).get(axis, {axis: 1.0})}
     held = {**{name: value for name, value in home.items() if name not in axes}, **(held or {})}
     units = tuple(leg.motor.unit for leg in robot.description.legs if leg.motor_name is not None)

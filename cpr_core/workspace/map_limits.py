@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..robot import Robot
+from ..model.robot import Robot
 
 __all__ = ["limit_margins", "map_strains"]
 

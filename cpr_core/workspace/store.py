@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
+from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..loads import Loads
-from ..robot import Robot
+from ..model.robot import Robot
+from ..version import __version__
 from .borders import Border, BorderKind
 from .grid import Grid
 from .workspace_map import CellArrays, WorkspaceMap
@@ -261,7 +262,6 @@ def _read(file: str | Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
 
 
 def _attributes(found: WorkspaceMap) -> dict[str, Any]:
-    from .. import __version__
 
     return {
         "title": f"workspace of {found.robot.description.name}",

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ..equilibrium import Equilibrium, described
+from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..limits import limits_of
-from ..loads import Loads
-from ..robot import Robot
+from ..model.equilibrium import Equilibrium, described
+from ..model.robot import Robot
+from ..solving.limits import limits_of
 from .borders import Border
 from .grid import Grid
 from .map_limits import limit_margins, map_strains

@@ -10,7 +10,8 @@ from benchmarks.batches import _batch, solve_batch
 from benchmarks.linear_algebra import matrix_sizes
 from benchmarks.scaling import AXES, _robot
 from benchmarks.walks import PROBLEMS, ROBOTS, walk_of
-from cpr_core.description_file import shipped_robots
+from cpr_core import solve_home
+from cpr_core.description.description_file import shipped_robots
 
 
 def test_every_shipped_robot_is_measured():
@@ -64,4 +65,4 @@ def test_one_number_of_the_robot_is_varied(axis):
         # More modes have more nodes of their own accord.
         for other in set(usual) - {axis, "nodes" if axis == "modes" else axis}:
             assert found[other] == usual[other]
-        assert robot.home.converged
+        assert solve_home(robot).converged

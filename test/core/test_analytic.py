@@ -9,7 +9,8 @@ from helpers.columns import AT_TIP, BENDING, LENGTH, TORSION, Guided, column
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
-from cpr_core import Loads, Robot, joints, load_robot, motors, solve_forward
+from cpr_core import Loads, Robot, load_robot, solve_forward
+from cpr_core.description import joints, motors
 
 X, Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -81,8 +82,8 @@ def test_a_clamped_rod_twists_by_moment_times_length_over_rigidity():
     ("factor", "motor", "joint", "robot"),
     [
         (2.0, motors.Welded(), joints.Fixed(AT_TIP), Robot),
-        (1.0, motors.Hinge(Z), joints.Revolute(AT_TIP), Guided),
-        (0.6991556596428412, motors.Welded(), joints.Revolute(AT_TIP), Guided),
+        (1.0, motors.Hinge(Z), joints.RevoluteJoint(AT_TIP), Guided),
+        (0.6991556596428412, motors.Welded(), joints.RevoluteJoint(AT_TIP), Guided),
         (0.5, motors.Welded(), joints.Fixed(AT_TIP), Guided),
     ],
     ids=["clamped-free", "hinged-hinged", "clamped-hinged", "clamped-clamped"],
@@ -103,7 +104,7 @@ def test_euler_columns_buckle_at_their_classical_loads(factor, motor, joint, rob
 
 
 def test_a_straight_rod_carries_tension_to_its_tip():
-    robot = column(motors.Welded(), joints.Revolute(AT_TIP), robot=Guided)
+    robot = column(motors.Welded(), joints.RevoluteJoint(AT_TIP), robot=Guided)
     pulled = under(robot, wrench_world=[0, 0, 0, 7.0, 0, 0])
     np.testing.assert_allclose(pulled.multipliers, [7.0, 0.0], atol=1e-12)
 

@@ -16,7 +16,7 @@ from numpy.testing import assert_allclose
 
 from cpr_core import __version__
 from cpr_core.command_line import main
-from cpr_core.description_file import shipped_robots
+from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernel_warmup import compile_kernels
 from cpr_core.lie import rotation_from_quaternion
 

@@ -46,7 +46,7 @@ EVERYTHING = """
 import json
 import cpr_core
 from cpr_core.kernel_warmup import watch_compilation
-from cpr_core.description_file import shipped_robots
+from cpr_core.description.description_file import shipped_robots
 compiled = []
 solvers = {
     "motors": cpr_core.solve_forward,
@@ -58,10 +58,10 @@ with watch_compilation(compiled.append):
         robot = cpr_core.load_robot(name)
         home = robot.home
         for what, solve in solvers.items():
-            values = cpr_core.given_at(home, what)
+            values = getattr(home, what)
             if len(values):
                 assert solve(robot, values, start=home).converged
-        cpr_core.kinemato_statics(home)
+        cpr_core.model.kinemato_statics(home)
         assert home.spectrum_free.eigenvalues.size
         cpr_core.leg_shapes(home)
         cpr_core.bending_strains(home)
@@ -90,7 +90,7 @@ def kernel_of(index):
 def test_importing_compiles_nothing_and_imports_nothing_heavy(tmp_path):
     found = json.loads(run("-c", IMPORT, cache=tmp_path).stdout)
     assert found["compiled"] == []
-    assert "cpr_core.newton_kernel" in found["modules"]
+    assert "cpr_core.kernels.newton_kernel" in found["modules"]
     assert set(HEAVY) & set(found["modules"]) == set()
 
 

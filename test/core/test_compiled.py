@@ -19,10 +19,10 @@ from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
 import cpr_core
-from cpr_core import kernel_decorators, lie
-from cpr_core.kernel_decorators import compiled
-from cpr_core.kernel_sources import kernel_modules, kernel_sources, read_sources, stamp_of
 from cpr_core.kernel_warmup import compile_kernels, kernel_names
+from cpr_core.kernels import kernel_decorators, rotation_matrices
+from cpr_core.kernels.kernel_decorators import compiled
+from cpr_core.kernels.kernel_sources import kernel_modules, kernel_sources, read_sources, stamp_of
 from cpr_core.numba_fence.loop_hint import KernelCompiler
 
 PACKAGE = Path(cpr_core.__file__).parent
@@ -32,7 +32,7 @@ VECTOR = (0.3, -0.2, 0.5)
 #: A kernel that calls one of another module, as the kernels of the model do.
 PROBE = f"""
 from {compiled.__module__.removeprefix("cpr_core")} import compiled
-from {lie.__name__.removeprefix("cpr_core")} import rotation_exp_into
+from {rotation_matrices.__name__.removeprefix("cpr_core")} import rotation_exp_into
 
 
 @compiled
@@ -273,7 +273,7 @@ def test_machine_code_is_reused_until_a_called_kernel_changes(copied):
 
     # Another module than that of the kernel which is run; no line moves.
     replace_once(
-        path_of(copied, lie.__name__.removeprefix("cpr_core.")),
+        path_of(copied, rotation_matrices.__name__.removeprefix("cpr_core.")),
         "rotation[0, 0] = 1.0 - versine * (y * y + z * z)",
         "rotation[0, 0] = 2.0 - versine * (y * y + z * z)",
     )

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from cpr_core.arrays import factors_of, kept_factors, workspace
-from cpr_core.condensation_kernel import (
+from cpr_core import solve_home
+from cpr_core.kernels.condensation_kernel import (
     CONDENSED,
     DENSE,
     NO_INVERSE,
@@ -24,9 +24,11 @@ from cpr_core.condensation_kernel import (
     solve,
     solve_transposed,
 )
-from cpr_core.model import evaluate, tangent_at
-from cpr_core.model_kernel import assemble
-from cpr_core.robot import load_robot
+from cpr_core.kernels.kernel_arrays import factors_of, kept_factors, workspace
+from cpr_core.kernels.model_kernel import tangent_into
+from cpr_core.model.equilibrium import tangent_at
+from cpr_core.model.model_state import evaluate
+from cpr_core.model.robot import load_robot
 
 ROBOTS = ["rfrfr", "six_rfs"]
 PROBLEMS = ["motors", "platform", "efforts"]
@@ -39,12 +41,12 @@ def robot(request):
 
 @pytest.fixture
 def tangent(robot):
-    return tangent_at(robot.home)
+    return tangent_at(solve_home(robot))
 
 
 def straight_leg_tangent(robot):
     """Tangent where the first leg is straight: its tip cannot give way along it."""
-    home, here = robot.home, robot.arrays.legs[0]
+    home, here = solve_home(robot), robot.arrays.legs[0]
     state = home.state.copy()
     state[here["strain_index"] :][: here["strain_count"]] = 0.0
     return evaluate(
@@ -63,9 +65,9 @@ def dimensionless(robot, tangent, problem):
 
 
 def by_slots(robot, tangent):
-    """A workspace with a tangent whose legs are symmetric: the inverse of ``assemble``."""
+    """A workspace with a tangent whose legs are symmetric: the inverse of ``tangent_into``."""
     arrays = robot.arrays
-    work, inner = workspace(arrays), arrays.slot_index.shape[1]
+    work, inner = workspace(arrays), arrays.slots.inner_count
     platform = arrays.platform_index + np.arange(len(arrays.platform_axes))
     blocks = work.blocks["lane"]
     for group, lane in np.ndindex(len(arrays.groups), arrays.slot_index.shape[2]):
@@ -140,7 +142,7 @@ def test_tangents_that_are_not_symmetric_are_solved_too(robot, tangent, problem)
 
 def test_a_tangent_put_together_from_slots_is_the_same(robot, tangent):
     found = np.zeros_like(tangent)
-    assemble(robot.arrays, by_slots(robot, tangent), found)
+    tangent_into(robot.arrays, by_slots(robot, tangent), found)
     assert_allclose(found, tangent, rtol=0.0, atol=1e-12 * np.abs(tangent).max())
 
 

@@ -16,8 +16,16 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from cpr_core import InvalidRequest, Loads, Robot, load_robot, solve_forward, solve_inverse
-from cpr_core.kernel_sources import kernel_modules, read_sources
+from cpr_core import (
+    InvalidRequest,
+    Loads,
+    Robot,
+    load_robot,
+    solve_forward,
+    solve_home,
+    solve_inverse,
+)
+from cpr_core.kernels.kernel_sources import kernel_modules, read_sources
 from cpr_core.reference import conjugate_points as conjugate_points_module
 from cpr_core.reference import continuous_rods, rod_integration, shooting_kernel, shooting_robot
 from cpr_core.reference.conjugate_points import conjugate_points, robot_fields, rod_fields
@@ -59,9 +67,9 @@ def start_of_path(name, heavy):
     loads = Loads.none().with_(gravity=GRAVITY[name, heavy])
     if name == "rfrfr":
         return solve_inverse(robot, [0.0, 0.8], start=solve_inverse(robot, [0.0, 0.8]), loads=loads)
-    here, goal = robot.home, slice_pose(0.0)
+    here, goal = solve_home(robot), slice_pose(0.0)
     for fraction in np.linspace(0.0, 1.0, 11)[1:]:
-        here = solve_inverse(robot, pose_between(robot.home, goal, fraction), start=here)
+        here = solve_inverse(robot, pose_between(solve_home(robot), goal, fraction), start=here)
     return solve_inverse(robot, goal, start=here, loads=loads)
 
 
@@ -155,7 +163,7 @@ def test_variations_of_a_rod_agree_with_differences(kind):
 
 def test_continuous_rods_on_the_rfrfr_path():
     rows = read("rfrfr_forward_path.csv")
-    here = load_robot("rfrfr").home
+    here = solve_home(load_robot("rfrfr"))
     for row in rows:
         here = solve_forward(here.robot, numbers(row, "q1", "q2"), start=here)
         rods = solve_continuous(here)
@@ -172,7 +180,7 @@ def test_continuous_rods_on_the_six_rfs_path():
     rows = read("6rfs_forward_path.csv")
     motors = [f"q{k}" for k in range(1, 7)]
     expected = {int(row["t"]): row for row in rows}
-    here, compared = load_robot("six_rfs").home, 0
+    here, compared = solve_home(load_robot("six_rfs")), 0
     for t, target in enumerate(straight_path(rows, motors)):
         here = solve_forward(here.robot, target, start=here)
         if t not in expected:
@@ -206,7 +214,7 @@ def test_continuous_rods_under_loads_agree_with_twelve_modes(mass, loads):
         center_of_mass=np.array([0.02, -0.01, 0.03]),
     )
     robot, loads = Robot(description), Loads.none().with_(**loads)
-    modes = solve_forward(robot, robot.home.motors, loads=loads)
+    modes = solve_forward(robot, solve_home(robot).motors, loads=loads)
     rods = solve_continuous(modes)
     assert rods.integration_error < 1e-11
     assert_allclose(rods.platform_position, modes.platform_position, atol=1e-8)
@@ -349,9 +357,9 @@ def test_column_hinged_at_both_ends():
 def test_what_the_method_does_not_cover_is_refused():
     for name, match in (("gough_stewart", "revolute motor"), ("planar_body", "expected")):
         with pytest.raises(InvalidRequest, match=match):
-            solve_continuous(load_robot(name).home)
+            solve_continuous(solve_home(load_robot(name)))
     robot = robot_with_twelve_modes("six_rfs")
     twisted = Loads.none().with_(wrench_world=[0.01, 0.0, 0.0, 0.0, 0.0, 0.0])
-    rods = solve_continuous(solve_forward(robot, robot.home.motors, loads=twisted))
+    rods = solve_continuous(solve_forward(robot, solve_home(robot).motors, loads=twisted))
     with pytest.raises(InvalidRequest, match="potential"):
         conjugate_points(rods)

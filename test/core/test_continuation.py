@@ -18,15 +18,15 @@ from cpr_core import (
     UnstableEquilibrium,
     bending_strains,
     critical_load,
-    given_at,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
+    solve_home,
     solve_inverse,
 )
-from cpr_core.continuation import follow
-from cpr_core.description_file import shipped_robots
-from cpr_core.targets import MotorTarget
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.solving.continuation import follow
+from cpr_core.solving.targets import MotorTarget
 
 PATHS = {
     "rfrfr": ([2.59, 0.55], [5.76, 3.67]),
@@ -90,7 +90,7 @@ def test_the_rfrfr_robot_loses_stability_twice_on_its_way_down(modes):
 def test_a_load_beyond_the_critical_one_stops_at_the_fold(name):
     robot = load_robot(name)
     down = [0.0, -1.0, 0.0] if robot.planar else [0.0, 0.0, -1.0]
-    start = solve_forward(robot, robot.home.motors + 0.02 * np.arange(robot.motor_count))
+    start = solve_forward(robot, solve_home(robot).motors + 0.02 * np.arange(robot.motor_count))
     critical = critical_load(start, down)
     assert critical.kind == "fold"
     wrench = start.loads.wrench_world + np.concatenate(
@@ -115,14 +115,14 @@ def test_a_load_beyond_the_critical_one_stops_at_the_fold(name):
 
 def test_a_column_meets_a_bifurcation_not_a_fold():
     """The straight column under its axial load: the branch goes on, unstable."""
-    from test_analytic import AT_TIP, BENDING, LENGTH, column
+    from helpers.columns import AT_TIP, BENDING, LENGTH, column
 
-    from cpr_core import joints, motors
+    from cpr_core.description import joints, motors
 
     robot = column(motors.Welded(), joints.Fixed(AT_TIP), modes=8)
     critical = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2
     loads = Loads.none().with_(wrench_world=[0, 0, 0, -2.0 * critical, 0, 0])
-    walk = follow(robot.home, MotorTarget(np.zeros(0)), loads)
+    walk = follow(solve_home(robot), MotorTarget(np.zeros(0)), loads)
     assert walk.stopped is None
     kinds = {event.kind for event in walk.events}
     assert kinds == {"bifurcation"}
@@ -148,9 +148,12 @@ def test_heavy_loads_at_once_end_as_loads_step_by_step(wrench):
     robot = load_robot("gough_stewart")
     loads = Loads.none().with_(**wrench)
     slow = follow(
-        robot.home, MotorTarget(robot.home.motors), loads, keep=tuple(np.linspace(0, 1, 301))
+        solve_home(robot),
+        MotorTarget(solve_home(robot).motors),
+        loads,
+        keep=tuple(np.linspace(0, 1, 301)),
     )
-    fast = follow(robot.home, MotorTarget(robot.home.motors), loads)
+    fast = follow(solve_home(robot), MotorTarget(solve_home(robot).motors), loads)
     assert (fast.stopped is None) == (slow.stopped is None)
     if slow.stopped is None:
         assert distance(fast.last, slow.last) < 1e-7
@@ -164,9 +167,9 @@ def test_symmetric_paths_go_on_symmetrically_or_stop(force):
     """Two eigenvalues vanish together; no branch without the symmetry may be taken."""
     robot = load_robot("three_rfs")
     loads = Loads.none().with_(wrench_world=[0, 0, 0, 0, 0, force])
-    target = MotorTarget(robot.home.motors + 0.3)
+    target = MotorTarget(solve_home(robot).motors + 0.3)
     for keep in ((), tuple(np.linspace(0, 1, 101))):
-        walk = follow(robot.home, target, loads, keep=keep)
+        walk = follow(solve_home(robot), target, loads, keep=keep)
         assert np.abs(walk.last.platform_position[:2]).max() < 1e-4
         if walk.stopped is not None:
             assert walk.stopped.kind == "bifurcation"
@@ -176,7 +179,7 @@ def test_symmetric_paths_go_on_symmetrically_or_stop(force):
 def test_folds_by_effort_are_where_the_free_robot_loses_stability(name):
     """Motors moved far, their efforts asked for from home: reached while stable, else up to a fold."""
     robot = load_robot(name)
-    random, home = np.random.default_rng(7), robot.home
+    random, home = np.random.default_rng(7), solve_home(robot)
     reached, folds = 0, []
     for _ in range(20):
         away = random.uniform(-1.0, 1.0, robot.motor_count) * RANGES[name]
@@ -257,7 +260,7 @@ def test_rods_end_a_way_where_they_would_yield():
     error = caught.value
     assert error.event.kind == "strain_limit"
     assert bending_strains(error.last).max() == pytest.approx(0.005, rel=1e-6)
-    beyond = error.last.motors + 1e-3 * (np.array([4.5, -1.5]) - robot.home.motors)
+    beyond = error.last.motors + 1e-3 * (np.array([4.5, -1.5]) - solve_home(robot).motors)
     free = load_robot("rfrfr")
     assert bending_strains(solve_forward(free, beyond)).max() > 0.005
 
@@ -266,14 +269,14 @@ def test_a_time_limit_is_kept_and_says_how_far_it_came():
     """No time at all: how long anything takes does not matter to the test."""
     robot = load_robot("six_rfs")
     with pytest.raises(TimeLimitExceeded, match="the time allowed was over") as caught:
-        solve_forward(robot, robot.home.motors + 1.0, time_limit=0.0)
+        solve_forward(robot, solve_home(robot).motors + 1.0, time_limit=0.0)
     assert caught.value.fraction == 0.0
     assert caught.value.event.kind == "time_limit"
-    assert caught.value.last is robot.home
-    solve_forward(robot, robot.home.motors + 0.1, time_limit=600.0)
+    assert caught.value.last is solve_home(robot)
+    solve_forward(robot, solve_home(robot).motors + 0.1, time_limit=600.0)
     for wrong in (-1.0, np.nan):
         with pytest.raises(InvalidRequest, match="time_limit: expected a time"):
-            solve_forward(robot, robot.home.motors + 0.1, time_limit=wrong)
+            solve_forward(robot, solve_home(robot).motors + 0.1, time_limit=wrong)
 
 
 def test_stable_only_starts_from_something_stable():
@@ -286,15 +289,15 @@ def test_stable_only_starts_from_something_stable():
 def test_loads_without_potential_decide_no_stability():
     robot = load_robot("six_rfs")
     turning = Loads.none().with_(wrench_world=[0, 0, 0.01, 0, 0, 0])
-    there = solve_forward(robot, robot.home.motors + 0.1, loads=turning)
+    there = solve_forward(robot, solve_home(robot).motors + 0.1, loads=turning)
     assert there.converged
     with pytest.raises(UnstableEquilibrium, match="not decided by energy"):
-        solve_forward(robot, robot.home.motors + 0.1, loads=turning, stable_only=True)
+        solve_forward(robot, solve_home(robot).motors + 0.1, loads=turning, stable_only=True)
 
 
 def test_starts_of_another_robot_are_refused():
     with pytest.raises(InvalidRequest, match="same robot"):
-        solve_forward(load_robot("rfrfr"), [2.6, 0.5], start=load_robot("rfrfr").home)
+        solve_forward(load_robot("rfrfr"), [2.6, 0.5], start=solve_home(load_robot("rfrfr")))
 
 
 @pytest.mark.parametrize("efforts", [[0.0475613, 0.59519384], [-0.05443538, -0.30131647]])
@@ -303,7 +306,7 @@ def test_a_step_does_not_jump_over_two_folds_to_the_next_stable_part_of_the_bran
     robot = load_robot("rfrfr")
     ends = []
     for requests in (1, 100):
-        first, here = robot.home.efforts, robot.home
+        first, here = solve_home(robot).efforts, solve_home(robot)
         with pytest.raises(NotReached) as stopped:
             for number in range(1, requests + 1):
                 fraction = number / requests
@@ -318,8 +321,8 @@ def test_a_step_does_not_jump_over_two_folds_to_the_next_stable_part_of_the_bran
 def test_a_request_just_before_a_fold_is_reached(name):
     # The branch turns back a millionth of the way behind the target.
     robot = load_robot(name)
-    home = robot.home
-    pose = given_at(home, "pose")
+    home = solve_home(robot)
+    pose = home.pose
     pose[0] += 3.0
     with pytest.raises(NotReached) as stopped:
         solve_inverse(robot, pose)
@@ -327,7 +330,7 @@ def test_a_request_just_before_a_fold_is_reached(name):
     fold = stopped.value.event.equilibrium
     for before in (1e-3, 1e-5, 1e-6, 1e-7):
         fraction = stopped.value.event.fraction * (1.0 - before)
-        target = (1.0 - fraction) * given_at(home, "pose") + fraction * pose
+        target = (1.0 - fraction) * home.pose + fraction * pose
         there = solve_inverse(robot, target)
-        assert np.abs(given_at(there, "pose") - target).max() < 1e-9
+        assert np.abs(there.pose - target).max() < 1e-9
         assert distance(there, fold) < 40.0 * np.sqrt(before)

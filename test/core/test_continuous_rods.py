@@ -19,6 +19,7 @@ from cpr_core import (
     NonFiniteInput,
     Robot,
     load_robot,
+    solve_home,
 )
 from cpr_core.lie import rotation_exp
 from cpr_core.reference import continuous_rods
@@ -30,7 +31,7 @@ from cpr_core.reference.continuous_rods import (
 )
 from cpr_core.reference.shooting_kernel import ShootingState, _evaluate, _workspace
 from cpr_core.reference.shooting_robot import TABLEAUS, ShootingMethod, shooting_of
-from cpr_core.sections import SECTIONS
+from cpr_core.rods.sections import SECTIONS
 
 PATHS = {
     "rfrfr": ("rfrfr_forward_path.csv", ["q1", "q2"], ["x", "y"]),
@@ -69,7 +70,7 @@ def test_forward_and_inverse_paths_agree_with_the_reference(name):
 @pytest.mark.parametrize("name", PATHS)
 def test_home_needs_no_strain_modes(name):
     robot = load_robot(name)
-    alone, refined = continuous_home(robot), solve_continuous(robot.home)
+    alone, refined = continuous_home(robot), solve_continuous(solve_home(robot))
     assert_allclose(alone.platform_position, refined.platform_position, atol=1e-11)
     assert_allclose(alone.base_wrenches, refined.base_wrenches, atol=1e-10)
     assert alone.integration_error < 1e-11
@@ -162,7 +163,7 @@ def test_what_cannot_be_reached_is_an_error():
     with pytest.raises(NonFiniteInput, match="platform_position"):
         solve_continuous_rough(robot, home.motors, curvatures, [0.0, np.inf, 0.0])
     with pytest.raises(InvalidRequest, match="as many motors"):
-        follow_platform(solve_continuous(load_robot("three_rfs").home), [[0.0, 0.0, 0.5]])
+        follow_platform(solve_continuous(solve_home(load_robot("three_rfs"))), [[0.0, 0.0, 0.5]])
 
 
 def test_a_rod_stiffer_to_one_side_is_refused():

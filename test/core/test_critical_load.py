@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from helpers.columns import AT_TIP, BENDING, LENGTH, Guided, column
 
-from cpr_core import InvalidRequest, Loads, NoSolution, joints, load_robot, motors, solve_forward
-from cpr_core.critical_load import critical_load, critical_load_factor
+from cpr_core import InvalidRequest, Loads, NoSolution, load_robot, solve_forward, solve_home
+from cpr_core.description import joints, motors
+from cpr_core.solving.critical_load import critical_load, critical_load_factor
 
 CLAMPED_FREE = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2
 
@@ -17,13 +18,13 @@ CLAMPED_FREE = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2
     ("factor", "motor", "joint", "robot"),
     [
         (2.0, motors.Welded(), joints.Fixed(AT_TIP), None),
-        (0.6991556596428412, motors.Welded(), joints.Revolute(AT_TIP), Guided),
+        (0.6991556596428412, motors.Welded(), joints.RevoluteJoint(AT_TIP), Guided),
         (0.5, motors.Welded(), joints.Fixed(AT_TIP), Guided),
     ],
 )
 def test_columns_carry_their_classical_load(factor, motor, joint, robot):
     made = column(motor, joint, modes=12, **({"robot": robot} if robot else {}))
-    found = critical_load(made.home, [-1.0, 0.0, 0.0])
+    found = critical_load(solve_home(made), [-1.0, 0.0, 0.0])
     assert found.value == pytest.approx(np.pi**2 * BENDING / (factor * LENGTH) ** 2, rel=1e-6)
     assert found.kind == "crossing"
     assert found.equilibrium.index_locked == 0
@@ -38,14 +39,14 @@ def test_the_factor_is_the_force_over_the_one_that_acts():
 
 def test_pulling_never_buckles():
     made = column(motors.Welded(), joints.Fixed(AT_TIP))
-    assert critical_load(made.home, [1.0, 0.0, 0.0], limit=20.0 * CLAMPED_FREE) is None
+    assert critical_load(solve_home(made), [1.0, 0.0, 0.0], limit=20.0 * CLAMPED_FREE) is None
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "three_rfs"])
 def test_the_smallest_eigenvalue_vanishes_there_and_nowhere_before(name):
     robot = load_robot(name)
     down = [0.0, -1.0, 0.0] if robot.planar else [0.0, 0.0, -1.0]
-    start = solve_forward(robot, robot.home.motors + 0.02 * np.arange(robot.motor_count))
+    start = solve_forward(robot, solve_home(robot).motors + 0.02 * np.arange(robot.motor_count))
     found = critical_load(start, down)
     here = start
     for fraction in np.linspace(0.02, 0.98, 25):
@@ -69,8 +70,8 @@ def test_the_smallest_eigenvalue_vanishes_there_and_nowhere_before(name):
 def test_questions_without_an_answer_are_refused():
     robot = load_robot("six_rfs")
     with pytest.raises(InvalidRequest, match="direction"):
-        critical_load(robot.home, [0.0, 0.0, 0.0])
+        critical_load(solve_home(robot), [0.0, 0.0, 0.0])
     moment = Loads.none().with_(wrench_world=[0, 0, 0.01, 0, 0, 0])
-    turned = solve_forward(robot, robot.home.motors, loads=moment)
+    turned = solve_forward(robot, solve_home(robot).motors, loads=moment)
     with pytest.raises(InvalidRequest, match="potential"):
         critical_load(turned, [0.0, 0.0, -1.0])

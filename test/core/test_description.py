@@ -13,12 +13,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from cpr_core.description import RobotDescription
-from cpr_core.description_file import read_description, shipped_robots
+from cpr_core import solve_home
+from cpr_core.description.description_file import read_description, shipped_robots
+from cpr_core.description.robot_description import RobotDescription
 from cpr_core.errors import CprError, DescriptionError
-from cpr_core.geometrico_statics import solve_forward
 from cpr_core.lie import rotation_exp
-from cpr_core.robot import Robot, load_robot
+from cpr_core.model.robot import Robot, load_robot
+from cpr_core.solving.geometrico_statics import solve_forward
 
 ROBOTS = ["rfrfr", "six_rfs"]
 TEXTS = {name: path.read_text(encoding="utf-8") for name, path in shipped_robots().items()}
@@ -680,7 +681,7 @@ EXTREME = [1e-320, 1e-200, 1e-80, 1e80, 1e200, 1e308]
 def test_extreme_rods_end_in_an_error_of_the_library(rfrfr, path, value):
     put(rfrfr, path, value)
     try:
-        home = load_robot(rfrfr).home
+        home = solve_home(load_robot(rfrfr))
     except CprError as error:
         assert str(error)
     else:

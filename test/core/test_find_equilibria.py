@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from benchmarks.robustness import distance, residual
-from cpr_core import InvalidRequest, load_robot, solve_forward
-from cpr_core.find_equilibria import find_equilibria
+from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home
 from cpr_core.reference.conjugate_points import conjugate_points
 from cpr_core.reference.continuous_rods import solve_continuous
+from cpr_core.solving.find_equilibria import find_equilibria
 
 SIX = [5.86, 5.56, 5.86, 5.46, 5.86, 5.26]
 
@@ -43,7 +43,7 @@ def test_none_comes_twice(found):
 def test_home_is_among_them_and_the_only_one_of_its_branch(found):
     robot = found[0].equilibrium.robot
     assert [one.from_home for one in found] == [True] + [False] * (len(found) - 1)
-    assert distance(found[0].equilibrium, robot.home) < 1e-9
+    assert distance(found[0].equilibrium, solve_home(robot)) < 1e-9
 
 
 def test_mirror_images_come_in_pairs():

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from helpers.shipped_steps import STEPS
 
-from cpr_core import InvalidRequest, load_robot, solve_forward, solve_inverse
-from cpr_core.description_file import shipped_robots
-from cpr_core.kinemato_statics import kinemato_statics
+from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home, solve_inverse
+from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import rotation_log
+from cpr_core.model.kinemato_statics import kinemato_statics
 
 
 def placed(name):
     robot = load_robot(name)
     force = [0, 0, 0, 0.02, -0.03, 0.0 if robot.planar else 0.04]
     loads = robot.default_loads.with_(wrench_world=force)
-    return solve_forward(robot, robot.home.motors + np.array(STEPS[name]), loads=loads)
+    return solve_forward(robot, solve_home(robot).motors + np.array(STEPS[name]), loads=loads)
 
 
 def body_twist(here, there):
@@ -55,7 +55,7 @@ def test_motor_columns_are_those_of_full_solves(here):
             return solve_forward(here.robot, here.motors + amount * step, start=here)
 
         for name, value in (
-            ("platform_by_motors", lambda e: body_twist(here, e)),
+            ("jacobian", lambda e: body_twist(here, e)),
             ("efforts_by_motors", lambda e: e.efforts - here.efforts),
             ("legs_by_motors", lambda e: e.leg_coordinates - here.leg_coordinates),
             ("multipliers_by_motors", lambda e: e.multipliers - here.multipliers),
@@ -107,8 +107,8 @@ def test_compliance_at_constant_effort_is_that_of_the_condensed_stiffness(here):
     """Eliminate the motors from the stiffness of motors and platform together."""
     model, n = kinemato_statics(here), here.robot.motor_count
     by_platform = np.linalg.inv(model.platform_by_wrench)
-    coupling = -by_platform @ model.platform_by_motors
-    motors = model.efforts_by_motors - coupling.T @ model.platform_by_motors
+    coupling = -by_platform @ model.jacobian
+    motors = model.efforts_by_motors - coupling.T @ model.jacobian
     whole = np.block([[motors, coupling.T], [coupling, by_platform]])
     compliance = np.linalg.inv(whole)[n:, n:]
     close(model.compliance(np.zeros(n)), compliance)
@@ -117,7 +117,7 @@ def test_compliance_at_constant_effort_is_that_of_the_condensed_stiffness(here):
 def test_reciprocity_of_motors_and_platform(here):
     """dtau_a/dw_p = -(dSigma_p/dq_a)^T, and dtau_a/dq_a is symmetric."""
     model = kinemato_statics(here)
-    close(model.efforts_by_wrench, -model.platform_by_motors.T)
+    close(model.efforts_by_wrench, -model.jacobian.T)
     close(model.efforts_by_motors, model.efforts_by_motors.T)
     softening = np.linalg.eigvalsh(0.5 * (model.efforts_by_motors + model.efforts_by_motors.T))
     assert here.index_free == here.index_locked + int(np.sum(softening < 0.0))
@@ -134,7 +134,7 @@ def test_the_papers_matrices_hold_for_any_motion(here):
     motors, platform = unit[robot.motor_indices], unit[robot.platform_indices]
     left = (
         a
-        + p @ (model.platform_by_motors / platform[:, None] * motors)
+        + p @ (model.jacobian / platform[:, None] * motors)
         + e @ (model.legs_by_motors / unit[robot.elastic_indices][:, None] * motors)
     )
     right = w[:, :n] @ (model.efforts_by_motors * motors[:, None] * motors / energy)
@@ -148,7 +148,7 @@ def test_the_prediction_error_falls_as_the_square_of_the_step(name):
     errors = []
     for size in (0.2, 0.1, 0.05):
         there = solve_forward(here.robot, here.motors + size * direction, start=here)
-        predicted = model.platform_by_motors @ (size * direction)
+        predicted = model.jacobian @ (size * direction)
         errors.append(np.linalg.norm(body_twist(here, there) - predicted))
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.1)
@@ -216,7 +216,7 @@ def test_the_inverse_singularity_of_the_six_rfs_path():
     def at(t, start):
         return solve_forward(robot, first + (last - first) * t / 50, start=start)
 
-    here, signs = robot.home, []
+    here, signs = solve_home(robot), []
     for t in range(51):
         here = at(t, here)
         signs.append(kinemato_statics(here).singularity("inverse").sign)

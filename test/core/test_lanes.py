@@ -8,7 +8,7 @@ import pytest
 from numba import njit
 from numpy.testing import assert_array_equal
 
-from cpr_core.lanes import (
+from cpr_core.kernels.lanes import (
     WIDTH,
     absolute,
     broadcast,

@@ -14,11 +14,12 @@ import pytest
 from helpers.differences import random_state
 from scipy.integrate import solve_ivp
 
-from cpr_core import Loads, joints, load_robot, motors
+from cpr_core import Loads, load_robot
+from cpr_core.description import joints, motors
 from cpr_core.lie import quaternion_from_rotation, rotation_exp, skew
-from cpr_core.model import evaluate
-from cpr_core.robot import Robot
-from cpr_core.rod import StrainModes
+from cpr_core.model.model_state import evaluate
+from cpr_core.model.robot import Robot
+from cpr_core.rods.rod import StrainModes
 
 TILTED = tuple(np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5]))
 FRAME = tuple(map(tuple, rotation_exp([0.3, -0.2, 0.5])))
@@ -93,7 +94,7 @@ def literal_residual(robot, loads, state, platform_rotation, platform_position):
     for here, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
         strain = state[here["strain_index"] :][: leg.modes.total]
         rotation, position, motor_twist, index = leg.base_rotation, leg.base_position, None, -1
-        if isinstance(leg.motor, motors.Revolute):
+        if isinstance(leg.motor, motors.RevoluteMotor):
             index = here["rotation_index"]
             rotation = rotation_exp(np.array(leg.motor.axis) * state[index]) @ rotation
             motor_twist = np.concatenate([rotation.T @ leg.motor.axis, np.zeros(3)])
@@ -141,7 +142,7 @@ def literal_residual(robot, loads, state, platform_rotation, platform_position):
 
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(
-    "motor", [motors.Revolute(TILTED), motors.Prismatic(TILTED), motors.Welded()], ids=repr
+    "motor", [motors.RevoluteMotor(TILTED), motors.Prismatic(TILTED), motors.Welded()], ids=repr
 )
 @pytest.mark.parametrize(
     "joint", [joints.Spherical((0.1, -0.05, 0.02)), joints.Fixed((0.1, -0.05, 0.02), FRAME)]

@@ -9,18 +9,19 @@ import numpy as np
 import pytest
 from helpers.differences import derivative, model_at, random_state
 
-from cpr_core import Loads, joints, load_robot, motors, solve_forward
+from cpr_core import Loads, load_robot, solve_forward, solve_home
+from cpr_core.description import joints, motors
+from cpr_core.description.loads import DistributedForce, PointForce
 from cpr_core.lie import rotation_exp
-from cpr_core.loads import DistributedForce, PointForce
-from cpr_core.model import tangent_at
-from cpr_core.robot import Robot
-from cpr_core.rod import StrainModes
+from cpr_core.model.equilibrium import tangent_at
+from cpr_core.model.robot import Robot
+from cpr_core.rods.rod import StrainModes
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 TILTED = tuple(np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5]))
 
 SPATIAL_MOTORS = {
-    "revolute": motors.Revolute(TILTED),
+    "revolute": motors.RevoluteMotor(TILTED),
     "prismatic": motors.Prismatic(TILTED),
     "extensible": motors.Extensible(),
     "extensible spinning": motors.Extensible(spin=True),
@@ -30,18 +31,18 @@ SPATIAL_MOTORS = {
 SPATIAL_TIPS = {
     "spherical": joints.Spherical((0.1, -0.05, 0.02)),
     "fixed": joints.Fixed((0.1, -0.05, 0.02), tuple(map(tuple, rotation_exp([0.3, -0.2, 0.5])))),
-    "revolute": joints.Revolute((0.1, -0.05, 0.02), TILTED, Y),
+    "revolute": joints.RevoluteJoint((0.1, -0.05, 0.02), TILTED, Y),
     "universal": joints.Universal((0.1, -0.05, 0.02), X, TILTED),
 }
 PLANAR_MOTORS = {
-    "revolute": motors.Revolute(Z),
+    "revolute": motors.RevoluteMotor(Z),
     "prismatic": motors.Prismatic((0.6, 0.8, 0.0)),
     "extensible": motors.Extensible(),
     "hinge": motors.Hinge(Z),
     "welded": motors.Welded(),
 }
 PLANAR_TIPS = {
-    "revolute": joints.Revolute((0.1, -0.05, 0.0)),
+    "revolute": joints.RevoluteJoint((0.1, -0.05, 0.0)),
     "fixed": joints.Fixed((0.1, -0.05, 0.0)),
 }
 
@@ -164,6 +165,6 @@ def test_tangent_is_symmetric_at_a_loaded_equilibrium(name):
     gravity = [0, -9.81, 0] if robot.planar else [0, 0, -9.81]
     loads = Loads.none().with_(gravity=gravity, wrench_world=[0, 0, 0, 0.05, -0.1, 0])
     unit = robot.arrays.unit
-    tangent = tangent_at(solve_forward(robot, robot.home.motors, loads=loads))
+    tangent = tangent_at(solve_forward(robot, solve_home(robot).motors, loads=loads))
     tangent = tangent * unit[:, None] * unit
     np.testing.assert_allclose(tangent, tangent.T, atol=1e-11 * np.abs(tangent).max())

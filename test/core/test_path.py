@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from benchmarks.robustness import RANGES, distance
-from cpr_core import given_at, load_robot, solve_forward
-from cpr_core.description_file import shipped_robots
-from cpr_core.geometrico_statics import target_of
-from cpr_core.path import Path
+from cpr_core import load_robot, solve_forward, solve_home
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.solving.path import Path
+from cpr_core.solving.requests import target_of
 
 PROBLEMS = ["motors", "pose", "efforts"]
 
@@ -18,12 +18,14 @@ PROBLEMS = ["motors", "pose", "efforts"]
 def path_of(name, problem, loaded=False):
     robot = load_robot(name)
     pattern = np.resize([0.2, -0.1, 0.15, 0.1, -0.2], robot.motor_count)
-    there = solve_forward(robot, robot.home.motors + pattern * RANGES[name] * 0.2)
-    loads = robot.home.loads
+    there = solve_forward(robot, solve_home(robot).motors + pattern * RANGES[name] * 0.2)
+    loads = solve_home(robot).loads
     if loaded:
         force = 0.1 * robot.arrays.energy_unit / robot.mean_length
         loads = loads.with_(wrench_world=[0, 0, 0, force, -force, 0])
-    return Path(robot.home, target_of(robot.home, problem, given_at(there, problem)), loads)
+    return Path(
+        solve_home(robot), target_of(solve_home(robot), problem, getattr(there, problem)), loads
+    )
 
 
 @pytest.mark.parametrize("loaded", [False, True])
@@ -65,11 +67,13 @@ def test_starts_are_points_of_their_paths():
     begin = path.begin()
     assert begin.fraction == 0.0
     assert begin.equilibrium is path.start
-    assert (begin.index, begin.sign) == (0, path.start.inertia.inverse_sign)
+    assert (begin.index, begin.sign) == (0, path.start.signs.inverse_sign)
 
 
 def test_far_fractions_are_refused_not_jumped_to():
     robot = load_robot("six_rfs")
-    target = target_of(robot.home, "motors", robot.home.motors + [2, -2, 2, -2, 2, -2])
-    path = Path(robot.home, target, robot.home.loads)
+    target = target_of(
+        solve_home(robot), "motors", solve_home(robot).motors + [2, -2, 2, -2, 2, -2]
+    )
+    path = Path(solve_home(robot), target, solve_home(robot).loads)
     assert path.at(path.begin(), 1.0) is None

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from cpr_core import load_robot, pencil_kernel
-from cpr_core.arrays import kept_factors
-from cpr_core.pencil import pencil_of
-from cpr_core.stability import null_space_of
+from cpr_core import load_robot, solve_home
+from cpr_core.kernels import pencil_kernel
+from cpr_core.kernels.kernel_arrays import kept_factors
+from cpr_core.kernels.pencil import pencil_of
+from cpr_core.model.stability import null_space_of
 
 #: Two legs in the plane, six legs, six legs with moments at their tips.
 ROBOTS = ("rfrfr", "six_rfs", "gough_stewart")
@@ -38,7 +39,7 @@ class Whole:
     def __init__(self, name, modes=3):
         self.robot = load_robot(name, modes=modes)
         self.arrays, self.pencil = self.robot.arrays, pencil_of(self.robot)
-        self.strains = self.arrays.elastic.shape[1]
+        self.strains = self.arrays.slots.strain_count
         self.legs = len(self.arrays.legs)
         self.rows, self.width = self.pencil.weights.shape[1], len(self.pencil.corner)
 
@@ -50,7 +51,7 @@ class Whole:
         for lane in range(self.legs):
             block = np.triu(rng.standard_normal(shape[:2]))
             block[self.strains : -1, self.strains : -1] = 0.0
-            if self.arrays.orientation_count == 0:
+            if self.arrays.slots.orientation_count == 0:
                 block[: self.strains, self.rows :] = 0.0
             block[: self.strains, : self.strains] += 4.0 * np.eye(self.strains)
             block[np.arange(held), self.strains + np.arange(held)] += 2.0
@@ -138,7 +139,7 @@ def test_zero_is_an_eigenvalue_as_any_other():
 def test_factors_are_put_together_to_what_they_were_factored_from(name):
     """With the tangent of the robot itself, by states."""
     whole = Whole(name, modes=5)
-    home, arrays = whole.robot.home, whole.arrays
+    home, arrays = solve_home(whole.robot), whole.arrays
     assert recall_pencil(arrays, home.factors, whole.pencil)
     expected = home.robot.arrays.energy_unit * linalg.eigvalsh(*whole.matrices(True))
     np.testing.assert_allclose(expected, home.spectrum_free.eigenvalues, rtol=0.0, atol=1e-10)
@@ -146,7 +147,7 @@ def test_factors_are_put_together_to_what_they_were_factored_from(name):
 
 def test_a_leg_nearly_straight_is_refused():
     """Three modes can hardly shorten these legs: their stiffness hides all other."""
-    home = load_robot("gough_stewart", modes=3).home
+    home = solve_home(load_robot("gough_stewart", modes=3))
     assert not recall_pencil(home.robot.arrays, home.factors, pencil_of(home.robot))
     assert home.spectrum_free.smallest == home.spectrum_free.eigenvalues[0]
 
@@ -154,6 +155,6 @@ def test_a_leg_nearly_straight_is_refused():
 def test_a_leg_without_stiffness_is_refused():
     robot = load_robot("rfrfr", modes=3)
     kept, pencil = kept_factors(robot.arrays), pencil_of(robot)
-    kept[:] = robot.home.factors
+    kept[:] = solve_home(robot).factors
     kept["lane"][1, 1] *= 1e9  # an inverse pivot
     assert not recall_pencil(robot.arrays, kept, pencil)

@@ -19,19 +19,19 @@ from cpr_core import (
     MotorLimitExceeded,
     Robot,
     find_equilibria,
-    given_at,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
+    solve_home,
     solve_inverse,
     trace,
 )
-from cpr_core.description import HomeGuess
-from cpr_core.description_file import shipped_robots
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.description.loads import DistributedForce, PointForce
+from cpr_core.description.motors import Extensible, Prismatic, RevoluteMotor
+from cpr_core.description.robot_description import HomeGuess
 from cpr_core.lie import roll_pitch_yaw, rotation_exp
-from cpr_core.loads import DistributedForce, PointForce
-from cpr_core.model import tangent_at
-from cpr_core.motors import Extensible, Prismatic, Revolute
+from cpr_core.model.equilibrium import tangent_at
 
 HEAVY = {True: [0.5, -2.0, 0.0], False: [0.5, -1.0, -9.81]}
 
@@ -42,7 +42,7 @@ def robot(request):
 
 
 def moved(robot, start=None, loads=None):
-    motors = robot.home.motors + np.array(STEPS[robot.description.name])
+    motors = solve_home(robot).motors + np.array(STEPS[robot.description.name])
     return solve_forward(robot, motors, start=start, loads=loads)
 
 
@@ -55,14 +55,14 @@ def test_every_shipped_robot_has_a_step():
 
 
 def test_home_is_stable(robot):
-    assert robot.home.converged
-    assert robot.home.index_locked == 0
-    np.testing.assert_array_equal(robot.home.motors, robot.description.home.motors)
+    assert solve_home(robot).converged
+    assert solve_home(robot).index_locked == 0
+    np.testing.assert_array_equal(solve_home(robot).motors, robot.description.home.motors)
 
 
 def test_the_inverse_problem_gives_back_the_motors(robot):
     there = moved(robot, loads=heavy(robot))
-    back = solve_inverse(robot, given_at(there, "pose"), loads=heavy(robot))
+    back = solve_inverse(robot, there.pose, loads=heavy(robot))
     np.testing.assert_allclose(back.motors, there.motors, atol=1e-9)
     np.testing.assert_allclose(back.efforts, there.efforts, atol=1e-6)
 
@@ -84,7 +84,7 @@ def test_the_hessian_is_symmetric_under_conservative_loads(robot):
 
 
 def test_energy_gained_is_the_work_of_the_motors(robot):
-    first = solve_forward(robot, robot.home.motors, loads=heavy(robot))
+    first = solve_forward(robot, solve_home(robot).motors, loads=heavy(robot))
     last = moved(robot, start=first)
     nodes, weights = np.polynomial.legendre.leggauss(12)
     step, here, work = last.motors - first.motors, first, 0.0
@@ -98,7 +98,7 @@ def turned_description(description, turn, shift):
     """The whole robot somewhere else."""
 
     def motor(motor):
-        if isinstance(motor, Revolute | Prismatic):
+        if isinstance(motor, RevoluteMotor | Prismatic):
             return type(motor)(tuple(turn @ motor.axis))
         assert isinstance(motor, Extensible)
         return motor
@@ -202,7 +202,7 @@ def test_lengths_of_extensible_legs_are_recovered():
     assert robot.description.platform_mass == 0.1
     lengths = [0.46, 0.44, 0.45, 0.47, 0.45, 0.46]
     there = solve_forward(robot, lengths)
-    back = solve_inverse(robot, given_at(there, "pose"))
+    back = solve_inverse(robot, there.pose)
     np.testing.assert_allclose(back.motors, lengths, atol=1e-9)
 
 
@@ -227,10 +227,10 @@ def test_any_angles_can_be_chosen(controlled):
     content["controlled"] = controlled
     robot = load_robot(content)
     # Off the symmetric home, where yaw answers to no motor to first order.
-    start = solve_forward(robot, robot.home.motors + [0.25, -0.15, 0.05])
+    start = solve_forward(robot, solve_home(robot).motors + [0.25, -0.15, 0.05])
     there = solve_forward(robot, start.motors + [0.02, -0.01, 0.015], start=start)
-    back = solve_inverse(robot, given_at(there, "pose"), start=start)
-    np.testing.assert_allclose(given_at(back, "pose"), given_at(there, "pose"), atol=1e-11)
+    back = solve_inverse(robot, there.pose, start=start)
+    np.testing.assert_allclose(back.pose, there.pose, atol=1e-11)
     np.testing.assert_allclose(back.motors, there.motors, atol=1e-7)
 
 
@@ -276,7 +276,7 @@ def test_rod_lengths_stay_positive():
 
 def test_a_robot_that_cannot_move_is_stable():
     """One mode a leg: with the motors held the constraints leave nothing to move."""
-    rigid = load_robot("rfrfr", modes=1).home
+    rigid = solve_home(load_robot("rfrfr", modes=1))
     assert len(rigid.spectrum_locked.eigenvalues) == 0
     assert rigid.index_locked == 0
     assert rigid.spectrum_locked.margin == rigid.spectrum_locked.smallest == np.inf
@@ -378,7 +378,7 @@ def test_loads_of_the_description_act_from_home_on():
         points=[0.25],
     )[0]  # fmt: skip
     expected += 1e-4 * hat / (6.0 * BENDING)
-    found = load_robot(content).home.platform_position[1]
+    found = solve_home(load_robot(content)).platform_position[1]
     assert found == pytest.approx(expected, rel=1e-4)
 
 
@@ -407,7 +407,7 @@ def test_the_mass_of_a_tapered_rod_is_what_its_profile_says():
 @pytest.mark.parametrize("curvature", [0.5, -4.0])
 def test_a_rod_curved_at_rest_is_an_arc_without_stress(curvature):
     robot = load_robot(cantilever(rest_curvature={"bending_3": [curvature]}))
-    home = robot.home
+    home = solve_home(robot)
     angle = curvature * LENGTH
     np.testing.assert_allclose(
         home.platform_position[:2],
@@ -438,7 +438,7 @@ def test_more_motors_than_coordinates_are_refused_by_the_inverse_problem():
         load_robot(content)
     content["controlled"] = []
     robot = load_robot(content)
-    solve_forward(robot, robot.home.motors + 0.05)
+    solve_forward(robot, solve_home(robot).motors + 0.05)
     with pytest.raises(InvalidRequest, match="no single solution: it has 3 motors for 2"):
         solve_inverse(robot, [])
 

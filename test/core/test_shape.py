@@ -6,13 +6,13 @@
 import numpy as np
 import pytest
 
-from cpr_core import leg_shapes, load_robot, solve_forward
+from cpr_core import leg_shapes, load_robot, solve_forward, solve_home
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
 def test_legs_join_base_and_platform(name):
     robot = load_robot(name)
-    equilibrium = solve_forward(robot, robot.home.motors + 0.1)
+    equilibrium = solve_forward(robot, solve_home(robot).motors + 0.1)
     for leg, shape in zip(robot.description.legs, leg_shapes(equilibrium, 40), strict=True):
         np.testing.assert_allclose(shape.position[0], leg.base_position)
         tip = equilibrium.platform_position + equilibrium.platform_rotation @ leg.joint.position
@@ -26,7 +26,7 @@ def test_legs_join_base_and_platform(name):
 
 
 def test_curvature_is_the_turning_of_the_tangent():
-    equilibrium = load_robot("rfrfr").home
+    equilibrium = solve_home(load_robot("rfrfr"))
     shape = leg_shapes(equilibrium, 200)[0]
     angle = np.unwrap(np.arctan2(shape.rotation[:, 1, 0], shape.rotation[:, 0, 0]))
     slope = np.gradient(angle, shape.arc_length)

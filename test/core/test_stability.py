@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from cpr_core import Loads, load_robot, solve_forward, solve_inverse, spectrum
+from cpr_core import Loads, load_robot, solve_forward, solve_home, solve_inverse, spectrum
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 
 
@@ -70,7 +70,9 @@ def test_free_index_is_the_locked_one_plus_the_softening_motor_directions(name):
         points = [solve_inverse(robot, [0.1, y]) for y in (0.8, 0.3, -0.1)]
     else:
         points = [
-            solve_forward(robot, robot.home.motors + t * np.array([2, 2, -1.6, -1.6, -2, -2]))
+            solve_forward(
+                robot, solve_home(robot).motors + t * np.array([2, 2, -1.6, -1.6, -2, -2])
+            )
             for t in (0.0, 0.6, 1.0)
         ]
     assert {point.index_free for point in points} != {0}
@@ -101,7 +103,7 @@ def test_margin_is_one_without_forces_and_zero_at_the_crossing():
 @pytest.mark.parametrize("motors_are", ["locked", "free"])
 def test_smallest_eigenvalues_converge_with_the_modes(motors_are):
     values = [
-        spectrum(load_robot("six_rfs", modes=modes).home, motors_are).eigenvalues[0]
+        spectrum(solve_home(load_robot("six_rfs", modes=modes)), motors_are).eigenvalues[0]
         for modes in (5, 8, 12)
     ]
     assert values[0] == pytest.approx(values[2], rel=2e-3)
@@ -114,6 +116,6 @@ def test_a_non_conservative_load_is_said():
     following = Loads.none().with_(wrench_body=[0, 0, 0, 0, 0, 0.1])
     force = Loads.none().with_(wrench_world=[0, 0, 0, 0, 0, 0.1])
     for loads, applies in ((moment, False), (following, False), (force, True)):
-        found = solve_forward(robot, robot.home.motors, loads=loads)
+        found = solve_forward(robot, solve_home(robot).motors, loads=loads)
         assert found.spectrum_locked.energy_criterion_applies is applies
         assert found.spectrum_free.energy_criterion_applies is applies

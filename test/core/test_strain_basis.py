@@ -10,9 +10,9 @@ from scipy import special
 from scipy.interpolate import BSpline
 
 from cpr_core.errors import CprError
-from cpr_core.quadrature import rod_grid
-from cpr_core.rod import StrainModes
-from cpr_core.strain_basis import STRAIN_BASES, BSplines, Chebyshev, Legendre, Monomials
+from cpr_core.rods.quadrature import rod_grid
+from cpr_core.rods.rod import StrainModes
+from cpr_core.rods.strain_basis import STRAIN_BASES, BSplines, Chebyshev, Legendre, Monomials
 
 SIGMA = np.concatenate([[0.0, 1.0, 0.5], np.random.default_rng(1).uniform(0.0, 1.0, 40)])
 POLYNOMIALS = {

@@ -9,18 +9,25 @@ import numpy as np
 import pytest
 
 from benchmarks.robustness import distance
-from cpr_core import InvalidRequest, critical_load, load_robot, solve_forward, solve_inverse
-from cpr_core.trace import trace
+from cpr_core import (
+    InvalidRequest,
+    critical_load,
+    load_robot,
+    solve_forward,
+    solve_home,
+    solve_inverse,
+)
+from cpr_core.solving.trace import trace
 
 
 def test_a_trace_is_the_solutions_along_the_way():
     robot = load_robot("six_rfs")
-    last = robot.home.motors + [0.3, -0.2, 0.2, 0.1, -0.3, 0.2]
+    last = solve_home(robot).motors + [0.3, -0.2, 0.2, 0.1, -0.3, 0.2]
     found = trace(robot, motors=last, points=7)
     assert found.reached
     np.testing.assert_allclose(found.fractions, np.linspace(0.0, 1.0, 7), atol=1e-15)
     for fraction, here in zip(found.fractions, found.equilibria, strict=True):
-        motors = (1.0 - fraction) * robot.home.motors + fraction * last
+        motors = (1.0 - fraction) * solve_home(robot).motors + fraction * last
         assert distance(here, solve_forward(robot, motors)) < 1e-8
     assert found.motors.shape == found.efforts.shape == (7, 6)
     assert found.platform_positions.shape == (7, 3)
@@ -28,7 +35,7 @@ def test_a_trace_is_the_solutions_along_the_way():
     assert found.bending_strains.shape == (7, 6)
     assert found.indices_locked.tolist() == found.indices_free.tolist() == [0] * 7
     np.testing.assert_allclose(np.linalg.norm(found.platform_quaternions, axis=1), 1.0)
-    assert found.energies[0] == robot.home.energy
+    assert found.energies[0] == solve_home(robot).energy
     assert found.last is found.equilibria[-1]
 
 
@@ -58,7 +65,7 @@ def test_stability_crossings_are_events_between_the_points():
 def test_folds_are_passed_where_asked():
     """Down through the fold, back along the unstable branch, through the next fold and on."""
     robot = load_robot("rfrfr")
-    start = solve_forward(robot, robot.home.motors + [0.0, 0.02])
+    start = solve_forward(robot, solve_home(robot).motors + [0.0, 0.02])
     critical = critical_load(start, [0.0, -1.0, 0.0]).value
     loads = start.loads.with_(wrench_world=[0, 0, 0, 0, -2.0 * critical, 0])
     assert trace(robot, loads=loads, start=start).stopped.kind == "fold"
@@ -91,7 +98,7 @@ def test_progress_is_told():
 def test_quaternions_do_not_jump():
     robot = load_robot("six_rfs")
     found = trace(
-        robot, motors=robot.home.motors + 3.0 * np.array([1, -1, 1, -1, 1, -1]), points=60
+        robot, motors=solve_home(robot).motors + 3.0 * np.array([1, -1, 1, -1, 1, -1]), points=60
     )
     changes = np.abs(np.diff(found.platform_quaternions, axis=0)).max()
     assert changes < 0.5

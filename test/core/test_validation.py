@@ -20,6 +20,7 @@ from cpr_core import (
     leg_shapes,
     load_robot,
     solve_forward,
+    solve_home,
     solve_inverse,
     spectrum,
     trace,
@@ -27,7 +28,7 @@ from cpr_core import (
 from cpr_core.validation import checked_count, checked_number
 
 ROBOT = load_robot("rfrfr")
-HOME = ROBOT.home
+HOME = solve_home(ROBOT)
 MODEL = kinemato_statics(HOME)
 
 QUESTIONS = {

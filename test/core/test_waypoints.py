@@ -11,10 +11,10 @@ from cpr_core import (
     InvalidRequest,
     Loads,
     NonFiniteInput,
-    given_at,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
+    solve_home,
     solve_inverse,
     trace,
     trace_through,
@@ -40,7 +40,7 @@ def test_a_trajectory_is_what_single_solves_find(name, what):
     path = CASES[name].path()
     start = solve_forward(robot, path[0])
     places = one_by_one(robot, "motors", path[1:12], start)
-    rows = [given_at(place, "pose" if what == "poses" else what) for place in places]
+    rows = [getattr(place, "pose" if what == "poses" else what) for place in places]
     found = trace_through(robot, **{what: rows}, start=start, singularities=False)
     assert found.reached and not found.events and len(found.equilibria) == len(rows)
     assert found.fractions[-1] == 1.0
@@ -57,7 +57,7 @@ def test_a_trajectory_is_what_single_solves_find(name, what):
 
 def test_every_numbering_of_equilibria_works():
     robot = load_robot("rfrfr")
-    found = trace_through(robot, motors=robot.home.motors + 0.01 * np.arange(5.0)[:, None])
+    found = trace_through(robot, motors=solve_home(robot).motors + 0.01 * np.arange(5.0)[:, None])
     motors = [here.motors[0] for here in found.equilibria]
     assert motors == [here.motors[0] for here in found.equilibria[:]]
     assert found.equilibria[-1].motors[0] == motors[-1] == found.last.motors[0]
@@ -69,7 +69,11 @@ def test_every_numbering_of_equilibria_works():
 def test_far_requests_loads_and_heavy_rods_are_walked_to():
     robot = load_robot("rfrfr")
     loads = Loads.none().with_(gravity=[0.0, -9.81, 0.0])
-    rows = [robot.home.motors + 0.7, robot.home.motors - 0.6, robot.home.motors - 0.61]
+    rows = [
+        solve_home(robot).motors + 0.7,
+        solve_home(robot).motors - 0.6,
+        solve_home(robot).motors - 0.61,
+    ]
     found = trace_through(robot, motors=rows, loads=loads)
     first = solve_forward(robot, rows[0], loads=loads)
     places = [first, *one_by_one(robot, "motors", rows[1:], first)]
@@ -80,7 +84,7 @@ def test_far_requests_loads_and_heavy_rods_are_walked_to():
 def test_following_forces_are_walked_to():
     robot = load_robot("six_rfs")
     loads = Loads.none().with_(wrench_body=[0.0, 0.0, 0.0, 0.1, 0.0, 0.0])
-    rows = robot.home.motors + 0.02 * np.arange(4.0)[:, None]
+    rows = solve_home(robot).motors + 0.02 * np.arange(4.0)[:, None]
     found = trace_through(robot, motors=rows, loads=loads)
     first = solve_forward(robot, rows[0], loads=loads)
     assert distance(found.last, one_by_one(robot, "motors", rows[1:], first)[-1]) < 1e-8
@@ -114,8 +118,8 @@ def test_inverse_singularities_on_the_way_of_motors_are_events_where_they_are_as
 def test_limits_stop_a_trajectory_where_they_are_passed():
     robot = load_robot("gough_stewart")
     lower = robot.description.legs[0].limits.lower
-    rows = np.tile(robot.home.motors, (60, 1))
-    rows[:, 0] = np.linspace(robot.home.motors[0], lower - 0.01, 60)
+    rows = np.tile(solve_home(robot).motors, (60, 1))
+    rows[:, 0] = np.linspace(solve_home(robot).motors[0], lower - 0.01, 60)
     found = trace_through(robot, motors=rows)
     assert found.stopped.kind == "motor_limit"
     assert found.last.motors[0] == pytest.approx(lower, abs=1e-6)

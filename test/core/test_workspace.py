@@ -23,10 +23,11 @@ from cpr_core import (
     kinemato_statics,
     load_robot,
     solve_forward,
+    solve_home,
     solve_inverse,
 )
 from cpr_core.lie import quaternion_from_rotation, roll_pitch_yaw, rotation_exp
-from cpr_core.limits import margins
+from cpr_core.solving.limits import margins
 from cpr_core.workspace import EdgeState, flooding, map_workspace, motor_grid, pose_grid
 
 
@@ -55,7 +56,7 @@ def test_walks_from_home_lead_to_the_same_cells():
 def test_every_number_of_a_cell_is_that_of_scipy(name):
     robot = load_robot(name, modes=4)
     vary = {"z": [-0.02, 0.02], "roll": [-0.05, 0.05]} if name == "three_rfs" else None
-    home = robot.home
+    home = solve_home(robot)
     if vary is None:
         x, y = home.platform_position[:2]
         vary = {"x": [x - 0.01, x + 0.01], "y": [y - 0.01, y + 0.02]}
@@ -142,7 +143,7 @@ def test_a_slice_of_the_pose_space_by_euler_angles():
 
 def test_orientations_vary_in_three_dimensions_and_askew():
     robot = six_rfs()
-    x, y, z = robot.home.platform_position
+    x, y, z = solve_home(robot).platform_position
     grid = pose_grid(
         robot,
         {"s": [-0.02, 0.0, 0.03], "yaw": [-0.1, 0.1], "z": [z, z + 0.02]},
@@ -261,7 +262,7 @@ def test_guesses_save_steps_and_change_nothing_else(monkeypatch):
 
 def test_rotations_stay_rotations_far_from_the_start():
     robot = six_rfs()
-    home = dict(zip(robot.motor_names, robot.home.motors, strict=True))
+    home = dict(zip(robot.motor_names, solve_home(robot).motors, strict=True))
     axes = {name: [home[name] - 0.02, home[name] + 0.3] for name in ("motor1", "motor2")}
     found = map_workspace(robot, motor_grid(robot, axes, resolution=0.008), tolerance=0.0)
     assert found.reached.sum() > 1000

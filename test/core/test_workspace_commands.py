@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from helpers.workspace_cases import rfrfr, six_rfs, small_map
 
-from cpr_core import InvalidRequest
+from cpr_core import InvalidRequest, solve_home
 from cpr_core.command_line import main
+from cpr_core.drawing.map_plots import fields_of, plot_map
 from cpr_core.workspace import map_workspace, pose_grid
-from cpr_core.workspace.plots import fields_of, plot_map
 from cpr_core.workspace.store import read_map
 
 SMALL = ("--slice", "x=-0.6:0.6", "y=-0.1:0.7", "--resolution", "0.1")
@@ -83,7 +83,7 @@ def test_every_field_can_be_drawn(tmp_path):
 
 def test_slices_of_three_dimensions_are_drawn(tmp_path):
     robot = six_rfs()
-    x, y, z = robot.home.platform_position
+    x, y, z = solve_home(robot).platform_position
     grid = pose_grid(
         robot, {"x": [x, x + 0.1], "y": [y, y + 0.1], "z": [z - 0.3, z + 0.1]}, resolution=0.05
     )

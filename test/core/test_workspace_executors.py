@@ -9,7 +9,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 import pytest
 from helpers.workspace_cases import assert_same, rfrfr, small_grid, small_map
 
-from cpr_core import load_robot
+from cpr_core import load_robot, solve_home
 from cpr_core.workspace import map_workspace, pose_grid
 
 
@@ -31,7 +31,7 @@ def test_a_dask_cluster_of_separate_processes():
     from dask.distributed import Client, LocalCluster
 
     robot = load_robot("six_rfs", modes=3)
-    x, y, z = robot.home.platform_position
+    x, y, z = solve_home(robot).platform_position
     grid = pose_grid(
         robot, {"x": [x - 0.05, x + 0.05], "y": [y - 0.05, y + 0.05]}, {"z": z}, resolution=0.02
     )

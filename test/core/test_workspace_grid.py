@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from helpers.workspace_cases import content_of_rfrfr, rfrfr, six_rfs
 
-from cpr_core import InvalidRequest, NoInverseSolution, NonFiniteInput, load_robot
+from cpr_core import InvalidRequest, NoInverseSolution, NonFiniteInput, load_robot, solve_home
 from cpr_core.workspace import map_workspace, motor_grid, pose_grid
 
 AXES = {"x": [0.0, 1.0], "y": [0.0, 1.0]}
@@ -53,7 +53,7 @@ def test_motors_are_named():
     with pytest.raises(InvalidRequest, match="out of motor1, motor2, got 'motor3'"):
         motor_grid(rfrfr(), {"motor1": [0, 1], "motor3": [0, 1]})
     grid = motor_grid(six_rfs(), {"motor1": [5, 6], "motor4": [5, 6]}, {"motor2": 5.5})
-    home = six_rfs().home.motors
+    home = solve_home(six_rfs()).motors
     np.testing.assert_allclose(grid.origin, [0, 5.5, home[2], 0, home[4], home[5]])
     with pytest.raises(InvalidRequest, match="this robot's motors"):
         map_workspace(rfrfr(), grid)

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from helpers.drive import robot
 
-from cpr_core import given_at, solve_forward
+from cpr_core import solve_forward, solve_home
 from cpr_core.lie import rotation_log
 from cpr_ros.goals import MotorGoal, PlatformGoal, motor_steps
 
 
 def test_motors_go_straight_and_arrive_exactly():
-    home = robot("rfrfr").home
+    home = solve_home(robot("rfrfr"))
     goal = MotorGoal(home.robot, home.motors + [0.02, -0.01])
     assert goal.remaining(home) == pytest.approx(0.02)
     half = goal.solve(home, 0.5, home.loads)
@@ -31,11 +31,11 @@ def test_a_setpoint_beyond_the_range_is_clipped_and_named():
 
 @pytest.mark.parametrize("name", ["rfrfr", "planar_body", "three_rfs", "six_rfs", "gough_stewart"])
 def test_the_platform_goes_straight_in_its_controlled_coordinates(name):
-    home = robot(name).home
+    home = solve_home(robot(name))
     away = solve_forward(home.robot, home.motors + 0.01 * home.robot.motor_units * np.sin(
         1.0 + np.arange(home.robot.motor_count)
     ))  # fmt: skip
-    goal = PlatformGoal(home.robot, given_at(away, "pose"))
+    goal = PlatformGoal(home.robot, away.pose)
     assert 0.0 < goal.remaining(home) < 0.2
     part = goal.solve(home, 0.25, home.loads)
     assert goal.remaining(part) == pytest.approx(0.75 * goal.remaining(home), rel=1e-6)
@@ -45,9 +45,9 @@ def test_the_platform_goes_straight_in_its_controlled_coordinates(name):
 
 
 def test_the_orientation_turns_about_one_axis():
-    home = robot("six_rfs").home
+    home = solve_home(robot("six_rfs"))
     away = solve_forward(home.robot, home.motors + [0.1, -0.1, 0.05, 0.0, -0.05, 0.1])
-    goal = PlatformGoal(home.robot, given_at(away, "pose"))
+    goal = PlatformGoal(home.robot, away.pose)
     whole = rotation_log(away.platform_rotation @ home.platform_rotation.T)
     part = goal.solve(home, 0.3, home.loads)
     turned = rotation_log(part.platform_rotation @ home.platform_rotation.T)
@@ -55,8 +55,8 @@ def test_the_orientation_turns_about_one_axis():
 
 
 def test_angles_take_the_short_way():
-    planar = robot("planar_body").home
-    pose = given_at(planar, "pose")
+    planar = solve_home(robot("planar_body"))
+    pose = planar.pose
     names = list(planar.robot.description.controlled)
     pose[names.index("angle")] += 2.0 * np.pi - 0.05
     assert PlatformGoal(planar.robot, pose).remaining(planar) == pytest.approx(0.05)

@@ -11,7 +11,7 @@ from geometry_msgs.msg import WrenchStamped
 from helpers.drive import SETTINGS, Drive, changed_robot, robot
 from sensor_msgs.msg import JointState
 
-from cpr_core import InvalidRequest, NonFiniteInput, leg_shapes
+from cpr_core import InvalidRequest, NonFiniteInput, leg_shapes, solve_home
 from cpr_core.lie import rotation_exp
 from cpr_ros.conversions import (
     Frames,
@@ -44,7 +44,7 @@ def test_a_wrench_in_a_third_frame_is_turned_if_somebody_knows_the_frame():
 
 
 def test_the_platform_frame_is_its_pose():
-    pose = platform_pose(robot("six_rfs").home, FRAMES, Time(sec=5))
+    pose = platform_pose(solve_home(robot("six_rfs")), FRAMES, Time(sec=5))
     transform = transform_of(pose, "platform")
     assert (transform.header.frame_id, transform.child_frame_id) == ("base", "platform")
     assert transform.header.stamp.sec == 5

@@ -6,6 +6,7 @@
 import numpy as np
 from helpers.drive import SETTINGS, robot
 
+from cpr_core import solve_home
 from cpr_ros.assessment import Assessment
 from cpr_ros.motor_tracking import LONGEST_STEP, MotorTracker
 from cpr_ros.setpoint_following import SetpointFollower
@@ -17,7 +18,7 @@ class Tracking:
         self.robot = robot(name)
         judge = SetpointFollower(self.robot, 0.005, SETTINGS)
         self.tracker = MotorTracker(self.robot, timeout, judge)
-        self.here, self.now = Assessment(self.robot.home), 0.0
+        self.here, self.now = Assessment(solve_home(self.robot)), 0.0
 
     def tick(self, motors=None):
         self.now += 0.005
@@ -30,7 +31,7 @@ class Tracking:
 
 def test_the_equilibrium_is_at_the_measured_motors():
     tracking = Tracking("six_rfs")
-    home = tracking.robot.home.motors
+    home = solve_home(tracking.robot).motors
     for k in range(50):
         motors = home + 0.05 * np.sin(0.1 * k + np.arange(6))
         for _ in range(3):
@@ -41,7 +42,7 @@ def test_the_equilibrium_is_at_the_measured_motors():
 
 def test_motors_far_from_home_are_walked_to():
     tracking = Tracking("rfrfr")
-    motors = tracking.robot.home.motors + [1.0, -1.0]
+    motors = solve_home(tracking.robot).motors + [1.0, -1.0]
     ticks = 0
     while np.any(tracking.here.equilibrium.motors != motors):
         before = tracking.here.equilibrium.motors
@@ -84,7 +85,7 @@ def test_measurements_that_stop_coming_are_stale():
 
 def test_a_motor_measured_beyond_its_range_is_named():
     tracking = Tracking("planar_body")
-    motors = tracking.robot.home.motors.copy()
+    motors = solve_home(tracking.robot).motors.copy()
     motors[1] = 1.6
     outcome = tracking.tick(motors)
     assert outcome.state == State.LOST

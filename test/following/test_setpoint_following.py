@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, Drive, changed_robot, robot
 
-from cpr_core import Equilibrium, load_robot
+from cpr_core import Equilibrium, load_robot, solve_home
 from cpr_ros.assessment import Threshold
 from cpr_ros.external_wrench import ExternalWrench
 from cpr_ros.goals import MotorGoal, PlatformGoal
@@ -31,7 +31,7 @@ def test_idle_stays_at_home(rfrfr):
         outcome = rfrfr.tick()
         assert not outcome.moved
         assert (outcome.state, outcome.verdict.status) == (State.IDLE, Status.NO_WARNING)
-    assert rfrfr.here.equilibrium is rfrfr.robot.home
+    assert rfrfr.here.equilibrium is solve_home(rfrfr.robot)
 
 
 def test_motors_reach_a_setpoint_at_their_speed(rfrfr):
@@ -63,7 +63,7 @@ def test_the_platform_goes_straight_and_no_motor_beyond_its_speed(six_rfs):
         way = outcome.here.equilibrium.platform_position - first
         assert np.linalg.norm(way - (way @ along) * along) < 1e-8
     # The motors are used: it does not take much longer than the slowest of them needs.
-    needed = np.abs(six_rfs.motors - six_rfs.robot.home.motors).max() / PERIOD
+    needed = np.abs(six_rfs.motors - solve_home(six_rfs.robot).motors).max() / PERIOD
     assert len(six_rfs.outcomes) < 1.5 * needed + 20
 
 
@@ -264,7 +264,7 @@ def test_a_reset_walks_home_along_the_branch(rfrfr):
     assert rfrfr.tick().state == State.RETURNING
     done = rfrfr.until_state(State.IDLE)
     assert not done.home_missed
-    home = rfrfr.robot.home
+    home = solve_home(rfrfr.robot)
     np.testing.assert_array_equal(rfrfr.motors, home.motors)
     np.testing.assert_allclose(rfrfr.position, home.platform_position, atol=1e-9)
     assert steps_of(rfrfr).max() <= PERIOD * (1.0 + 1e-6)
@@ -275,7 +275,7 @@ def test_a_reset_gets_the_robot_out_of_a_halt(rfrfr):
     rfrfr.until_state(State.HALTED)
     rfrfr.follower.reset()
     rfrfr.until_state(State.IDLE)
-    np.testing.assert_array_equal(rfrfr.motors, rfrfr.robot.home.motors)
+    np.testing.assert_array_equal(rfrfr.motors, solve_home(rfrfr.robot).motors)
 
 
 def test_a_solver_that_fails_holds_the_robot_and_it_goes_on_when_it_works_again(rfrfr):
@@ -292,7 +292,7 @@ def test_a_solver_that_fails_holds_the_robot_and_it_goes_on_when_it_works_again(
     halted = rfrfr.until_state(State.HALTED, ticks=20)
     assert halted.verdict.status == Status.NOT_CONVERGED
     assert "ZeroDivisionError: forced" in halted.verdict.text
-    assert rfrfr.here.equilibrium is rfrfr.robot.home
+    assert rfrfr.here.equilibrium is solve_home(rfrfr.robot)
     goal.broken = False
     rfrfr.until_state(State.IDLE)
     np.testing.assert_array_equal(rfrfr.motors, goal.motors)
@@ -309,7 +309,7 @@ def test_measures_that_cannot_be_had_hold_the_robot(rfrfr, monkeypatch):
     halted = rfrfr.until_state(State.HALTED, ticks=20)
     assert halted.verdict.status == Status.NOT_CONVERGED
     assert "LinAlgError: forced" in halted.verdict.text
-    assert rfrfr.here.equilibrium is rfrfr.robot.home
+    assert rfrfr.here.equilibrium is solve_home(rfrfr.robot)
 
 
 def test_a_solver_that_jumps_is_not_believed(rfrfr):
@@ -324,7 +324,7 @@ def test_a_solver_that_jumps_is_not_believed(rfrfr):
     rfrfr.follow(Jumping(rfrfr.robot, rfrfr.motors + 0.05))
     halted = rfrfr.until_state(State.HALTED, ticks=20)
     assert halted.verdict.status == Status.BRANCH_JUMP
-    assert rfrfr.here.equilibrium is rfrfr.robot.home
+    assert rfrfr.here.equilibrium is solve_home(rfrfr.robot)
 
 
 def test_the_platform_is_held_against_a_wrench(six_rfs):
@@ -347,6 +347,6 @@ def test_a_wrench_that_is_not_borne_halts_and_changes_nothing(rfrfr):
     outcome = rfrfr.tick()
     assert outcome.verdict.action == Action.HALT
     assert "external wrench is not borne" in outcome.verdict.text
-    assert rfrfr.here.equilibrium is rfrfr.robot.home
-    rfrfr.loads = rfrfr.robot.home.loads
+    assert rfrfr.here.equilibrium is solve_home(rfrfr.robot)
+    rfrfr.loads = solve_home(rfrfr.robot).loads
     assert rfrfr.tick().verdict.status == Status.NO_WARNING

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from helpers.drive import THRESHOLDS, robot
 
-from cpr_core import solve_inverse
+from cpr_core import solve_home, solve_inverse
 from cpr_ros.assessment import MEASURES, Assessment, Threshold, thresholds_problem
 from cpr_ros.supervision import Action, Refusal, State, Status, next_action, verdict
 
@@ -111,7 +111,7 @@ def test_leaving_a_singularity_has_its_own_status():
 
 
 def test_under_a_load_without_potential_nothing_is_called_stable():
-    loads = robot("rfrfr").home.loads.with_(wrench_body=[0, 0, 0, 0.01, 0, 0])
+    loads = solve_home(robot("rfrfr")).loads.with_(wrench_body=[0, 0, 0, 0.01, 0, 0])
     loaded = Assessment(solve_inverse(robot("rfrfr"), [0.0, 0.8], loads=loads))
     told = verdict(loaded, THRESHOLDS, MEASURES, previous=Action.NONE, hysteresis=0.1)
     assert told.status == Status.INVALID

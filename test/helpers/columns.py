@@ -6,9 +6,9 @@
 import numpy as np
 
 from cpr_core import Robot
-from cpr_core.description import HomeGuess, LegDescription, RobotDescription
-from cpr_core.rod import Rod, StrainModes
-from cpr_core.sections import CircularSection
+from cpr_core.description.robot_description import HomeGuess, LegDescription, RobotDescription
+from cpr_core.rods.rod import Rod, StrainModes
+from cpr_core.rods.sections import CircularSection
 
 LENGTH = 0.5
 ROD = Rod(LENGTH, CircularSection(0.001), 2.1e11, 8.2e10)

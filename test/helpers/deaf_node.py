@@ -7,17 +7,18 @@ import os
 import signal
 import sys
 
-from cpr_ros import cpr_node
+from cpr_ros import node
+from cpr_ros.stop_signal import Stopped
 
 
-class DeafNode(cpr_node.CprNode):
+class DeafNode(node.CprNode):
     def _configure(self):
         try:
             os.kill(os.getpid(), signal.SIGTERM)
             super()._configure()
-        except KeyboardInterrupt:
+        except Stopped:
             raise TypeError("missing 2 required positional arguments") from None
 
 
 if __name__ == "__main__":
-    sys.exit(cpr_node.run(DeafNode))
+    sys.exit(node.run(DeafNode))

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from cpr_core.arrays import LoadArrays
+from cpr_core.kernels.kernel_arrays import LoadArrays
 from cpr_core.lie import rotation_exp
-from cpr_core.model import ModelValue, evaluate
-from cpr_core.robot import Robot
+from cpr_core.model.model_state import ModelValue, evaluate
+from cpr_core.model.robot import Robot
 
 
 def random_state(robot: Robot, rng: np.random.Generator):

@@ -11,7 +11,8 @@ from dataclasses import replace
 import yaml
 
 import cpr_core
-from cpr_core.description_file import shipped_robots
+from cpr_core import solve_home
+from cpr_core.description.description_file import shipped_robots
 from cpr_ros.assessment import Assessment, Threshold
 from cpr_ros.setpoint_following import SetpointFollower, Settings
 from cpr_ros.supervision import State
@@ -48,8 +49,8 @@ class Drive:
     def __init__(self, robot: cpr_core.Robot, **settings) -> None:
         self.robot = robot
         self.follower = SetpointFollower(robot, PERIOD, replace(SETTINGS, **settings))
-        self.here = Assessment(robot.home)
-        self.loads = robot.home.loads
+        self.here = Assessment(solve_home(robot))
+        self.loads = solve_home(robot).loads
         self.now = 0.0
         self.outcomes = []
 

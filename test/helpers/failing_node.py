@@ -7,7 +7,7 @@ import sys
 
 from std_srvs.srv import Trigger
 
-from cpr_ros import cpr_node, goals, solver
+from cpr_ros import goals, node, solver
 
 _broken = False
 
@@ -26,9 +26,9 @@ for module in (goals, solver):
         setattr(module, name, breakable(getattr(module, name)))
 
 
-class FailingNode(cpr_node.CprNode):
-    def __init__(self):
-        super().__init__()
+class FailingNode(node.CprNode):
+    def __init__(self, stop):
+        super().__init__(stop)
         for name, broken in (("/fail", True), ("/work", False)):
             self.create_service(Trigger, name, self._setter(broken))
 
@@ -43,4 +43,4 @@ class FailingNode(cpr_node.CprNode):
 
 
 if __name__ == "__main__":
-    sys.exit(cpr_node.run(FailingNode))
+    sys.exit(node.run(FailingNode))

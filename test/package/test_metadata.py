@@ -137,7 +137,7 @@ def test_the_view_shows_topics_the_node_has():
 
 
 def test_the_schema_and_the_robots_are_no_parameter_files():
-    from cpr_core.description_file import shipped_robots
+    from cpr_core.description.description_file import shipped_robots
 
     assert all(path.parent.name == "config" for path in shipped_robots().values())
-    json.loads((ROOT / "cpr_core/description.schema.json").read_text())
+    json.loads((ROOT / "cpr_core/description/description.schema.json").read_text())

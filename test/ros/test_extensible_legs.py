@@ -11,7 +11,7 @@ from helpers.driver import Driver
 from helpers.node_process import Client, NodeProcess, Running, free_domain
 from sensor_msgs.msg import JointState
 
-from cpr_core.description_file import shipped_robots
+from cpr_core.description.description_file import shipped_robots
 
 NAMES = [f"motor{number}" for number in range(1, 7)]
 

@@ -16,6 +16,7 @@ from geometry_msgs.msg import WrenchStamped
 from helpers.map_client import LONG, MEDIUM, SMALL, MapClient, lives, workers_of
 
 import cpr_core
+from cpr_core import solve_home
 from cpr_core.workspace import map_workspace, motor_grid, pose_grid, summary_of
 from cpr_core.workspace.store import read_map
 
@@ -80,7 +81,7 @@ def test_a_goal_makes_the_map_that_the_library_makes(drive, maps, tmp_path):
 def test_motors_are_mapped_and_others_held(six_rfs, tmp_path):
     maps = MapClient(six_rfs.client)
     robot = cpr_core.load_robot("six_rfs")
-    home = dict(zip(robot.motor_names, robot.home.motors, strict=True))
+    home = dict(zip(robot.motor_names, solve_home(robot).motors, strict=True))
     axes = {name: (home[name] - 0.05, home[name] + 0.05, 0.05) for name in ("motor1", "motor4")}
     held = home["motor2"] + 0.1
     try:
@@ -129,7 +130,9 @@ def test_the_node_follows_setpoints_and_streams_while_a_map_is_made(drive, maps,
         drive.until(lambda motors=motors: np.array_equal(drive.motors, motors))
     drive.forget()
     drive.client.spin_until(lambda: len(drive.all(StabilityMetrics)) > 20)
-    drive.assert_correct(2.59, 0.55, expected=cpr_core.load_robot("rfrfr").home.platform_position)
+    drive.assert_correct(
+        2.59, 0.55, expected=solve_home(cpr_core.load_robot("rfrfr")).platform_position
+    )
     assert handle.status == GoalStatus.STATUS_EXECUTING
     assert maps.feedback[-1].rate > 0.0
     assert maps.cancel(handle) == 1

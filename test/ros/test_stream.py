@@ -17,13 +17,14 @@ from std_msgs.msg import String
 from visualization_msgs.msg import Marker, MarkerArray
 
 import cpr_core
-from cpr_core.description_file import shipped_robots
+from cpr_core import solve_home
+from cpr_core.description.description_file import shipped_robots
 
 
 def test_metrics_are_those_of_the_library(six_rfs):
     metrics = six_rfs.client.messages(StabilityMetrics, "/cpr_node/stability", 2)[-1]
-    home = cpr_core.load_robot("six_rfs").home
-    model = cpr_core.kinemato_statics(home)
+    home = solve_home(cpr_core.load_robot("six_rfs"))
+    model = cpr_core.model.kinemato_statics(home)
     for name in ("forward", "inverse"):
         expected, told = model.singularity(name), getattr(metrics, name)
         assert told.smallest_singular_value == pytest.approx(expected.smallest, rel=1e-6)
@@ -124,7 +125,9 @@ def test_an_external_wrench_acts_and_ends_with_its_timeout(drive, frame):
     robot = cpr_core.load_robot("rfrfr")
     field = "wrench_body" if frame == "platform" else "wrench_world"
     pushed = robot.default_loads.with_(**{field: [0, 0, 0, 0.2, -0.3, 0]})
-    expected = cpr_core.solve_forward(robot, robot.home.motors, loads=pushed).platform_position
+    expected = cpr_core.solve_forward(
+        robot, solve_home(robot).motors, loads=pushed
+    ).platform_position
     for _ in range(30):
         send_wrench(drive, 0.2, -0.3, frame)
         drive.spin(0.03)
@@ -132,7 +135,7 @@ def test_an_external_wrench_acts_and_ends_with_its_timeout(drive, frame):
     np.testing.assert_allclose(drive.position, expected, atol=1e-9)
     assert 0.0 <= drive.metrics.wrench_age < 0.5
     assert drive.metrics.energy_criterion_applies == (frame != "platform")
-    home = robot.home.platform_position
+    home = solve_home(robot).platform_position
     drive.until(lambda: np.allclose(drive.position, home, atol=1e-9), timeout=5.0)
     drive.until(lambda: True)
     assert drive.metrics.wrench_age == -1.0
@@ -155,7 +158,7 @@ def test_leg_markers_follow_the_legs(six_rfs):
     legs = [marker for marker in markers if marker.ns == "legs"]
     assert len(legs) == 6
     robot = cpr_core.load_robot("six_rfs")
-    for marker, shape in zip(legs, cpr_core.leg_shapes(robot.home, 24), strict=True):
+    for marker, shape in zip(legs, cpr_core.leg_shapes(solve_home(robot), 24), strict=True):
         assert marker.type == Marker.LINE_STRIP
         assert marker.header.frame_id == "base"
         points = [[point.x, point.y, point.z] for point in marker.points]

@@ -1,0 +1,234 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Command line ``cpr``: solve a robot's equilibria without ROS."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import re
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ..description.description_file import shipped_robots
+from ..description.loads import Loads
+from ..errors import CprError, DescriptionError, InvalidRequest
+from ..model.equilibrium import Equilibrium
+from ..model.kinemato_statics import kinemato_statics
+from ..model.robot import Robot, load_robot
+from ..solving.geometrico_statics import solve_forward, solve_inverse
+from ..solving.home import solve_home
+from ..version import __version__
+from .compile_command import compile_all, show_compilation
+from .path_commands import add_equilibria_options, add_trace_options
+from .reports import (
+    equilibrium_as_dict,
+    equilibrium_as_text,
+    kinemato_statics_as_dict,
+    kinemato_statics_as_text,
+    stability_as_dict,
+    stability_as_text,
+)
+from .workspace_commands import add_workspace_options
+
+__all__ = ["main"]
+
+_NEGATIVE_NUMBER = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|^-(inf|nan)$", re.IGNORECASE)
+
+Report = Callable[[Equilibrium, argparse.Namespace], str]
+
+EXIT_NO_SOLUTION = 1
+EXIT_BAD_ARGUMENTS = 2
+EXIT_INTERRUPTED = 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status (0; 1 no solution; 2 bad arguments; 130)."""
+    options = _parser().parse_args(arguments)
+    try:
+        with show_compilation():
+            return _run(options)
+    except CprError as error:
+        return _report_error(error, options.json)
+    except KeyboardInterrupt:
+        print("cpr: interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED
+
+
+def _run(options: argparse.Namespace) -> int:
+    if options.robot is None:
+        print(compile_all())
+        return 0
+    robot = load_robot(options.robot, modes=options.modes)
+    if options.report is None:
+        text, done = options.run(robot, _loads(robot, options), options)
+        print(text)
+        return 0 if done else EXIT_NO_SOLUTION
+    print(options.report(_solved(robot, options), options))
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="cpr",
+        description="Equilibria of continuum parallel robots. SI units, radians.",
+        epilog=f"Shipped robots: {', '.join(shipped_robots())}.",
+    )
+    parser.add_argument("--version", action="version", version=f"cpr {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    forward = commands.add_parser("forward", help="motor positions to platform pose")
+    _add_common(forward, _report_equilibrium)
+    _add_motors(forward, required=True)
+
+    inverse = commands.add_parser("inverse", help="platform pose to motor positions")
+    _add_common(inverse, _report_equilibrium)
+    _add_pose(inverse, required=True)
+
+    stability = commands.add_parser("stability", help="spectrum of the reduced Hessian")
+    _add_common(stability, _report_stability)
+    _add_place(stability)
+    stability.add_argument(
+        "--motors-are",
+        choices=["locked", "free"],
+        default="locked",
+        help="held in position (default), or at constant effort",
+    )
+
+    kinemato = commands.add_parser("kinemato", help="Jacobians, compliance, singularities")
+    _add_common(kinemato, _report_kinemato_statics)
+    _add_place(kinemato)
+    kinemato.add_argument(
+        "--characteristic-length",
+        type=_length,
+        metavar="L",
+        help="weighs rotations against lengths in singular values, m; else the mean rod length",
+    )
+    trace = commands.add_parser("trace", help="a path of equilibria, and what happens on it")
+    _add_common(trace, None)
+    add_trace_options(trace)
+
+    equilibria = commands.add_parser("equilibria", help="all equilibria at given motors")
+    _add_common(equilibria, None)
+    _add_motors(equilibria)
+    add_equilibria_options(equilibria)
+
+    workspace = commands.add_parser("workspace", help="a map of what can be reached, with borders")
+    _add_common(workspace, None)
+    add_workspace_options(workspace)
+
+    compiling = commands.add_parser(
+        "compile", help="compile the kernels now, not when a command needs them first"
+    )
+    compiling.set_defaults(robot=None, json=False)
+    return parser
+
+
+def _add_place(parser: argparse.ArgumentParser) -> None:
+    """Where: at motors, at a pose, or at home."""
+    place = parser.add_mutually_exclusive_group()
+    _add_motors(place)
+    _add_pose(place)
+
+
+def _add_motors(parser: argparse._ActionsContainer, required: bool = False) -> None:
+    parser.add_argument(
+        "--motors", nargs="+", type=float, required=required, metavar="Q", help="motor positions"
+    )
+
+
+def _add_pose(parser: argparse._ActionsContainer, required: bool = False) -> None:
+    parser.add_argument(
+        "--pose",
+        nargs="+",
+        type=float,
+        required=required,
+        metavar="C",
+        help="controlled coordinates in the order of the description; full pose: x y z qw qx qy qz",
+    )
+
+
+def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
+    parser.set_defaults(report=report, motors=None, pose=None)
+    # argparse takes -1e-3 for an option; it knows negative numbers without an exponent only.
+    parser._negative_number_matcher = _NEGATIVE_NUMBER
+    parser.add_argument("robot", metavar="ROBOT", help="YAML file or name of a shipped robot")
+    parser.add_argument(
+        "--modes", type=_mode_count, metavar="M", help="strain modes per direction; else the file's"
+    )
+    parser.add_argument(
+        "--gravity", nargs=3, type=float, metavar=("GX", "GY", "GZ"), help="m/s^2; else the file's"
+    )
+    parser.add_argument(
+        "--wrench",
+        nargs=6,
+        type=float,
+        metavar=("MX", "MY", "MZ", "FX", "FY", "FZ"),
+        help="on the platform origin, fixed in space, N m and N; else the file's",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _mode_count(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= 40:
+        raise argparse.ArgumentTypeError(
+            f"expected a whole number from 1 to 40, got {int(text) if text.isdecimal() else repr(text)}"
+        )
+    return int(text)
+
+
+def _length(text: str) -> float:
+    length = float(text)
+    if not 0.0 < length < math.inf:
+        raise argparse.ArgumentTypeError(f"expected a positive length, got {text}")
+    return length
+
+
+def _solved(robot: Robot, options: argparse.Namespace) -> Equilibrium:
+    """The equilibrium a command is about."""
+    loads = _loads(robot, options)
+    if options.pose is not None:
+        return solve_inverse(robot, options.pose, loads=loads)
+    motors = solve_home(robot).motors if options.motors is None else options.motors
+    return solve_forward(robot, motors, loads=loads)
+
+
+def _report_equilibrium(equilibrium: Equilibrium, options: argparse.Namespace) -> str:
+    if options.json:
+        return _as_json(equilibrium_as_dict(equilibrium))
+    return equilibrium_as_text(equilibrium)
+
+
+def _report_stability(equilibrium: Equilibrium, options: argparse.Namespace) -> str:
+    if options.json:
+        return _as_json(stability_as_dict(equilibrium, options.motors_are))
+    return stability_as_text(equilibrium, options.motors_are)
+
+
+def _report_kinemato_statics(equilibrium: Equilibrium, options: argparse.Namespace) -> str:
+    model, length = kinemato_statics(equilibrium), options.characteristic_length
+    if options.json:
+        return _as_json(kinemato_statics_as_dict(model, length))
+    return kinemato_statics_as_text(model, length)
+
+
+def _as_json(values: dict[str, Any]) -> str:
+    return json.dumps(values, indent=2, allow_nan=False)
+
+
+def _loads(robot: Robot, options: argparse.Namespace) -> Loads | None:
+    if options.gravity is None and options.wrench is None:
+        return None
+    return robot.default_loads.with_(gravity=options.gravity, wrench_world=options.wrench)
+
+
+def _report_error(error: CprError, as_json: bool) -> int:
+    if as_json:
+        print(json.dumps({"error": {"code": error.code, "message": str(error)}}, indent=2))
+    else:
+        print(f"cpr: error: {error}", file=sys.stderr)
+    bad = isinstance(error, InvalidRequest | DescriptionError)
+    return EXIT_BAD_ARGUMENTS if bad else EXIT_NO_SOLUTION

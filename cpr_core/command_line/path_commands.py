@@ -1,0 +1,225 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Commands ``cpr trace`` and ``cpr equilibria``: what they read, do and print."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from ..description.loads import Loads
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
+from ..solving.find_equilibria import FoundEquilibrium, find_equilibria
+from ..solving.geometrico_statics import solve_forward, solve_forward_by_effort, solve_inverse
+from ..solving.home import solve_home
+from ..solving.trace import Trace, trace
+
+__all__ = ["add_equilibria_options", "add_trace_options"]
+
+
+def add_trace_options(parser: argparse.ArgumentParser) -> None:
+    """Options of ``cpr trace``."""
+    parser.set_defaults(run=_trace)
+    parser.add_argument(
+        "--from", dest="first", nargs="+", type=float, metavar="Q", help="where from; else home"
+    )
+    parser.add_argument(
+        "--to", dest="last", nargs="+", type=float, required=True, metavar="Q", help="where to"
+    )
+    parser.add_argument(
+        "--given",
+        choices=["motors", "pose", "efforts"],
+        default="motors",
+        help="what --from and --to are: motor positions (default), controlled coordinates, efforts",
+    )
+    parser.add_argument(
+        "--points", type=int, default=51, metavar="N", help="equilibria kept, equally spaced"
+    )
+    parser.add_argument("--stable-only", action="store_true", help="stop where stability is lost")
+    parser.add_argument("--past-folds", action="store_true", help="follow the branch around folds")
+    parser.add_argument(
+        "--plot", type=_picture, metavar="FILE", help="draw the path (png, svg, pdf)"
+    )
+
+
+def add_equilibria_options(parser: argparse.ArgumentParser) -> None:
+    """Options of ``cpr equilibria``."""
+    parser.set_defaults(run=_equilibria)
+    parser.add_argument(
+        "--starts", type=int, default=1000, metavar="N", help="random starts, default 1000"
+    )
+    parser.add_argument("--seed", type=_seed, default=0, help="of the random starts, default 0")
+    parser.add_argument("--plot", type=_picture, metavar="FILE", help="draw them (png, svg, pdf)")
+
+
+def _picture(text: str) -> Path:
+    """A file that can be drawn to; told before anything is computed."""
+    file = Path(text)
+    if file.suffix not in (".png", ".svg", ".pdf"):
+        raise argparse.ArgumentTypeError(
+            f"expected a name ending in .png, .svg or .pdf, got {text!r}"
+        )
+    if not file.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"expected a folder that exists, got {str(file.parent)!r}")
+    return file
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected a whole number of at least 0, got {text!r}")
+    return int(text)
+
+
+def _trace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
+    """Trace a path; the text to print, and whether the target was reached."""
+    solve = {
+        "motors": solve_forward,
+        "pose": solve_inverse,
+        "efforts": solve_forward_by_effort,
+    }[options.given]
+    start = solve_home(robot)
+    if options.first is not None or loads is not None:
+        first = options.first
+        start = (
+            solve_forward(robot, start.motors, loads=loads)
+            if first is None
+            else solve(robot, first, loads=loads)
+        )
+    with _progress("of the way") as progress:
+        found = trace(
+            robot,
+            **{options.given: options.last},
+            start=start,
+            points=options.points,
+            stable_only=options.stable_only,
+            past_folds=options.past_folds,
+            progress=progress,
+        )
+    if options.plot is not None:
+        from ..drawing.path_plots import plot_trace
+
+        plot_trace(found, options.plot)
+    if options.json:
+        return json.dumps(_trace_as_dict(found), indent=2, allow_nan=False), found.reached
+    return _trace_as_text(found), found.reached
+
+
+def _trace_as_dict(found: Trace) -> dict[str, Any]:
+    return {
+        "robot": found.robot.description.name,
+        "reached": found.reached,
+        "fractions": found.fractions.tolist(),
+        "motors": found.motors.tolist(),
+        "efforts": found.efforts.tolist(),
+        "platform_positions": found.platform_positions.tolist(),
+        "platform_quaternions_wxyz": found.platform_quaternions.tolist(),
+        "energies": found.energies.tolist(),
+        "smallest_eigenvalues_locked": found.eigenvalues_locked.tolist(),
+        "indices_locked": found.indices_locked.tolist(),
+        "indices_free": found.indices_free.tolist(),
+        "bending_strains": found.bending_strains.tolist(),
+        "events": [
+            {
+                "kind": event.kind,
+                "fraction": float(event.fraction),
+                "index_before": event.index_before,
+                "index_after": event.index_after,
+                "message": event.message,
+                "motors": event.equilibrium.motors.tolist(),
+                "platform_position": event.equilibrium.platform_position.tolist(),
+            }
+            for event in found.events
+        ],
+    }
+
+
+def _trace_as_text(found: Trace) -> str:
+    last = found.last
+    lines = [
+        f"{found.robot.description.name}: {len(found.equilibria)} equilibria, "
+        + ("the target is reached" if found.reached else "the target is NOT reached")
+    ]
+    for event in found.events:
+        place = ", ".join(f"{value:.5g}" for value in event.equilibrium.platform_position)
+        lines.append(
+            f"  {event.kind:<13} at {event.fraction:.8f} of the way, platform ({place}): "
+            f"{event.message}"
+        )
+    if not found.events:
+        lines.append("  no event")
+    lines.append(f"  end: {_numbers(last)}")
+    return "\n".join(lines)
+
+
+def _numbers(found: Equilibrium) -> str:
+    motors = ", ".join(f"{value:.6g}" for value in found.motors)
+    place = ", ".join(f"{value:.6g}" for value in found.platform_position)
+    return f"motors ({motors}), platform ({place}), index {found.index_locked}"
+
+
+def _equilibria(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
+    """Search all equilibria; the text to print, and whether there are any."""
+    motors = solve_home(robot).motors if options.motors is None else options.motors
+    with _progress("of the starts") as progress:
+        found = find_equilibria(
+            robot,
+            motors,
+            starts=options.starts,
+            seed=options.seed,
+            loads=loads,
+            progress=progress,
+        )
+    if options.plot is not None and found:
+        from ..drawing.path_plots import plot_equilibria
+
+        plot_equilibria(found, options.plot)
+    if options.json:
+        values = {"robot": robot.description.name, "equilibria": [_as_dict(one) for one in found]}
+        return json.dumps(values, indent=2, allow_nan=False), bool(found)
+    lines = [
+        f"{robot.description.name}: {len(found)} equilibria, "
+        f"{sum(one.stable for one in found)} stable with the motors held",
+        "   energy [J]  index locked  free  starts  platform [m]",
+    ]
+    for one in found:
+        here = one.equilibrium
+        place = "  ".join(f"{value:9.5f}" for value in here.platform_position)
+        lines.append(
+            f"  {here.energy:11.6f}  {here.index_locked:12d}  {here.index_free:4d}  {one.starts:6d}"
+            f"  {place}{'  branch of home' if one.from_home else ''}"
+        )
+    return "\n".join(lines), bool(found)
+
+
+def _as_dict(one: FoundEquilibrium) -> dict[str, Any]:
+    here = one.equilibrium
+    return {
+        "energy": here.energy,
+        "index_locked": here.index_locked,
+        "index_free": here.index_free,
+        "from_home": one.from_home,
+        "starts": one.starts,
+        "platform_position": here.platform_position.tolist(),
+        "platform_quaternion_wxyz": here.platform_quaternion.tolist(),
+        "efforts": here.efforts.tolist(),
+    }
+
+
+@contextmanager
+def _progress(what: str) -> Iterator[Callable[[float], None]]:
+    """A progress bar on a terminal, nothing elsewhere."""
+    with tqdm(total=100.0, unit="%", desc=what, disable=None, leave=False) as bar:
+
+        def show(fraction: float) -> None:
+            bar.n = 100.0 * fraction
+            bar.refresh() if fraction >= 1.0 else bar.update(0)
+
+        yield show

@@ -1,0 +1,194 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the command line prints: results as plain values for JSON, and as text for people."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..model.equilibrium import Equilibrium, spectrum
+from ..model.kinemato_statics import KinematoStatics, Problem
+from ..model.stability import MotorReading
+from ..solving.requests import pose_meaning
+
+__all__ = [
+    "equilibrium_as_dict",
+    "equilibrium_as_text",
+    "kinemato_statics_as_dict",
+    "kinemato_statics_as_text",
+    "stability_as_dict",
+    "stability_as_text",
+]
+
+_PROBLEMS: tuple[Problem, ...] = ("forward", "inverse", "inverse_by_effort")
+_TWIST = ("omega_x", "omega_y", "omega_z", "v_x", "v_y", "v_z")
+
+
+def _finite(value: float) -> float | None:
+    """What JSON can hold."""
+    return value if math.isfinite(value) else None
+
+
+def equilibrium_as_dict(equilibrium: Equilibrium) -> dict[str, Any]:
+    """An equilibrium as plain values, SI units; what a JSON value cannot hold becomes None."""
+    robot = equilibrium.robot
+    locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
+    return {
+        "robot": robot.description.name,
+        "converged": equilibrium.converged,
+        "residual": equilibrium.residual,
+        "iterations": equilibrium.iterations,
+        "motor_names": list(robot.motor_names),
+        "motors": equilibrium.motors.tolist(),
+        "efforts": equilibrium.efforts.tolist(),
+        "platform": {
+            "position": equilibrium.platform_position.tolist(),
+            "quaternion_wxyz": equilibrium.platform_quaternion.tolist(),
+        },
+        "leg_coordinates": equilibrium.leg_coordinates.tolist(),
+        "multipliers": equilibrium.multipliers.tolist(),
+        "energy": equilibrium.energy,
+        "index_locked": locked.index,
+        "index_free": free.index,
+        "smallest_eigenvalue_locked": _finite(locked.smallest),
+        "smallest_eigenvalue_free": _finite(free.smallest),
+        "margin_locked": _finite(locked.margin),
+        "energy_criterion_applies": locked.energy_criterion_applies,
+    }
+
+
+def equilibrium_as_text(equilibrium: Equilibrium) -> str:
+    """An equilibrium in a few lines."""
+    robot = equilibrium.robot
+    lines = [f"{robot.description.name}: equilibrium, residual {equilibrium.residual:.1e}"]
+    for leg in robot.description.legs:
+        if leg.motor_name is not None:
+            row = robot.motor_names.index(leg.motor_name)
+            effort_unit = "N m" if leg.motor.unit == "rad" else "N"
+            lines.append(
+                f"  {leg.motor_name:<12} {equilibrium.motors[row]:14.10f} {leg.motor.unit:<3} "
+                f"{equilibrium.efforts[row]:14.10f} {effort_unit}"
+            )
+    position = " ".join(f"{value:14.10f}" for value in equilibrium.platform_position)
+    lines.append(f"  platform     {position} m")
+    if not robot.description.point_platform:
+        quaternion = " ".join(f"{value:14.10f}" for value in equilibrium.platform_quaternion)
+        lines.append(f"  quaternion   {quaternion} (w x y z)")
+    locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
+    verdict = "stable" if locked.index == 0 else "UNSTABLE"
+    if not locked.energy_criterion_applies:
+        lines.append("  stability not decided by energy: a non-conservative load acts")
+        verdict = "by its energy alone " + verdict
+    lines.append(
+        f"  {verdict} with motors held (index {locked.index}, margin {locked.margin:.4f}); "
+        f"index {free.index} at constant effort"
+    )
+    lines.append(f"  controlled   {' '.join(pose_meaning(robot))}")
+    return "\n".join(lines)
+
+
+def stability_as_dict(equilibrium: Equilibrium, motors_are: MotorReading) -> dict[str, Any]:
+    """Stability of an equilibrium: the spectrum of H_r and its smallest eigenvector as a motion."""
+    robot, found = equilibrium.robot, spectrum(equilibrium, motors_are)
+    motion = found.motions[:, 0] if len(found.eigenvalues) else np.zeros(len(found.motions))
+    return {
+        "robot": robot.description.name,
+        "motors": equilibrium.motors.tolist(),
+        "motors_are": motors_are,
+        "stable": found.index == 0 if found.energy_criterion_applies else None,
+        "index": found.index,
+        "eigenvalues": found.eigenvalues[:6].tolist(),
+        "margin": _finite(found.margin),
+        "inverse_condition_number": found.inverse_condition_number,
+        "energy_criterion_applies": found.energy_criterion_applies,
+        "softest_motion": {
+            "motors": motion[robot.motor_indices].tolist(),
+            "platform_in_world": {
+                _TWIST[axis]: float(value)
+                for axis, value in zip(
+                    robot.platform_axes, motion[robot.platform_indices], strict=True
+                )
+            },
+            "legs": motion[robot.elastic_indices].tolist(),
+        },
+    }
+
+
+def stability_as_text(equilibrium: Equilibrium, motors_are: MotorReading) -> str:
+    """The same for people."""
+    values = stability_as_dict(equilibrium, motors_are)
+    verdict = {True: "stable", False: "UNSTABLE", None: "not decided by energy"}[values["stable"]]
+    eigenvalues = " ".join(f"{value:.5g}" for value in values["eigenvalues"])
+    margin = "-" if values["margin"] is None else f"{values['margin']:.5f}"
+    motion = values["softest_motion"]
+    platform = " ".join(
+        f"{name} {value:.3f}" for name, value in motion["platform_in_world"].items()
+    )
+    motors = " ".join(f"{value:.3f}" for value in motion["motors"])
+    return "\n".join(
+        [
+            f"{values['robot']}: {verdict} with motors {motors_are}, index {values['index']}",
+            f"  margin                    {margin} (1 without forces, 0 where stability is lost)",
+            f"  smallest eigenvalues      {eigenvalues} J",
+            f"  inverse condition number  {values['inverse_condition_number']:.5g}",
+            f"  softest motion            motors {motors}; platform {platform} (world)",
+        ]
+    )
+
+
+def kinemato_statics_as_dict(
+    model: KinematoStatics, characteristic_length: float | None
+) -> dict[str, Any]:
+    """Jacobians, compliance, stiffness and singularities; platform rows are body twists."""
+    robot = model.equilibrium.robot
+    singularities = {}
+    for problem in _PROBLEMS:
+        found = model.singularity(problem, characteristic_length)
+        singularities[problem] = {
+            "smallest_singular_value": found.smallest,
+            "inverse_condition_number": found.inverse_condition_number,
+            "sign": found.sign,
+            "null_motors": found.motors.tolist(),
+            "null_platform": found.platform.tolist(),
+        }
+    return {
+        "robot": robot.description.name,
+        "motors": model.equilibrium.motors.tolist(),
+        "motor_names": list(robot.motor_names),
+        "platform_coordinates": [_TWIST[axis] for axis in robot.platform_axes],
+        "jacobian": model.jacobian.tolist(),
+        "efforts_by_motors": model.efforts_by_motors.tolist(),
+        "efforts_by_wrench": model.efforts_by_wrench.tolist(),
+        "compliance_motors_held": model.compliance().tolist(),
+        "stiffness_motors_held": model.stiffness().tolist(),
+        "compliance_constant_effort": model.compliance(np.zeros(robot.motor_count)).tolist(),
+        "singularities": singularities,
+    }
+
+
+def kinemato_statics_as_text(model: KinematoStatics, characteristic_length: float | None) -> str:
+    """The same for people."""
+    values = kinemato_statics_as_dict(model, characteristic_length)
+    rows = values["platform_coordinates"]
+    lines = [f"{values['robot']}: kinemato-statics, platform in its own frame"]
+    for title, key, columns in (
+        ("platform Jacobian dSigma_p/dq_a", "jacobian", values["motor_names"]),
+        ("compliance dSigma_p/dw_p, motors held", "compliance_motors_held", rows),
+    ):
+        lines.append(f"  {title}")
+        lines.append("  " + " " * 8 + "".join(f"{column:>12}" for column in columns))
+        lines += [
+            f"  {row:<8}" + "".join(f"{value:12.4g}" for value in numbers)
+            for row, numbers in zip(rows, values[key], strict=True)
+        ]
+    for problem, found in values["singularities"].items():
+        lines.append(
+            f"  {problem:<18} smallest singular value {found['smallest_singular_value']:.4g}, "
+            f"inverse condition number {found['inverse_condition_number']:.4g}, "
+            f"sign {found['sign']:+d}"
+        )
+    return "\n".join(lines)

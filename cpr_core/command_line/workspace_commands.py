@@ -1,0 +1,183 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Command ``cpr workspace``: what it reads, does and prints."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import re
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from ..description.loads import Loads
+from ..drawing.map_plots import check_field, plot_map, prepare
+from ..errors import InvalidRequest
+from ..model.robot import Robot
+from ..solving.geometrico_statics import solve_forward, solve_inverse
+from ..solving.home import solve_home
+from ..workspace import Grid, WorkspaceMap, map_workspace, motor_grid, pose_grid
+from ..workspace.flooding import Progress
+from ..workspace.summary import summary_of
+
+__all__ = ["add_workspace_options"]
+
+_PART = re.compile(r"^([A-Za-z_]\w*)=([^:]+)(?::([^:]+))?$")
+_PI = re.compile(r"^([+-]?\d*\.?\d*)\*?pi(?:/(\d+\.?\d*))?$")
+
+
+def add_workspace_options(parser: argparse.ArgumentParser) -> None:
+    """Options of ``cpr workspace``."""
+    parser.set_defaults(run=_workspace)
+    parser.add_argument(
+        "--slice",
+        nargs="+",
+        required=True,
+        metavar="NAME=A[:B]",
+        help="coordinates: NAME=A:B from A to B along an axis, NAME=A held, others 0 (motors: home); "
+        "x y z angle roll pitch yaw, or ZYZ Euler angles phi theta psi; numbers may be like pi/3",
+    )
+    parser.add_argument(
+        "--given",
+        choices=["pose", "motors"],
+        default="pose",
+        help="what the names of --slice are: controlled coordinates (default), or motors",
+    )
+    parser.add_argument(
+        "--resolution", type=_number, default=0.01, metavar="R", help="of all axes, default 0.01"
+    )
+    parser.add_argument(
+        "--from", dest="first", nargs="+", type=float, metavar="Q",
+        help="where to start: controlled coordinates, or motors; else home",
+    )  # fmt: skip
+    parser.add_argument(
+        "--tolerance", type=_number, default=1e-5, metavar="T", help="of borders, default 1e-5"
+    )
+    parser.add_argument("--workers", type=int, metavar="N", help="threads, default one per core")
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the map (png, svg, pdf)")
+    parser.add_argument(
+        "--field", default="index", metavar="NAME", help="what to draw, default the stability index"
+    )
+    parser.add_argument(
+        "--threshold", type=float, default=1e-4, metavar="C",
+        help="red where the inverse condition number of H_r is below, default 1e-4",
+    )  # fmt: skip
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help="NetCDF file; an unfinished one is gone on with"
+    )
+    parser.add_argument(
+        "--restart", action="store_true", help="begin anew where --out has an unfinished map"
+    )
+
+
+def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
+    """Make a map; the text to print, and whether it is complete."""
+    grid = _grid(robot, options)
+    if options.plot is not None:
+        check_field(robot, options.field)
+        threading.Thread(target=prepare, daemon=True).start()
+    start = solve_home(robot)
+    if options.first is not None:
+        solve = solve_forward if options.given == "motors" else solve_inverse
+        start = solve(robot, options.first, loads=loads)
+    with _progress() as progress:
+        found = map_workspace(
+            robot,
+            grid,
+            start=start,
+            loads=loads,
+            workers=options.workers,
+            tolerance=options.tolerance,
+            file=options.out,
+            resume=not options.restart,
+            progress=progress,
+        )
+    if options.plot is not None:
+        plot_map(found, options.plot, field=options.field, threshold=options.threshold)
+    values = _as_dict(found, options.threshold)
+    if options.json:
+        return json.dumps(values, indent=2, allow_nan=False), found.complete
+    return _as_text(values), found.complete
+
+
+def _grid(robot: Robot, options: argparse.Namespace) -> Grid:
+    vary: dict[str, tuple[float, float]] = {}
+    held: dict[str, float] = {}
+    for part in options.slice:
+        match = _PART.match(part)
+        if match is None:
+            raise InvalidRequest("slice", f"expected NAME=A or NAME=A:B, got {part!r}")
+        name, first, last = match.groups()
+        if name in vary or name in held:
+            raise InvalidRequest("slice", f"{name} is given twice")
+        try:
+            if last is None:
+                held[name] = _number(first)
+            else:
+                vary[name] = _number(first), _number(last)
+        except ValueError:
+            raise InvalidRequest("slice", f"expected numbers, got {part!r}") from None
+    make = motor_grid if options.given == "motors" else pose_grid
+    return make(robot, vary, held, resolution=options.resolution)
+
+
+def _number(text: str) -> float:
+    """A number, or a multiple of pi: ``0.3``, ``pi/8``, ``-2pi/3``."""
+    match = _PI.match(text)
+    if match is None:
+        return float(text)
+    factor, divisor = match.groups()
+    factor = f"{factor}1" if factor in ("", "+", "-") else factor
+    return float(factor) * math.pi / float(divisor or 1)
+
+
+def _as_dict(found: WorkspaceMap, threshold: float) -> dict[str, Any]:
+    return {
+        "robot": found.robot.description.name,
+        **asdict(summary_of(found, threshold)),
+        "borders": [
+            {
+                "kind": border.kind,
+                "points": border.points.tolist(),
+                "before": border.before.tolist(),
+                "after": border.after.tolist(),
+            }
+            for border in found.borders
+        ],
+    }
+
+
+def _as_text(values: dict[str, Any]) -> str:
+    shape = " x ".join(str(number) for number in values["shape"])
+    lines = [
+        f"{values['robot']}: {values['reached']} of {values['cells']} cells ({shape}) are reached"
+        + ("" if values["complete"] else "; the map is NOT complete"),
+        f"  stable with the motors held: {values['stable']}; beyond limits: {values['beyond_limits']}",
+        f"  usable (stable and within limits all the way): {values['usable']}",
+        f"  inverse condition number of H_r below the threshold: {values['below_threshold']}",
+        f"  two ways to a cell disagree: {values['disagreements']}",
+    ]
+    for border in values["borders"]:
+        lines.append(f"  border {border['kind']}: {len(border['points'])} points")
+    return "\n".join(lines)
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[Progress], None]]:
+    """A progress bar with rate and time left on a terminal, nothing elsewhere."""
+    with tqdm(total=None, unit=" cells", desc="mapped", disable=None, leave=False) as bar:
+
+        def show(state: Progress) -> None:
+            bar.total = state.total
+            bar.set_postfix(reached=state.reached, refresh=False)
+            bar.update(state.done - bar.n)
+
+        yield show

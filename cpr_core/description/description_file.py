@@ -1,0 +1,209 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Descriptions as files: YAML in, checked against the schema, errors that name file and field."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ..description_part import Described
+from ..errors import DescriptionError
+from ..rods.sections import SECTIONS
+from ..rods.strain_basis import STRAIN_BASES
+from .description_builder import described_robot
+from .description_schema import description_schema
+from .joints import JOINTS
+from .motors import MOTORS
+from .robot_description import RobotDescription
+
+__all__ = ["read_description", "shipped_robots"]
+
+
+def shipped_robots() -> dict[str, Path]:
+    """Descriptions that come with the package, by name."""
+    package = Path(__file__).resolve().parents[1]
+    # Inside the package where it is installed, beside it in the source tree.
+    folder = next(path for path in (package / "config", package.parent / "config") if path.is_dir())
+    return {path.stem: path for path in sorted(folder.glob("*.yaml")) if path.stem != "cpr_node"}
+
+
+def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:
+    """Read and check a description.
+
+    Args:
+        robot: Name of a shipped robot, a YAML file, or the content of one.
+
+    Raises:
+        DescriptionError: Names the file, the field, what was found and what was expected.
+    """
+    text = ""
+    if not isinstance(robot, str | Path | Mapping):
+        raise DescriptionError(
+            "description", "", f"expected a name, a file or its content, got {robot!r:.200}"
+        )
+    if isinstance(robot, Mapping):
+        source, content = str(robot.get("name", "description")), dict(robot)
+    else:
+        path = _find(robot)
+        source = str(path)
+        try:
+            text = path.read_text(encoding="utf-8")
+            content = yaml.load(text, Loader=_Loader)
+        except (OSError, UnicodeDecodeError) as error:
+            raise DescriptionError(source, "", f"cannot be read: {error}") from None
+        except (yaml.YAMLError, TypeError, ValueError, RecursionError) as error:
+            raise DescriptionError(source, "", f"is not valid YAML: {error}") from None
+    try:
+        _check_schema(source, content)
+    except RecursionError:
+        raise DescriptionError(source, "", "is nested too deeply, or refers to itself") from None
+    return described_robot(source, content, text)
+
+
+def _find(robot: str | Path) -> Path:
+    """Path of a shipped robot or of a file."""
+    shipped = shipped_robots()
+    if str(robot) in shipped:
+        return shipped[str(robot)]
+    path = Path(robot)
+    try:
+        found, folder = path.is_file(), path.is_dir()
+    except (OSError, ValueError):  # not even a possible name
+        found, folder = False, False
+    if not found:
+        raise DescriptionError(
+            str(robot),
+            "",
+            f"no such file{' (it is a folder)' if folder else ''}, nor a shipped robot "
+            f"(shipped: {', '.join(shipped) or 'none'})",
+        )
+    return path
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML as people write it: numbers as in YAML 1.2, every field once.
+
+    YAML 1.1 reads 2.1e11 as a word, 010 as eight and 1:30 as ninety.
+    """
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen = set()
+        for key_node, _ in node.value:
+            if key_node.tag == "tag:yaml.org,2002:merge":
+                continue
+            key = self.construct_object(key_node, deep=True)
+            if key in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"field {key!r} is given twice", key_node.start_mark
+                )
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+    def construct_decimal(self, node: yaml.ScalarNode) -> int:
+        return int(self.construct_scalar(node), base=10)
+
+
+_NUMBERS = {
+    "tag:yaml.org,2002:int": r"[-+]?[0-9][0-9_]*$",
+    "tag:yaml.org,2002:float": (
+        r"[-+]?(\.[0-9_]+|[0-9][0-9_]*(\.[0-9_]*)?)(e[-+]?[0-9]+)?$|[-+]?\.inf$|\.nan$"
+    ),
+}
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag not in _NUMBERS]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+for _tag, _pattern in _NUMBERS.items():
+    _Loader.add_implicit_resolver(_tag, re.compile(_pattern, re.IGNORECASE), list("-+0123456789."))
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_decimal)
+
+
+@cache
+def _validator(kinds: tuple[tuple[str, type[Described]], ...]) -> Any:
+    """What checks content, made once for all classes that have a name now."""
+    import jsonschema  # takes as long to import as all of this package
+
+    return jsonschema.Draft202012Validator(description_schema())
+
+
+def _check_schema(source: str, content: Any) -> None:
+    """Structure, types and ranges, against the JSON schema."""
+    if not isinstance(content, dict):
+        raise DescriptionError(source, "", f"expected fields and values, got {content!r:.60}")
+    for path, number in _numbers(content, ""):
+        try:
+            finite = math.isfinite(number)
+        except OverflowError:  # a whole number beyond all floats
+            finite = False
+        if not finite:
+            raise DescriptionError(source, path, f"expected a finite number, got {number!s:.40}")
+    kinds = (*MOTORS.items(), *JOINTS.items(), *SECTIONS.items(), *STRAIN_BASES.items())
+    errors = list(_validator(kinds).iter_errors(content))
+    # A misspelt field is also a missing one: say the misspelt name.
+    unknown = [error for error in errors if error.validator == "additionalProperties"]
+    if not errors:
+        return
+    from jsonschema.exceptions import best_match
+
+    error = best_match(unknown or errors)
+    assert error is not None
+    path = ""
+    for part in error.absolute_path:
+        path += f"[{part}]" if isinstance(part, int) else ("." if path else "") + str(part)
+    raise DescriptionError(source, path, _explain(error))
+
+
+def _numbers(value: Any, path: str) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, dict):
+        for key, item in value.items():
+            yield from _numbers(item, f"{path}.{key}" if path else str(key))
+    elif isinstance(value, list):
+        for index, item in enumerate(value):
+            yield from _numbers(item, f"{path}[{index}]")
+    elif isinstance(value, Real) and not isinstance(value, bool):
+        yield path, value
+
+
+def _explain(error: Any) -> str:
+    """What was found and what was expected."""
+    found, limit = error.instance, error.validator_value
+    meaning = error.schema.get("description", "")
+    about = f" ({meaning})" if meaning else ""
+    match error.validator:
+        case "required":
+            missing = [name for name in limit if name not in found]
+            return f"missing field {missing[0]!r}"
+        case "additionalProperties":
+            known = list(error.schema["properties"])
+            unknown = [name for name in found if name not in known]
+            return f"unknown field {unknown[0]!r}, expected one of {', '.join(known)}"
+        case "enum":
+            return f"expected one of {', '.join(map(str, limit))}, got {found!r}{about}"
+        case "type":
+            return f"expected {limit}, got {found!r}{about}"
+        case "exclusiveMaximum":
+            return f"expected a number below {limit}, got {found}{about}"
+        case "exclusiveMinimum":
+            return f"expected a number above {limit}, got {found}{about}"
+        case "minimum" | "maximum":
+            bound = "least" if error.validator == "minimum" else "most"
+            return f"expected a number of at {bound} {limit}, got {found}{about}"
+        case "minItems" | "maxItems":
+            bound = "at least" if error.validator == "minItems" else "at most"
+            if error.schema.get("minItems") == error.schema.get("maxItems"):
+                bound = "exactly"
+            return f"expected {bound} {limit} entries, got {len(found)}{about}"
+        case "uniqueItems":
+            return f"expected no entry twice, got {found}{about}"
+        case "not":
+            return str(meaning)
+    return f"{error.message}{about}"

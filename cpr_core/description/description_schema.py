@@ -1,0 +1,111 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The JSON schema of descriptions: the general part as a file, the rest as the classes declare it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from importlib import resources
+from typing import Any
+
+from ..description_part import Described, field
+from ..rods.sections import SECTIONS
+from ..rods.strain_basis import STRAIN_BASES
+from .joints import JOINTS
+from .motors import MOTORS, Motor
+
+__all__ = ["DEFAULT_BASIS", "description_schema"]
+
+#: Basis of the strain modes where none is named.
+DEFAULT_BASIS = "legendre"
+
+_ACTUATED = {
+    "name": field("name", "joint name in messages; default motor1, motor2, ..."),
+    "limits": field("limits", "what the motor can do"),
+}
+_MODES = {
+    "torsion": field("modes", "modes; default 0"),
+    "bending_2": field("modes", "modes about d2; default 5, in the plane 0"),
+    "bending_3": field("modes", "modes about d3; default 5"),
+}
+
+
+def description_schema() -> dict[str, Any]:
+    """The schema with all motors, tip joints, sections and strain bases that have a name now.
+
+    ``description.schema.json`` is the same for those of the library, for editors.
+    """
+    file = resources.files(__package__).joinpath("description.schema.json")
+    schema: dict[str, Any] = json.loads(file.read_text("utf-8"))
+    schema["$defs"] |= {
+        "motor": _choice(
+            "type", {name: _motor_fields(kind) for name, kind in MOTORS.items()}, MOTORS
+        ),
+        "tip": _choice("type", {name: kind.fields for name, kind in JOINTS.items()}, JOINTS),
+        "section": _choice(
+            "shape", {name: kind.fields for name, kind in SECTIONS.items()}, SECTIONS
+        ),
+        "strain": _strain(),
+    }
+    return schema
+
+
+def _motor_fields(kind: type[Motor]) -> Mapping[str, Any]:
+    return {**kind.fields, **_ACTUATED} if kind.actuated else kind.fields
+
+
+def _choice(
+    key: str, fields: Mapping[str, Mapping[str, Any]], kinds: Mapping[str, type[Described]]
+) -> dict[str, Any]:
+    """Fields of which one, the key, says which others there are."""
+    return {
+        "type": "object",
+        "required": [key],
+        "properties": {key: {"enum": list(kinds)}},
+        "allOf": [
+            {
+                "if": {"properties": {key: {"const": name}}, "required": [key]},
+                "then": {
+                    "properties": {key: True, **fields[name]},
+                    "required": list(kind.required),
+                    "additionalProperties": False,
+                },
+            }
+            for name, kind in kinds.items()
+        ],
+    }
+
+
+def _strain() -> dict[str, Any]:
+    """Numbers of modes, and what a basis has beside them."""
+    own = {name: kind.fields for name, kind in STRAIN_BASES.items()}
+    every = {name: meaning for fields in own.values() for name, meaning in fields.items()}
+    return {
+        "type": "object",
+        "additionalProperties": False,
+        "properties": {
+            "basis": {"enum": list(STRAIN_BASES), "description": f"default {DEFAULT_BASIS}"},
+            **_MODES,
+            **every,
+        },
+        "allOf": [
+            {
+                # A basis that is not named fits every `const`: only the default one may do so.
+                "if": {
+                    "properties": {"basis": {"const": name}},
+                    "required": [] if name == DEFAULT_BASIS else ["basis"],
+                },
+                "then": {
+                    "required": list(kind.required),
+                    "properties": {
+                        foreign: {"not": {}, "description": f"{name} has no such field"}
+                        for foreign in every
+                        if foreign not in kind.fields
+                    },
+                },
+            }
+            for name, kind in STRAIN_BASES.items()
+        ],
+    }

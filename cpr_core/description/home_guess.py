@@ -1,0 +1,126 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a description knows of the home equilibrium: motors, sides of the rods, a rough pose."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description_part import Part
+from ..errors import CprError
+from ..lie import rotation_from_quaternion
+from ..rods.rod import strain_series
+from .plausibility import check_motor, check_quaternion
+from .robot_description import HomeGuess, LegDescription
+
+__all__ = ["home_guess"]
+
+Floats = NDArray[np.float64]
+
+
+def home_guess(whole: Part, legs: tuple[LegDescription, ...], point: bool) -> HomeGuess:
+    """The rough home.
+
+    Args:
+        whole: The whole description.
+        legs: The legs.
+        point: Whether the platform has no orientation.
+
+    Raises:
+        DescriptionError: Not as many motors, sides or strains as there are, or nothing but motors.
+    """
+    part = whole.part("home")
+    motors = _motors(part, legs)
+    if not any(name in part for name in ("bow", "platform", "strain")):
+        raise part.fail("", "expected bow (the side of every rod) or a rough platform pose")
+    strain = part.get("strain", ())
+    if "strain" in part and len(strain) != len(legs):
+        raise part.fail("strain", f"expected {len(legs)} entries, one per leg, got {len(strain)}")
+    for series in part.parts("strain"):
+        if part.planar and ("torsion" in series or "bending_2" in series):
+            raise series.fail("", "a planar robot bends about d3 only: expected bending_3")
+    platform = part.part("platform")
+    rotation = _rotation(platform)
+    return HomeGuess(
+        motors=motors,
+        platform_position=platform.vector("position") if "platform" in part else None,
+        platform_rotation=np.eye(3) if point else rotation,
+        strain=tuple(strain_series(series) for series in strain) if "strain" in part else None,
+        bow=_bow(part, legs, motors),
+    )
+
+
+def _motors(part: Part, legs: tuple[LegDescription, ...]) -> Floats:
+    """Motor positions, (n,)."""
+    motors, actuated = part.get("motors"), [leg for leg in legs if leg.motor_name is not None]
+    if len(motors) != len(actuated):
+        raise part.fail(
+            "motors", f"expected {len(actuated)} numbers, one per motor, got {len(motors)}"
+        )
+    for index, (position, leg) in enumerate(zip(motors, actuated, strict=True)):
+        if leg.motor.extensible and position <= 0.0:
+            raise part.fail("motors", f"expected positive rod lengths, got {position}")
+        check_motor(part, f"motors[{index}]", leg.motor, position, leg.rod.length)
+    return np.array(motors, float)
+
+
+def _rotation(part: Part) -> Floats:
+    """Rotation of the platform, (3, 3)."""
+    quaternion = part.get("quaternion_wxyz", (1.0, 0.0, 0.0, 0.0))
+    try:
+        rotation = rotation_from_quaternion(quaternion)
+    except CprError as error:
+        raise part.fail("quaternion_wxyz", str(error)) from None
+    check_quaternion(part, "quaternion_wxyz", quaternion)
+    if part.planar and rotation[2, 2] < 1.0 - 1e-9:
+        raise part.fail(
+            "quaternion_wxyz",
+            f"expected a rotation about z in a planar robot, w 0 0 z, got {list(quaternion)}",
+        )
+    return rotation
+
+
+def _bow(part: Part, legs: tuple[LegDescription, ...], motors: Floats) -> tuple[Floats | None, ...]:
+    """Sides to which the rods bow, in the world; None: straight."""
+    given = part.get("bow", [None] * len(legs))
+    # One side for all legs: a word, or a vector.
+    one = isinstance(given, str) or (
+        len(given) == 3 and all(isinstance(entry, int | float) for entry in given)
+    )
+    every = [given] * len(legs) if one else given
+    if len(every) != len(legs):
+        raise part.fail("bow", f"expected {len(legs)} sides, got {len(every)}")
+    middle = np.mean([leg.base_position for leg in legs], axis=0)
+    positions = iter(motors)
+    found: list[Floats | None] = []
+    for index, (side, leg) in enumerate(zip(every, legs, strict=True)):
+        frame = leg.base_rotation
+        if leg.motor_name is not None:
+            frame = leg.base_at(next(positions)).rotation
+        name = "bow" if one else f"bow[{index}]"
+        found.append(None if side is None else _side(part, name, side, leg, frame, middle))
+    return tuple(found)
+
+
+def _side(
+    part: Part, name: str, side: Any, leg: LegDescription, frame: Floats, middle: Floats
+) -> Floats:
+    """A side as a unit vector across the rod at its base."""
+    tangent, left = frame[:, 0], frame[:, 1]
+    if side in ("left", "right"):
+        if not part.planar:
+            raise part.fail(name, f"expected outward, inward or a vector, got {side!r}")
+        vector = left if side == "left" else -left
+    elif side in ("outward", "inward"):
+        vector = leg.base_position - middle
+        vector = vector if side == "outward" else -vector
+    else:
+        vector = part.in_plane(name, side)
+    across = vector - (vector @ tangent) * tangent
+    if np.linalg.norm(across) < 1e-6 * max(1.0, float(np.linalg.norm(vector))):
+        raise part.fail(name, f"expected a side across the tangent of {leg.name} at its base")
+    return np.asarray(across / np.linalg.norm(across))

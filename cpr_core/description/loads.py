@@ -1,0 +1,214 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What acts on the robot from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InvalidRequest
+from ..validation import checked_number, checked_vector
+
+__all__ = ["DistributedForce", "Loads", "PointForce"]
+
+Floats = NDArray[np.float64]
+
+
+def _zeros(size: int) -> Floats:
+    zeros = np.zeros(size)
+    zeros.flags.writeable = False
+    return zeros
+
+
+@dataclass(frozen=True, eq=False)
+class DistributedForce:
+    """Force per length on one rod, fixed in space, linear between stations.
+
+    Attributes:
+        leg: Name of the leg.
+        at: Stations in s/l, from 0 to 1, increasing, (P,). Interior ones must be stations of the robot.
+        force: Force per length at the stations, in the world, (P, 3) [N/m].
+    """
+
+    leg: str
+    at: Floats
+    force: Floats
+
+    def __post_init__(self) -> None:
+        """Check the stations and that every one has a force.
+
+        Raises:
+            InvalidRequest: Stations that do not increase from 0 to 1, or other forces than one for each.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        at = np.asarray(self.at)
+        stations = checked_vector("distributed.at", at, at.size, "s/l from 0 to 1, increasing")
+        whole = len(stations) > 1 and stations[0] == 0.0 and stations[-1] == 1.0
+        if not whole or not np.all(np.diff(stations) > 0.0):
+            raise InvalidRequest(
+                "distributed.at",
+                f"expected stations s/l that increase from 0 to 1, got {stations.tolist()}",
+            )
+        rows = np.asarray(self.force, dtype=object)
+        if rows.ndim == 0 or len(rows) != len(stations):
+            raise InvalidRequest(
+                "distributed.force",
+                f"expected {len(stations)} vectors, one for every station, "
+                f"got {len(rows) if rows.ndim else repr(self.force)[:200]}",
+            )
+        force = [
+            checked_vector(f"distributed.force[{number}]", row, 3, "x y z in the world, N/m")
+            for number, row in enumerate(self.force)
+        ]
+        object.__setattr__(self, "at", stations)
+        object.__setattr__(self, "force", np.array(force))
+
+
+@dataclass(frozen=True, eq=False)
+class PointForce:
+    """Force on a point of one rod, fixed in space.
+
+    Attributes:
+        leg: Name of the leg.
+        at: Where, s/l in (0, 1); must be a station of the robot.
+        force: In the world, (3,) [N].
+    """
+
+    leg: str
+    at: float
+    force: Floats
+
+    def __post_init__(self) -> None:
+        """Check where it is and the force.
+
+        Raises:
+            InvalidRequest: A place that is not on the rod, or not three numbers.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        place = checked_vector("points.at", np.atleast_1d(self.at), 1, "s/l between 0 and 1")
+        if not 0.0 < place[0] < 1.0:
+            raise InvalidRequest("points.at", f"expected s/l between 0 and 1, got {self.at}")
+        force = checked_vector("points.force", self.force, 3, "x y z in the world, N")
+        object.__setattr__(self, "at", float(place[0]))
+        object.__setattr__(self, "force", force)
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """External loads. Wrenches stack moment [N m] over force [N] and act at the platform origin P.
+
+    Attributes:
+        gravity: Acceleration in the world, on rods and platform, shape (3,) [m/s^2].
+        rod_force: Uniform force per length on every rod, fixed in space, shape (3,) [N/m].
+        wrench_world: Platform wrench fixed in space, shape (6,). Its moment is not conservative.
+        wrench_body: Platform wrench that turns with the platform, shape (6,); not conservative.
+        distributed: Forces per length on single rods.
+        points: Forces on points of rods.
+    """
+
+    gravity: Floats
+    rod_force: Floats
+    wrench_world: Floats
+    wrench_body: Floats
+    distributed: tuple[DistributedForce, ...] = ()
+    points: tuple[PointForce, ...] = ()
+
+    @classmethod
+    def none(cls) -> Loads:
+        """No load at all."""
+        return cls(_zeros(3), _zeros(3), _zeros(6), _zeros(6))
+
+    def with_(
+        self,
+        *,
+        gravity: ArrayLike | None = None,
+        rod_force: ArrayLike | None = None,
+        wrench_world: ArrayLike | None = None,
+        wrench_body: ArrayLike | None = None,
+        distributed: Sequence[DistributedForce] | None = None,
+        points: Sequence[PointForce] | None = None,
+    ) -> Loads:
+        """The same loads with some replaced.
+
+        Raises:
+            InvalidRequest: A vector of the wrong length, or no forces.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        given = {
+            "gravity": (gravity, 3, "x y z in the world, m/s^2"),
+            "rod_force": (rod_force, 3, "x y z in the world, N/m"),
+            "wrench_world": (wrench_world, 6, "mx my mz fx fy fz, N m and N"),
+            "wrench_body": (wrench_body, 6, "mx my mz fx fy fz, N m and N"),
+        }
+        changes: dict[str, Any] = {
+            name: checked_vector(name, value, size, meaning)
+            for name, (value, size, meaning) in given.items()
+            if value is not None
+        }
+        for name, forces, kind in (
+            ("distributed", distributed, DistributedForce),
+            ("points", points, PointForce),
+        ):
+            if forces is None:
+                continue
+            if not isinstance(forces, Sequence) or not all(isinstance(one, kind) for one in forces):
+                raise InvalidRequest(
+                    name, f"expected a sequence of {kind.__name__}, got {forces!r:.200}"
+                )
+            changes[name] = tuple(forces)
+        return replace(self, **changes)
+
+    def scaled(self, factor: float) -> Loads:
+        """All loads times a factor.
+
+        Raises:
+            InvalidRequest: No number.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        factor = checked_number("factor", factor)
+        return Loads(
+            gravity=factor * self.gravity,
+            rod_force=factor * self.rod_force,
+            wrench_world=factor * self.wrench_world,
+            wrench_body=factor * self.wrench_body,
+            distributed=tuple(replace(f, force=factor * f.force) for f in self.distributed),
+            points=tuple(replace(f, force=factor * f.force) for f in self.points),
+        )
+
+    def toward(self, other: Loads, fraction: float) -> Loads:
+        """Loads part of the way to others; forces on rods are those of both, weighed."""
+        if other is self or fraction == 0.0:
+            return self
+        if fraction == 1.0:
+            return other
+        mine, theirs = self.scaled(1.0 - fraction), other.scaled(fraction)
+        return Loads(
+            gravity=mine.gravity + theirs.gravity,
+            rod_force=mine.rod_force + theirs.rod_force,
+            wrench_world=mine.wrench_world + theirs.wrench_world,
+            wrench_body=mine.wrench_body + theirs.wrench_body,
+            distributed=mine.distributed + theirs.distributed,
+            points=mine.points + theirs.points,
+        )
+
+    def conservative(self, planar: bool) -> bool:
+        """Whether all loads have a potential, so that energy decides stability (Section V-D).
+
+        Moments in space and following forces have none; a moment in the plane has one.
+        """
+        return self._conservative_in_plane if planar else self._conservative_in_space
+
+    @cached_property
+    def _conservative_in_plane(self) -> bool:
+        return not np.any(self.wrench_body[3:])
+
+    @cached_property
+    def _conservative_in_space(self) -> bool:
+        return not np.any(self.wrench_world[:3]) and not np.any(self.wrench_body)

@@ -1,0 +1,196 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Numbers that look like another unit: errors where no robot can be meant, else warnings.
+
+The bounds leave room for every robot that is known to be built: rods of hydrogel and of diamond, of
+micrometres and of tens of metres.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description_part import Part
+from ..errors import DescriptionWarning
+from ..rods.rod import Rod
+from .motors import Motor, MotorLimits
+from .robot_description import RobotDescription
+
+__all__ = [
+    "check_limits",
+    "check_motor",
+    "check_positions",
+    "check_quaternion",
+    "check_rod",
+    "quaternion_order_doubt",
+    "request_doubt",
+]
+
+Floats = NDArray[np.float64]
+
+_MILLIMETRES, _DEGREES = (
+    "looks like millimetres, expected metres",
+    "looks like degrees, expected radians",
+)
+_ORDER = "looks like x y z w, expected w x y z"
+#: Longest rods [m]: beyond doubt, and beyond all robots.
+_LONG, _LONGEST = 10.0, 100.0
+#: Half the thickness of a rod, over its length.
+_THICKEST = 0.5
+#: Moduli [Pa]: of the softest solid there is, of soft ones, of none.
+_SOFTEST, _SOFT, _STIFFEST = 1e4, 1e6, 2e12
+#: Densities [kg/m^3]: of the heaviest metal in g/cm^3, of what is soft.
+_LIGHTEST, _HEAVY = 30.0, 2000.0
+#: Angle of a motor [rad], and a distance in rod lengths.
+_MANY_TURNS, _FAR = 4.0 * math.pi, 10.0
+
+
+def _warn(part: Part, name: str, problem: str) -> None:
+    warnings.warn(
+        f"{part.source}: {part.path_of(name)}: {problem}", DescriptionWarning, stacklevel=2
+    )
+
+
+def check_rod(part: Part, rod: Rod) -> None:
+    """Whether length, thickness and material can be those of a rod.
+
+    Raises:
+        DescriptionError: They cannot.
+    """
+    if rod.length > _LONGEST:
+        raise part.fail("length", f"got {rod.length:g}: {_MILLIMETRES}")
+    if rod.length > _LONG:
+        _warn(part, "length", f"{rod.length:g} m: {_MILLIMETRES}?")
+    for name, modulus in (
+        ("young_modulus", rod.young_modulus),
+        ("shear_modulus", rod.shear_modulus),
+    ):
+        if rod.section.needs_moduli:
+            _check_modulus(part, name, modulus, rod.density)
+    section, straight = part.part("section"), np.array([1.0, 0.0])
+    thickness = float(rod.section.bending_strain(straight, straight[::-1]).max())
+    if thickness > _THICKEST * rod.length:
+        sizes = ", ".join(f"{name} {value}" for name, value in section.content.items())
+        raise section.fail("", f"got {sizes} for a rod {rod.length:g} m long: {_MILLIMETRES}")
+    if 0.0 < rod.density < _LIGHTEST:
+        _warn(part, "density", f"{rod.density:g}: looks like g/cm^3, expected kg/m^3")
+    if math.isfinite(rod.yield_strain) and rod.yield_strain > 1.0:
+        _warn(
+            part,
+            "yield_strain",
+            f"{rod.yield_strain:g}: looks like per cent or a stress, expected a strain",
+        )
+    if not _can_be_computed(rod):
+        raise part.fail(
+            "", "expected sizes and moduli of a rod: its stiffness is beyond all numbers"
+        )
+
+
+def _check_modulus(part: Part, name: str, modulus: float, density: float) -> None:
+    if modulus < _SOFTEST:
+        raise part.fail(name, f"got {modulus:g}: looks like GPa, expected Pa")
+    if modulus > _STIFFEST:
+        raise part.fail(name, f"got {modulus:g}: no material is as stiff, expected Pa")
+    if modulus < _SOFT and not 0.0 < density < _HEAVY:
+        _warn(part, name, f"{modulus:g}: looks like MPa, expected Pa")
+
+
+def _can_be_computed(rod: Rod) -> bool:
+    """Whether stiffness, its natural units and the weight are numbers a computer can work with."""
+    try:
+        scales = [
+            rigidity * rod.length**power
+            for rigidity in rod.rigidities
+            for power in (-3, -2, -1, 0, 1)
+        ]
+        mass = rod.mass_per_length * rod.length
+    except OverflowError:
+        return False
+    return all(1e-100 < scale < 1e100 for scale in scales) and mass < 1e100
+
+
+def check_limits(part: Part, motor: Motor, limits: MotorLimits, length: float) -> None:
+    """Whether the position limits of a motor on a rod of a length [m] are in radians and metres."""
+    for limit in (limits.lower, limits.upper):
+        if math.isfinite(limit):
+            check_motor(part, "position", motor, limit, length)
+
+
+def check_motor(part: Part, name: str, motor: Motor, position: float, length: float) -> None:
+    """Whether a position of a motor on a rod of a length [m] is in radians or metres."""
+    doubt = _motor_doubt(motor, position, length)
+    if doubt:
+        _warn(part, name, f"{position:g}: {doubt}")
+
+
+def _motor_doubt(motor: Motor, position: float, length: float) -> str:
+    if motor.actuated == "turn":
+        return _DEGREES if abs(position) > _MANY_TURNS else ""
+    return _MILLIMETRES if abs(position) > _FAR * length else ""
+
+
+def check_quaternion(part: Part, name: str, quaternion: Sequence[float]) -> None:
+    """Whether the real part of a quaternion is where it is expected."""
+    first, *_, last = quaternion
+    if abs(first) < 0.2 and abs(last) > 0.9:
+        turn = math.degrees(2.0 * math.acos(min(1.0, abs(first))))
+        _warn(part, name, f"{list(quaternion)} is a turn by {turn:.0f} degrees: {_ORDER}?")
+
+
+def check_positions(part: Part, description: RobotDescription) -> None:
+    """Whether bases, tips and platform are where the rods can reach."""
+    found = [name for name, distance in _distances(description) if distance > _FAR]
+    if found:
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+        _warn(part, found[0] + more, f"more than {_FAR:g} rod lengths away: {_MILLIMETRES}")
+
+
+def _distances(description: RobotDescription) -> Iterator[tuple[str, float]]:
+    """Fields with a position, and how far away it is in rod lengths."""
+    legs, longest, middle = description.legs, *_reach(description)
+    for index, leg in enumerate(legs):
+        yield f"legs[{index}].base.position", math.dist(leg.base_position, middle) / longest
+        yield f"legs[{index}].tip.position", math.hypot(*leg.joint.position) / longest
+    yield "platform.center_of_mass", math.hypot(*description.center_of_mass) / longest
+    if description.home.platform_position is not None:
+        position = description.home.platform_position
+        yield "home.platform.position", math.dist(position, middle) / longest
+
+
+def _reach(description: RobotDescription) -> tuple[float, Floats]:
+    """Longest rod [m], and the middle of the bases (3,) [m]."""
+    longest = max(leg.rod.length for leg in description.legs)
+    return longest, np.mean([leg.base_position for leg in description.legs], axis=0)
+
+
+def request_doubt(
+    description: RobotDescription, motors: Floats | None, position: Floats | None
+) -> str:
+    """What looks wrong with requested motors (n,) or a platform position (3,) [m]; empty: nothing."""
+    actuated = [leg for leg in description.legs if leg.motor_name is not None]
+    for value, leg in zip(() if motors is None else motors, actuated, strict=motors is not None):
+        doubt = _motor_doubt(leg.motor, float(value), leg.rod.length)
+        if doubt:
+            return f"{leg.motor_name} at {value:g} {doubt}"
+    longest, middle = _reach(description)
+    if position is not None and math.dist(position, middle) > _FAR * longest:
+        place = ", ".join(f"{value:g}" for value in position)
+        return f"the platform position ({place}) {_MILLIMETRES}"
+    return ""
+
+
+def quaternion_order_doubt(quaternion: Floats, before: Floats) -> str:
+    """What looks wrong with a requested orientation w x y z, seen from the one before; empty: nothing.
+
+    Read as x y z w it would be near by, and as it is meant to be read it is far away.
+    """
+    w, x, y, z = quaternion
+    if abs(quaternion @ before) < 0.7 and abs(np.array([z, w, x, y]) @ before) > 0.94:
+        return f"the quaternion ({w:.4g}, {x:.4g}, {y:.4g}, {z:.4g}) {_ORDER}"
+    return ""

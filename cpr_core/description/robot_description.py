@@ -1,0 +1,197 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a robot is made of: immutable values, whatever file they come from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InvalidRequest
+from ..lie import skew
+from ..rods.rod import Rod, StrainModes
+from ..validation import checked_count
+from . import joints, motors
+from .loads import Loads
+
+__all__ = ["CONTROLLED_COORDINATES", "BasePose", "HomeGuess", "LegDescription", "RobotDescription"]
+
+Floats = NDArray[np.float64]
+
+#: Number of scalars of every controllable platform coordinate.
+CONTROLLED_COORDINATES = {
+    "x": 1,
+    "y": 1,
+    "z": 1,
+    "angle": 1,
+    "orientation": 3,
+    "roll": 1,
+    "pitch": 1,
+    "yaw": 1,
+}
+
+
+class BasePose(NamedTuple):
+    """Base of a rod in the world.
+
+    Attributes:
+        rotation: Base frame (d1, d2, d3 as columns), (3, 3).
+        position: Base point, (3,) [m].
+        length: Length of the rod from there on [m].
+    """
+
+    rotation: Floats
+    position: Floats
+    length: float
+
+
+@dataclass(frozen=True, eq=False)
+class LegDescription:
+    """One leg.
+
+    Attributes:
+        name: Name of the leg.
+        motor_name: Name of its motor in messages; None for a passive base.
+        rod: The rod.
+        modes: Its strain modes.
+        base_position: Base point in the world at motor zero, (3,) [m].
+        base_rotation: Base frame (d1, d2, d3 as columns) in the world at motor zero, (3, 3).
+        motor: What holds the base.
+        joint: What holds the tip.
+        limits: What the motor can do.
+    """
+
+    name: str
+    motor_name: str | None
+    rod: Rod
+    modes: StrainModes
+    base_position: Floats
+    base_rotation: Floats
+    motor: motors.Motor
+    joint: joints.Joint
+    limits: motors.MotorLimits = field(default_factory=motors.MotorLimits)
+
+    def base_pose(self, turn: float = 0.0, shift: float = 0.0) -> BasePose:
+        """Base with its coordinates, be they the motor's or passive; the kernels keep to this.
+
+        Args:
+            turn: About the turn axis of the motor [rad]; without effect where it has none.
+            shift: Along its shift axis, or the length of the rod if the leg is extensible [m].
+        """
+        rotation, position, length = self.base_rotation, self.base_position, self.rod.length
+        turn_axis, shift_axis = self.motor.turn_axis(rotation), self.motor.shift_axis
+        if turn_axis is not None:
+            across = skew(turn_axis)
+            turned = np.eye(3) + np.sin(turn) * across + (1.0 - np.cos(turn)) * across @ across
+            rotation = turned @ rotation
+        if self.motor.extensible:
+            length = float(shift)
+        elif shift_axis is not None:
+            position = position + shift * np.array(shift_axis)
+        return BasePose(rotation, position, length)
+
+    def base_at(self, motor: float) -> BasePose:
+        """Base at a motor position [rad or m], a passive coordinate at zero."""
+        if self.motor.actuated == "turn":
+            return self.base_pose(turn=motor)
+        return self.base_pose(shift=motor)
+
+
+@dataclass(frozen=True, eq=False)
+class HomeGuess:
+    """What is known of the home equilibrium; the rest is found by assembling the robot.
+
+    Attributes:
+        motors: Motor positions, (n,); these are exact.
+        platform_position: Roughly, (3,) [m]; None: not known.
+        platform_rotation: Roughly, (3, 3).
+        strain: For every leg and every strain component Legendre coefficients of the curvature [1/m]
+            without loads: close enough for Newton's method. None: not known.
+        bow: For every leg the side to which its middle stands out, a vector in the world, (3,); None
+            where it is not known.
+    """
+
+    motors: Floats
+    platform_position: Floats | None
+    platform_rotation: Floats
+    strain: tuple[tuple[Floats, Floats, Floats], ...] | None
+    bow: tuple[Floats | None, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class RobotDescription:
+    """A whole robot, as its file says.
+
+    Attributes:
+        name: Name of the robot.
+        source: Where the description came from.
+        planar: Whether the robot lives in the plane z = 0.
+        point_platform: Whether the platform has no orientation (planar only).
+        platform_mass: [kg].
+        center_of_mass: Of the platform in its frame, (3,) [m].
+        legs: The legs.
+        controlled: Platform coordinates of the inverse problem, in order; none if there are more
+            motors than platform coordinates.
+        home: Rough home equilibrium.
+        loads: Loads that always act, gravity included.
+        stations: s/l where point forces may act, on every leg.
+        text: The description as it was read.
+    """
+
+    name: str
+    source: str
+    planar: bool
+    point_platform: bool
+    platform_mass: float
+    center_of_mass: Floats
+    legs: tuple[LegDescription, ...]
+    controlled: tuple[str, ...]
+    home: HomeGuess
+    loads: Loads = field(default_factory=Loads.none)
+    stations: tuple[float, ...] = ()
+    text: str = ""
+
+    @property
+    def platform_freedom(self) -> int:
+        """Number of platform coordinates."""
+        if self.planar:
+            return 2 if self.point_platform else 3
+        return 6
+
+    @property
+    def mean_length(self) -> float:
+        """Mean (nominal) rod length, the natural unit of length [m]."""
+        return float(np.mean([leg.rod.length for leg in self.legs]))
+
+    @property
+    def gravity(self) -> Floats:
+        """Gravity in the world, (3,) [m/s^2]."""
+        return self.loads.gravity
+
+    @property
+    def motor_names(self) -> tuple[str, ...]:
+        """Names of the motors in order."""
+        return tuple(leg.motor_name for leg in self.legs if leg.motor_name is not None)
+
+    def with_modes(self, modes: int) -> RobotDescription:
+        """The same robot with another number of modes in every direction that has any."""
+        modes = checked_count("modes", modes, 1)
+        if any(getattr(leg.modes.basis, "modes", None) is not None for leg in self.legs):
+            raise InvalidRequest(
+                "modes", "B-splines have as many modes as degree and knots say: change those"
+            )
+
+        def counts(leg: LegDescription) -> tuple[int, int, int]:
+            torsion, bending_2, bending_3 = (modes if count else 0 for count in leg.modes.counts)
+            return torsion, bending_2, bending_3
+
+        return replace(
+            self,
+            legs=tuple(
+                replace(leg, modes=replace(leg.modes, counts=counts(leg))) for leg in self.legs
+            ),
+        )

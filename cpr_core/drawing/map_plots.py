@@ -1,0 +1,221 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Pictures of maps, with matplotlib."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InvalidRequest
+from ..model.robot import Robot
+from ..solving.limits import limits_of
+from ..workspace.workspace_map import WorkspaceMap
+from .path_plots import _figure
+
+__all__ = ["check_field", "field_names", "fields_of", "plot_map", "prepare"]
+
+Floats = NDArray[np.float64]
+
+#: Colours that the colour-blind tell apart (Okabe and Ito): indices 0, 1, 2, more; then red.
+_INDEX_COLORS = ("#9AD0F0", "#F0E442", "#CC79A7", "#5A5A5A")
+_RED = "#C22000"
+_LINES = {
+    "stability": ("#000000", "-", "stability, motors held"),
+    "stability_free": ("#009E73", ":", "stability, constant effort"),
+    "singularity": ("#0072B2", "-", "end of the branch"),
+    "limits": ("#E69F00", "--", "limit of a motor or rod"),
+}
+#: Pictures of slices at most.
+_MOST_PANELS = 9
+
+
+def field_names(robot: Robot) -> tuple[str, ...]:
+    """What can be drawn of a robot's maps."""
+    names = [
+        "index", "index_free", "inverse_condition_number", "smallest_eigenvalue", "forward_margin",
+        "inverse_margin", "strain", "energy", "usable",
+    ]  # fmt: skip
+    if limits_of(robot):
+        names.append("limit_margin")
+    return (*names, *robot.motor_names, *(f"{name}_effort" for name in robot.motor_names))
+
+
+def check_field(robot: Robot, field: str) -> None:
+    """Whether a field can be drawn.
+
+    Raises:
+        InvalidRequest: It cannot.
+    """
+    names = field_names(robot)
+    if field not in names:
+        raise InvalidRequest("field", f"expected one of {', '.join(names)}, got {field!r}")
+
+
+def fields_of(found: WorkspaceMap) -> dict[str, Floats]:
+    """What can be drawn: values of all cells by name, (M,) each."""
+    cells = found.cells
+    fields: dict[str, Floats] = {
+        "index": np.where(found.reached, found.index_locked, np.nan),
+        "index_free": np.where(found.reached, found.index_free, np.nan),
+        "inverse_condition_number": found.inverse_condition_number,
+        "smallest_eigenvalue": cells.eigenvalues[:, 0],
+        "forward_margin": found.forward_margin,
+        "inverse_margin": found.inverse_margin,
+        "strain": found.strains.max(axis=1),
+        "energy": cells.energy,
+        "usable": np.where(found.reached, found.usable, np.nan),
+    }
+    if found.limit_names:
+        fields["limit_margin"] = found.limit_margins.min(axis=1)
+    for number, name in enumerate(found.robot.motor_names):
+        fields[name] = found.motors[:, number]
+        fields[f"{name}_effort"] = cells.efforts[:, number]
+    return fields
+
+
+def prepare() -> None:
+    """Load matplotlib: it takes half a second, which may pass while a map is computed."""
+    _figure((1.0, 1.0))
+    importlib.import_module("matplotlib.collections")
+
+
+def plot_map(
+    found: WorkspaceMap,
+    file: str | Path,
+    *,
+    field: str = "index",
+    threshold: float = 1e-4,
+) -> None:
+    """Draw a map; of more than two dimensions slices along the last ones.
+
+    Args:
+        found: The map.
+        file: Picture to write; its ending tells the format.
+        field: What is drawn, out of :func:`field_names`. The index is red where the inverse condition
+            number of H_r is below ``threshold``.
+        threshold: See there; 0: nothing is red.
+
+    Raises:
+        InvalidRequest: No such field.
+    """
+    check_field(found.robot, field)
+    grid = found.grid
+    values = fields_of(found)[field].reshape(grid.shape[0], grid.shape[1], -1)
+    near = (found.inverse_condition_number < threshold).reshape(values.shape)
+    planes = np.unique(
+        np.linspace(0, values.shape[2] - 1, min(_MOST_PANELS, values.shape[2])).round().astype(int)
+    )
+    columns = min(3, len(planes))
+    rows = -(-len(planes) // columns)
+    figure = _figure((7.0 * columns if len(planes) == 1 else 5.0 * columns, 5.6 * rows))
+    shown, keys = None, []
+    for number, plane in enumerate(planes.tolist(), start=1):
+        axes = figure.add_subplot(rows, columns, number)
+        picture = np.where(near[:, :, plane], np.nan, values[:, :, plane])
+        if field in ("index", "index_free"):
+            keys += _draw_index(axes, found, picture, near[:, :, plane], threshold)
+        else:
+            limits = float(np.nanmin(values)), float(np.nanmax(values))
+            shown = axes.pcolormesh(
+                *grid.values[:2], values[:, :, plane].T, shading="nearest", cmap="cividis",
+                vmin=limits[0], vmax=limits[1], rasterized=True,
+            )  # fmt: skip
+        _draw_borders(axes, found, plane)
+        names = [
+            f"{name} [{unit}]" for name, unit in zip(grid.axis_names, grid.axis_units, strict=True)
+        ]
+        axes.set(xlabel=names[0], ylabel=names[1])
+        if grid.axis_units[0] == grid.axis_units[1]:
+            axes.set_aspect("equal")
+        if len(grid.shape) > 2:
+            place = found.place(plane)[2:]
+            axes.set_title(
+                ", ".join(
+                    f"{name} = {one:.4g}"
+                    for name, one in zip(grid.axis_names[2:], place, strict=True)
+                )
+            )
+        keys += axes.get_legend_handles_labels()[0]
+    if shown is not None:
+        figure.colorbar(shown, ax=figure.axes, label=field.replace("_", " "), shrink=0.8)
+    by_label = {key.get_label(): key for key in keys}
+    if by_label:
+        below = 0.7 / figure.get_figheight()
+        figure.get_layout_engine().set(rect=(0.0, below, 1.0, 1.0 - below))
+        figure.legend(
+            by_label.values(), by_label.keys(), loc="lower center", ncols=3, fontsize="small"
+        )
+    figure.suptitle(f"{found.robot.description.name}: {_held_text(found)}")
+    figure.savefig(file, dpi=120)
+
+
+def _draw_index(
+    axes: Any, found: WorkspaceMap, index: Floats, near: NDArray[np.bool_], threshold: float
+) -> list[Any]:
+    """Draw the index of one plane; returns the keys of its colours."""
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
+    grid = found.grid
+    capped = np.minimum(index, 3.0)
+    keys: list[Any] = []
+    axes.pcolormesh(
+        *grid.values[:2], capped.T, shading="nearest", cmap=ListedColormap(_INDEX_COLORS),
+        vmin=-0.5, vmax=3.5, rasterized=True,
+    )  # fmt: skip
+    for value in np.unique(capped[np.isfinite(capped)]).astype(int).tolist():
+        label = (
+            "index 0: stable" if value == 0 else f"index {value}{' or more' if value == 3 else ''}"
+        )
+        keys.append(Patch(facecolor=_INDEX_COLORS[value], label=label))
+    if np.any(near):
+        red = np.where(near, 1.0, np.nan)
+        axes.pcolormesh(
+            *grid.values[:2], red.T, shading="nearest", cmap=ListedColormap([_RED]), rasterized=True
+        )
+        keys.append(Patch(facecolor=_RED, label=f"inverse condition number below {threshold:g}"))
+    return keys
+
+
+def _draw_borders(axes: Any, found: WorkspaceMap, plane: int) -> None:
+    from matplotlib.collections import LineCollection
+
+    flat = len(found.grid.shape) == 2
+    depth = int(np.prod(found.grid.shape[2:], dtype=int))
+    cut = found.disagreements
+    cut = cut[np.all(cut % depth == plane, axis=1)]
+    if len(cut):
+        middle = 0.5 * (found.grid.places(cut[:, 0]) + found.grid.places(cut[:, 1]))
+        label = "two ways disagree"
+        axes.plot(*middle[:, :2].T, ".", color="#7A3E00", markersize=2.5, label=label)
+    for border in found.borders:
+        color, style, label = _LINES[border.kind]
+        if not len(border.points) or border.kind == "stability_free":
+            continue
+        if flat:
+            lines = LineCollection(
+                list(border.points[border.segments]), colors=color, linestyles=style,
+                linewidths=1.6, label=label,
+            )  # fmt: skip
+            axes.add_collection(lines)
+            continue
+        here = np.all(border.cells % depth == plane, axis=1)
+        if np.any(here):
+            axes.plot(*border.points[here, :2].T, ".", color=color, markersize=2.5, label=label)
+
+
+def _held_text(found: WorkspaceMap) -> str:
+    grid = found.grid
+    fixed = ~np.any(grid.directions != 0.0, axis=0)
+    held = [
+        f"{name} = {value:.4g}"
+        for name, value, alone in zip(grid.names, grid.origin, fixed, strict=True)
+        if alone
+    ]
+    return ", ".join(held) if held else "workspace"

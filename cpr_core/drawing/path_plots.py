@@ -1,0 +1,133 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Pictures of paths and of many equilibria, with matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..solving.find_equilibria import FoundEquilibrium
+from ..solving.trace import Trace
+from .robot_drawing import draw_equilibrium, set_equal_scale
+
+__all__ = ["plot_equilibria", "plot_trace"]
+
+#: Colours that the colour-blind tell apart (Okabe and Ito).
+_BLUE, _ORANGE, _GREEN, _RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+_GREY, _BLACK = "#999999", "#000000"
+_MARKS = {
+    "fold": ("v", _RED),
+    "bifurcation": ("D", _RED),
+    "stability": ("o", _ORANGE),
+    "singularity": ("s", _GREEN),
+}
+
+
+def plot_trace(found: Trace, file: Path) -> None:
+    """Draw a path: the robot on its way, platform, motors and smallest eigenvalues with all events.
+
+    Args:
+        found: The path.
+        file: Picture to write; its ending tells the format.
+    """
+    figure = _figure((13.0, 8.0))
+    spatial = not found.robot.planar
+    views = figure.add_subplot(2, 2, 1, projection="3d" if spatial else None)
+    count = len(found.equilibria)
+    for number in np.unique(np.linspace(0, count - 1, min(count, 6)).astype(int)):
+        here = found.equilibria[number]
+        color = _BLUE if here.index_locked == 0 else _RED
+        draw_equilibrium(views, here, color=color)
+    set_equal_scale(views)
+    views.set_title("the robot on its way (red: unstable, motors held)")
+
+    by_step = not np.all(np.diff(found.fractions) > 0.0)
+    along = np.arange(count) if by_step else found.fractions
+    label = "step along the branch" if by_step else "fraction of the way"
+    panels = (
+        (found.platform_positions, "platform position [m]", ("x", "y", "z")[: 3 if spatial else 2]),
+        (found.motors, f"motors [{_motor_units(found)}]", found.robot.motor_names),
+        (found.eigenvalues_locked[:, :3], "smallest eigenvalues of H_r, motors held [J]", None),
+    )
+    for place, (values, title, names) in enumerate(panels, start=2):
+        axes = figure.add_subplot(2, 2, place)
+        for column in range(len(names) if names is not None else values.shape[1]):
+            name = names[column] if names is not None else None
+            axes.plot(along, values[:, column], label=name)
+        if names is not None:
+            axes.legend(loc="best", fontsize="small")
+        else:
+            axes.axhline(0.0, color=_BLACK, linewidth=0.8)
+        axes.set_xlabel(label)
+        axes.set_title(title)
+        axes.grid(alpha=0.3)
+        if not by_step:
+            _mark_events(axes, found, place == 4)
+    figure.suptitle(found.robot.description.name)
+    figure.savefig(file, dpi=120)
+
+
+def plot_equilibria(found: Sequence[FoundEquilibrium], file: Path, most: int = 24) -> None:
+    """Draw equilibria in a row of pictures by energy; stable ones in blue, in boxes of their own.
+
+    Args:
+        found: The equilibria, by energy; at least one.
+        file: Picture to write; its ending tells the format.
+        most: Draw at most so many, those of lowest energy.
+    """
+    shown = sorted(found, key=lambda one: not one.stable)[:most]
+    columns = min(6, len(shown))
+    rows = -(-len(shown) // columns)
+    figure = _figure((3.0 * columns, 3.2 * rows + 0.6))
+    planar = shown[0].equilibrium.robot.planar
+    for place, one in enumerate(shown, start=1):
+        axes = figure.add_subplot(rows, columns, place, projection=None if planar else "3d")
+        draw_equilibrium(axes, one.equilibrium, color=_BLUE if one.stable else _GREY)
+        set_equal_scale(axes)
+        axes.set(xlabel="", ylabel="", xticklabels=[], yticklabels=[])
+        if not planar:
+            axes.set(zlabel="", zticklabels=[])
+        kind = "stable" if one.stable else f"index {one.equilibrium.index_locked}"
+        home = ", branch of home" if one.from_home else ""
+        axes.set_title(
+            f"{one.equilibrium.energy:.4f} J\n{kind}{home}",
+            fontsize="small",
+            fontweight="bold" if one.stable else "normal",
+            color=_BLUE if one.stable else _BLACK,
+        )
+    left = len(found) - len(shown)
+    name = found[0].equilibrium.robot.description.name
+    more = f", {left} of higher energy not drawn" if left else ""
+    figure.suptitle(f"{name}: {len(found)} equilibria{more}; blue: stable with the motors held")
+    figure.savefig(file, dpi=110)
+
+
+def _mark_events(axes: Any, found: Trace, named: bool) -> None:
+    for event in found.events:
+        marker, color = _MARKS.get(event.kind, ("x", _BLACK))
+        axes.axvline(event.fraction, color=color, linestyle=":", linewidth=1.2)
+        if named:
+            axes.plot(event.fraction, 0.0, marker, color=color, label=event.kind)
+    if named and found.events:
+        handles, labels = axes.get_legend_handles_labels()
+        unique = dict(zip(labels, handles, strict=True))
+        axes.legend(unique.values(), unique.keys(), loc="best", fontsize="small")
+
+
+def _motor_units(found: Trace) -> str:
+    units = {leg.motor.unit for leg in found.robot.description.legs if leg.motor_name is not None}
+    return " or ".join(sorted(units))
+
+
+def _figure(size: tuple[float, float]) -> Any:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure

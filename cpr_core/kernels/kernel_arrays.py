@@ -1,0 +1,289 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The robot and its loads as the kernels see them: plain arrays.
+
+Global state and equations share one order: for every leg its passive base coordinate (if any), its
+strain coordinates and its multipliers; then the platform; then the motors. In this order the tangent
+is block-arrow shaped, and the forward problem is a leading principal block.
+
+Kernels go through all legs at once, in groups of W lanes (`lanes`). There every leg has the same slots,
+of which it may lack some (`slots`).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .lanes import empty_lanes, lanes_dtype, zeros_lanes
+from .slots import SlotLayout
+
+__all__ = [
+    "LEG",
+    "Factors",
+    "LoadArrays",
+    "RobotArrays",
+    "Workspace",
+    "factors_of",
+    "group_dtype",
+    "kept_factors",
+    "workspace",
+]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Lanes = NDArray[np.void]
+
+#: Where the coordinates of every leg are in the state.
+LEG = np.dtype(
+    [
+        ("length", "f8"),  # rod length [m]; the nominal one where the leg is extensible
+        ("rotation_axis", "f8", 3),  # unit axis of the turn of the base, in the world
+        ("translation_axis", "f8", 3),  # unit direction of its shift
+        ("orientation_count", "i8"),  # conditions on the orientation of the tip
+        ("rotation_index", "i8"),  # state index of the coordinate that turns the base; -1: none
+        ("translation_index", "i8"),  # state index of the one that shifts it; -1: none
+        ("extensible", "i8"),  # 1: the shift is the rod length
+        ("strain_index", "i8"),  # state index of the first strain coordinate
+        ("strain_count", "i8"),
+        ("multiplier_index", "i8"),  # state index of the first multiplier
+    ],
+    align=True,
+)
+
+
+def group_dtype(width: int) -> np.dtype[Any]:
+    """What is of fixed size for a group of legs. Directions are in the world unless said otherwise."""
+    lane = (width,)
+    return np.dtype(
+        [
+            ("exists", "f8", lane),  # 1; 0: no leg
+            ("length", "f8", lane),  # rod length [m]; the nominal one where the leg is extensible
+            ("rest_energy", "f8", lane),  # int kappa_rest^T H_a kappa_rest
+            ("base_position", "f8", (3, width)),  # base point at motor zero [m]
+            ("base_rotation", "f8", (3, 3, width)),  # base frame at motor zero
+            ("rotation_axis", "f8", (3, width)),  # unit axis of the turn of the base
+            ("translation_axis", "f8", (3, width)),  # unit direction of its shift
+            ("tip_position", "f8", (3, width)),  # tip joint in the platform frame [m]
+            ("orientation", "f8", (3, 3, 3, width)),  # R_c M_k of psi_k = tr((R_p R_c M_k)^T R_l)
+            ("extensible", "f8", lane),  # 1: the shift is the rod length
+            ("turn_passive", "f8", lane),  # 1: the turn is the passive coordinate
+            ("turn_motor", "f8", lane),  # 1: the turn is the motor
+            ("shift_passive", "f8", lane),  # 1: the shift is the passive coordinate
+            ("shift_motor", "f8", lane),  # 1: the shift is the motor
+            ("turn_index", "i8", lane),  # state index; -1: none
+            ("shift_index", "i8", lane),
+            ("motor_index", "i8", lane),
+        ],
+        align=True,
+    )
+
+
+class RobotArrays(NamedTuple):
+    """Constants of L legs in G groups, S strain slots, n inner slots, K nodes, H rotation steps."""
+
+    legs: NDArray[np.void]  # (L,) of LEG
+    stiffness: Floats  # (L, M, M) K_e at the nominal length, in the order of the state
+    slots: SlotLayout  # n inner slots, m in all
+    groups: NDArray[np.void]  # (G,) of group_dtype
+    slot_index: Integers  # (G, n, W) state index of every inner slot; -1: the leg lacks it
+    units: Lanes  # (G, m) natural units of the slots; 0: the leg lacks it
+    missing: Lanes  # (G, n) 1: the leg lacks the slot
+    component_start: Integers  # (4,) first strain slot of torsion and both bendings; S
+    function: Integers  # (S,) which shape function a slot uses
+    functions: Lanes  # (G, F, K) shape functions at the nodes
+    step_functions: Lanes  # (G, H, 3, F) their moments over the rotation steps
+    elastic: Lanes  # (G, S, S) K_e by slots
+    rest_moment: Lanes  # (G, S) int Phi^T H_a kappa_rest
+    weights: Floats  # (K,)
+    integration: Floats  # (K, K): [j, k] weight of node j in the integral from 0 to node k
+    panel_nodes: int  # nodes of a panel, a multiple of four: the integration is block triangular
+    steps: Floats  # (H,) lengths of the rotation steps in sigma
+    step_node: Integers  # (H,) node reached at the end of a step; -1: none
+    position_axes: Integers  # world axes along which tips are held: (0, 1, 2), in the plane (0, 1)
+    platform_axes: Integers  # the b components of the world twist [omega; v] the platform has
+    unit: Floats  # (N,) natural unit of every state: dimensionless = state / unit
+    energy_unit: float  # natural unit of energy, E J / l [J]
+    platform_index: int  # state index of the first platform coordinate
+    motor_index: int  # state index of the first motor
+    border_indices: Integers  # state indices of platform and motors
+    inverse_unknowns: (
+        Integers  # state indices of those of the inverse problem; none: no such problem
+    )
+    controls_angles: int  # 1: among them are roll, pitch, yaw instead of world rotations
+    constraint_count: int  # number of multipliers of all legs
+    orientation_count: int  # conditions on the orientation of the tip: the most a leg has
+    kept_count: int  # lanes in which the factors of a tangent are kept
+    passive: int  # 1: some base has a passive coordinate
+    shifted: int  # 1: some base has a shift
+    extensible: int  # 1: some shift is a rod length
+
+
+class LoadArrays(NamedTuple):
+    """Loads in force, all linear in what the user gives, so that loads can be interpolated."""
+
+    distributed: Floats  # (L, 3, K + 1) int_sigma^1 of the force per length; last: sigma = 0 [N/m]
+    point: Floats  # (L, 3, K + 1) sum of the point forces beyond a node; last: sigma = 0 [N]
+    on_rods: Floats  # (1,) above zero where any rod carries a load
+    platform: Floats  # (6, 3) weight, centre of mass, moment and force fixed in space, following
+
+
+class Factors(NamedTuple):
+    """A tangent with its legs condensed: n inner slots, m in all, a border of B = b + motors.
+
+    It does not depend on the problem; where the legs could not be condensed nothing is in it.
+    """
+
+    upper: Lanes  # (G, n, m) rows of L^T, and of D^-1 L^-1 B
+    inverse: Lanes  # (G, n) D^-1
+    border: Floats  # (B, B) H, world rotations
+    how: Integers  # (1,) CONDENSED or DENSE of `condensation_kernel`
+
+
+class Workspace(NamedTuple):
+    """Memory of the kernels, allocated once for a whole solve. m = n + b + 1 slots."""
+
+    blocks: Lanes  # (G, m, m) tangent of the legs by slots, upper triangle
+    residuals: Lanes  # (G, m) residual by slots, SI units
+    platform_residual: Floats  # (6,) of the world twist
+    platform_tangent: Floats  # (6, 6)
+    strain: Lanes  # (m,) state by slots
+    frames: Lanes  # (3, 3, K) [direction, component, node]
+    vectors: Lanes  # (3, H) rotation vectors of the steps
+    arm: Lanes  # (3, K) p(l) - p(s)
+    matrix: Lanes  # (3, 3, K) Q
+    turned: Lanes  # (3, 3, K) [direction, component, node] weighted Q d
+    sources: Lanes  # (3, 8, K) [direction, what, node] what is integrated with shape functions
+    density: Lanes  # (3, K)
+    projected: Lanes  # (3, K)
+    geometric: Lanes  # (S, S)
+    pairs: Lanes  # (4, K) what nodes do together, four rows of it
+    partial: Lanes  # (S, K) the same times shape functions
+    turns: Lanes  # (S, 9) Theta where a panel begins, and what the modes carry and turn in a panel
+    stretched: Lanes  # (S,) K_e q_e
+    small: Lanes  # (12, 3)
+    squares: Lanes  # (6, 3, 3)
+    rod_loads: Lanes  # (2, 3, K + 1) point, distributed
+    rows: Lanes  # (n, m) rows of D L^T
+    solution: Lanes  # (G, n)
+    border: Floats  # (B,) of the platform twist and the motors
+    symmetric: Floats  # (B, B)
+    square: Floats  # (B, B) LU factors of the part of the border a problem has
+    pivots: Integers  # (B,)
+    motions: Floats  # (3, 3) world rotations of the rotation unknowns, as columns
+    tangent: Floats  # (N, N) where all is factored at once
+    whole: Floats  # (N, N)
+    step: Floats  # (N,) dimensionless
+    correction: Floats  # (N,)
+    simplified: Floats  # (N,)
+    total: Floats  # (N,) sum of all corrections
+    trial_state: Floats  # (N,)
+    rotations: Floats  # (5, 3, 3)
+    factors: Factors  # of the last tangent, where nobody wants to keep them
+    known: Floats  # (B,)
+    efforts: Floats  # (motors,)
+    effort_change: Floats  # (motors,)
+    given_efforts: Floats  # (motors,) what a step imposes, or keeps
+    given_motors: Floats  # (motors,)
+    given_rotation: Floats  # (3, 3)
+    given_position: Floats  # (3,)
+    rotation: Floats  # (3, 3) of the platform, where a step is
+    position: Floats  # (3,)
+    residual: Floats  # (N,) in the order of the state
+    signs: Integers  # (3,)
+    bends: Integers  # (2,) number of differences that tell how the branch bends, and of those that fall
+    bend: Floats  # (N,) what was added to a prediction for it, dimensionless
+    differences: Floats  # (4, N) backward differences of what predictions missed
+    last_known: Floats  # (B,) what was imposed then
+    last_efforts: Floats  # (motors,)
+    whole_pivots: Integers  # (N,)
+
+
+def kept_factors(robot: RobotArrays) -> Lanes:
+    """Memory in which factors are kept with an equilibrium."""
+    return np.empty(robot.kept_count, lanes_dtype(robot.slot_index.shape[2]))
+
+
+def workspace(robot: RobotArrays) -> Workspace:
+    """Memory for one thread."""
+    width = robot.slot_index.shape[2]
+    groups, slots, inner = len(robot.groups), robot.slots.total, robot.slots.inner_count
+    size = len(robot.unit)
+    border = size - robot.platform_index
+    strains, nodes, steps = robot.slots.strain_count, len(robot.weights), len(robot.steps)
+
+    def empty(*shape: int) -> Lanes:
+        return empty_lanes(width, *shape)
+
+    return Workspace(
+        blocks=zeros_lanes(width, groups, slots, slots),
+        residuals=zeros_lanes(width, groups, slots),
+        platform_residual=np.empty(6),
+        platform_tangent=np.empty((6, 6)),
+        strain=zeros_lanes(width, slots),
+        frames=empty(3, 3, nodes),
+        vectors=empty(3, steps),
+        arm=empty(3, nodes),
+        matrix=empty(3, 3, nodes),
+        turned=empty(3, 3, nodes),
+        sources=empty(3, 8, nodes),
+        density=empty(3, nodes),
+        projected=empty(3, nodes),
+        geometric=empty(strains, strains),
+        pairs=empty(4, nodes),
+        partial=empty(strains, nodes),
+        turns=empty(strains, 9),
+        stretched=empty(strains),
+        small=empty(12, 3),
+        squares=empty(6, 3, 3),
+        rod_loads=empty(2, 3, nodes + 1),
+        rows=empty(inner, slots),
+        solution=empty(groups, inner),
+        border=np.empty(border),
+        symmetric=np.empty((border, border)),
+        square=np.empty((border, border)),
+        pivots=np.empty(border, np.int64),
+        motions=np.empty((3, 3)),
+        tangent=np.zeros((size, size)),
+        whole=np.empty((size, size)),
+        step=np.empty(size),
+        correction=np.empty(size),
+        simplified=np.empty(size),
+        total=np.empty(size),
+        trial_state=np.empty(size),
+        rotations=np.empty((5, 3, 3)),
+        factors=factors_of(robot),
+        known=np.zeros(border),
+        efforts=np.zeros(size - robot.motor_index),
+        effort_change=np.zeros(size - robot.motor_index),
+        given_efforts=np.zeros(size - robot.motor_index),
+        given_motors=np.zeros(size - robot.motor_index),
+        given_rotation=np.empty((3, 3)),
+        given_position=np.empty(3),
+        rotation=np.empty((3, 3)),
+        position=np.empty(3),
+        residual=np.empty(size),
+        signs=np.empty(3, np.int64),
+        bends=np.zeros(2, np.int64),
+        bend=np.zeros(size),
+        differences=np.zeros((4, size)),
+        last_known=np.zeros(border),
+        last_efforts=np.zeros(size - robot.motor_index),
+        whole_pivots=np.empty(size, np.int64),
+    )
+
+
+def factors_of(robot: RobotArrays) -> Factors:
+    """Memory for the factors of a robot's tangent."""
+    width = robot.slot_index.shape[2]
+    groups, slots, inner = len(robot.groups), robot.slots.total, robot.slots.inner_count
+    border = len(robot.border_indices)
+    return Factors(
+        upper=zeros_lanes(width, groups, inner, slots),
+        inverse=empty_lanes(width, groups, inner),
+        border=np.empty((border, border)),
+        how=np.array([1]),
+    )

@@ -1,0 +1,153 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""First-order behaviour of an equilibrium from its condensed tangent: nothing is evaluated again."""
+
+from __future__ import annotations
+
+import math
+
+from .condensation_kernel import lu_factor, lu_solve
+from .continuation_kernel import ROTATION
+from .kernel_decorators import part
+from .lanes import load, store
+from .pencil_kernel import eliminate_pencil, recall_pencil, smallest_eigenvalue, squared_size
+
+__all__ = ["linearise"]
+
+#: Elastic stiffness this large hides all other; what is left of the platform's then is this part of the
+#: largest at least, or some motion counts as one without stiffness.
+_ALL_ELASTIC, _SMALLEST_STIFFNESS = 1e10, 1e-9
+_SMALLEST_PIVOT = 1e-14
+
+
+@part
+def linearise(robot, kept, record, eigenvalues, response, pencil):
+    """Stability and first-order behaviour at an equilibrium.
+
+    Args:
+        robot: RobotArrays.
+        kept: Factors of its tangent (``keep``).
+        record: The solution, see `continuation_kernel`.
+        eigenvalues: Result, (3,): smallest eigenvalue of H_r with the motors held and with the motors
+            free [J], and the one relative to the elastic stiffness, motors held; NaN where the dense
+            method has to tell.
+        response: Result, (b + n, n + b): ``[dSigma_p/dq_a, dSigma_p/dw_p; dtau_a/dq_a, dtau_a/dw_p]`` at
+            motors and wrench held in turn, body twists and wrenches.
+        pencil: Pencil.
+
+    Returns:
+        Whether the response is there; if not, the dense method has to tell.
+    """
+    for i in range(3):
+        eigenvalues[i] = math.nan
+    if not recall_pencil(robot, kept, pencil):
+        return False
+    scale, gram, elastic = robot.energy_unit, pencil.gram, pencil.elastic
+    # Constants would be compiled for once each.
+    held, released = robot.motor_index < 0, robot.motor_index >= 0
+    locked = smallest_eigenvalue(robot, pencil, gram, 1.0, held, math.nan)
+    if robot.slots.passive < 0:  # the passive coordinate of a base stores no energy
+        _put_elastic(robot, record, elastic)
+        if _definite(robot, pencil, elastic):
+            # The softest motion is nearly the same in both measures.
+            guess = locked * squared_size(pencil, gram, 1.0, held)
+            guess /= squared_size(pencil, elastic, 0.0, held)
+            eigenvalues[2] = smallest_eigenvalue(robot, pencil, elastic, 0.0, held, guess)
+    eigenvalues[0] = scale * locked
+    eigenvalues[1] = scale * smallest_eigenvalue(robot, pencil, gram, 1.0, released, math.nan)
+    return _respond(robot, record, response, pencil)
+
+
+@part
+def _put_elastic(robot, record, elastic):
+    """Elastic stiffness of the legs as long as they are, dimensionless."""
+    per_energy = 1.0 / robot.energy_unit
+    for number in range(elastic.shape[0]):
+        group = robot.groups[number]
+        for i in range(robot.slots.strain_count):
+            unit = per_energy * load(robot.units, (number, i))
+            for j in range(i, robot.slots.strain_count):
+                stiffness = load(robot.elastic, (number, i, j))
+                store(elastic, (number, i, j), unit * load(robot.units, (number, j)) * stiffness)
+        if robot.extensible == 0:
+            continue
+        numbers = elastic["lane"]
+        for lane in range(robot.slot_index.shape[2]):
+            if group.extensible[lane] == 0.0:
+                continue
+            ratio = group.length[lane] / record[group.shift_index[lane]]
+            for i in range(robot.slots.strain_count):
+                for j in range(i, robot.slots.strain_count):
+                    numbers[number, i, j, lane] *= ratio
+
+
+@part
+def _definite(robot, pencil, elastic):
+    """Whether every admissible motion with the motors held costs elastic energy."""
+    left = pencil.left
+    if eliminate_pencil(robot, pencil, elastic, 0.0, False, -_ALL_ELASTIC) != 0:
+        return False
+    smallest, largest = math.inf, 0.0
+    for i in range(left.shape[0]):
+        smallest, largest = min(smallest, left[i, i]), max(largest, left[i, i])
+    return smallest > _SMALLEST_STIFFNESS * largest
+
+
+@part
+def _respond(robot, record, response, pencil):
+    """Matrices of the kinemato-static model, from what the legs leave of platform and motors."""
+    width, unit, inner = robot.slots.platform_count, robot.unit, robot.platform_index
+    motors, scale = unit.shape[0] - robot.motor_index, robot.energy_unit
+    condensed, pivots = pencil.condensed, pencil.pivots
+    rotation = unit.shape[0] + ROTATION
+    stiffness, inverse = pencil.inverse_stiffness[0], pencil.inverse_stiffness[1]
+    # World twists, dimensionless, of body twists in the units of the state.
+    turn, turned = pencil.turn[0], pencil.turn[1]
+    for i in range(width):
+        for j in range(width):
+            one, two = robot.platform_axes[i], robot.platform_axes[j]
+            same = (one < 3) == (two < 3)
+            turn[i, j] = (
+                unit[inner + i] * record[rotation + 3 * (one % 3) + two % 3] if same else 0.0
+            )
+            stiffness[i, j] = condensed[i, j]
+    if not lu_factor(stiffness, width, pivots, _SMALLEST_PIVOT):
+        return False
+    for j in range(width):
+        for i in range(width):
+            inverse[j, i] = 1.0 if i == j else 0.0
+        lu_solve(stiffness, width, pivots, inverse[j])  # a column, kept as a row
+    for i in range(width):
+        for j in range(width):
+            value = 0.0
+            for k in range(width):
+                value += turn[k, i] * inverse[j, k]
+            turned[i, j] = value
+    for i in range(width):
+        for j in range(width):
+            value = 0.0
+            for k in range(width):
+                value += turned[i, k] * turn[k, j]
+            response[i, motors + j] = value / scale
+    column = pencil.border
+    for m in range(motors):
+        motor_unit, row = unit[robot.motor_index + m], condensed[width + m]
+        for j in range(width):
+            value = 0.0
+            for k in range(width):
+                value += row[k] * inverse[j, k]
+            column[j] = value
+        for i in range(width):
+            moved, pushed = 0.0, 0.0
+            for k in range(width):
+                moved -= turned[i, k] * row[k]
+                pushed += column[k] * turn[k, i]
+            response[i, m] = moved / motor_unit
+            response[width + m, motors + i] = pushed / motor_unit
+        for n in range(motors):
+            value, other = row[width + n], condensed[width + n]
+            for j in range(width):
+                value -= column[j] * other[j]
+            response[width + m, n] = scale * value / (motor_unit * unit[robot.motor_index + n])
+    return True

@@ -1,0 +1,134 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The geometrico-static model, Eq. (32), and its exact tangent for the whole robot."""
+
+from __future__ import annotations
+
+from .kernel_decorators import inlined, kernel, part
+from .lanes import get
+from .leg_kernel import evaluate_group
+from .rotation_matrices import rotate_by
+
+__all__ = ["evaluate", "evaluate_here", "tangent_into"]
+
+
+@part
+def evaluate(robot, loads, state, platform_rotation, platform_position, residual, work):
+    """Residual and tangent of the model at any state, in equilibrium or not.
+
+    The equations are the derivatives of the Lagrangian ``U + Psi . lambda`` (Eq. (49)) by the state:
+    balance of passive and strain coordinates, constraints Psi, balance of the platform in the world
+    frame at its origin, and in the motor rows the efforts tau_a the motors have to give.
+
+    Args:
+        robot: RobotArrays.
+        loads: LoadArrays.
+        state: Shape (N,); the platform entries are not read.
+        platform_rotation: R_p in the world, (3, 3).
+        platform_position: p_p in the world, (3,).
+        residual: Result, (N,).
+        work: Workspace; on return it has the tangent, by slots of the legs (``tangent_into``): its
+            derivative by the state, the platform moved by small world rotations and translations.
+
+    Returns:
+        Potential energy without the work of motors and of non-conservative loads [J].
+    """
+    return evaluate_here(
+        robot, loads, state, platform_rotation, platform_position, residual, work
+    )  # fmt: skip
+
+
+@inlined
+def evaluate_here(robot, loads, state, platform_rotation, platform_position, residual, work):
+    """``evaluate`` as a part of what calls it."""
+    platform_residual, platform_tangent = work.platform_residual, work.platform_tangent
+    for i in range(6):
+        platform_residual[i] = 0.0
+        for j in range(6):
+            platform_tangent[i, j] = 0.0
+    loaded = loads.on_rods[0] > 0.0
+    energy = 0.0
+    for number in range(robot.groups.shape[0]):
+        energy += evaluate_group(
+            robot, loads, loaded, number, state, platform_rotation, platform_position, work
+        )
+    energy += _add_platform_loads(
+        loads, platform_rotation, platform_position, platform_residual, platform_tangent
+    )
+    for row in range(robot.platform_axes.shape[0]):
+        residual[robot.platform_index + row] = platform_residual[robot.platform_axes[row]]
+    motor = work.residuals.shape[1] - 1
+    for number in range(robot.groups.shape[0]):
+        index, motors = robot.slot_index[number], robot.groups[number].motor_index
+        for lane in range(index.shape[1]):
+            for slot in range(index.shape[0]):
+                i = index[slot, lane]
+                if i >= 0:
+                    residual[i] = get(work.residuals, (number, slot), lane)
+            if motors[lane] >= 0:
+                residual[motors[lane]] = get(work.residuals, (number, motor), lane)
+    return energy
+
+
+@kernel
+def tangent_into(robot, work, tangent):
+    """The tangent by states, (N, N), from the slots; entries that are always zero are not written."""
+    inner, platform = robot.slot_index.shape[1], robot.platform_index
+    axes = robot.platform_axes
+    motor = work.blocks.shape[1] - 1
+    for row in range(axes.shape[0]):
+        for column in range(axes.shape[0]):
+            value = work.platform_tangent[axes[row], axes[column]]
+            tangent[platform + row, platform + column] = value
+    for number in range(robot.groups.shape[0]):
+        index, motors = robot.slot_index[number], robot.groups[number].motor_index
+        for lane in range(index.shape[1]):
+            m = motors[lane]
+            if m >= 0:
+                tangent[m, m] = get(work.blocks, (number, motor, motor), lane)
+                for column in range(axes.shape[0]):
+                    value = get(work.blocks, (number, inner + column, motor), lane)
+                    tangent[m, platform + column] = tangent[platform + column, m] = value
+            for slot in range(inner):
+                i = index[slot, lane]
+                if i < 0:
+                    continue
+                for other in range(slot, inner):
+                    j = index[other, lane]
+                    if j >= 0:
+                        value = get(work.blocks, (number, slot, other), lane)
+                        tangent[i, j] = tangent[j, i] = value
+                for column in range(axes.shape[0]):
+                    value = get(work.blocks, (number, slot, inner + column), lane)
+                    tangent[i, platform + column] = tangent[platform + column, i] = value
+                if m >= 0:
+                    value = get(work.blocks, (number, slot, motor), lane)
+                    tangent[i, m] = tangent[m, i] = value
+
+
+@inlined
+def _add_platform_loads(loads, rotation, position, residual, tangent):
+    """Weight and wrench of the platform; returns their potential [J]."""
+    weight, moment_world, force_world = loads.platform[0], loads.platform[2], loads.platform[3]
+    center = rotate_by(rotation, loads.platform[1])
+    moment_body = rotate_by(rotation, loads.platform[4])
+    force_body = rotate_by(rotation, loads.platform[5])
+    energy = 0.0
+    dot = center[0] * weight[0] + center[1] * weight[1] + center[2] * weight[2]
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        residual[i] -= (
+            moment_world[i] + moment_body[i] + center[j] * weight[k] - center[k] * weight[j]
+        )
+        residual[3 + i] -= force_world[i] + force_body[i] + weight[i]
+        energy -= force_world[i] * position[i] + weight[i] * (position[i] + center[i])
+        for n in range(3):
+            tangent[i, n] -= center[i] * weight[n]
+        tangent[i, i] += dot
+        # Small rotations turn following loads: -(omega x m), -(omega x f).
+        tangent[i, j] -= moment_body[k]
+        tangent[i, k] += moment_body[j]
+        tangent[3 + i, j] -= force_body[k]
+        tangent[3 + i, k] += force_body[j]
+    return energy

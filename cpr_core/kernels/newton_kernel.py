@@ -1,0 +1,345 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Newton's method on the square problems cut out of the model, with exact tangents."""
+
+from __future__ import annotations
+
+import math
+
+from .condensation_kernel import (
+    CONDENSED,
+    NO_INVERSE,
+    factor_here,
+    predict,
+    rotation_unknowns,
+    solve,
+    solve_here,
+)
+from .kernel_decorators import inlined, part
+from .model_kernel import evaluate_here
+from .rotation_matrices import (
+    multiply,
+    multiply_transposed,
+    roll_pitch_yaw_into,
+    rotation_exp_into,
+    rotation_from_angles_into,
+    rotation_log_into,
+)
+
+__all__ = [
+    "CONTRACTION",
+    "CONVERGED",
+    "DIVERGED",
+    "EFFORTS",
+    "ITERATIONS",
+    "MOTORS",
+    "PLATFORM",
+    "SINGULAR",
+    "STALLED",
+    "TOLERANCE",
+    "learn_bend",
+    "newton",
+    "predict_state",
+]
+
+#: What a problem imposes.
+MOTORS, EFFORTS, PLATFORM = 0, 1, 2
+
+#: Largest dimensionless residual of an equilibrium.
+TOLERANCE = 1e-10
+#: Newton steps of one path step.
+ITERATIONS = 12
+#: A correction must be smaller than this times the one before: by Kantorovich's theorem the solution
+#: then moves continuously from the last one to this one.
+CONTRACTION = 0.25
+
+CONVERGED = 0
+DIVERGED = 1  # a correction did not contract: too far from the solution for a full step
+SINGULAR = 2  # the tangent of the problem has no inverse
+STALLED = 3  # out of iterations, or no damping reduces the correction
+
+#: Corrections below this, dimensionless, need not contract: they may be rounding, divided by what is
+#: nearly singular.
+_SMALLEST_CORRECTION = 1e-6
+#: Cosine above which a step goes on as the one before, and by how much longer it may be.
+_SAME_DIRECTION, _LONGEST_RATIO = 0.9, 1.5
+#: Differences are used as long as the square of each is below this times that of the one before.
+_FALLING = 0.25
+#: Steps damped by more than this lead nowhere.
+_SMALLEST_FRACTION = 1e-4
+
+
+@inlined
+def _scaled_residual(robot, residual, given_effort, rows, result):
+    """Dimensionless residual of the legs and of the given rows; returns its largest entry."""
+    largest = 0.0
+    inner = robot.platform_index
+    per_energy = 1.0 / robot.energy_unit
+    for row in range(inner + rows.shape[0]):
+        i = row if row < inner else rows[row - inner]
+        value = residual[i]
+        if i >= robot.motor_index:
+            value -= given_effort[i - robot.motor_index]
+        value *= robot.unit[i] * per_energy
+        if not math.isfinite(value):
+            return math.inf
+        result[row] = value
+        largest = max(largest, abs(value))
+    return largest
+
+
+@inlined
+def _move(robot, columns, angles, step, factor, state, rotation, position, work):
+    """Subtract ``factor * step`` (dimensionless) from the unknowns."""
+    increment, product, twist = work.rotations[0], work.rotations[1], work.platform_residual
+    inner = robot.platform_index
+    last = robot.motor_index
+    for i in range(6):
+        twist[i] = 0.0
+    for i in range(inner):
+        state[i] -= factor * step[i] * robot.unit[i]
+    for row in range(columns.shape[0]):
+        i = columns[row]
+        value = factor * step[inner + row] * robot.unit[i]
+        if i < last:
+            twist[robot.platform_axes[i - inner]] = -value
+        else:
+            state[i] -= value
+    if angles:
+        turned = work.rotations[1, 0]
+        roll_pitch_yaw_into(rotation, turned)
+        rotation_from_angles_into(
+            turned[0] + twist[0], turned[1] + twist[1], turned[2] + twist[2], rotation
+        )
+    else:
+        rotation_exp_into(twist[0], twist[1], twist[2], increment)
+        multiply(increment, rotation, product)
+        for i in range(3):
+            for j in range(3):
+                rotation[i, j] = product[i, j]
+    for i in range(3):
+        position[i] += twist[3 + i]
+
+
+@inlined
+def _copy(rotation, position, to_rotation, to_position):
+    """Copy a pose."""
+    for i in range(3):
+        to_position[i] = position[i]
+        for j in range(3):
+            to_rotation[i, j] = rotation[i, j]
+
+
+@inlined
+def _norm(vector, size):
+    total = 0.0
+    for i in range(size):
+        total += vector[i] * vector[i]
+    return math.sqrt(total)
+
+
+@inlined
+def predict_state(
+    robot, columns, rows, angles, motors, to_rotation, to_position, effort_change,
+    state, rotation, position, work, factors,
+):  # fmt: skip
+    """Impose, and move the unknowns along the tangent to it, in place.
+
+    Args:
+        robot: RobotArrays.
+        columns: State indices of the unknowns among platform and motors.
+        rows: State indices of the equations among platform and motors.
+        angles: Whether the rotation unknowns are roll, pitch and yaw.
+        motors: Motors, where they are imposed, as they are elsewhere, (motors,).
+        to_rotation: The same for the platform's rotation.
+        to_position: The same for its position.
+        effort_change: Change of the imposed efforts, (motors,).
+        state: A solution, overwritten.
+        rotation: The same for the platform's rotation.
+        position: The same for its position.
+        work: Workspace.
+        factors: Of the tangent there; where legs were not condensed nothing is predicted.
+
+    ``work.bends`` counts the steps before of which the missing part is known; 0: only the tangent tells;
+    -1: nothing is predicted, nothing can be learnt.
+
+    Returns:
+        Dimensionless length of the predicted change; 0 where nothing is predicted.
+    """
+    inner, known, efforts = robot.platform_index, work.known, work.efforts
+    turn = work.rotations[2, 0]
+    multiply_transposed(to_rotation, rotation, work.rotations[0])
+    rotation_log_into(work.rotations[0], turn)
+    for row in range(robot.slots.platform_count):
+        axis = robot.platform_axes[row]
+        change = turn[axis] if axis < 3 else to_position[axis - 3] - position[axis - 3]
+        known[row] = change / robot.unit[inner + row]
+    for i in range(motors.shape[0]):
+        at = robot.motor_index + i
+        known[at - inner] = (motors[i] - state[at]) / robot.unit[at]
+        efforts[i] = effort_change[i] * robot.unit[at] / robot.energy_unit
+        state[at] = motors[i]
+    rotation_unknowns(rotation, angles, work.motions)
+    _copy(to_rotation, to_position, rotation, position)
+    if factors.how[0] == CONDENSED and predict(
+        robot, rows, columns, angles, known, efforts, work.step, work, factors
+    ):
+        _add_bend(inner + columns.shape[0], work)
+        _move(robot, columns, angles, work.step, -1.0, state, rotation, position, work)
+        return _norm(work.step, inner + columns.shape[0])
+    work.bends[0] = -1
+    return 0.0
+
+
+@inlined
+def _add_bend(size, work):
+    """Add to a prediction what the last ones had missed, if steps go on as before.
+
+    What the tangent misses grows with the square of the step. From step to step it changes smoothly:
+    it is extrapolated by its backward differences, as many as fall.
+    """
+    along, last, now = 0.0, 0.0, 0.0
+    for one, other in ((work.known, work.last_known), (work.efforts, work.last_efforts)):
+        for i in range(one.shape[0]):
+            along += one[i] * other[i]
+            last += other[i] * other[i]
+            now += one[i] * one[i]
+            other[i] = one[i]
+    count, differences = max(work.bends[0], 0), work.differences
+    if count > 0 and not along > _SAME_DIRECTION * math.sqrt(last * now):
+        count = 0
+    ratio = along / last if count > 0 else 0.0
+    if not ratio < _LONGEST_RATIO:
+        count = 0
+    work.bends[0] = count
+    order = work.bends[1] if ratio * _LONGEST_RATIO > 1.0 else 1
+    for i in range(size):
+        work.bend[i] = 0.0
+    for k in range(count):
+        for i in range(size):
+            value = ratio * ratio * differences[k, i]
+            differences[k, i] = value
+            if k < order:
+                work.bend[i] += value
+    for i in range(size):
+        work.step[i] += work.bend[i]
+
+
+@inlined
+def learn_bend(size, work):
+    """Remember what a prediction has missed: what was added to it and what Newton's method added."""
+    known, differences, now = work.bends[0], work.differences, work.bend
+    if known < 0:
+        work.bends[0] = 0
+        return
+    for i in range(size):
+        now[i] += work.total[i]
+    count = min(known + 1, differences.shape[0])
+    order, falling, before = 1, True, 0.0
+    for k in range(count):
+        squared = 0.0
+        for i in range(size):
+            value = now[i]
+            squared += value * value
+            now[i] = value - differences[k, i]
+            differences[k, i] = value
+        falling = falling and (k == 0 or squared < _FALLING * before)
+        if falling:
+            order = k + 1
+        before = squared
+    work.bends[0], work.bends[1] = count, order
+
+
+@part
+def newton(
+    robot, loads, state, rotation, position, columns, rows, angles, given_effort, predicted,
+    tolerance, iterations, contraction, residual, work, factors,
+):  # fmt: skip
+    """Solve a square problem from a given state, in place.
+
+    The leg coordinates and multipliers are always unknown, their equations always hold.
+
+    Args:
+        robot: RobotArrays.
+        loads: LoadArrays.
+        state: Start (N,), overwritten; entries that are not unknown stay as imposed.
+        rotation: Platform rotation, overwritten.
+        position: Platform position, overwritten.
+        columns: State indices of the unknowns among platform and motors.
+        rows: As many state indices of the equations among platform and motors.
+        angles: Whether the platform's rotation coordinates are roll, pitch and yaw, of
+            Rz(yaw) Ry(pitch) Rx(roll), in place of small world rotations; spatial robots only.
+        given_effort: Motor efforts, used where motor rows are among the equations.
+        predicted: Dimensionless length of the prediction that led from a solution to the start, which
+            counts as the first correction; 0: none did.
+        tolerance: Largest dimensionless residual of a solution.
+        iterations: At most so many steps.
+        contraction: Below 1: take full steps only and give up (DIVERGED) as soon as a correction is
+            not smaller than this times the one before; the solution then lies on the branch of the
+            start. 1: damp the steps instead, for a start that may be far away; steps are judged by the
+            simplified correction, the next one with the present factors, which does not depend on how
+            equations are scaled (Deuflhard's natural monotonicity test).
+        residual: On return the residual of the model at the result, (N,).
+        work: Workspace; on return it has the tangent at the result, and in ``total`` the dimensionless
+            sum of all corrections.
+        factors: On return those of the tangent at the result, where CONVERGED.
+
+    Returns:
+        Status, number of steps, largest dimensionless residual, potential energy.
+    """
+    size = robot.platform_index + rows.shape[0]
+    step, correction, total = work.step, work.correction, work.total
+    trial_state, trial_rotation = work.trial_state, work.rotations[3]
+    trial_position = work.rotations[4, 0]
+    damped = contraction >= 1.0
+    for i in range(size):
+        step[i], total[i] = 0.0, 0.0
+    length, fraction, count, started = predicted, 1.0, 0, False
+    while True:
+        # The trial: the start itself, or a step from the last state.
+        for i in range(state.shape[0]):
+            trial_state[i] = state[i]
+        _copy(rotation, position, trial_rotation, trial_position)
+        if started:
+            _move(
+                robot, columns, angles, step, fraction, trial_state, trial_rotation,
+                trial_position, work,
+            )  # fmt: skip
+        energy = evaluate_here(
+            robot, loads, trial_state, trial_rotation, trial_position, residual, work
+        )
+        largest = _scaled_residual(robot, residual, given_effort, rows, correction)
+        accepted = math.isfinite(largest)
+        if not accepted and not (damped and started):
+            return DIVERGED, count, largest, energy
+        if damped and started and accepted and not largest < tolerance:
+            for i in range(size):
+                work.simplified[i] = correction[i]
+            solve(robot, rows, columns, angles, work.simplified, work, factors)
+            accepted = _norm(work.simplified, size) <= (1.0 - 0.25 * fraction) * length
+        if not accepted:
+            fraction *= 0.5
+            if fraction < _SMALLEST_FRACTION:
+                return STALLED, count, largest, energy
+            continue
+
+        for i in range(state.shape[0]):
+            state[i] = trial_state[i]
+        _copy(trial_rotation, trial_position, rotation, position)
+        for i in range(size):
+            total[i] -= fraction * step[i]
+            step[i] = correction[i]
+        how = factor_here(robot, rotation, rows, columns, angles, work, factors)
+        if largest < tolerance:
+            return CONVERGED, count, largest, energy
+        if how == NO_INVERSE:
+            return SINGULAR, count, largest, energy
+        if count == iterations:
+            return STALLED, count, largest, energy
+        solve_here(robot, rows, columns, angles, step, work, factors)
+        before, length = length, _norm(step, size)
+        compared = not damped and before > 0.0
+        if compared and length > max(contraction * before, _SMALLEST_CORRECTION):
+            return DIVERGED, count, largest, energy
+        count, fraction, started = count + 1, 1.0, True

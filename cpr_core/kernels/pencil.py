@@ -1,0 +1,108 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Memory of the kernels that find smallest eigenvalues, and what they know of a robot beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .kernel_arrays import RobotArrays
+from .lanes import empty_lanes, zeros_lanes
+
+__all__ = ["Pencil", "pencil_of"]
+
+Floats = NDArray[np.float64]
+Lanes = NDArray[np.void]
+
+#: Steps of Lanczos' method before it begins again.
+_STEPS = 24
+
+
+class Pencil(NamedTuple):
+    """K and M of ``pencil_kernel`` for G groups of legs, their factors, and vectors.
+
+    A leg has r = n + 1 rows, its n inner slots and its motor, and c = r + b columns, the same and the
+    platform. All numbers are dimensionless.
+    """
+
+    gram: Lanes  # (G, S, S) int Phi^T Phi dsigma by slots: M of unit motions
+    weights: Lanes  # (G, r) M of unit motions on other slots: 1 where something moves
+    start: Lanes  # (G, r) where iterations begin
+    elastic: Lanes  # (G, S, S) elastic stiffness
+    blocks: Lanes  # (G, r, c) upper triangles of K
+    corner: Floats  # (b, b) platform part of K
+    condensed: Floats  # (b + n_a, b + n_a) H of platform and motors, the legs condensed
+    upper: Lanes  # (G, r, c) rows of L^T, and of D^-1 L^-1 B
+    inverse: Lanes  # (G, r) D^-1
+    rows: Lanes  # (r, c) rows of D L^T
+    left: Floats  # (b, b) pivot rows of what is left of the platform
+    vector: Lanes  # (G, r)
+    border: Floats  # (b,)
+    loaded: Lanes  # (G, r) M times the vector
+    border_loaded: Floats  # (b,)
+    diagonal: NDArray[np.int64]  # (1,) 1: M is diagonal in the strain coordinates
+    basis: Lanes  # (T, G, r) of Lanczos' method
+    border_basis: Floats  # (T, b)
+    tridiagonal: Floats  # (4, T)
+    inverse_stiffness: Floats  # (2, b, b)
+    turn: Floats  # (2, b, b)
+    pivots: NDArray[np.int64]  # (b,)
+
+
+def pencil_of(arrays: RobotArrays, grams: Sequence[Floats]) -> Pencil:
+    """Memory for one thread.
+
+    Args:
+        arrays: The robot.
+        grams: ``int Phi^T Phi dsigma`` of every leg in the order of the state.
+    """
+    slots, groups, width = arrays.slots, len(arrays.groups), arrays.slot_index.shape[2]
+    strains, platform = slots.strain_count, slots.platform_count
+    rows, columns = slots.inner_count + 1, slots.total
+    border = len(arrays.border_indices)
+
+    def empty(*shape: int) -> Any:
+        return empty_lanes(width, *shape)
+
+    gram, weights = zeros_lanes(width, groups, strains, strains), zeros_lanes(width, groups, rows)
+    start = empty(groups, rows)
+    if slots.passive >= 0:
+        weights["lane"][:, slots.passive] = arrays.slot_index[:, slots.passive] >= 0
+    weights["lane"][:, slots.inner_count] = arrays.groups["motor_index"] >= 0
+    for number, (leg, leg_gram) in enumerate(zip(arrays.legs, grams, strict=True)):
+        group, lane = divmod(number, width)
+        place = arrays.slot_index[group, :strains, lane] - leg["strain_index"]
+        modes = np.flatnonzero(arrays.slot_index[group, :strains, lane] >= 0)
+        own = leg_gram[np.ix_(place[modes], place[modes])]
+        gram["lane"][group, modes[:, None], modes, lane] = own
+    legs = width * np.arange(groups)[:, None, None] + np.arange(width)
+    start["lane"][:] = 1.0 + 0.5 * np.sin(1.3 * np.arange(rows)[:, None] + 2.1 * legs)
+    return Pencil(
+        gram=gram,
+        weights=weights,
+        start=start,
+        elastic=empty(groups, strains, strains),
+        blocks=zeros_lanes(width, groups, rows, columns),
+        corner=np.empty((platform, platform)),
+        condensed=np.empty((border, border)),
+        upper=zeros_lanes(width, groups, rows, columns),
+        inverse=zeros_lanes(width, groups, rows),
+        rows=zeros_lanes(width, rows, columns),
+        left=np.empty((platform, platform)),
+        vector=zeros_lanes(width, groups, rows),
+        border=np.empty(platform),
+        loaded=zeros_lanes(width, groups, rows),
+        border_loaded=np.empty(platform),
+        diagonal=np.zeros(1, np.int64),
+        basis=empty(_STEPS, groups, rows),
+        border_basis=np.empty((_STEPS, platform)),
+        tridiagonal=np.empty((4, _STEPS)),
+        inverse_stiffness=np.empty((2, platform, platform)),
+        turn=np.empty((2, platform, platform)),
+        pivots=np.empty(platform, np.int64),
+    )

@@ -1,0 +1,335 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The one value every solve returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description.loads import Loads
+from ..errors import InvalidRequest
+from ..kernels.continuation_kernel import (
+    EFFORT,
+    ENERGY,
+    POSITION,
+    RESIDUAL,
+    ROTATION,
+    SIGNS,
+    STEPS,
+    UNPREDICTED,
+)
+from ..kernels.inertia_kernel import SINGULAR_LEG
+from ..kernels.kernel_arrays import Lanes, LoadArrays, kept_factors
+from ..kernels.newton_kernel import MOTORS
+from ..kernels.newton_kernel import TOLERANCE as RESIDUAL_TOLERANCE
+from ..kernels.prepared_robot import continue_prepared
+from ..lie import quaternion_from_rotation, roll_pitch_yaw
+from .linearisation import Linearisation, linearised
+from .model_state import ModelState
+from .robot import Robot
+from .stability import MotorReading, Spectrum
+from .tangent_signs import TangentSigns, signs_at_equilibrium
+
+__all__ = [
+    "RESIDUAL_TOLERANCE",
+    "Equilibrium",
+    "check_equilibrium",
+    "corrected",
+    "described",
+    "new_record",
+    "record_of",
+    "spectrum",
+    "tangent_at",
+]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Equilibrium:
+    """A solution of the geometrico-static model, Eq. (32).
+
+    Attributes:
+        robot: The robot.
+        loads: Loads in force.
+        load_arrays: The loads as the kernels see them.
+        record: The solution as the kernels keep it, see `continuation_kernel`; never to be written.
+        known_factors: The condensed tangent, where the solver has left it.
+    """
+
+    robot: Robot
+    loads: Loads
+    load_arrays: LoadArrays
+    record: Floats
+    known_factors: Lanes | None = None
+
+    def __repr__(self) -> str:
+        name, motors = self.robot.description.name, np.array2string(self.motors, precision=4)
+        position = np.array2string(self.platform_position, precision=4)
+        return (
+            f"<Equilibrium of {name}: motors {motors}, platform at {position} m, "
+            f"index {self.index_locked} locked, {self.index_free} free>"
+        )
+
+    def _part(self, first: int, count: int) -> Floats:
+        """Numbers behind the state, read-only."""
+        start = self.robot.state_size + first
+        part = self.record[start : start + count]
+        part.flags.writeable = False
+        return part
+
+    def _number(self, at: int) -> float:
+        """A number behind the state."""
+        return float(self.record[self.robot.state_size + at])
+
+    @cached_property
+    def state(self) -> Floats:
+        """Motor, leg and multiplier values in the order of the kernels, read-only, (N,)."""
+        size = self.robot.state_size
+        return self._part(-size, size)
+
+    @cached_property
+    def platform_rotation(self) -> Floats:
+        """R_p in the world, (3, 3)."""
+        return self._part(ROTATION, 9).reshape(3, 3)
+
+    @cached_property
+    def platform_position(self) -> Floats:
+        """p_p in the world, (3,) [m]."""
+        return self._part(POSITION, 3)
+
+    @cached_property
+    def efforts(self) -> Floats:
+        """Motor efforts tau_a on the rods, (n,) [N m or N]."""
+        return self._part(EFFORT, self.robot.motor_count)
+
+    @property
+    def residual(self) -> float:
+        """Largest dimensionless residual of the model."""
+        return self._number(RESIDUAL)
+
+    @property
+    def iterations(self) -> int:
+        """Newton steps from the start, all path steps together."""
+        return int(self._number(STEPS))
+
+    @property
+    def energy(self) -> float:
+        """Potential energy without the work of motors and non-conservative loads [J]."""
+        return self._number(ENERGY)
+
+    @cached_property
+    def signs(self) -> TangentSigns:
+        """Stability indices and the side of the inverse singularity."""
+        return signs_at_equilibrium(self._part(SIGNS, 3), self._solution)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the residual is below ``RESIDUAL_TOLERANCE``; solvers return nothing else."""
+        return self.residual < RESIDUAL_TOLERANCE
+
+    @property
+    def motors(self) -> Floats:
+        """Motor positions q_a, (n,) [rad or m]."""
+        return self.state[self.robot.arrays.motor_index :]
+
+    @property
+    def leg_coordinates(self) -> Floats:
+        """Leg by leg: passive base coordinate if any, then strain coordinates q_e [1/m]."""
+        return self.state[self.robot.elastic_indices]
+
+    @property
+    def multipliers(self) -> Floats:
+        """Leg by leg: force on the rod tip in the world [N], then joint moments [N m]."""
+        return self.state[self.robot.multiplier_indices]
+
+    @cached_property
+    def platform_quaternion(self) -> Floats:
+        """Orientation of the platform as a unit quaternion (w, x, y, z)."""
+        return quaternion_from_rotation(self.platform_rotation)
+
+    @property
+    def pose(self) -> Floats:
+        """Controlled coordinates in the order of the description, as `solve_inverse` takes them.
+
+        Of a platform with all its freedom: x y z in the world [m], then qw qx qy qz. Single angles are
+        in radians. Empty where the inverse problem has no single solution. The whole platform is
+        ``platform_position`` with ``platform_rotation`` or ``platform_quaternion``.
+        """
+        rotation = self.platform_rotation
+        parts = dict(zip("xyz", self.platform_position[:, None], strict=True))
+        angles = roll_pitch_yaw(rotation)[:, None]
+        parts |= dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
+        parts["angle"] = np.arctan2(rotation[1, :1], rotation[0, :1])
+        parts["orientation"] = self.platform_quaternion
+        controlled = self.robot.description.controlled
+        return np.concatenate([np.zeros(0), *(parts[name] for name in controlled)])
+
+    @property
+    def factors(self) -> Lanes:
+        """The condensed tangent, as the kernels keep it."""
+        return self._found_factors if self.known_factors is None else self.known_factors
+
+    @cached_property
+    def _found_factors(self) -> Lanes:
+        again = corrected(self.robot, self.loads, self.load_arrays, self.record, np.inf, 0, 1.0)
+        assert again.known_factors is not None
+        return again.known_factors
+
+    def with_iterations(self, iterations: int) -> Equilibrium:
+        """The same with another number of Newton steps."""
+        record = self.record.copy()
+        record[self.robot.state_size + STEPS] = iterations
+        return replace(self, record=record)
+
+    @cached_property
+    def linearisation(self) -> Linearisation:
+        """Smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
+        return linearised(self.robot, self.factors, self.record)
+
+    @cached_property
+    def spectrum_locked(self) -> Spectrum:
+        """Spectrum of H_r with the motors held."""
+        return Spectrum("locked", self._solution, self.linearisation)
+
+    @cached_property
+    def spectrum_free(self) -> Spectrum:
+        """Spectrum of H_r with the motors at constant effort, Eq. (48)."""
+        return Spectrum("free", self._solution, self.linearisation)
+
+    @cached_property
+    def _solution(self) -> ModelState:
+        """The state of the model this is."""
+        return ModelState(
+            self.robot,
+            self.loads,
+            self.load_arrays,
+            self.state,
+            self.platform_rotation,
+            self.platform_position,
+        )
+
+    @property
+    def index_locked(self) -> int:
+        """Negative eigenvalues of H_r, motors held: 0 is stable."""
+        found = self.record[self.robot.state_size + SIGNS]
+        return int(found) if found != SINGULAR_LEG else self.signs.index_locked
+
+    @property
+    def index_free(self) -> int:
+        """Negative eigenvalues of H_r, motors at constant effort: 0 is stable."""
+        return self.signs.index_free
+
+    @property
+    def stable(self) -> bool:
+        """Whether it is stable with the motors held, and energy decides that.
+
+        False under loads without a potential (moments fixed in space, following wrenches): there
+        `index_locked` does not tell.
+        """
+        return self.index_locked == 0 and self.loads.conservative(self.robot.planar)
+
+    @property
+    def margin(self) -> float:
+        """Margin of stability with the motors held: 1 without loads and forces, 0 where stability ends.
+
+        Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless. NaN where the legs
+        cannot be condensed (straight ones); ``spectrum(equilibrium).margin`` is then computed another
+        way.
+        """
+        return self.linearisation.margin
+
+
+def new_record(robot: Robot, count: int | None = None) -> Floats:
+    """Memory of a record, or of some."""
+    size = robot.state_size + EFFORT + robot.motor_count
+    return np.empty(size if count is None else (count, size))
+
+
+def record_of(robot: Robot, state: Floats, rotation: Floats, position: Floats) -> Floats:
+    """A record of which only the state, (N,), and the platform's pose are known."""
+    record, size = np.zeros_like(new_record(robot)), robot.state_size
+    record[:size] = state
+    record[size + ROTATION : size + POSITION] = np.ravel(rotation)
+    record[size + POSITION : size + ENERGY] = position
+    return record
+
+
+def corrected(
+    robot: Robot,
+    loads: Loads,
+    load_arrays: LoadArrays,
+    record: Floats,
+    tolerance: float,
+    iterations: int,
+    contraction: float,
+) -> Equilibrium:
+    """Newton's method from a rough record at its motors, see `newton_kernel.newton`.
+
+    Returns:
+        The result, within the tolerance or not: the caller has to look.
+    """
+    size, motors = robot.state_size, robot.motor_count
+    records, kept = record[None].copy(), kept_factors(robot.arrays)
+    found = continue_prepared(
+        robot.prepared, load_arrays, MOTORS, record[None, size - motors : size].copy(), UNPREDICTED,
+        tolerance, iterations, contraction, record, kept, records, kept,
+    )  # fmt: skip
+    if not found:
+        records[0, size + RESIDUAL] = np.inf
+        records[0, size + SIGNS : size + EFFORT] = 0.0
+    return Equilibrium(robot, loads, load_arrays, records[0], kept if found else None)
+
+
+def described(
+    robot: Robot,
+    loads: Loads,
+    load_arrays: LoadArrays,
+    state: Floats,
+    rotation: Floats,
+    position: Floats,
+    iterations: int = 0,
+) -> Equilibrium:
+    """An equilibrium of which the state, (N,), and the platform's pose are known."""
+    record = record_of(robot, state, rotation, position)
+    found = corrected(robot, loads, load_arrays, record, np.inf, 0, 1.0)
+    found.record[robot.state_size + STEPS] = iterations
+    return found
+
+
+def check_equilibrium(value: object) -> None:
+    """Whether this is something a question can be about.
+
+    Raises:
+        InvalidRequest: No equilibrium.
+    """
+    if not isinstance(value, Equilibrium):
+        raise InvalidRequest("equilibrium", f"expected an Equilibrium, got {value!r:.200}")
+
+
+def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> Spectrum:
+    """Spectrum of H_r at an equilibrium.
+
+    Args:
+        equilibrium: Where.
+        motors_are: ``locked`` (motors held, the reading behind the paper's case studies) or ``free``
+            (motors at constant effort, Eq. (48) literally).
+
+    Raises:
+        InvalidRequest: No equilibrium, or another reading.
+    """
+    check_equilibrium(equilibrium)
+    if not isinstance(motors_are, str) or motors_are not in ("locked", "free"):
+        raise InvalidRequest("motors_are", f"expected 'locked' or 'free', got {motors_are!r:.200}")
+    locked = motors_are == "locked"
+    return equilibrium.spectrum_locked if locked else equilibrium.spectrum_free
+
+
+def tangent_at(equilibrium: Equilibrium) -> Floats:
+    """Tangent of the model at an equilibrium, in the state order of the robot, (N, N)."""
+    return equilibrium._solution.tangent

@@ -1,0 +1,454 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The kinemato-static model of Section V: how a robot moves and pushes to first order.
+
+Everything comes from the tangent the solver uses. Platform increments ``dSigma_p`` and wrench
+increments are body vectors at the platform origin (rotation and moment first); in the plane only
+their planar components exist.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg
+
+from ..errors import InvalidRequest
+from ..lie import angle_motions
+from ..validation import checked_number, checked_vector
+from .equilibrium import Equilibrium, check_equilibrium, tangent_at
+from .linearisation import Response
+from .stability import null_space_of
+
+__all__ = ["Increments", "KinematoStatics", "Singularity", "kinemato_statics"]
+
+Floats = NDArray[np.float64]
+
+
+#: The linear problems of Section V-C.
+#:
+#: - ``forward``: motors and wrench given, [P E W_a] of Eq. (45);
+#: - ``inverse``: controlled platform coordinates and wrench given, as the inverse geometrico-static
+#:   problem has it: [A P_u E W_a] with P_u the uncontrolled coordinates;
+#: - ``inverse_by_effort``: whole platform motion and efforts given, [A E W_p] of Eq. (46).
+Problem = Literal["forward", "inverse", "inverse_by_effort"]
+
+
+@dataclass(frozen=True, eq=False)
+class Singularity:
+    """How near a linear problem of Section V-C is to losing its solution.
+
+    Attributes:
+        problem: Which problem.
+        singular_values: Of the dimensionless matrix, ascending.
+        motors: Motor part of the null direction, (n,); zero where motors are given.
+        platform: Platform part of the null direction (body twist); zero where it is given.
+        sign: Sign of the determinant: which side of the singularity this is.
+    """
+
+    problem: Problem
+    singular_values: Floats
+    motors: Floats
+    platform: Floats
+    sign: int
+
+    @property
+    def smallest(self) -> float:
+        """Smallest singular value, dimensionless."""
+        return float(self.singular_values[0])
+
+    @property
+    def inverse_condition_number(self) -> float:
+        """Smallest over largest singular value."""
+        return float(self.singular_values[0] / self.singular_values[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Increments:
+    """Small changes that belong together.
+
+    Attributes:
+        motors: dq_a, (n,) [rad or m].
+        efforts: dtau_a, (n,) [N m or N].
+        platform: dSigma_p, body twist, (platform,) [rad, m].
+        wrench: dw_p, body wrench, (platform,) [N m, N].
+    """
+
+    motors: Floats
+    efforts: Floats
+    platform: Floats
+    wrench: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class KinematoStatics:
+    """First-order behaviour at one equilibrium.
+
+    Attributes:
+        equilibrium: Where.
+    """
+
+    equilibrium: Equilibrium
+
+    @cached_property
+    def tangent(self) -> Floats:
+        """Tangent of the model with the platform in body coordinates, in state order, (N, N)."""
+        platform, turn = self.equilibrium.robot.platform_indices, _platform_turn(self.equilibrium)
+        tangent = tangent_at(self.equilibrium)
+        tangent[:, platform] = tangent[:, platform] @ turn
+        tangent[platform, :] = turn.T @ tangent[platform, :]
+        return tangent
+
+    @cached_property
+    def _response(self) -> Response:
+        """From the condensed legs, or from the whole tangent where a leg cannot be condensed."""
+        found = self.equilibrium.linearisation.response
+        if found is not None:
+            return found
+        moved, efforts = self._dense_response
+        robot = self.equilibrium.robot
+        matrix = np.vstack([moved[robot.platform_indices], efforts])
+        return Response(matrix, robot.motor_count)
+
+    @cached_property
+    def _dense_response(self) -> tuple[Floats, Floats]:
+        """Leg, multiplier and platform increments, and efforts, per motor and per wrench increment."""
+        robot = self.equilibrium.robot
+        inner = robot.arrays.motor_index
+        motors, platform = robot.motor_indices, robot.platform_indices
+        right = np.zeros((inner, len(motors) + len(platform)))
+        right[:, : len(motors)] = -self.tangent[:inner, motors]
+        right[platform, len(motors) + np.arange(len(platform))] = 1.0
+        unit = robot.arrays.unit[:inner]
+        scaled = self.tangent[:inner, :inner] * unit[:, None] * unit
+        moved = unit[:, None] * linalg.solve(scaled, unit[:, None] * right)
+        efforts = self.tangent[motors, :inner] @ moved
+        efforts[:, : len(motors)] += self.tangent[np.ix_(motors, motors)]
+        return moved, efforts
+
+    @property
+    def jacobian(self) -> Floats:
+        """Platform Jacobian ``dSigma_p/dq_a`` at constant loads, (platform, n).
+
+        Rows: body twist at the platform origin, rotation first [rad, m]; columns: motors [rad or m].
+        """
+        return self._response.jacobian
+
+    @property
+    def platform_by_wrench(self) -> Floats:
+        """Compliance ``dSigma_p/dw_p`` with the motors held, (platform, platform)."""
+        return self._response.platform_by_wrench
+
+    @property
+    def legs_by_motors(self) -> Floats:
+        """Leg coordinates per motor increment, ``dq_e/dq_a``, (n_e, n)."""
+        robot = self.equilibrium.robot
+        return self._dense_response[0][robot.elastic_indices, : robot.motor_count]
+
+    @property
+    def multipliers_by_motors(self) -> Floats:
+        """Multipliers per motor increment, Eq. (41), (n_Psi, n)."""
+        robot = self.equilibrium.robot
+        return self._dense_response[0][robot.multiplier_indices, : robot.motor_count]
+
+    @property
+    def efforts_by_motors(self) -> Floats:
+        """Effort sensitivity ``dtau_a/dq_a`` at constant loads, (n, n)."""
+        return self._response.efforts_by_motors
+
+    @property
+    def efforts_by_wrench(self) -> Floats:
+        """Effort sensitivity ``dtau_a/dw_p`` with the motors held, (n, platform)."""
+        return self._response.efforts_by_wrench
+
+    def predict_forward(self, motors: ArrayLike, wrench: ArrayLike | None = None) -> Increments:
+        """Eq. (45): motor and wrench increments given.
+
+        Args:
+            motors: dq_a, (n,).
+            wrench: dw_p, body wrench, (platform,); default none.
+
+        Raises:
+            InvalidRequest: A vector of the wrong length.
+        """
+        given, load = self._given_motors(motors), self._given_platform("wrench", wrench)
+        return Increments(
+            motors=given,
+            efforts=self.efforts_by_motors @ given + self.efforts_by_wrench @ load,
+            platform=self.jacobian @ given + self.platform_by_wrench @ load,
+            wrench=load,
+        )
+
+    def predict_inverse(self, platform: ArrayLike, wrench: ArrayLike | None = None) -> Increments:
+        """Controlled platform and wrench increments given; the motors follow.
+
+        Args:
+            platform: dSigma_p, body twist, (platform,); only the controlled coordinates are read.
+            wrench: dw_p, body wrench, (platform,); default none.
+
+        Raises:
+            InvalidRequest: A vector of the wrong length, or an inverse singularity.
+        """
+        robot = self.equilibrium.robot
+        wanted = self._given_platform("platform", platform)
+        load = self._given_platform("wrench", wrench)
+        held = np.isin(robot.platform_axes, robot.controlled_axes)
+        controlled = linalg.inv(self._coordinate_motions())[held]
+        jacobian = controlled @ self.jacobian
+        scale = robot.arrays.unit[robot.motor_indices]
+        if held.sum() != robot.motor_count or np.linalg.cond(jacobian * scale) > 1e12:
+            raise InvalidRequest(
+                "platform", "expected a regular inverse problem, this is an inverse singularity"
+            )
+        motors = linalg.solve(jacobian, controlled @ (wanted - self.platform_by_wrench @ load))
+        return self.predict_forward(motors, load)
+
+    def solve(
+        self,
+        *,
+        motors: ArrayLike | None = None,
+        platform: ArrayLike | None = None,
+        efforts: ArrayLike | None = None,
+        wrench: ArrayLike | None = None,
+    ) -> Increments:
+        """Eq. (42) for any admissible choice of given increments.
+
+        Args:
+            motors: dq_a, (n,).
+            platform: dSigma_p, body twist, (platform,).
+            efforts: dtau_a, (n,).
+            wrench: dw_p, body wrench, (platform,).
+
+        In each, NaN stands for a number to be found; so does a vector that is not given. As many
+        numbers have to be given as there are motors and platform coordinates.
+
+        Raises:
+            InvalidRequest: Wrong lengths, too many or too few numbers, or a singular choice.
+        """
+        robot = self.equilibrium.robot
+        n, size = robot.motor_count, len(robot.platform_axes)
+        unit, energy_unit = self._units(None)
+        units = np.concatenate([unit[robot.motor_indices], unit[robot.platform_indices]])
+        units = np.concatenate([units, energy_unit / units])
+        parts = []
+        for name, values, length in (
+            ("motors", motors, n),
+            ("platform", platform, size),
+            ("efforts", efforts, n),
+            ("wrench", wrench, size),
+        ):
+            try:
+                part = np.full(length, np.nan) if values is None else np.array(values, dtype=float)
+            except (TypeError, ValueError):
+                part = np.full(0, np.nan)
+            if part.shape != (length,) or np.any(np.isinf(part)):
+                raise InvalidRequest(name, f"expected {length} numbers or NaN, got {values!r:.200}")
+            parts.append(part)
+        given = np.concatenate(parts) / units
+        unknown = np.isnan(given)
+        if unknown.sum() != n + size:
+            raise InvalidRequest(
+                "increments",
+                f"expected {n + size} given numbers, one per motor and platform coordinate, "
+                f"got {int((~unknown).sum())}",
+            )
+        a, p, e, w = self.matrices()
+        columns = np.hstack([a, p, -w])
+        matrix = np.hstack([columns[:, unknown], e])
+        if np.linalg.cond(matrix) > 1e12:
+            raise InvalidRequest("increments", "these do not determine the others (a singularity)")
+        found = linalg.solve(matrix, -columns[:, ~unknown] @ given[~unknown])
+        given[unknown] = found[: n + size]
+        ends = np.cumsum([n, size, n])
+        moved, turned, pushed, loaded = np.split(given * units, ends)
+        return Increments(motors=moved, platform=turned, efforts=pushed, wrench=loaded)
+
+    def _given_motors(self, values: ArrayLike) -> Floats:
+        names = self.equilibrium.robot.motor_names
+        return checked_vector("motors", values, len(names), " ".join(names))
+
+    def _given_platform(self, name: str, values: ArrayLike | None) -> Floats:
+        size = len(self.equilibrium.robot.platform_axes)
+        return np.zeros(size) if values is None else checked_vector(name, values, size)
+
+    def compliance(self, motor_stiffness: ArrayLike | None = None) -> Floats:
+        """Compliance ``dSigma_p/dw_p`` of the platform, (platform, platform).
+
+        Args:
+            motor_stiffness: Stiffness of the motors' position loops, ``dtau_a = -k dq_a``, (n,)
+                [N m/rad or N/m]; None: motors held; zeros: motors at constant effort.
+        """
+        if motor_stiffness is None:
+            return self.platform_by_wrench
+        robot = self.equilibrium.robot
+        stiffness = checked_vector("motor_stiffness", motor_stiffness, robot.motor_count)
+        yielding = linalg.solve(self.efforts_by_motors + np.diag(stiffness), self.efforts_by_wrench)
+        return self.platform_by_wrench - self.jacobian @ yielding
+
+    def stiffness(self, motor_stiffness: ArrayLike | None = None) -> Floats:
+        """Stiffness ``dw_p/dSigma_p``, the inverse of :meth:`compliance`."""
+        return linalg.inv(self.compliance(motor_stiffness))
+
+    def matrices(
+        self, characteristic_length: float | None = None
+    ) -> tuple[Floats, Floats, Floats, Floats]:
+        """A, P, E, W of Eqs. (42)-(43), dimensionless.
+
+        ``A dq_a + P dSigma_p + E dq_e = W [dtau_a; dw_p]``: the sign of W is that of efforts and
+        wrenches acting on the robot. Rotations count in radians, lengths in the characteristic
+        length, strains in its inverse, energies in E J / length.
+
+        Args:
+            characteristic_length: [m]; default the mean rod length.
+        """
+        robot = self.equilibrium.robot
+        moving = np.concatenate(
+            [robot.motor_indices, robot.elastic_indices, robot.platform_indices]
+        )
+        unit, energy_unit = self._units(characteristic_length)
+        scaled = self.tangent * unit[:, None] * unit / energy_unit
+        jacobian = scaled[np.ix_(robot.multiplier_indices, moving)]
+        null_space = null_space_of(jacobian)
+        stacked = np.vstack([null_space.T @ scaled[np.ix_(moving, moving)], jacobian])
+        n, last = robot.motor_count, len(moving) - len(robot.platform_indices)
+        loads = np.zeros((len(moving), n + len(robot.platform_indices)))
+        loads[:n, :n] = np.eye(n)
+        loads[last:, n:] = np.eye(len(robot.platform_indices))
+        right = np.vstack([null_space.T @ loads, np.zeros((len(jacobian), loads.shape[1]))])
+        return stacked[:, :n], stacked[:, last:], stacked[:, n:last], right
+
+    def singularity(
+        self, problem: Problem, characteristic_length: float | None = None
+    ) -> Singularity:
+        """Distance of a linear problem from a singularity.
+
+        Args:
+            problem: Which problem.
+            characteristic_length: Length that rotations are weighed with [m]; default the mean rod
+                length.
+        """
+        robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
+        matrix, free, moved = self._problem_matrix(problem, characteristic_length)
+        unit, _ = self._units(characteristic_length)
+        _, values, directions = linalg.svd(matrix)
+        null = directions[-1]
+        motors = np.zeros(n)
+        motors[:moved] = null[:moved] * unit[robot.motor_indices][:moved]
+        lengths = unit[robot.platform_indices]
+        return Singularity(
+            problem=problem,
+            singular_values=values[::-1],
+            motors=motors,
+            platform=lengths * (free @ null[moved : moved + free.shape[1]]),
+            sign=self._sign(problem),
+        )
+
+    def singular_values(
+        self, problem: Problem, characteristic_length: float | None = None
+    ) -> Floats:
+        """``singularity(...).singular_values`` without the directions, at a third of the time."""
+        matrix, _, _ = self._problem_matrix(problem, characteristic_length)
+        return linalg.svdvals(matrix)[::-1]
+
+    def _problem_matrix(
+        self, problem: Problem, characteristic_length: float | None
+    ) -> tuple[Floats, Floats, int]:
+        """Dimensionless matrix of a problem, platform motions it solves for, motors it solves for."""
+        if not isinstance(problem, str) or problem not in get_args(Problem):
+            raise InvalidRequest(
+                "problem", f"expected {', '.join(get_args(Problem))}, got {problem!r:.200}"
+            )
+        robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
+        a, p, e, w = self.matrices(characteristic_length)
+        unit, _ = self._units(characteristic_length)
+        lengths = unit[robot.platform_indices]
+        free = self._free_motions(problem, lengths) / lengths[:, None]
+        moved = 0 if problem == "forward" else n
+        efforts = w[:, n:] if problem == "inverse_by_effort" else w[:, :n]
+        return np.hstack([a[:, :moved], p @ free, e, -efforts]), free, moved
+
+    def _free_motions(self, problem: Problem, lengths: Floats) -> Floats:
+        """Platform motions a problem solves for, as body twists in columns.
+
+        ``lengths`` are the units of the platform coordinates, (platform,).
+        """
+        robot = self.equilibrium.robot
+        axes = robot.platform_axes
+        if problem == "forward":
+            return np.diag(lengths)
+        if problem == "inverse_by_effort":
+            return np.zeros((len(axes), 0))
+        uncontrolled = ~np.isin(axes, robot.controlled_axes)
+        return self._coordinate_motions()[:, uncontrolled] * lengths[uncontrolled]
+
+    def _coordinate_motions(self) -> Floats:
+        """Body twists of the platform coordinates of the inverse problem, as columns."""
+        equilibrium, robot = self.equilibrium, self.equilibrium.robot
+        motions = np.eye(len(robot.platform_axes))
+        if robot.controls_angles:
+            motions[:3, :3] = angle_motions(equilibrium.platform_rotation)
+        return _platform_turn(equilibrium).T @ motions
+
+    def _sign(self, problem: Problem) -> int:
+        """Sign of the determinant of the problem's own equations: free of the basis Z."""
+        robot, unit = self.equilibrium.robot, self.equilibrium.robot.arrays.unit
+        inner, platform = robot.arrays.motor_index, robot.platform_indices
+        legs = np.arange(robot.arrays.platform_index)
+        rows, columns = np.arange(inner), [self.tangent[:, legs] * unit[legs]]
+        columns.append(self.tangent[:, platform] @ self._free_motions(problem, unit[platform]))
+        if problem != "forward":
+            motors = robot.motor_indices
+            columns.append(self.tangent[:, motors] * unit[motors])
+        if problem == "inverse_by_effort":  # the wrench takes the place of the platform's balance
+            rows = np.concatenate([legs, robot.motor_indices])
+        matrix = np.hstack(columns)[rows] * unit[rows, None]
+        return int(np.linalg.slogdet(matrix)[0])
+
+    def _units(self, characteristic_length: float | None) -> tuple[Floats, float]:
+        """Natural units of the states and of energy for a characteristic length."""
+        arrays = self.equilibrium.robot.arrays
+        natural = self.equilibrium.robot.mean_length
+        length = natural
+        if characteristic_length is not None:
+            length = checked_number("characteristic_length", characteristic_length)
+        if not 1e-6 * natural <= length <= 1e6 * natural:
+            raise InvalidRequest(
+                "characteristic_length",
+                f"expected a length between {1e-6 * natural:g} and {1e6 * natural:g} m, got {length:g}",
+            )
+        ratio = length / natural
+        robot, unit = self.equilibrium.robot, arrays.unit.copy()
+        energy_unit = arrays.energy_unit / ratio
+        for here in arrays.legs:
+            start = here["strain_index"]
+            unit[start : start + here["strain_count"]] /= ratio
+            start, forces = here["multiplier_index"], len(arrays.position_axes)
+            unit[start : start + forces] /= ratio**2
+            unit[start + forces : start + forces + here["orientation_count"]] /= ratio
+            if here["translation_index"] >= 0:
+                unit[here["translation_index"]] *= ratio
+        unit[robot.platform_indices[robot.platform_axes >= 3]] *= ratio
+        return unit, energy_unit
+
+
+def kinemato_statics(equilibrium: Equilibrium) -> KinematoStatics:
+    """The kinemato-static model at an equilibrium, Eqs. (35)-(46).
+
+    Raises:
+        InvalidRequest: No equilibrium.
+    """
+    check_equilibrium(equilibrium)
+    return KinematoStatics(equilibrium)
+
+
+def _platform_turn(equilibrium: Equilibrium) -> Floats:
+    """Body twists of the platform in the world, (platform, platform)."""
+    turn = np.zeros((6, 6))
+    turn[:3, :3] = turn[3:, 3:] = equilibrium.platform_rotation
+    axes = equilibrium.robot.platform_axes
+    return turn[np.ix_(axes, axes)]

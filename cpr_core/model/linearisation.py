@@ -1,0 +1,94 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""First-order behaviour of an equilibrium, computed once: smallest eigenvalues, platform matrices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.kernel_arrays import Lanes
+from ..kernels.prepared_robot import linearise_prepared
+from .robot import Robot
+
+__all__ = ["Linearisation", "Response", "linearised"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """How platform and efforts answer to motors and wrench; body twists and wrenches.
+
+    Attributes:
+        matrix: Platform twist, then efforts, by motors, then wrench, (platform + n, n + platform).
+        motor_count: n.
+    """
+
+    matrix: Floats
+    motor_count: int
+
+    @property
+    def jacobian(self) -> Floats:
+        """Platform Jacobian ``dSigma_p/dq_a``, (platform, n)."""
+        return self.matrix[: self._platform, : self.motor_count]
+
+    @property
+    def platform_by_wrench(self) -> Floats:
+        """``dSigma_p/dw_p``, motors held, (platform, platform)."""
+        return self.matrix[: self._platform, self.motor_count :]
+
+    @property
+    def efforts_by_motors(self) -> Floats:
+        """``dtau_a/dq_a``, (n, n)."""
+        return self.matrix[self._platform :, : self.motor_count]
+
+    @property
+    def efforts_by_wrench(self) -> Floats:
+        """``dtau_a/dw_p``, motors held, (n, platform)."""
+        return self.matrix[self._platform :, self.motor_count :]
+
+    @property
+    def _platform(self) -> int:
+        return len(self.matrix) - self.motor_count
+
+
+class Linearisation(NamedTuple):
+    """Found from the legs condensed onto platform and motors.
+
+    Legs that cannot be condensed (straight ones) and motions without stiffness are beyond this method:
+    NaN and None then send to the dense one.
+
+    Attributes:
+        smallest_locked: Smallest eigenvalue of H_r with the motors held [J]; NaN: not found this way.
+        smallest_free: The same with the motors free [J].
+        margin: With the motors held, relative to the elastic stiffness; NaN: not found this way.
+        response: None: not found this way.
+    """
+
+    smallest_locked: float
+    smallest_free: float
+    margin: float
+    response: Response | None
+
+
+def linearised(robot: Robot, factors: Lanes, record: Floats) -> Linearisation:
+    """First-order behaviour at an equilibrium.
+
+    Args:
+        robot: The robot.
+        factors: Its condensed tangent there, as the kernels keep it.
+        record: The solution as the kernels keep it.
+    """
+    size = len(robot.arrays.border_indices)
+    eigenvalues, matrix = np.empty(3), np.empty((size, size))
+    found = linearise_prepared(robot.prepared, factors, record, eigenvalues, matrix)
+    matrix.flags.writeable = False
+    locked, free, margin = eigenvalues.tolist()
+    return Linearisation(
+        locked, free, margin, Response(matrix, robot.motor_count) if found else None
+    )

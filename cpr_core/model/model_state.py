@@ -1,0 +1,85 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The geometrico-static model, Eq. (32), and its tangent at a state, for use from Python."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description.loads import Loads
+from ..kernels.kernel_arrays import LoadArrays
+from ..kernels.prepared_robot import evaluate_prepared
+from .robot import Robot
+
+__all__ = ["ModelState", "ModelValue", "evaluate"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ModelValue:
+    """Residual and tangent at one state, in the state order of the robot.
+
+    Attributes:
+        residual: Derivative of the Lagrangian by every state; motor rows hold the efforts, (N,).
+        tangent: Its derivative, (N, N); symmetric at equilibrium under conservative loads.
+        energy: Potential energy [J].
+    """
+
+    residual: Floats
+    tangent: Floats
+    energy: float
+
+
+@dataclass(frozen=True, eq=False)
+class ModelState:
+    """A state of the model under loads, in equilibrium or not.
+
+    Attributes:
+        robot: The robot.
+        loads: Loads in force.
+        load_arrays: The same as the kernels see them.
+        state: In the state order of the robot, (N,); the platform entries are not read.
+        platform_rotation: R_p in the world, (3, 3).
+        platform_position: p_p in the world, (3,) [m].
+    """
+
+    robot: Robot
+    loads: Loads
+    load_arrays: LoadArrays
+    state: Floats
+    platform_rotation: Floats
+    platform_position: Floats
+
+    @property
+    def tangent(self) -> Floats:
+        """Tangent of the model, in the state order of the robot, (N, N)."""
+        return evaluate(
+            self.robot,
+            self.load_arrays,
+            self.state,
+            self.platform_rotation,
+            self.platform_position,
+        ).tangent
+
+
+def evaluate(
+    robot: Robot,
+    loads: LoadArrays,
+    state: Floats,
+    platform_rotation: Floats,
+    platform_position: Floats,
+) -> ModelValue:
+    """The model at any state, in equilibrium or not (SI units, world frame)."""
+    residual = np.empty(len(state))
+    tangent = np.zeros((len(state), len(state)))
+    # Copies: read-only arrays are another type to numba, for which it would compile all again.
+    energy = evaluate_prepared(
+        robot.prepared, loads, state.copy(), platform_rotation.copy(), platform_position.copy(),
+        residual, tangent,
+    )  # fmt: skip
+    return ModelValue(residual, tangent, energy)

@@ -1,0 +1,58 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Which motions the platform of a robot has, and which of them an inverse problem controls."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description.robot_description import RobotDescription
+
+__all__ = ["PlatformCoordinates", "platform_coordinates"]
+
+Integers = NDArray[np.int64]
+
+#: Components of the world twist [omega; v] behind a platform coordinate.
+_TWIST_COMPONENTS = {
+    "x": (3,),
+    "y": (4,),
+    "z": (5,),
+    "angle": (2,),
+    "orientation": (0, 1, 2),
+    "roll": (0,),
+    "pitch": (1,),
+    "yaw": (2,),
+}
+
+
+class PlatformCoordinates(NamedTuple):
+    """Components of the world twist [omega; v].
+
+    Attributes:
+        axes: Those the platform has.
+        controlled: Those that move the controlled coordinates. Where angles are controlled the first
+            three stand for roll, pitch and yaw.
+        controls_angles: Whether single angles of Rz(yaw) Ry(pitch) Rx(roll) are controlled.
+    """
+
+    axes: Integers
+    controlled: Integers
+    controls_angles: bool
+
+
+def platform_coordinates(description: RobotDescription) -> PlatformCoordinates:
+    """The platform coordinates of a robot."""
+    if description.planar:
+        axes = np.array([3, 4] if description.point_platform else [2, 3, 4])
+    else:
+        axes = np.arange(6)
+    controlled = [axis for name in description.controlled for axis in _TWIST_COMPONENTS[name]]
+    return PlatformCoordinates(
+        axes=axes,
+        controlled=np.array(controlled, dtype=np.int64),
+        controls_angles=bool({"roll", "pitch", "yaw"} & set(description.controlled)),
+    )

@@ -1,0 +1,375 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A robot ready to be solved: its description and the arrays of the kernels."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description.description_file import read_description
+from ..description.loads import Loads
+from ..description.motors import MotorLimits
+from ..description.robot_description import LegDescription, RobotDescription
+from ..errors import InvalidRequest
+from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
+from ..kernels.pencil import pencil_of
+from ..kernels.prepared_robot import PreparedRobot, prepare
+from ..rods.quadrature import RodGrid, rod_grid
+from .platform_coordinates import PlatformCoordinates, platform_coordinates
+from .robot_arrays import robot_arrays
+
+__all__ = ["Robot", "load_robot"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Found = TypeVar("Found")
+
+
+def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) -> Robot:
+    """Load a robot.
+
+    Args:
+        robot: Name of a shipped robot (``rfrfr``, ``six_rfs``), a YAML file, or the content of one.
+        modes: Number of strain modes per direction, instead of the description's.
+
+    Raises:
+        DescriptionError: The description is not valid; names the file, field and expectation.
+    """
+    description = read_description(robot)
+    return Robot(description if modes is None else description.with_modes(modes))
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot with its discretisation. Immutable; everything else is a function of it.
+
+    Attributes:
+        description: What the user described.
+    """
+
+    description: RobotDescription
+
+    def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription]]:
+        return Robot, (self.description,)
+
+    @property
+    def planar(self) -> bool:
+        """Whether the robot lives in the plane z = 0."""
+        return self.description.planar
+
+    @cached_property
+    def motor_names(self) -> tuple[str, ...]:
+        """Motor names in motor order."""
+        return self.description.motor_names
+
+    @cached_property
+    def motor_list(self) -> str:
+        """The same in words."""
+        return " ".join(self.motor_names)
+
+    @cached_property
+    def motor_count(self) -> int:
+        """Number of motors n."""
+        return len(self.motor_names)
+
+    @cached_property
+    def mean_length(self) -> float:
+        """Mean (nominal) rod length, the natural unit of length [m]."""
+        return self.description.mean_length
+
+    @cached_property
+    def platform_axes(self) -> Integers:
+        """Components of the world twist [omega; v] the platform has."""
+        return self._coordinates.axes
+
+    @cached_property
+    def _coordinates(self) -> PlatformCoordinates:
+        return platform_coordinates(self.description)
+
+    @cached_property
+    def grid(self) -> RodGrid:
+        """Quadrature of every rod: positions are good to 1e-9 m, also where rods are bent far.
+
+        The integrands are products of shape functions and of the tangent field, whose spectrum decays
+        a few orders beyond the highest mode. Rods that twist too are bent in three dimensions, where
+        rotations have errors of their own. test/core/test_quadrature.py measures both.
+        """
+        counts = np.array([leg.modes.counts for leg in self.description.legs])
+        modes, twisted = int(counts.max()), bool(counts[:, 0].any())
+        more = 12 if twisted else 9 if modes < 8 else 8
+        nodes = 4 * math.ceil((modes + more) / 4)  # kernels take four at a time
+        return rod_grid(nodes, self.breakpoints, substeps=2 if twisted else 1)
+
+    @cached_property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Interior s/l where loads, stiffness or shape functions of some leg are not smooth."""
+        description = self.description
+        points = set(description.stations)
+        for leg in description.legs:
+            points |= {*leg.modes.basis.breakpoints}
+            if not leg.rod.profile.uniform:
+                points |= {*leg.rod.profile.at.tolist()}
+        for distributed in description.loads.distributed:
+            points |= {*distributed.at.tolist()}
+        points |= {point.at for point in description.loads.points}
+        return tuple(sorted(points - {0.0, 1.0}))
+
+    @cached_property
+    def arrays(self) -> RobotArrays:
+        """The robot as the kernels see it."""
+        return robot_arrays(self.description, self.grid, self._coordinates)
+
+    @cached_property
+    def state_size(self) -> int:
+        """Numbers N of a state: of legs, platform and motors."""
+        return len(self.arrays.unit)
+
+    @property
+    def prepared(self) -> PreparedRobot:
+        """The arrays with the memory of this thread, as entries of the kernels take them."""
+        memory = self._memory
+        try:
+            return memory.prepared
+        except AttributeError:
+            memory.prepared = prepare(
+                self.arrays, workspace(self.arrays), pencil_of(self.arrays, self._grams)
+            )
+            return memory.prepared
+
+    @cached_property
+    def _memory(self) -> threading.local:
+        return threading.local()
+
+    def kept(self, name: str, find: Callable[[], Found]) -> Found:
+        """What is found once about this robot and kept with it (``solve_home``).
+
+        Args:
+            name: Name to keep it under.
+            find: Finds it when it is asked for first.
+        """
+        if name not in self._kept:
+            self._kept[name] = find()
+        found: Found = self._kept[name]
+        return found
+
+    @cached_property
+    def _kept(self) -> dict[str, Any]:
+        return {}
+
+    @cached_property
+    def motor_indices(self) -> Integers:
+        """State indices of the motors."""
+        return self.arrays.motor_index + np.arange(self.motor_count)
+
+    @cached_property
+    def motor_units(self) -> Floats:
+        """Natural units of the motors, (n,)."""
+        return self.arrays.unit[self.motor_indices]
+
+    @cached_property
+    def limited_motors(self) -> tuple[tuple[int, LegDescription], ...]:
+        """Motors that have limits of position or effort, by number, and their legs."""
+        legs = [leg for leg in self.description.legs if leg.motor_name is not None]
+        return tuple(
+            (motor, leg)
+            for motor, leg in enumerate(legs)
+            if replace(leg.limits, speed=math.inf) != MotorLimits()
+        )
+
+    @cached_property
+    def strain_limits(self) -> Floats:
+        """Bending strain every leg bears (its yield strain), infinite where not given, (L,)."""
+        return np.array([leg.rod.yield_strain for leg in self.description.legs])
+
+    @cached_property
+    def limits_strain(self) -> bool:
+        """Whether any rod has a yield strain."""
+        return bool(np.isfinite(self.strain_limits).any())
+
+    @cached_property
+    def limited(self) -> bool:
+        """Whether there are any limits of motors' positions and efforts or of strain."""
+        return bool(self.limited_motors) or self.limits_strain
+
+    @cached_property
+    def curvature_stations(self) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+        """Per leg, at both ends and the nodes (P,): curvature by strain coordinate (P, 3, m); at rest.
+
+        The curvature at rest is (P, 3) [1/m].
+        """
+        sigma = np.concatenate([[0.0], self.grid.nodes, [1.0]])
+        legs = self.description.legs
+        values = tuple(
+            leg.modes.values(sigma)[:, None, :] * (np.arange(3)[:, None] == leg.modes.directions)
+            for leg in legs
+        )
+        return values, tuple(leg.rod.rest_curvature_at(sigma) for leg in legs)
+
+    @cached_property
+    def length_indices(self) -> Integers:
+        """State indices of rod lengths (extensible legs)."""
+        legs = self.arrays.legs
+        return legs["translation_index"][legs["extensible"] == 1]
+
+    @cached_property
+    def length_motors(self) -> Integers:
+        """Numbers of the motors that are rod lengths."""
+        return self.length_indices - self.arrays.motor_index
+
+    @cached_property
+    def platform_indices(self) -> Integers:
+        """State indices of the platform twist."""
+        return self.arrays.platform_index + np.arange(len(self.platform_axes))
+
+    @cached_property
+    def multiplier_indices(self) -> Integers:
+        """State indices of the multipliers, leg by leg."""
+        legs = self.arrays.legs
+        held = len(self.arrays.position_axes) + legs["orientation_count"]
+        return np.concatenate(
+            [
+                start + np.arange(count)
+                for start, count in zip(legs["multiplier_index"], held, strict=True)
+            ]
+        )
+
+    @cached_property
+    def elastic_indices(self) -> Integers:
+        """State indices of the leg coordinates: passive base coordinates and strain, leg by leg."""
+        return np.setdiff1d(np.arange(self.arrays.platform_index), self.multiplier_indices)
+
+    @cached_property
+    def controlled_axes(self) -> Integers:
+        """World twist components that move the controlled coordinates.
+
+        With ``controls_angles`` the first three stand for roll, pitch and yaw.
+        """
+        return self._coordinates.controlled
+
+    @cached_property
+    def controls_angles(self) -> bool:
+        """Whether single angles of Rz(yaw) Ry(pitch) Rx(roll) are controlled."""
+        return self._coordinates.controls_angles
+
+    @cached_property
+    def problems(self) -> dict[str, tuple[Integers, Integers]]:
+        """Unknowns and equations beside those of the legs, by what is imposed (Section IV-B)."""
+        platform, motors = self.platform_indices, self.motor_indices
+        both = np.concatenate([platform, motors])
+        free = ~np.isin(self.platform_axes, self.controlled_axes)
+        return {
+            "motors": (platform, platform),
+            "efforts": (both, both),
+            "platform": (np.concatenate([platform[free], motors]), platform),
+        }
+
+    @cached_property
+    def unit_motions(self) -> Floats:
+        """Dimensionless unit motions as columns, in state order, (N, N).
+
+        Rotations count in radians, translations in mean rod lengths and strains by their L2 norm along
+        the rod, ``(l int kappa^2 ds)^(1/2)``; so a norm of motions does not depend on units or on the
+        strain basis.
+        """
+        motions = np.diag(self.arrays.unit)
+        for leg, gram in zip(self.arrays.legs, self._grams, strict=True):
+            span = slice(leg["strain_index"], leg["strain_index"] + leg["strain_count"])
+            orthonormal = np.linalg.inv(np.linalg.cholesky(gram)).T
+            motions[span, span] = motions[span, span] @ orthonormal
+        return motions
+
+    @cached_property
+    def _grams(self) -> tuple[Floats, ...]:
+        """Integrals of products of the strain modes, leg by leg, (m, m)."""
+        return tuple(leg.modes.gram(self.grid) for leg in self.description.legs)
+
+    @cached_property
+    def default_loads(self) -> Loads:
+        """Loads of the description."""
+        return self.description.loads
+
+    def load_arrays(self, loads: Loads) -> LoadArrays:
+        """Loads as the kernels see them.
+
+        Raises:
+            InvalidRequest: No loads, or loads that leave the plane of a planar robot.
+        """
+        if not isinstance(loads, Loads):
+            raise InvalidRequest("loads", f"expected Loads, got {loads!r:.200}")
+        if self.planar:
+            self._check_planar(loads)
+        grid, legs = self.grid, self.description.legs
+        nodes = len(grid.nodes)
+        density = np.empty((len(legs), nodes, 3))
+        point = np.zeros((len(legs), nodes + 1, 3))
+        for number, leg in enumerate(legs):
+            mass = leg.rod.mass_at(grid.nodes)
+            density[number] = mass[:, None] * loads.gravity + loads.rod_force
+        for distributed in loads.distributed:
+            self._check_stations("distributed", distributed.at[1:-1].tolist())
+            for axis in range(3):
+                density[self._leg("distributed", distributed.leg), :, axis] += np.interp(
+                    grid.nodes, distributed.at, distributed.force[:, axis]
+                )
+        for force in loads.points:
+            self._check_stations("points", [force.at])
+            before = np.append(grid.nodes < force.at, True)
+            point[self._leg("points", force.leg), before] += force.force
+        # Integrals from a node to the tip; the last entry is the one from the base.
+        beyond = np.vstack([grid.weights - grid.integration, grid.weights])
+        return LoadArrays(
+            distributed=np.ascontiguousarray(np.swapaxes(beyond @ density, 1, 2)),
+            point=np.ascontiguousarray(np.swapaxes(point, 1, 2)),
+            on_rods=np.array([float(density.any() or point.any())]),
+            platform=np.array(
+                [
+                    self.description.platform_mass * loads.gravity,
+                    self.description.center_of_mass,
+                    loads.wrench_world[:3],
+                    loads.wrench_world[3:],
+                    loads.wrench_body[:3],
+                    loads.wrench_body[3:],
+                ]
+            ),
+        )
+
+    def _leg(self, load: str, name: str) -> int:
+        names = [leg.name for leg in self.description.legs]
+        if not isinstance(name, str) or name not in names:
+            raise InvalidRequest(load, f"expected a leg out of {', '.join(names)}, got {name!r}")
+        return names.index(name)
+
+    def _check_stations(self, load: str, at: list[float]) -> None:
+        for station in at:
+            if station not in self.breakpoints:
+                raise InvalidRequest(
+                    load,
+                    f"expected a station of the robot "
+                    f"({', '.join(map(str, self.breakpoints)) or 'it has none'}), got {station}; "
+                    "name it under `stations` in the description",
+                )
+
+    def _check_planar(self, loads: Loads) -> None:
+        for name in ("gravity", "rod_force"):
+            vector = getattr(loads, name)
+            if vector[2] != 0.0:
+                raise InvalidRequest(name, f"expected z = 0 for a planar robot, got {vector[2]:g}")
+        for name in ("wrench_world", "wrench_body"):
+            mx, my, mz, _, _, fz = getattr(loads, name)
+            if mx != 0.0 or my != 0.0 or fz != 0.0:
+                raise InvalidRequest(name, "expected mx = my = fz = 0 for a planar robot")
+            if mz != 0.0 and self.description.point_platform:
+                raise InvalidRequest(name, "expected mz = 0: a point platform takes no moment")
+        for name, forces in (("distributed", loads.distributed), ("points", loads.points)):
+            if any(np.any(np.atleast_2d(force.force)[:, 2]) for force in forces):
+                raise InvalidRequest(name, "expected z = 0 for a planar robot")

@@ -1,0 +1,159 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Elastic stability: the spectrum of the reduced Hessian H_r = Z^T H Z, Eqs. (47)-(52)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from .linearisation import Linearisation
+from .model_state import ModelState
+
+__all__ = ["MotorReading", "Spectrum", "null_space_of"]
+
+Floats = NDArray[np.float64]
+
+#: How the motors are read: held in position, or giving a constant effort.
+MotorReading = Literal["locked", "free"]
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Spectrum of H_r on an orthonormal basis of the admissible motions.
+
+    Motions are dimensionless (``Robot.unit_motions``), so the eigenvalues are energies and depend
+    neither on units nor on the strain basis. ``smallest`` and ``margin`` come from the condensed legs;
+    the whole spectrum is computed when it is first asked for, which takes longer.
+
+    Attributes:
+        motors_are: Reading of the motors.
+    """
+
+    motors_are: MotorReading
+    _solution: ModelState = field(repr=False)
+    _linearisation: Linearisation = field(repr=False)
+
+    @property
+    def energy_criterion_applies(self) -> bool:
+        """Whether energy decides stability: False where a non-conservative load acts."""
+        return self._solution.loads.conservative(self._solution.robot.planar)
+
+    @cached_property
+    def smallest(self) -> float:
+        """Smallest eigenvalue [J]; infinite where the constraints leave nothing to move."""
+        found = self._linearisation
+        value = found.smallest_locked if self.motors_are == "locked" else found.smallest_free
+        return float(self.eigenvalues.min(initial=np.inf)) if math.isnan(value) else value
+
+    @cached_property
+    def margin(self) -> float:
+        """Smallest eigenvalue relative to the elastic stiffness, dimensionless.
+
+        ``min v^T H_r v / v^T K_r v``: 1 without loads and forces, 0 where stability is lost, more than 1
+        under tension. NaN where some motion costs no elastic energy (possible with free motors);
+        infinite where the constraints leave nothing to move.
+        """
+        value = self._linearisation.margin if self.motors_are == "locked" else math.nan
+        return self._dense.margin() if math.isnan(value) else value
+
+    @property
+    def eigenvalues(self) -> Floats:
+        """All eigenvalues, ascending [J]."""
+        return self._modes[0]
+
+    @property
+    def motions(self) -> Floats:
+        """Their eigenvectors as motions of the whole robot, columns in state order, (N, ...).
+
+        Motors [rad, m], platform in the world [rad, m], leg coordinates [1/m]; rows of multipliers are
+        zero.
+        """
+        return self._modes[1]
+
+    @property
+    def index(self) -> int:
+        """Number of negative eigenvalues; those that vanish to rounding are not counted."""
+        sizes = np.abs(self.eigenvalues)
+        return int(np.sum(self.eigenvalues < -1e-11 * sizes.max(initial=0.0)))
+
+    @property
+    def inverse_condition_number(self) -> float:
+        """Smallest over largest absolute eigenvalue, as in Figs. 6 and 12."""
+        sizes = np.abs(self.eigenvalues)
+        return float(sizes.min() / sizes.max()) if len(sizes) else 1.0
+
+    @cached_property
+    def _dense(self) -> _Dense:
+        return _Dense(self._solution, self.motors_are)
+
+    @cached_property
+    def _modes(self) -> tuple[Floats, Floats]:
+        return self._dense.modes()
+
+
+class _Dense:
+    """H_r as a matrix, for whoever wants all of it."""
+
+    def __init__(self, solution: ModelState, motors_are: MotorReading) -> None:
+        robot = solution.robot
+        self.solution = solution
+        self.moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+        if motors_are == "free":
+            self.moving = np.concatenate([self.moving, robot.motor_indices])
+        motions = robot.unit_motions[np.ix_(self.moving, self.moving)]
+        tangent = solution.tangent
+        constraints = tangent[np.ix_(robot.multiplier_indices, self.moving)] @ motions
+        self.null_space = motions @ null_space_of(constraints)
+        hessian = tangent[np.ix_(self.moving, self.moving)]
+        self.reduced = self.null_space.T @ (0.5 * (hessian + hessian.T)) @ self.null_space
+
+    def modes(self) -> tuple[Floats, Floats]:
+        """Eigenvalues and motions."""
+        eigenvalues, directions = np.linalg.eigh(self.reduced)  # takes an empty one as well
+        whole = np.zeros((len(self.solution.state), len(eigenvalues)))
+        whole[self.moving] = self.null_space @ directions
+        return eigenvalues, whole
+
+    def margin(self) -> float:
+        """Smallest eigenvalue relative to the elastic stiffness."""
+        elastic = _elastic_hessian(self.solution)[np.ix_(self.moving, self.moving)]
+        projected = self.null_space.T @ elastic @ self.null_space
+        if not len(projected):
+            return math.inf
+        smallest = linalg.eigvalsh(projected, subset_by_index=[0, 0])[0]
+        if smallest <= 1e-12 * np.trace(projected):
+            return math.nan
+        return float(linalg.eigvalsh(self.reduced, projected, subset_by_index=[0, 0])[0])
+
+
+def null_space_of(matrix: Floats) -> Floats:
+    """Orthonormal basis of the null space of a wide matrix, as columns."""
+    orthogonal, triangular, _ = linalg.qr(matrix.T, pivoting=True)
+    diagonal = np.abs(np.diag(triangular))
+    return orthogonal[:, int(np.sum(diagonal > 1e-12 * diagonal[0])) :]
+
+
+def _elastic_hessian(solution: ModelState) -> Floats:
+    """Second derivative of the elastic energy ``l0/l q^T K q / 2`` by the state, (N, N)."""
+    arrays, state = solution.robot.arrays, solution.state
+    elastic = np.zeros((len(state), len(state)))
+    for leg, stiffness in zip(arrays.legs, arrays.stiffness, strict=True):
+        count, first, shift = leg["strain_count"], leg["strain_index"], leg["translation_index"]
+        here = slice(first, first + count)
+        elastic[here, here] = stiffness[:count, :count]
+        if leg["extensible"]:
+            length, strain = state[shift], state[here]
+            couple = stiffness[:count, :count] @ strain
+            ratio = leg["length"] / length
+            elastic[here, here] *= ratio
+            elastic[here, shift] = elastic[shift, here] = -ratio / length * couple
+            elastic[shift, shift] = ratio / length**2 * couple @ strain
+    return elastic

@@ -1,0 +1,178 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A slender rod: geometry, elasticity and the strain modes that describe its shape."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from .quadrature import RodGrid
+from .sections import Section
+from .strain_basis import Legendre, StrainBasis
+
+__all__ = ["DIRECTIONS", "UNIFORM", "Profile", "Rod", "StrainModes", "strain_series"]
+
+Floats = NDArray[np.float64]
+
+_NONE: Floats = np.zeros(0)
+#: Names of the strain components.
+DIRECTIONS = ("torsion", "bending_2", "bending_3")
+
+
+def strain_series(strain: Mapping[str, Sequence[float]]) -> tuple[Floats, Floats, Floats]:
+    """Series of the three strain components, by their names; none of what is not named."""
+    torsion, bending_2, bending_3 = (np.array(strain.get(name, ()), float) for name in DIRECTIONS)
+    return torsion, bending_2, bending_3
+
+
+@dataclass(frozen=True)
+class StrainModes:
+    """Assumed strain modes, Eqs. (3)-(4): kappa(s) = Phi(s) q_e.
+
+    Attributes:
+        counts: Number of modes m_1 (torsion), m_2, m_3 (bending about d2, d3).
+        basis: Shape functions.
+    """
+
+    counts: tuple[int, int, int]
+    basis: StrainBasis = field(default_factory=Legendre)
+
+    @property
+    def total(self) -> int:
+        """Number of strain coordinates of the rod."""
+        return sum(self.counts)
+
+    @property
+    def directions(self) -> NDArray[np.int64]:
+        """Strain component of every coordinate: 0 torsion, 1 and 2 bending."""
+        return np.repeat(np.arange(3), self.counts)
+
+    def values(self, sigma: Floats) -> Floats:
+        """Value of every coordinate's shape function, shape (len(sigma), total)."""
+        return np.hstack([self.basis.values(sigma, count) for count in self.counts])
+
+    def gram(self, grid: RodGrid, weight: Floats | float = 1.0) -> Floats:
+        """``int_0^1 weight Phi^T Phi dsigma``; weight by node and component (K, 3), or a number."""
+        values, directions = self.values(grid.nodes), self.directions
+        weights = np.broadcast_to(weight, (len(grid.nodes), 3))[:, directions]
+        gram = values.T @ (grid.weights[:, None] * weights * values)
+        return np.where(directions[:, None] == directions, gram, 0.0)
+
+    def project(self, curvature: Floats, grid: RodGrid) -> Floats:
+        """Strain coordinates (total,) of the strain nearest to one given at the nodes, (K, 3).
+
+        Nearest in the mean square along the rod; components without modes are left out.
+        """
+        root = np.sqrt(grid.weights)
+        values, directions = root[:, None] * self.values(grid.nodes), self.directions
+        coordinates = np.zeros(self.total)
+        for component in range(3):
+            mine = np.flatnonzero(directions == component)
+            if len(mine):
+                target = root * curvature[:, component]
+                coordinates[mine] = np.linalg.lstsq(values[:, mine], target, rcond=None)[0]
+        return coordinates
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """How stiffness and mass vary along a rod: factors, linear between stations.
+
+    Attributes:
+        at: Stations in s/l, from 0 to 1, increasing, (P,).
+        stiffness: Factors on H_a, (P,).
+        mass: Factors on the mass per length, (P,).
+    """
+
+    at: Floats
+    stiffness: Floats
+    mass: Floats
+
+    @property
+    def uniform(self) -> bool:
+        """Whether nothing varies."""
+        return bool(np.all(self.stiffness == 1.0) and np.all(self.mass == 1.0))
+
+
+UNIFORM = Profile(np.array([0.0, 1.0]), np.ones(2), np.ones(2))
+
+
+@dataclass(frozen=True, eq=False)
+class Rod:
+    """Inextensible, unshearable (Kirchhoff) rod.
+
+    Attributes:
+        length: Length l [m].
+        section: Cross-section, where the profile is one.
+        young_modulus: E [Pa].
+        shear_modulus: G [Pa].
+        density: Mass density rho [kg/m^3].
+        profile: Factors on stiffness and mass along the rod.
+        rest_curvature: Strain at rest by component, Legendre series in 2 s/l - 1, (any length,) [1/m].
+        yield_strain: Bending strain the material bears; infinite where it is not given.
+    """
+
+    length: float
+    section: Section
+    young_modulus: float = 0.0
+    shear_modulus: float = 0.0
+    density: float = 0.0
+    profile: Profile = UNIFORM
+    rest_curvature: tuple[Floats, Floats, Floats] = (_NONE, _NONE, _NONE)
+    yield_strain: float = math.inf
+
+    @property
+    def mass_per_length(self) -> float:
+        """Mass per length where the profile is one, rho A [kg/m]."""
+        return self.section.mass_per_length(self.density)
+
+    @property
+    def rigidities(self) -> Floats:
+        """H_a = diag(G J1, E J2, E J3) of Eq. (6) where the profile is one, (3,) [N m^2]."""
+        return np.array(self.section.rigidities(self.young_modulus, self.shear_modulus))
+
+    @property
+    def uniform(self) -> bool:
+        """Whether stiffness, mass and rest curvature are the same all along."""
+        return self.profile.uniform and not any(np.any(s[1:]) for s in self.rest_curvature)
+
+    def mass_at(self, sigma: Floats) -> Floats:
+        """Mass per length, (len(sigma),) [kg/m]."""
+        return self.mass_per_length * np.interp(sigma, self.profile.at, self.profile.mass)
+
+    def rigidities_at(self, sigma: Floats) -> Floats:
+        """H_a, (len(sigma), 3) [N m^2]."""
+        factor = np.interp(sigma, self.profile.at, self.profile.stiffness)
+        return factor[:, None] * self.rigidities
+
+    def rest_curvature_at(self, sigma: Floats) -> Floats:
+        """Strain at rest, (len(sigma), 3) [1/m]."""
+        return np.column_stack(
+            [
+                legendre.legval(2.0 * sigma - 1.0, np.append(series, 0.0))
+                for series in self.rest_curvature
+            ]
+        )
+
+    def stiffness(self, modes: StrainModes, grid: RodGrid) -> Floats:
+        """K_e = int Phi^T H_a Phi ds of Eq. (7), shape (m, m) [N m^3]."""
+        return self.length * modes.gram(grid, self.rigidities_at(grid.nodes))
+
+    def rest_moment(self, modes: StrainModes, grid: RodGrid) -> Floats:
+        """``int Phi^T H_a kappa_rest ds``, shape (m,) [N m^2]."""
+        couple = self.rigidities_at(grid.nodes) * self.rest_curvature_at(grid.nodes)
+        values = modes.values(grid.nodes)
+        return self.length * (grid.weights @ (values * couple[:, modes.directions]))
+
+    def rest_energy(self, grid: RodGrid) -> float:
+        """``int kappa_rest^T H_a kappa_rest ds`` [J]."""
+        rest = self.rest_curvature_at(grid.nodes)
+        density = (self.rigidities_at(grid.nodes) * rest**2).sum(axis=1)
+        return float(self.length * grid.weights @ density)

@@ -1,0 +1,169 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Shape functions of the assumed strain modes, on the normalised arc length sigma in [0, 1]."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol, Self
+
+import numpy as np
+import scipy
+from numpy.polynomial import chebyshev, legendre
+from numpy.typing import NDArray
+
+from ..description_part import Described, Part
+from ..errors import CprError
+
+__all__ = [
+    "STRAIN_BASES",
+    "BSplines",
+    "Chebyshev",
+    "DescribedBasis",
+    "Legendre",
+    "Monomials",
+    "StrainBasis",
+]
+
+
+class StrainBasis(Protocol):
+    """One row Phi_j of the strain function matrix, Eq. (4).
+
+    A user's own basis needs only these two members. One that descriptions can name is a class made
+    from ``DescribedBasis``, and its name in ``STRAIN_BASES``.
+    """
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Interior sigma where the functions are not smooth; quadrature panels end there."""
+        ...
+
+    def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
+        """Values of the first ``modes`` functions, shape (len(sigma), modes)."""
+        ...
+
+
+class DescribedBasis(Described):
+    """A basis with a name in descriptions."""
+
+    @property
+    def modes(self) -> int | None:
+        """Number of functions where the basis itself says how many; None: as many as one likes."""
+        return None
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Interior sigma where the functions are not smooth; none unless said otherwise."""
+        return ()
+
+    def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
+        """Values of the first ``modes`` functions, shape (len(sigma), modes)."""
+        raise NotImplementedError
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """One without fields of its own."""
+        return cls()
+
+
+@dataclass(frozen=True)
+class Legendre(DescribedBasis):
+    """Legendre polynomials P_k(2 sigma - 1): orthogonal, the paper's choice."""
+
+    def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
+        """Values of P_0 ... P_{modes-1}, shape (len(sigma), modes)."""
+        return _polynomials(legendre.legvander, 2.0 * sigma - 1.0, modes)
+
+
+@dataclass(frozen=True)
+class Chebyshev(DescribedBasis):
+    """Chebyshev polynomials of the first kind T_k(2 sigma - 1)."""
+
+    def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
+        """Values of T_0 ... T_{modes-1}, shape (len(sigma), modes)."""
+        return _polynomials(chebyshev.chebvander, 2.0 * sigma - 1.0, modes)
+
+
+@dataclass(frozen=True)
+class Monomials(DescribedBasis):
+    """Monomials sigma^k: simple, but ill-conditioned beyond about ten."""
+
+    def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
+        """Values of 1, sigma, ..., sigma^(modes-1), shape (len(sigma), modes)."""
+        return _polynomials(np.polynomial.polynomial.polyvander, sigma, modes)
+
+
+@dataclass(frozen=True)
+class BSplines(DescribedBasis):
+    """Clamped B-splines of a degree, with given interior knots.
+
+    Attributes:
+        degree: Polynomial degree.
+        knots: Interior knots in (0, 1), increasing; there are ``len(knots) + degree + 1`` modes.
+    """
+
+    degree: int = 3
+    knots: tuple[float, ...] = (0.5,)
+    fields: ClassVar[Mapping[str, Any]] = {
+        "degree": {
+            "type": "integer",
+            "minimum": 0,
+            "maximum": 9,
+            "description": "polynomial degree; default 3",
+        },
+        "knots": {
+            "type": "array",
+            "items": {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1},
+            "description": "interior knots s/l, increasing; default [0.5]",
+        },
+    }
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """Degree and knots."""
+        knots = tuple(float(knot) for knot in part.get("knots", (0.5,)))
+        if list(knots) != sorted(set(knots)):
+            raise part.fail("knots", f"expected increasing numbers, got {list(knots)}")
+        return cls(int(part.get("degree", 3)), knots)
+
+    @property
+    def modes(self) -> int:
+        """Number of B-splines."""
+        return len(self.knots) + self.degree + 1
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """The interior knots."""
+        return self.knots
+
+    def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
+        """Values of all B-splines, shape (len(sigma), modes)."""
+        if modes == 0:
+            return np.zeros((len(sigma), 0))
+        if modes != self.modes:
+            raise CprError(
+                f"a B-spline basis of degree {self.degree} with {len(self.knots)} interior knots "
+                f"has {self.modes} modes, not {modes}"
+            )
+        ends = self.degree + 1
+        knots = np.concatenate([np.zeros(ends), self.knots, np.ones(ends)])
+        inside = np.clip(sigma, 0.0, 1.0)
+        design = scipy.interpolate.BSpline.design_matrix(inside, knots, self.degree)
+        return design.toarray()
+
+
+def _polynomials(
+    vandermonde: Callable[..., Any], argument: NDArray[np.float64], modes: int
+) -> NDArray[np.float64]:
+    return vandermonde(argument, modes - 1) if modes else np.zeros((len(argument), 0))
+
+
+#: Bases by the name used in descriptions.
+STRAIN_BASES: dict[str, type[DescribedBasis]] = {
+    "legendre": Legendre,
+    "chebyshev": Chebyshev,
+    "monomials": Monomials,
+    "bsplines": BSplines,
+}

@@ -1,0 +1,258 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Assembling a robot from nothing: rods bowed to their sides, pulled into their joints by springs.
+
+The tip joints of free rods are closed by springs of growing stiffness, and the energy of rods and
+springs is brought to a minimum for every stiffness. Minima are stable equilibria, so what is found is
+stable wherever a stable equilibrium exists; Newton's method on the model ends it, with the spring
+forces as first multipliers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from ..description.loads import Loads
+from ..kernels.kernel_arrays import LoadArrays
+from ..lie import rotation_exp
+from ..model.equilibrium import Equilibrium
+from ..model.model_state import ModelValue, evaluate
+from ..model.robot import Robot
+from ..model.shape import base_pose, leg_shapes, tip_positions
+from .refining import refine
+
+__all__ = [
+    "Shape",
+    "assemble",
+    "bowed_strain",
+    "moved_shape",
+    "platform_between_tips",
+    "settle",
+    "turned_over",
+    "with_best_multipliers",
+]
+
+Floats = NDArray[np.float64]
+
+#: Turn of a bowed rod from base to tip before it is pulled into its joint [rad].
+_BOW = 1.5
+#: Stiffness of the springs, dimensionless (E J / l per unit gap), one after the other.
+_SPRINGS = (1.0, 10.0, 100.0, 1e3, 1e4)
+#: Steps of descent per stiffness, longest step (dimensionless), and where the gradient is small.
+_DESCENTS, _LONGEST_DESCENT, _FLAT = 200, 0.5, 1e-6
+#: Kicks off unstable equilibria.
+_KICKS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Configuration of a robot, in equilibrium or not.
+
+    Attributes:
+        state: State with the motors (N,); multipliers are not read.
+        platform_rotation: R_p in the world, (3, 3).
+        platform_position: p_p in the world, (3,) [m].
+    """
+
+    state: Floats
+    platform_rotation: Floats
+    platform_position: Floats
+
+
+def bowed_strain(robot: Robot, motors: Floats, bow: tuple[Floats | None, ...]) -> Floats:
+    """State (N,) of rods bent evenly, so that their middles stand out to given sides.
+
+    Args:
+        robot: The robot.
+        motors: Motor positions, (n,).
+        bow: For every leg the side as a vector in the world, (3,); None: straight.
+    """
+    state = np.zeros(len(robot.arrays.unit))
+    state[robot.motor_indices] = motors
+    for number, (leg, side) in enumerate(zip(robot.description.legs, bow, strict=True)):
+        if side is None:
+            continue
+        frame = base_pose(robot, number, state).rotation
+        across = frame.T @ side  # r'' = R (0, kappa_3, -kappa_2) leads away from the bow
+        across = _BOW / leg.rod.length * across / max(1e-12, float(np.hypot(*across[1:])))
+        bent = np.tile([0.0, across[2], -across[1]], (len(robot.grid.nodes), 1))
+        first = robot.arrays.legs[number]["strain_index"]
+        state[first : first + leg.modes.total] = leg.modes.project(bent, robot.grid)
+    return state
+
+
+def platform_between_tips(robot: Robot, state: Floats, rotation: Floats) -> Floats:
+    """Platform position (3,) [m] where its joints are on average at the rod tips.
+
+    Args:
+        robot: The robot.
+        state: State with the motors (N,); multipliers are not read.
+        rotation: R_p in the world, (3, 3).
+    """
+    joints = np.array([leg.joint.position for leg in robot.description.legs]) @ rotation.T
+    return np.mean(tip_positions(robot, state) - joints, axis=0)
+
+
+def with_best_multipliers(robot: Robot, loads: LoadArrays, shape: Shape) -> Floats:
+    """State (N,) of a shape with the multipliers that bring it nearest to equilibrium.
+
+    The residual is linear in the multipliers: they are a least-squares solution.
+    """
+    arrays, columns = robot.arrays, robot.multiplier_indices
+    state = shape.state.copy()
+    state[columns] = 0.0
+    value = evaluate(robot, loads, state, shape.platform_rotation, shape.platform_position)
+    rows = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    scale = arrays.unit[rows]
+    slopes = scale[:, None] * value.tangent[np.ix_(rows, columns)] * arrays.unit[columns]
+    forces = np.linalg.lstsq(slopes, -scale * value.residual[rows], rcond=None)[0]
+    state[columns] = arrays.unit[columns] * forces
+    return state
+
+
+def assemble(robot: Robot, start: Shape, loads: Loads, platform_held: bool) -> Equilibrium:
+    """Close the joints of a robot and let it come to rest.
+
+    Args:
+        robot: The robot.
+        start: Shape to start from, its joints open.
+        loads: Loads with a potential.
+        platform_held: Hold the platform until the rods are in their joints, then let it go.
+
+    Returns:
+        The equilibrium, converged or not, stable or not: the caller has to look.
+    """
+    shape, forces = start, robot.load_arrays(loads)
+    if platform_held:
+        for stiffness in _SPRINGS[:4]:
+            shape = _descended(robot, forces, shape, stiffness, robot.elastic_indices)
+    return settle(robot, shape, loads, _SPRINGS[3:] if platform_held else _SPRINGS)
+
+
+def settle(
+    robot: Robot, shape: Shape, loads: Loads, springs: tuple[float, ...] = _SPRINGS[3:]
+) -> Equilibrium:
+    """Bring a shape to rest in a stable equilibrium, its joints closed by springs at first."""
+    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    found, forces = None, robot.load_arrays(loads)
+    for kick in range(_KICKS):
+        for stiffness in springs:
+            shape = _descended(robot, forces, shape, stiffness, moving)
+        found = _closed(robot, loads, forces, shape, springs[-1])
+        if not found.converged or found.index_locked == 0:
+            return found
+        # A saddle: along its softest motion the energy falls, to the one side or the other.
+        side = 0.3 if kick % 2 == 0 else -0.3
+        motion = found.spectrum_locked.motions[:, 0]
+        shape = moved_shape(
+            robot,
+            Shape(found.state.copy(), found.platform_rotation, found.platform_position),
+            moving,
+            side * motion[moving] / robot.arrays.unit[moving],
+        )
+        springs = _SPRINGS[3:]
+    assert found is not None
+    return found
+
+
+def turned_over(equilibrium: Equilibrium) -> str | None:
+    """Name of a leg whose tip joint holds half a turn away from how it is built, if there is one."""
+    legs = equilibrium.robot.description.legs
+    for leg, shape in zip(legs, leg_shapes(equilibrium, 8), strict=True):
+        if leg.joint.turned_over(equilibrium.platform_rotation, shape.rotation[-1]):
+            return leg.name
+    return None
+
+
+def _closed(
+    robot: Robot, loads: Loads, forces: LoadArrays, shape: Shape, stiffness: float
+) -> Equilibrium:
+    """Newton's method on the model from a shape with small gaps."""
+    return refine(
+        robot,
+        loads,
+        _spring_state(robot, forces, shape, stiffness),
+        shape.platform_rotation.copy(),
+        shape.platform_position.copy(),
+        iterations=100,
+        contraction=1.0,
+    )
+
+
+def _spring_state(robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float) -> Floats:
+    """The state with spring forces as multipliers."""
+    held, unit = robot.multiplier_indices, robot.arrays.unit
+    state = shape.state.copy()
+    state[held] = 0.0
+    gaps = evaluate(
+        robot, forces, state, shape.platform_rotation, shape.platform_position
+    ).residual[held]
+    # A gap times its multiplier's unit over the unit of energy is dimensionless.
+    state[held] = stiffness * gaps * unit[held] ** 2 / robot.arrays.energy_unit
+    return state
+
+
+def _with_springs(
+    robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float
+) -> tuple[float, ModelValue]:
+    """Dimensionless energy of rods and springs, and the model with the spring forces."""
+    state = _spring_state(robot, forces, shape, stiffness)
+    held, arrays = robot.multiplier_indices, robot.arrays
+    value = evaluate(robot, forces, state, shape.platform_rotation, shape.platform_position)
+    gaps = value.residual[held] * arrays.unit[held] / arrays.energy_unit
+    return value.energy / arrays.energy_unit + 0.5 * stiffness * float(gaps @ gaps), value
+
+
+def _descended(
+    robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float, moving: NDArray[np.int64]
+) -> Shape:
+    """Minimum of the energy of rods and springs, by Newton steps turned downhill along every axis."""
+    arrays, held = robot.arrays, robot.multiplier_indices
+    unit = arrays.unit[moving]
+    energy, value = _with_springs(robot, forces, shape, stiffness)
+    for _ in range(_DESCENTS):
+        gradient = value.residual[moving] * unit / arrays.energy_unit
+        hessian = value.tangent[np.ix_(moving, moving)] * unit * unit[:, None]
+        hessian /= arrays.energy_unit
+        slopes = value.tangent[np.ix_(held, moving)] * unit * arrays.unit[held, None]
+        slopes /= arrays.energy_unit
+        curvatures, axes = scipy.linalg.eigh(
+            0.5 * (hessian + hessian.T) + stiffness * slopes.T @ slopes, driver="evd"
+        )
+        along = axes.T @ gradient
+        if np.abs(along).max() < _FLAT:
+            if curvatures[0] > -_FLAT:
+                break
+            along[0] = -abs(curvatures[0])  # on a saddle: to one side
+        step = -along / np.maximum(np.abs(curvatures), 1e-6)
+        step *= min(1.0, _LONGEST_DESCENT / float(np.linalg.norm(step)))
+        change, factor = axes @ step, 1.0
+        while factor > 1e-6:
+            trial = moved_shape(robot, shape, moving, factor * change)
+            trial_energy, trial_value = _with_springs(robot, forces, trial, stiffness)
+            if trial_energy < energy + 1e-4 * factor * float(along @ step):
+                break
+            factor *= 0.25
+        else:
+            break
+        shape, energy, value = trial, trial_energy, trial_value
+    return shape
+
+
+def moved_shape(robot: Robot, shape: Shape, moving: NDArray[np.int64], change: Floats) -> Shape:
+    """A shape after a dimensionless change of some of its coordinates."""
+    whole = np.zeros(len(shape.state))
+    whole[moving] = change * robot.arrays.unit[moving]
+    twist = np.zeros(6)
+    twist[robot.platform_axes] = whole[robot.platform_indices]
+    whole[robot.platform_indices] = 0.0
+    return Shape(
+        state=shape.state + whole,
+        platform_rotation=rotation_exp(twist[:3]) @ shape.platform_rotation,
+        platform_position=shape.platform_position + twist[3:],
+    )

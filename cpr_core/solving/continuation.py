@@ -1,0 +1,345 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""From one equilibrium to a requested one, along a straight path in what the request imposes.
+
+A way of up to half a radian or half a rod length is tried in one step, a longer one in several. A
+step is accepted if every Newton correction contracts and the signs of the tangent (stability index,
+determinant of the problem) are those of the point before. Where a sign changes, a limit is passed or no
+step succeeds, the place is found by bisection, to 1e-9 of the way, and tells what it is: an event of the
+branch, or a jump, which is not taken. Near a fold the branch is followed by its arc length.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..description.loads import Loads
+from ..kernels.continuation_kernel import LONGEST_STEP
+from ..model.equilibrium import Equilibrium
+from ..validation import checked_time
+from .bracketing import (
+    SAME_PLACE,
+    along,
+    bracket_by_arc_length,
+    bracket_by_fraction,
+    differ,
+    distance,
+    landing,
+)
+from .events import EventKind, PathEvent
+from .limits import Limit, limit_error
+from .path import OutOfTime, Path, Point, Tangent
+from .targets import Target
+
+__all__ = ["Walk", "follow"]
+
+#: Smallest path step before the branch is followed by arc length, as a fraction of a full step.
+SMALLEST_STEP = 1e-3
+#: Requests farther away than so many longest steps are refused at once.
+MOST_STEPS = 1000
+#: Arc lengths of the dimensionless state: first, longest and smallest step.
+FIRST_ARC, LONGEST_ARC, SMALLEST_ARC = 0.05, 0.5, 1e-7
+#: Smallest singular value of a dimensionless problem where branches may cross.
+SINGULAR = 1e-4
+SEVERAL = "several branches cross, none of them goes on alone"
+#: Steps by arc length around one place, and past folds.
+MOST_ARCS, MOST_ARCS_PAST_FOLDS = 300, 3000
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """How far a branch was followed.
+
+    Attributes:
+        last: Where it was followed to; the target itself if nothing stopped it.
+        events: What was passed, in order; the last one stopped the walk if ``stopped``.
+        stopped: What stopped it short of the target.
+        violation: The limit that stopped it, if it was one, and the equilibrium just beyond.
+        points: The points that were kept.
+    """
+
+    last: Equilibrium
+    events: tuple[PathEvent, ...]
+    stopped: PathEvent | None
+    violation: tuple[Limit, Equilibrium] | None
+    points: tuple[Point, ...]
+
+
+def follow(
+    start: Equilibrium,
+    target: Target,
+    loads: Loads,
+    *,
+    stable_only: bool = False,
+    past_folds: bool = False,
+    singularities: bool = False,
+    keep: tuple[float, ...] = (),
+    time_limit: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Walk:
+    """Follow the branch of an equilibrium until a target is met or an event stops the way.
+
+    Args:
+        start: Equilibrium to start from.
+        target: What to impose.
+        loads: Loads to arrive with; they change along the way as well.
+        stable_only: Stop where the stability index grows above zero.
+        past_folds: Follow the branch around folds, by arc length all along, until it leaves the
+            interval of fractions from 0 to 1; all points are kept.
+        singularities: Locate inverse singularities on the way of motors or efforts too.
+        keep: Fractions, increasing, whose points are kept.
+        time_limit: Give up after this time [s].
+        progress: Called with the fraction reached.
+
+    Returns:
+        How far the branch was followed; an end on the way is no error here.
+
+    Raises:
+        InvalidRequest: A time limit that is negative or no number.
+    """
+    allowed = checked_time(time_limit)
+    return _Walker(
+        Path(start, target, loads, singularities), target, stable_only, past_folds, keep, allowed,
+        progress,
+    ).walk()  # fmt: skip
+
+
+class _Walker:
+    """One walk: what was passed so far, and what to do next."""
+
+    def __init__(
+        self,
+        path: Path,
+        target: Target,
+        stable_only: bool,
+        past_folds: bool,
+        keep: tuple[float, ...],
+        time_limit: float,
+        progress: Callable[[float], None] | None,
+    ) -> None:
+        self.path = path
+        self.steps = max(target.distance(path.start), path.load_distance) / LONGEST_STEP
+        self.stable_only, self.past_folds = stable_only, past_folds
+        self.keep, self.progress = list(keep), progress
+        path.deadline = time.perf_counter() + time_limit
+        self.events: list[PathEvent] = []
+        self.points: list[Point] = []
+        self.violation: tuple[Limit, Equilibrium] | None = None
+
+    def walk(self) -> Walk:
+        """Go until the end."""
+        here = self.path.begin()
+        self._keep(here)
+        if not self.steps <= MOST_STEPS:
+            return self._end(here, "lost", "it is too far away to be followed there")
+        if self.stable_only and (here.index > 0 or not self.path.conservative):
+            text = (
+                f"the start is unstable, index {here.index}"
+                if here.index > 0
+                else "stability is not decided by energy under these loads"
+            )
+            return self._end(here, "stability", text)
+        try:
+            if not self.past_folds:
+                return self._by_fraction(here)
+            end = self._by_arc_length(here)
+            return end if isinstance(end, Walk) else self._done(end)
+        except OutOfTime:
+            return self._end(self.here, "time_limit", "the time allowed was over")
+
+    def _by_fraction(self, here: Point) -> Walk:
+        """Steps at given fractions; by arc length where they fail."""
+        longest = 1.0 / max(1.0, self.steps)
+        step = longest
+        while here.fraction < 1.0:
+            stop = self.keep[0] if self.keep else 1.0
+            ahead = min(1.0, stop, here.fraction + step)
+            there = self.path.at(here, ahead)
+            if there is None or there.sign != here.sign:  # a fold's other arm may be very near
+                step = 0.5 * (ahead - here.fraction)
+                if step >= SMALLEST_STEP * longest:
+                    continue
+                onward = self._by_arc_length(here)
+                if isinstance(onward, Walk):
+                    return onward
+                here, step = onward, 10.0 * SMALLEST_STEP * longest
+            elif here.grazes(there) and not differ(here, there):
+                step = 0.5 * (ahead - here.fraction)
+                continue
+            elif differ(here, there):
+                low, high = bracket_by_fraction(self.path, here, ahead)
+                regular = self.path.problem == "platform" or high is None or low.index == high.index
+                if high is None or not regular or distance(low, high) > SAME_PLACE:
+                    if self._several_cross(low):
+                        return self._end(
+                            replace(low, equilibrium=here.equilibrium), "bifurcation", SEVERAL
+                        )
+                    onward = self._by_arc_length(here)  # the step had jumped over something
+                    if isinstance(onward, Walk):
+                        return onward
+                    here = onward
+                else:
+                    if self._passed(low, high):
+                        return self._stopped(low)
+                    here = high
+                step = min(step, 10.0 * max(here.fraction - low.fraction, SMALLEST_STEP * longest))
+            else:
+                step = min(longest, 2.0 * max(ahead - here.fraction, step))
+                here = there
+            self._keep(here)
+        return self._done(here)
+
+    def _several_cross(self, low: Point) -> bool:
+        """Whether more than two branches meet, as on symmetric paths of symmetric robots."""
+        return bool(np.sum(self.path.singular_values(low) < SINGULAR) > 1)
+
+    def _by_arc_length(self, here: Point) -> Walk | Point:
+        """Steps by arc length, from a point beyond which no step at a fraction succeeds.
+
+        Returns:
+            The walk if it ends, else the point from where steps at fractions can go on.
+        """
+        path, first = self.path, here
+        tangent = path.tangent(here)
+        arc = FIRST_ARC
+        most = MOST_ARCS_PAST_FOLDS if self.past_folds else MOST_ARCS
+        for _ in range(most):
+            there, end = along(path, here, tangent, arc), None
+            if there is not None and not 0.0 <= there.fraction < 1.0:
+                end = 1.0 if there.fraction >= 1.0 else 0.0
+                onto = landing(path, here, tangent, arc, end)
+                there = None if onto is None else along(path, here, tangent, onto)
+            if there is None:
+                arc *= 0.5
+                if arc < SMALLEST_ARC:
+                    return self._lost(first, here)
+                continue
+            if differ(here, there):
+                found = bracket_by_arc_length(path, here, tangent, arc, there)
+                if found is None:  # the step had jumped to another branch
+                    arc *= 0.25
+                    if arc < SMALLEST_ARC:
+                        return self._lost(first, here)
+                    continue
+                low, high, beyond = found
+                if low.fraction > 1.0 and arc > SMALLEST_ARC:
+                    arc *= 0.5  # it happens beyond the end, which was stepped over
+                    continue
+                if low.index != high.index and self._several_cross(low):
+                    return self._end(
+                        replace(low, equilibrium=here.equilibrium), "bifurcation", SEVERAL
+                    )
+                if self._passed(low, high):
+                    return self._stopped(low)
+                if differ(high, there):  # something more happens within the step
+                    there, end = beyond, None
+            here, tangent = there, there.tangent or path.tangent(there, tangent)
+            self._keep(here, every=self.past_folds)
+            arc = min(LONGEST_ARC, 1.5 * arc)
+            if end is not None:
+                here = path.at(here, end) or here
+                if end == 0.0:
+                    return self._end(here, "fold", "the branch leads back to where the way began")
+                if self.past_folds:
+                    self.points[-1] = here
+                return here
+            if (
+                not self.past_folds
+                and here.fraction > first.fraction
+                and self._regular(here, tangent)
+            ):
+                return here
+        return self._end(here, "lost", f"it is farther than {most} steps along the branch")
+
+    def _regular(self, here: Point, tangent: Tangent) -> bool:
+        """Whether a step at a fraction is possible again, as long as the one that had failed."""
+        longest = 1.0 / max(1.0, self.steps)
+        ahead = min(1.0, here.fraction + 10.0 * SMALLEST_STEP * longest)
+        there = self.path.at(here, ahead) if tangent.fraction > 0.0 else None
+        return there is not None and not differ(here, there)
+
+    def _passed(self, low: Point, high: Point) -> bool:
+        """Note what happens between two neighbours; whether it stops the walk."""
+        kind, text = self._kind(low, high)
+        if kind is None:
+            return False
+        self.events.append(
+            PathEvent(
+                kind=kind,
+                fraction=low.fraction,
+                equilibrium=low.equilibrium,
+                index_before=low.index,
+                index_after=high.index,
+                message=text,
+            )
+        )
+        if kind in ("motor_limit", "effort_limit", "strain_limit"):
+            return True
+        if self.stable_only and high.index > 0:
+            return True
+        return kind == "fold" and not self.past_folds
+
+    def _kind(self, low: Point, high: Point) -> tuple[EventKind | None, str]:
+        new = high.violated - low.violated
+        if new:
+            violation = min(new, key=lambda one: (one.number, one.kind))
+            self.violation = violation, high.equilibrium
+            return violation.kind, str(limit_error(high.equilibrium, violation))
+        change = f"index {low.index} -> {high.index}"
+        if low.forward != high.forward:
+            return "fold", f"the branch turns back ({change})"
+        if low.side != high.side:
+            return "bifurcation", f"another branch crosses ({change})"
+        if not self.path.conservative:
+            return None, ""  # the index has no meaning; that the branch goes on was to be seen
+        if low.index != high.index and self.path.problem != "platform":
+            return "bifurcation", f"several branches cross ({change})"
+        if low.index != high.index:
+            gained = "lost" if high.index > low.index else "gained"
+            return "stability", f"stability is {gained} ({change})"
+        if low.inverse_sign != high.inverse_sign:
+            return "singularity", "an inverse singularity is passed"
+        return None, ""
+
+    def _keep(self, here: Point, every: bool = False) -> None:
+        """Keep a point that was asked for, and tell how far it is."""
+        self.here = here
+        if every or (self.keep and here.fraction >= self.keep[0] - 1e-15):
+            self.points.append(here)
+            while self.keep and self.keep[0] <= here.fraction + 1e-15:
+                self.keep.pop(0)
+        if self.progress is not None:
+            self.progress(here.fraction)
+
+    def _lost(self, first: Point, here: Point) -> Walk:
+        """End where no step succeeds; at a crossing with the last equilibrium that is well known."""
+        if self.path.singular_values(here)[0] > SINGULAR:
+            return self._end(here, "lost", "no equilibrium is near the last one on the way")
+        text = "branches cross, none of them goes straight on"
+        return self._end(replace(here, equilibrium=first.equilibrium), "bifurcation", text)
+
+    def _end(self, here: Point, kind: EventKind, text: str) -> Walk:
+        self.events.append(
+            PathEvent(kind, here.fraction, here.equilibrium, here.index, here.index, text)
+        )
+        return self._stopped(here)
+
+    def _stopped(self, here: Point) -> Walk:
+        return replace(self._done(here), last=self.events[-1].equilibrium, stopped=self.events[-1])
+
+    def _done(self, here: Point) -> Walk:
+        last = here.equilibrium
+        if last.iterations != self.path.iterations:
+            last = last.with_iterations(self.path.iterations)
+        return Walk(
+            last=last,
+            events=tuple(self.events),
+            stopped=None,
+            violation=self.violation,
+            points=tuple(self.points),
+        )

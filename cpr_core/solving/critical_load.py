@@ -1,0 +1,140 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Critical loads: how much more a robot can carry before it loses stability."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..description.loads import Loads
+from ..errors import InvalidRequest
+from ..model.equilibrium import Equilibrium, check_equilibrium, spectrum
+from ..model.stability import MotorReading
+from ..validation import checked_number, checked_vector
+from .geometrico_statics import solve_forward
+from .not_reached import NoSolution
+
+__all__ = ["CriticalLoad", "critical_load", "critical_load_factor"]
+
+#: Accuracy of the critical factor or force, relative.
+_TOLERANCE = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalLoad:
+    """Where the first eigenvalue of H_r reaches zero.
+
+    Attributes:
+        value: Critical factor, or force [N].
+        equilibrium: Last stable equilibrium before it.
+        kind: ``crossing``: the branch goes on, unstable (a bifurcation); ``fold``: it ends there.
+    """
+
+    value: float
+    equilibrium: Equilibrium
+    kind: str
+
+
+def critical_load_factor(
+    equilibrium: Equilibrium, *, motors_are: MotorReading = "locked", limit: float = 1e3
+) -> CriticalLoad | None:
+    """Factor on all loads at which stability is lost, the motors held where they are.
+
+    Args:
+        equilibrium: Stable equilibrium under the loads with factor one.
+        motors_are: Reading of the motors in the stability test.
+        limit: Largest factor tried.
+
+    Returns:
+        The critical load, to a relative accuracy of 1e-8; None if there is none up to the limit.
+
+    Raises:
+        InvalidRequest: The start is unstable or its loads have no potential.
+    """
+    check_equilibrium(equilibrium)
+    return _trace(equilibrium, equilibrium.loads.scaled, 1.0, 0.1, limit, motors_are)
+
+
+def critical_load(
+    equilibrium: Equilibrium,
+    direction: ArrayLike,
+    *,
+    motors_are: MotorReading = "locked",
+    limit: float | None = None,
+) -> CriticalLoad | None:
+    """Additional force on the platform at which stability is lost, the motors held.
+
+    Args:
+        equilibrium: Stable equilibrium without the additional force.
+        direction: Of the force, in the world, (3,).
+        motors_are: Reading of the motors in the stability test.
+        limit: Largest force tried [N]; default a thousand times E J / l^2.
+
+    Returns:
+        The critical force, to a relative accuracy of 1e-8; None if there is none up to the limit.
+
+    Raises:
+        InvalidRequest: The start is unstable, its loads have no potential, or no direction is given.
+    """
+    check_equilibrium(equilibrium)
+    axis = checked_vector("direction", direction, 3, "x y z in the world")
+    norm = float(np.linalg.norm(axis))
+    if norm < 1e-12:
+        raise InvalidRequest("direction", f"expected a direction, got {axis.tolist()}")
+    natural = equilibrium.robot.arrays.energy_unit / equilibrium.robot.mean_length
+    start = equilibrium.loads
+
+    def loads(force: float) -> Loads:
+        wrench = start.wrench_world.copy()
+        wrench[3:] += force / norm * axis
+        return start.with_(wrench_world=wrench)
+
+    largest = 1e3 * natural if limit is None else limit
+    return _trace(equilibrium, loads, 0.0, 0.1 * natural, largest, motors_are)
+
+
+def _trace(
+    start: Equilibrium,
+    loads: Callable[[float], Loads],
+    value: float,
+    step: float,
+    limit: float,
+    motors_are: MotorReading,
+) -> CriticalLoad | None:
+    """Raise the load until the smallest eigenvalue is negative or the branch ends, then bisect."""
+    robot, limit = start.robot, checked_number("limit", limit)
+    if not start.loads.conservative(robot.planar):
+        raise InvalidRequest(
+            "loads", "expected loads with a potential: energy decides nothing here"
+        )
+    smallest = spectrum(start, motors_are).smallest
+    if smallest <= 0.0:
+        raise InvalidRequest(
+            "equilibrium", f"expected a stable one, its smallest eigenvalue is {smallest:.3g} J"
+        )
+    low, here, beyond, high = value, start, "", np.inf
+    while high - low > _TOLERANCE * max(abs(low), step * 1e-3):
+        target = min(low + step, limit) if np.isinf(high) else 0.5 * (low + high)
+        try:
+            there = solve_forward(robot, start.motors, start=here, loads=loads(target))
+            eigenvalue = spectrum(there, motors_are).smallest
+        except NoSolution:
+            high, beyond = target, "fold"
+            continue
+        if eigenvalue <= 0.0:
+            high, beyond = target, "crossing"
+            continue
+        if np.isinf(high):
+            if target >= limit:
+                return None
+            # Slowly where the eigenvalue falls fast, so that no unstable stretch is passed over.
+            step *= (
+                2.0 if eigenvalue > 0.8 * smallest else 0.7 if eigenvalue < 0.5 * smallest else 1.0
+            )
+        low, here, smallest = target, there, eigenvalue
+    return CriticalLoad(value=0.5 * (low + high), equilibrium=here, kind=beyond)

@@ -1,0 +1,226 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""All equilibria at given motor positions: how many there are, and which of them a robot may snap to."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike, NDArray
+
+from ..description.loads import Loads
+from ..kernels.kernel_arrays import LoadArrays
+from ..model.equilibrium import Equilibrium
+from ..model.model_state import evaluate
+from ..model.robot import Robot
+from ..validation import checked_count, checked_vector
+from .assembly import Shape, moved_shape, platform_between_tips, turned_over, with_best_multipliers
+from .geometrico_statics import solve_forward
+from .not_reached import NotReached
+from .refining import refine
+from .targets import check_rod_lengths
+
+__all__ = ["FoundEquilibrium", "find_equilibria"]
+
+Floats = NDArray[np.float64]
+
+#: Bending of random starts: smallest and largest standard deviation of the curvature times the length.
+_BENDING = (0.3, 3.0)
+#: Steps that close the joints of a start.
+_CLOSING_STEPS = 30
+#: Newton steps of one start.
+_STEPS = 60
+#: States nearer than this (dimensionless) are the same equilibrium.
+_SAME = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class FoundEquilibrium:
+    """One equilibrium out of many.
+
+    Attributes:
+        equilibrium: The equilibrium.
+        from_home: Whether it is the one the branch of home leads to, straight in the motors.
+        starts: How many of the random starts led to it.
+    """
+
+    equilibrium: Equilibrium
+    from_home: bool
+    starts: int
+
+    @property
+    def stable(self) -> bool:
+        """Whether it is stable with the motors held."""
+        return self.equilibrium.index_locked == 0
+
+
+def find_equilibria(
+    robot: Robot,
+    motors: ArrayLike,
+    *,
+    starts: int = 1000,
+    seed: int = 0,
+    loads: Loads | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[FoundEquilibrium, ...]:
+    """Search equilibria at given motors by Newton's method from random shapes.
+
+    Nothing guarantees that all are found: compare two seeds, and look at how often each was met.
+
+    Args:
+        robot: The robot.
+        motors: Motor positions q_a, (n,) [rad or m].
+        starts: Number of random starts.
+        seed: Of the random numbers; the same seed finds the same equilibria in the same order.
+        loads: Loads; default those of the description.
+        executor: Where the starts run; default threads on all cores.
+        progress: Called with the fraction of the starts that are done.
+
+    Returns:
+        The equilibria by energy, lowest first, each once.
+
+    Raises:
+        InvalidRequest: Wrong number of motors, a rod length of zero or less, or no start.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    values = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
+    check_rod_lengths(robot, values)
+    starts, seed = checked_count("starts", starts, 1), checked_count("seed", seed, 0)
+    loads = robot.default_loads if loads is None else loads
+    seeds = np.random.SeedSequence(seed).spawn(starts)
+    home = _from_home(robot, values, loads)
+    search = partial(_searched, robot, values, loads)
+    if executor is not None:
+        candidates = _counted(robot, executor.map(search, seeds), starts, progress)
+    else:
+        with ThreadPoolExecutor(os.cpu_count()) as threads:
+            candidates = _counted(robot, threads.map(search, seeds), starts, progress)
+    return _distinct(robot, candidates, home)
+
+
+def _from_home(robot: Robot, motors: Floats, loads: Loads) -> Equilibrium | None:
+    try:
+        return solve_forward(robot, motors, loads=loads)
+    except NotReached:
+        return None
+
+
+def _counted(
+    robot: Robot,
+    found: Iterable[Equilibrium | None],
+    starts: int,
+    progress: Callable[[float], None] | None,
+) -> list[Equilibrium]:
+    kept = []
+    for number, candidate in enumerate(found):
+        if candidate is not None:
+            # Another process answers with a copy of the robot.
+            kept.append(candidate if candidate.robot is robot else replace(candidate, robot=robot))
+        if progress is not None:
+            progress((number + 1) / starts)
+    return kept
+
+
+def _searched(
+    robot: Robot, motors: Floats, loads: Loads, seed: np.random.SeedSequence
+) -> Equilibrium | None:
+    """The equilibrium Newton's method finds from one random shape, if any."""
+    random, arrays = np.random.default_rng(seed), robot.arrays
+    state = np.zeros(len(arrays.unit))
+    state[robot.motor_indices] = motors
+    bending = np.exp(random.uniform(*np.log(_BENDING)))
+    for here, leg in zip(arrays.legs, robot.description.legs, strict=True):
+        first, count = here["strain_index"], here["strain_count"]
+        orders = np.concatenate([np.arange(count) for count in leg.modes.counts])
+        spread = bending / leg.rod.length / (1.0 + orders)
+        state[first : first + count] = random.normal(size=count) * spread
+    rotation = np.eye(3)
+    if robot.planar and not robot.description.point_platform:
+        angle = random.uniform(-np.pi, np.pi)
+        rotation[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    elif not robot.planar:
+        rotation = scipy.linalg.qr(random.normal(size=(3, 3)))[0]
+        rotation *= np.sign(scipy.linalg.det(rotation))
+    position = platform_between_tips(robot, state, rotation)
+    if robot.planar:
+        position[2] = 0.0
+
+    forces = robot.load_arrays(loads)
+    shape = _closed(robot, forces, Shape(state, rotation, position))
+    if shape is None:
+        return None
+    state = with_best_multipliers(robot, forces, shape)
+    rotation, position = shape.platform_rotation.copy(), shape.platform_position.copy()
+    found = refine(robot, loads, state, rotation, position, iterations=_STEPS, contraction=1.0)
+    lengths = found.state[robot.length_indices]
+    if not found.converged or np.any(lengths <= 0.0) or turned_over(found) is not None:
+        return None
+    return found
+
+
+def _closed(robot: Robot, forces: LoadArrays, shape: Shape) -> Shape | None:
+    """A shape with its joints closed by the smallest motions; None if they do not close."""
+    arrays, held = robot.arrays, robot.multiplier_indices
+    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    for _ in range(_CLOSING_STEPS):
+        value = evaluate(
+            robot, forces, shape.state, shape.platform_rotation, shape.platform_position
+        )
+        unit = arrays.unit[held, None] / arrays.energy_unit
+        gaps = value.residual[held] * unit[:, 0]
+        if np.abs(gaps).max() < 1e-3:
+            return shape
+        slopes = value.tangent[np.ix_(held, moving)] * arrays.unit[moving] * unit
+        change = -np.linalg.lstsq(slopes, gaps, rcond=None)[0]
+        change *= min(1.0, 1.0 / float(np.linalg.norm(change)))
+        shape = moved_shape(robot, shape, moving, change)
+    return None
+
+
+def _distinct(
+    robot: Robot, candidates: list[Equilibrium], home: Equilibrium | None
+) -> tuple[FoundEquilibrium, ...]:
+    """Every equilibrium once, by energy."""
+    known = ([home] if home is not None else []) + candidates
+    places = np.array([_place(robot, found) for found in known])
+    energies = np.array([found.energy for found in known])
+    near = _SAME * robot.arrays.energy_unit
+    groups: list[list[int]] = []
+    for number in np.argsort(energies, kind="stable").tolist():
+        for group in reversed(groups):
+            if energies[number] - energies[group[0]] > near:
+                groups.append([number])
+                break
+            if np.abs(places[number] - places[group[0]]).max() < _SAME:
+                group.append(number)
+                break
+        else:
+            groups.append([number])
+    shift = 0 if home is None else 1
+    return tuple(
+        FoundEquilibrium(
+            equilibrium=known[min(group)],
+            from_home=home is not None and 0 in group,
+            starts=sum(number >= shift for number in group),
+        )
+        for group in groups
+    )
+
+
+def _place(robot: Robot, found: Equilibrium) -> Floats:
+    """Where an equilibrium is, dimensionless: leg coordinates and platform."""
+    return np.concatenate(
+        [
+            found.leg_coordinates / robot.arrays.unit[robot.elastic_indices],
+            found.platform_rotation.ravel(),
+            found.platform_position / robot.mean_length,
+        ]
+    )

@@ -1,0 +1,207 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The home equilibrium: the one a robot begins with, found from what its description knows of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from ..description.loads import Loads
+from ..description.robot_description import HomeGuess
+from ..errors import DescriptionError
+from ..model.equilibrium import Equilibrium, spectrum
+from ..model.model_state import evaluate
+from ..model.robot import Robot
+from .assembly import (
+    Shape,
+    assemble,
+    bowed_strain,
+    platform_between_tips,
+    settle,
+    turned_over,
+    with_best_multipliers,
+)
+from .limits import check_limits
+from .not_reached import MotorLimitExceeded, NoForwardSolution, NotReached
+from .refining import refine
+from .solve_from import solve_from
+
+__all__ = ["solve_home"]
+
+Floats = NDArray[np.float64]
+
+#: Eigenvalue of H_r, relative to the largest one, that counts as no stiffness, and how much of a motion
+#: without stiffness the platform has at least for it to be its own.
+_NO_STIFFNESS, _LOOSE = 1e-9, 0.1
+
+
+def solve_home(robot: Robot) -> Equilibrium:
+    """Home equilibrium: assembled without loads, then loaded; found once and kept with the robot.
+
+    Raises:
+        NoForwardSolution: No equilibrium was found.
+        DescriptionError: The loads cannot be borne, or a limit does not hold at home.
+    """
+    return robot.kept("home", lambda: _found(robot))
+
+
+def _found(robot: Robot) -> Equilibrium:
+    guess, source = robot.description.home, robot.description.source
+    if guess.strain is not None:
+        unloaded = _from_strain(robot, guess, guess.strain)
+    else:
+        unloaded = _assembled(robot, guess)
+    leg = turned_over(unloaded)
+    if leg is not None:
+        raise NoForwardSolution(
+            f"{source}: home: it leads to an equilibrium with the tip joint of {leg} turned over; give "
+            "a better platform pose, bow or strain",
+            0.0,
+            None,
+        )
+    home = _loaded(robot, guess, unloaded)
+    loose = _loose_motion(home)
+    if loose:
+        raise NoForwardSolution(f"{source}: home: {loose}", 0.0, None)
+    return home
+
+
+def _loaded(robot: Robot, guess: HomeGuess, unloaded: Equilibrium) -> Equilibrium:
+    """From the assembled robot to its loads."""
+    source = robot.description.source
+    try:
+        return solve_from(unloaded, "motors", guess.motors, loads=robot.default_loads)
+    except MotorLimitExceeded as error:
+        raise DescriptionError(source, "home", str(error)) from None
+    except NotReached as error:
+        loaded = _settled(robot, unloaded)
+        if loaded is None:
+            raise DescriptionError(source, "home", str(error)) from None
+        return loaded
+
+
+def _assembled(robot: Robot, guess: HomeGuess) -> Equilibrium:
+    """From motors with the sides of the rods or a rough platform pose."""
+    state = bowed_strain(robot, guess.motors, guess.bow)
+    rotation = guess.platform_rotation
+    shape = Shape(state, rotation, _platform_position(robot, guess, state))
+    found = assemble(robot, shape, Loads.none(), guess.platform_position is not None)
+    if not found.converged:
+        raise NoForwardSolution(
+            f"{robot.description.source}: home: the robot cannot be assembled at these motors: "
+            f"{_loose_motion(found) or _worst_gap(robot, _shape_of(found))}",
+            0.0,
+            None,
+        )
+    return found
+
+
+def _settled(robot: Robot, unloaded: Equilibrium) -> Equilibrium | None:
+    """Where the robot comes to rest under its loads, if growing loads make it snap."""
+    loads = robot.default_loads
+    if not loads.conservative(robot.planar):
+        return None
+    found = settle(robot, _shape_of(unloaded), loads)
+    if not found.converged or found.index_locked > 0 or turned_over(found) is not None:
+        return None
+    try:
+        check_limits(found)
+    except NotReached:
+        return None
+    return found
+
+
+def _from_strain(
+    robot: Robot, guess: HomeGuess, strain: tuple[tuple[Floats, Floats, Floats], ...]
+) -> Equilibrium:
+    """From a shape that is known well: Newton's method keeps to it, stable or not."""
+    arrays, loads = robot.arrays, Loads.none()
+    state = np.zeros(len(arrays.unit))
+    state[robot.motor_indices] = guess.motors
+    for number, leg in enumerate(robot.description.legs):
+        first = arrays.legs[number]["strain_index"]
+        target = np.zeros((len(robot.grid.nodes), 3))
+        for component, coefficients in enumerate(strain[number]):
+            if len(coefficients):
+                target[:, component] = legendre.legval(2.0 * robot.grid.nodes - 1.0, coefficients)
+        state[first : first + leg.modes.total] = leg.modes.project(target, robot.grid)
+    rotation, position = guess.platform_rotation, _platform_position(robot, guess, state)
+    rough = Shape(state, rotation, position)
+    state = with_best_multipliers(robot, robot.load_arrays(loads), rough)
+    found = refine(
+        robot, loads, state, rotation.copy(), position.copy(), iterations=200, contraction=1.0
+    )
+    if found.converged:
+        return found
+    raise NoForwardSolution(
+        f"{robot.description.source}: home: the strain given leads to no equilibrium: "
+        f"{_worst_gap(robot, rough)}; "
+        + (
+            "a leg is straight, or some motion is held by nothing"
+            if found.iterations == 0
+            else f"given up after {found.iterations} steps"
+        ),
+        0.0,
+        None,
+    )
+
+
+def _loose_motion(found: Equilibrium) -> str:
+    """What the platform can do without resistance, in words; empty if it is held."""
+    robot = found.robot
+    whole = spectrum(found)
+    sizes = np.abs(whole.eigenvalues)
+    if not len(sizes):
+        return ""
+    motions = whole.motions[robot.platform_indices][:, sizes < _NO_STIFFNESS * sizes.max()]
+    lengths = robot.arrays.unit[robot.platform_indices]
+    moved = np.linalg.norm(motions / lengths[:, None], axis=0)
+    if not np.any(moved > _LOOSE):
+        return ""
+    twist = np.zeros(6)
+    twist[robot.platform_axes] = (motions / lengths[:, None])[:, int(moved.argmax())]
+    turns = np.linalg.norm(twist[:3]) > np.linalg.norm(twist[3:])
+    part = twist[:3] if turns else twist[3:]
+    axis = ", ".join(f"{value:.2g}" for value in part / np.linalg.norm(part) + 0.0)
+    return (
+        f"nothing holds the platform: it can {'turn about' if turns else 'move along'} "
+        f"({axis}) freely; it needs more legs, or tip joints that hold more"
+    )
+
+
+def _platform_position(robot: Robot, guess: HomeGuess, state: Floats) -> Floats:
+    """Where the platform is said to be; else between the rod tips."""
+    if guess.platform_position is not None:
+        return guess.platform_position
+    return platform_between_tips(robot, state, guess.platform_rotation)
+
+
+def _shape_of(found: Equilibrium) -> Shape:
+    return Shape(found.state, found.platform_rotation, found.platform_position)
+
+
+def _worst_gap(robot: Robot, shape: Shape) -> str:
+    """Where a shape fits worst."""
+    residual = evaluate(
+        robot,
+        robot.load_arrays(Loads.none()),
+        shape.state,
+        shape.platform_rotation,
+        shape.platform_position,
+    ).residual
+    held, worst, text = len(robot.arrays.position_axes), -1.0, ""
+    for here, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
+        first = here["multiplier_index"]
+        gap = float(np.linalg.norm(residual[first : first + held]))
+        turn = float(
+            np.linalg.norm(residual[first + held : first + held + here["orientation_count"]])
+        )
+        if gap / leg.rod.length + turn > worst:
+            worst = gap / leg.rod.length + turn
+            text = f"there {leg.name} misses its tip joint by {gap:.3g} m"
+            if here["orientation_count"]:
+                text += f" and {turn:.3g} (sine) in orientation"
+    return text

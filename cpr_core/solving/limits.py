@@ -1,0 +1,137 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Limits of motors and rods at an equilibrium."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model.bending_strain import bending_strains
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
+from .events import PathEvent
+from .not_reached import MotorLimitExceeded, NotReached, StrainLimitExceeded
+
+__all__ = ["Limit", "check_limits", "grazes", "limit_error", "limits_of", "margins", "violated"]
+
+Floats = NDArray[np.float64]
+
+#: Steps that change a margin by less are not divided to find out whether its limit is passed within.
+SMALLEST_GRAZE = 1e-3
+#: Overshoot within the accuracy of a solution, of the margins.
+_ROUNDING = 1e-9
+
+
+_NONE: Floats = np.zeros(0)
+
+
+class Limit(NamedTuple):
+    """A limit a robot has.
+
+    Attributes:
+        kind: Which one.
+        number: Motor or leg, from 0.
+    """
+
+    kind: Literal["motor_limit", "effort_limit", "strain_limit"]
+    number: int
+
+
+def limits_of(robot: Robot) -> tuple[Limit, ...]:
+    """All limits of a robot, in the order of ``margins``."""
+    found = []
+    for motor, leg in robot.limited_motors:
+        if np.isfinite([leg.limits.lower, leg.limits.upper]).any():
+            found.append(Limit("motor_limit", motor))
+        if np.isfinite(leg.limits.effort):
+            found.append(Limit("effort_limit", motor))
+    found += [
+        Limit("strain_limit", leg) for leg in np.flatnonzero(np.isfinite(robot.strain_limits))
+    ]
+    return tuple(found)
+
+
+def margins(equilibrium: Equilibrium) -> Floats:
+    """How far every limit is, negative where it does not hold.
+
+    Positions count in radians and rod lengths, efforts and strains relative to their limits.
+    """
+    robot, found = equilibrium.robot, []
+    if not robot.limited:
+        return _NONE
+    for motor, leg in robot.limited_motors:
+        position, effort, limits = equilibrium.motors[motor], equilibrium.efforts[motor], leg.limits
+        if np.isfinite([limits.lower, limits.upper]).any():
+            inside = min(position - limits.lower, limits.upper - position)
+            found.append(inside / robot.motor_units[motor])
+        if np.isfinite(limits.effort):
+            found.append(1.0 - abs(effort) / limits.effort)
+    if robot.limits_strain:
+        left = 1.0 - bending_strains(equilibrium) / robot.strain_limits
+        found += left[np.isfinite(robot.strain_limits)].tolist()
+    return np.array(found)
+
+
+def grazes(before: Floats, after: Floats) -> bool:
+    """Whether a limit may be passed, and be kept again, between two sets of margins."""
+    if not before.size:
+        return False
+    change = np.abs(after - before)
+    near = np.minimum(np.abs(before), np.abs(after)) < change
+    return bool(np.any(near & (change > SMALLEST_GRAZE)))
+
+
+def violated(robot: Robot, margin: Floats) -> frozenset[Limit]:
+    """The limits that do not hold."""
+    if not margin.size or margin.min() >= -_ROUNDING:
+        return frozenset()
+    limits = limits_of(robot)
+    return frozenset(limits[number] for number in np.flatnonzero(margin < -_ROUNDING))
+
+
+def limit_error(
+    equilibrium: Equilibrium,
+    limit: Limit,
+    fraction: float = 1.0,
+    event: PathEvent | None = None,
+    requested: Floats | None = None,
+) -> NotReached:
+    """The error of a limit that does not hold at an equilibrium.
+
+    Args:
+        equilibrium: Where it does not hold.
+        limit: Which one.
+        fraction: Fraction of the way where it ceases to hold.
+        event: The same as an event of a path.
+        requested: Motor positions that were asked for, if they were.
+    """
+    robot, last = equilibrium.robot, event.equilibrium if event else equilibrium
+    if limit.kind == "strain_limit":
+        leg = robot.description.legs[limit.number]
+        value = float(bending_strains(equilibrium)[limit.number])
+        return StrainLimitExceeded(leg.name, value, leg.rod.yield_strain, fraction, last, event)
+    leg = dict(robot.limited_motors)[limit.number]
+    name, unit, limits = str(leg.motor_name), leg.motor.unit, leg.limits
+    if limit.kind == "motor_limit":
+        motors = equilibrium.motors if requested is None else requested
+        value, interval = float(motors[limit.number]), (limits.lower, limits.upper)
+        return MotorLimitExceeded(name, "position", value, interval, unit, fraction, last, event)
+    value, interval = float(equilibrium.efforts[limit.number]), (-limits.effort, limits.effort)
+    unit = "N m" if unit == "rad" else "N"
+    return MotorLimitExceeded(name, "effort", value, interval, unit, fraction, last, event)
+
+
+def check_limits(equilibrium: Equilibrium) -> None:
+    """Whether the motors can be at an equilibrium and hold it, and the rods bear it.
+
+    Raises:
+        MotorLimitExceeded: A motor beyond its position range or its effort.
+        StrainLimitExceeded: A rod beyond its yield strain.
+    """
+    found = violated(equilibrium.robot, margins(equilibrium))
+    if found:
+        raise limit_error(equilibrium, min(found, key=lambda one: (one.number, one.kind)))

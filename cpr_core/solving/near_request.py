@@ -1,0 +1,45 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The equilibrium at a request near by, in one call of a kernel: what a control loop asks for."""
+
+from __future__ import annotations
+
+from ..kernels.continuation_kernel import WATCHED
+from ..kernels.kernel_arrays import kept_factors
+from ..kernels.newton_kernel import CONTRACTION, ITERATIONS, TOLERANCE
+from ..kernels.prepared_robot import continue_prepared
+from ..model.equilibrium import Equilibrium, new_record
+from .limits import grazes, margins, violated
+from .path import PROBLEMS
+from .targets import Target
+
+__all__ = ["solve_near"]
+
+
+def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilibrium | None:
+    """What `continuation.follow` would find in a single step under the loads of the start.
+
+    Returns:
+        None where a walk has to tell: farther away, where Newton's method does not contract, a sign
+        changes, or a limit may be passed.
+    """
+    robot = start.robot
+    if not start.loads.conservative(robot.planar):
+        return None
+    if stable_only and (start.index_free if target.problem == "efforts" else start.index_locked):
+        return None
+    records, factors = new_record(robot, 1), kept_factors(robot.arrays)
+    if not continue_prepared(
+        robot.prepared, start.load_arrays, PROBLEMS[target.problem], target.given(start), WATCHED,
+        TOLERANCE, ITERATIONS, CONTRACTION, start.record, start.factors, records, factors,
+    ):  # fmt: skip
+        return None
+    there = Equilibrium(robot, start.loads, start.load_arrays, records[0], factors)
+    return there if not robot.limited or _within_limits(start, there) else None
+
+
+def _within_limits(start: Equilibrium, there: Equilibrium) -> bool:
+    """Whether limits hold at the end of a step, and did all along."""
+    after = margins(there)
+    return not violated(there.robot, after) and not grazes(margins(start), after)

@@ -1,0 +1,141 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Errors of requests that were not reached: how far the way was gone, and what stopped it."""
+
+from __future__ import annotations
+
+from ..errors import CprError
+from ..model.equilibrium import Equilibrium
+from .events import PathEvent
+
+__all__ = [
+    "MotorLimitExceeded",
+    "NoForwardSolution",
+    "NoInverseSolution",
+    "NoSolution",
+    "NotReached",
+    "StrainLimitExceeded",
+    "TimeLimitExceeded",
+    "UnstableEquilibrium",
+]
+
+
+class NotReached(CprError):
+    """A request was not reached along the branch of the start.
+
+    Attributes:
+        fraction: Fraction of the way, in [0, 1], that was gone.
+        last: Last good equilibrium on the way (the start itself with fraction 0); None where there
+            was no start.
+        event: What stopped the way; None where it was not followed at all.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        fraction: float,
+        last: Equilibrium | None,
+        event: PathEvent | None = None,
+    ) -> None:
+        """Keep how far the solver came, and why not farther."""
+        self.fraction, self.last, self.event = fraction, last, event
+        super().__init__(message)
+
+
+class NoSolution(NotReached):
+    """The branch of the start does not reach the request: it folds back, or it was lost."""
+
+    code = "NOT_CONVERGED"
+
+
+class NoForwardSolution(NoSolution):
+    """The requested motors, efforts or loads were not reached."""
+
+
+class NoInverseSolution(NoSolution):
+    """The requested platform coordinates were not reached."""
+
+    code = "NO_IK_SOLUTION"
+
+
+class UnstableEquilibrium(NotReached):
+    """Only stable equilibria were asked for, and stability ends before the request."""
+
+    code = "UNSTABLE_EQUILIBRIUM"
+
+
+class TimeLimitExceeded(NotReached):
+    """The time allowed was over before the request was reached."""
+
+    code = "TIMED_OUT"
+
+
+class MotorLimitExceeded(NotReached):
+    """A motor would have to leave its position range or give more than its effort.
+
+    Attributes:
+        motor: Name of the motor.
+        quantity: ``position`` or ``effort``.
+        value: What it would have to be.
+        limits: Lower and upper limit.
+    """
+
+    code = "MOTOR_LIMIT"
+
+    def __init__(
+        self,
+        motor: str,
+        quantity: str,
+        value: float,
+        limits: tuple[float, float],
+        unit: str,
+        fraction: float = 1.0,
+        last: Equilibrium | None = None,
+        event: PathEvent | None = None,
+    ) -> None:
+        """Name the motor, the value and the limits."""
+        self.motor, self.quantity, self.value, self.limits = motor, quantity, value, limits
+        lower, upper = limits
+        super().__init__(
+            f"{motor}: {quantity} {value:.6g} {unit} is outside its limits [{lower:g}, {upper:g}]"
+            + _place(fraction),
+            fraction,
+            last,
+            event,
+        )
+
+
+class StrainLimitExceeded(NotReached):
+    """A rod would yield.
+
+    Attributes:
+        leg: Name of the leg.
+        value: Its largest bending strain.
+        limit: Its yield strain.
+    """
+
+    code = "STRAIN_LIMIT"
+
+    def __init__(
+        self,
+        leg: str,
+        value: float,
+        limit: float,
+        fraction: float = 1.0,
+        last: Equilibrium | None = None,
+        event: PathEvent | None = None,
+    ) -> None:
+        """Name the leg, its strain and the limit."""
+        self.leg, self.value, self.limit = leg, value, limit
+        super().__init__(
+            f"{leg}: bending strain {value:.6g} is above its yield strain {limit:g}"
+            + _place(fraction),
+            fraction,
+            last,
+            event,
+        )
+
+
+def _place(fraction: float) -> str:
+    return f", it is passed after {100.0 * fraction:.2f} % of the way" if fraction < 1.0 else ""

@@ -1,0 +1,410 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A straight path in what a request imposes, and the solves on it.
+
+A path is a curve F(x, t) = 0 of the unknowns x and the fraction t of the way. It is solved in two ways:
+at a given fraction (`Path.at`), which is fast, and at a given arc length along the curve
+(`Path.along`), which also works where the curve turns back.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from ..description.loads import Loads
+from ..kernels.continuation_kernel import FREELY, UNPREDICTED
+from ..kernels.kernel_arrays import LoadArrays, kept_factors
+from ..kernels.newton_kernel import CONTRACTION, EFFORTS, ITERATIONS, MOTORS, PLATFORM
+from ..kernels.prepared_robot import continue_prepared, evaluate_prepared
+from ..lie import angle_motions, rotation_exp
+from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
+from .limits import Limit, grazes, margins, violated
+from .targets import Imposed, Target
+
+__all__ = ["PROBLEMS", "OutOfTime", "Path", "Point", "Tangent"]
+
+Floats = NDArray[np.float64]
+
+#: How the kernels number the problems.
+PROBLEMS = {"motors": MOTORS, "efforts": EFFORTS, "platform": PLATFORM}
+#: A point predicted along a tangent is at most so far from the curve, per arc length of the step.
+PREDICTION = 0.25
+#: Residual below which a point found by arc length is not corrected once more: where branches cross, an
+#: error is divided by the distance from the crossing.
+POLISHED = 1e-14
+#: Load that counts as much as a motor turned by a radian, in E J / l^2 and E J / l.
+_LOAD_UNIT = 4.0
+#: Step of the fraction by which the rate of the residual is found, central differences.
+_RATE_STEP = 1e-5
+
+
+class OutOfTime(Exception):
+    """The deadline of a path is over; who walks it takes this up."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tangent:
+    """Unit tangent of the curve at a point, dimensionless.
+
+    Attributes:
+        unknowns: Change of the unknowns per arc length, legs first, (M,).
+        fraction: Change of the fraction per arc length.
+    """
+
+    unknowns: Floats
+    fraction: float
+
+    def cosine(self, other: Tangent) -> float:
+        """Cosine of the angle between two tangents."""
+        return float(self.unknowns @ other.unknowns) + self.fraction * other.fraction
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A solution on a path.
+
+    Attributes:
+        fraction: Fraction of the way.
+        equilibrium: The equilibrium there.
+        index: Stability index, of the motors as the problem has them (of the symmetric part of the
+            tangent, where loads have no potential).
+        sign: Sign of the determinant of the problem.
+        inverse_sign: Sign of the determinant of the inverse problem; 0 where it is not watched.
+        margins: How far the limits are, (K,).
+        violated: Limits that do not hold.
+        tangent: Tangent of the branch, where it was followed by arc length; None: to larger fractions.
+    """
+
+    fraction: float
+    equilibrium: Equilibrium
+    index: int
+    sign: int
+    inverse_sign: int
+    margins: Floats
+    violated: frozenset[Limit]
+    tangent: Tangent | None = None
+
+    @property
+    def forward(self) -> bool:
+        """Whether the branch leads on to larger fractions here."""
+        return self.tangent is None or self.tangent.fraction > 0.0
+
+    def grazes(self, other: Point) -> bool:
+        """Whether a limit may be passed, and be kept again, between this point and another."""
+        return grazes(self.margins, other.margins)
+
+    @property
+    def side(self) -> int:
+        """Side of a bifurcation: a fold changes the determinant and the direction, so not this."""
+        return self.sign if self.forward else -self.sign
+
+
+class Path:
+    """The straight path from an equilibrium to a target, the loads changing along with it.
+
+    Attributes:
+        start: Equilibrium at fraction 0.
+        iterations: Newton steps used so far.
+        deadline: Time of ``time.perf_counter`` at which solves are refused [s].
+        conservative: Whether all loads on the way have a potential.
+        load_distance: Change of the loads, in longest steps of a radian each.
+    """
+
+    def __init__(
+        self, start: Equilibrium, target: Target, loads: Loads, singularities: bool = False
+    ) -> None:
+        """Prepare the solves; nothing is solved yet.
+
+        Args:
+            start: Equilibrium at fraction 0.
+            target: What is imposed at fraction 1.
+            loads: Loads there.
+            singularities: Tell the sides of inverse singularities on the way of motors or efforts.
+        """
+        robot = start.robot
+        self.start, self.iterations, self.deadline = start, 0, np.inf
+        self._robot, self._target, self._loads = robot, target, loads
+        self._singularities = singularities and target.problem != "platform"
+        self._loads_change = loads is not start.loads
+        self._last_loads = robot.load_arrays(loads) if self._loads_change else start.load_arrays
+        self.conservative = loads.conservative(robot.planar) and (
+            not self._loads_change or start.loads.conservative(robot.planar)
+        )
+        self._columns, self._rows = robot.problems[target.problem]
+        self._angles = target.problem == "platform" and robot.controls_angles
+        self._residual = np.empty(len(robot.arrays.unit))
+
+    @cached_property
+    def _tangent(self) -> Floats:
+        return np.zeros((len(self._residual), len(self._residual)))
+
+    @cached_property
+    def load_distance(self) -> float:
+        """How far the loads change, comparable to a motor in radians: in units of 4 E J / l^2."""
+        if not self._loads_change:
+            return 0.0
+        arrays, length = self._robot.arrays, self._robot.mean_length
+        first, last = self.start.load_arrays, self._last_loads
+        platform = np.abs(last.platform - first.platform).max(axis=1)
+        weight, _, moment, force, moment_body, force_body = platform
+        rods = np.abs(last.distributed - first.distributed).max(initial=0.0) * length
+        points = np.abs(last.point - first.point).max(initial=0.0)
+        forces = max(weight, force, force_body, rods, points) * length
+        return float(max(forces, moment, moment_body)) / (_LOAD_UNIT * arrays.energy_unit)
+
+    def _check_time(self) -> None:
+        if time.perf_counter() >= self.deadline:
+            raise OutOfTime
+
+    @property
+    def problem(self) -> str:
+        """Key of ``Robot.problems``."""
+        return self._target.problem
+
+    def begin(self) -> Point:
+        """The start as a point of the path."""
+        return self._found(0.0, self.start)
+
+    def at(self, here: Point, fraction: float) -> Point | None:
+        """The solution at a fraction, by Newton's method from a point nearby.
+
+        Returns:
+            None if a correction did not contract: then the fraction is too far from the point.
+        """
+        self._check_time()
+        robot, before = self._robot, here.equilibrium
+        loads, records = self._loads_at(fraction), new_record(robot, 1)
+        kept = kept_factors(robot.arrays)
+        if not continue_prepared(
+            robot.prepared, loads, PROBLEMS[self.problem], self._given(before, fraction)[None, :],
+            UNPREDICTED if self._loads_change else FREELY, RESIDUAL_TOLERANCE, ITERATIONS,
+            CONTRACTION, before.record, before.factors, records, kept,
+        ):  # fmt: skip
+            return None
+        there = Equilibrium(robot, self._loads_between(fraction), loads, records[0], kept)
+        self.iterations += there.iterations
+        return self._found(fraction, there)
+
+    def _given(self, here: Equilibrium, fraction: float) -> Floats:
+        """What is imposed at a fraction, as the kernels take it."""
+        state, rotation, position, efforts = self._imposed(here, fraction)
+        if self.problem == "motors":
+            return state[self._robot.arrays.motor_index :]
+        return efforts if self.problem == "efforts" else np.append(rotation, position)
+
+    def crossing(self, low: Point, high: Point) -> float:
+        """Fraction where the determinant of the problem vanishes between two neighbours, linearly."""
+        logarithms = []
+        for point in (low, high):
+            matrix, _ = self._linearised(point)
+            logarithms.append(float(np.linalg.slogdet(matrix)[1]))
+        weight = 1.0 / (1.0 + np.exp(min(700.0, logarithms[1] - logarithms[0])))
+        return low.fraction + weight * (high.fraction - low.fraction)
+
+    def singular_values(self, here: Point) -> Floats:
+        """Of the dimensionless matrix of the problem at a point, ascending."""
+        return np.asarray(linalg.svdvals(self._linearised(here)[0])[::-1])
+
+    def tangent(self, here: Point, before: Tangent | None = None) -> Tangent:
+        """Tangent of the curve at a point.
+
+        Args:
+            here: A point.
+            before: Tangent at the point before, which tells the direction; default to larger fractions.
+        """
+        matrix, rate = self._linearised(here)
+        if before is None:
+            last = np.zeros(len(rate) + 1)
+            last[-1] = 1.0
+        else:
+            last = np.append(before.unknowns, before.fraction)
+        curve = np.column_stack([matrix, rate])
+        try:
+            found = np.linalg.solve(np.vstack([curve, last]), np.eye(len(last))[-1])
+            found /= np.linalg.norm(found)
+        except np.linalg.LinAlgError:
+            found = np.full(len(last), np.nan)
+        if not np.abs(curve @ found).max() < 1e-6 * np.abs(curve).max():
+            # The last direction is across the curve (exactly on a fold), or two branches cross.
+            found = linalg.svd(curve)[2][-1]
+            found *= 1.0 if found @ last >= 0.0 else -1.0
+        return Tangent(found[:-1], float(found[-1]))
+
+    def along(self, here: Point, tangent: Tangent, arc_length: float) -> Point | None:
+        """The solution at an arc length from a point, in the plane across its tangent.
+
+        Returns:
+            None if a correction did not contract.
+        """
+        self._check_time()
+        robot = self._robot
+        state = here.equilibrium.state.copy()
+        rotation = here.equilibrium.platform_rotation.copy()
+        position = here.equilibrium.platform_position.copy()
+        across = np.append(tangent.unknowns, tangent.fraction)
+        moved = arc_length * across  # since the point
+        fraction = here.fraction + moved[-1]
+        self._move(state, rotation, position, moved[:-1])
+        polished = False
+        last = 2.0 * PREDICTION * abs(arc_length)
+        lengths = robot.length_indices
+        for iteration in range(ITERATIONS):
+            loads = self._loads_at(fraction)
+            efforts = self._impose(state, rotation, position, fraction)
+            if lengths.size and state[lengths].min() <= 0.0:
+                return None
+            self._evaluate(state, rotation, position, loads)
+            residual = self._scaled_residual(efforts)
+            largest = float(np.abs(residual).max())
+            if not np.isfinite(largest):
+                return None
+            if largest < POLISHED or (largest < RESIDUAL_TOLERANCE and polished):
+                asked = self._loads_between(fraction)
+                there = described(robot, asked, loads, state, rotation, position, iteration)
+                return self._found(fraction, there)
+            polished = largest < RESIDUAL_TOLERANCE
+            matrix = self._scaled_tangent(rotation)
+            rate = self._rate(state, rotation, position, fraction)
+            try:
+                change = np.linalg.solve(
+                    np.vstack([np.column_stack([matrix, rate]), across]),
+                    -np.append(residual, across @ moved - arc_length),
+                )
+            except np.linalg.LinAlgError:
+                return None
+            self.iterations += 1
+            length = float(np.linalg.norm(change))
+            if length > CONTRACTION * last and length > 1e-9:
+                return None
+            last = length
+            moved += change
+            fraction = here.fraction + moved[-1]
+            self._move(state, rotation, position, change[:-1])
+        return None
+
+    def _found(self, fraction: float, there: Equilibrium) -> Point:
+        """A solution as a point."""
+        if not self.conservative:
+            self._evaluate(
+                there.state.copy(), there.platform_rotation.copy(), there.platform_position.copy(),
+                there.load_arrays,
+            )  # fmt: skip
+        return self._point(fraction, there)
+
+    def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
+        signs, problem = equilibrium.signs, self._target.problem
+        margin = margins(equilibrium)
+        index = signs.index_free if problem == "efforts" else signs.index_locked
+        if not self.conservative:
+            sign = int(np.linalg.slogdet(self._scaled_tangent(equilibrium.platform_rotation))[0])
+        elif problem == "platform":
+            sign = signs.inverse_sign
+        else:
+            sign = -1 if index % 2 else 1
+        return Point(
+            fraction=fraction,
+            equilibrium=equilibrium,
+            index=index,
+            sign=sign,
+            inverse_sign=signs.inverse_sign if self.conservative and self._singularities else 0,
+            margins=margin,
+            violated=violated(self._robot, margin),
+        )
+
+    def _loads_at(self, fraction: float) -> LoadArrays:
+        """Loads part of the way; all entries are linear in what is given."""
+        if not self._loads_change or fraction == 1.0:
+            return self._last_loads
+        pairs = zip(self.start.load_arrays, self._last_loads, strict=True)
+        return LoadArrays(*[(1.0 - fraction) * first + fraction * last for first, last in pairs])
+
+    def _loads_between(self, fraction: float) -> Loads:
+        return self.start.loads.toward(self._loads, fraction) if self._loads_change else self._loads
+
+    def _imposed(self, here: Equilibrium, fraction: float) -> tuple[Floats, Floats, Floats, Floats]:
+        """State, rotation and position with what is imposed at a fraction, and imposed efforts."""
+        state = here.state.copy()
+        rotation, position = here.platform_rotation.copy(), here.platform_position.copy()
+        return state, rotation, position, self._impose(state, rotation, position, fraction)
+
+    def _impose(self, state: Floats, rotation: Floats, position: Floats, fraction: float) -> Floats:
+        """Write what is imposed at a fraction; returns the imposed efforts."""
+        efforts = np.zeros(self._robot.motor_count)
+        motors = state[self._robot.arrays.motor_index :]
+        self._target.impose(self.start, fraction, Imposed(motors, efforts, rotation, position))
+        return efforts
+
+    def _evaluate(
+        self, state: Floats, rotation: Floats, position: Floats, loads: LoadArrays
+    ) -> None:
+        """Residual and tangent at any state."""
+        evaluate_prepared(
+            self._robot.prepared, loads, state, rotation, position, self._residual, self._tangent
+        )
+
+    def _scaled_residual(self, efforts: Floats) -> Floats:
+        """Dimensionless residual of the problem, legs first."""
+        arrays = self._robot.arrays
+        residual = self._residual.copy()
+        residual[arrays.motor_index :] -= efforts
+        residual *= arrays.unit / arrays.energy_unit
+        return np.concatenate([residual[: arrays.platform_index], residual[self._rows]])
+
+    def _scaled_tangent(self, rotation: Floats) -> Floats:
+        """Dimensionless matrix of the problem, legs first, (M, M)."""
+        arrays, legs = self._robot.arrays, np.arange(self._robot.arrays.platform_index)
+        tangent = self._tangent
+        if self._angles:
+            turns = self._robot.platform_indices[:3]
+            tangent = tangent.copy()
+            tangent[:, turns] = tangent[:, turns] @ angle_motions(rotation)
+        rows = np.concatenate([legs, self._rows])
+        columns = np.concatenate([legs, self._columns])
+        scaled = tangent[np.ix_(rows, columns)]
+        return np.asarray(
+            scaled * arrays.unit[rows, None] * arrays.unit[columns] / arrays.energy_unit
+        )
+
+    def _linearised(self, here: Point) -> tuple[Floats, Floats]:
+        """Matrix of the problem at a point and rate of its residual with the fraction."""
+        state, rotation, position, _ = self._imposed(here.equilibrium, here.fraction)
+        rate = self._rate(state, rotation, position, here.fraction)
+        self._evaluate(state, rotation, position, here.equilibrium.load_arrays)
+        return self._scaled_tangent(rotation), rate
+
+    def _rate(self, state: Floats, rotation: Floats, position: Floats, fraction: float) -> Floats:
+        """Rate of the dimensionless residual with the fraction, the unknowns held.
+
+        Central differences of what is imposed: exact where it is linear in the residual (loads,
+        efforts), good to 1e-9 elsewhere; only predictions and directions depend on it.
+        """
+        sides = []
+        for change in (_RATE_STEP, -_RATE_STEP):
+            parts = state.copy(), rotation.copy(), position.copy()
+            efforts = self._impose(*parts, fraction + change)
+            self._evaluate(*parts, self._loads_at(fraction + change))
+            sides.append(self._scaled_residual(efforts))
+        return (sides[0] - sides[1]) / (2.0 * _RATE_STEP)
+
+    def _move(self, state: Floats, rotation: Floats, position: Floats, change: Floats) -> None:
+        """Add a dimensionless change of the unknowns, in place."""
+        robot, inner = self._robot, self._robot.arrays.platform_index
+        whole = np.zeros(len(state))
+        whole[:inner] = change[:inner]
+        whole[self._columns] = change[inner:]
+        whole *= robot.arrays.unit
+        twist = np.zeros(6)
+        twist[robot.platform_axes] = whole[robot.platform_indices]
+        if self._angles:
+            twist[:3] = angle_motions(rotation) @ twist[:3]
+        rotation[:] = rotation_exp(twist[:3]) @ rotation
+        position += twist[3:]
+        whole[robot.platform_indices] = 0.0
+        state += whole

@@ -1,0 +1,90 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""From the numbers of a request to what it imposes on an equilibrium."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InvalidRequest
+from ..lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
+from ..validation import checked_vector
+from .targets import EffortTarget, MotorTarget, PlatformTarget, Target
+
+__all__ = ["motor_vector", "pose_meaning", "split_pose", "target_of"]
+
+Floats = NDArray[np.float64]
+
+
+def target_of(start: Equilibrium, what: str, values: ArrayLike) -> Target:
+    """The target a request means.
+
+    Args:
+        start: Equilibrium to start from.
+        what: ``motors``, ``pose`` or ``efforts``.
+        values: Numbers of the request.
+
+    Raises:
+        InvalidRequest: Wrong number of values, or a robot without inverse problem.
+        InvalidQuaternion: A quaternion far from unit length.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    robot = start.robot
+    if what == "motors":
+        return MotorTarget(motor_vector(robot, what, values))
+    if what == "efforts":
+        return EffortTarget(motor_vector(robot, what, values))
+    if not robot.description.controlled:
+        raise InvalidRequest(
+            "pose",
+            f"the inverse problem of {robot.description.name} has no single solution: it has "
+            f"{robot.motor_count} motors for {len(robot.platform_axes)} platform coordinates",
+        )
+    position, rotation = split_pose(start, values)
+    return PlatformTarget(rotation, position)
+
+
+def pose_meaning(robot: Robot) -> tuple[str, ...]:
+    """Names of the numbers that make up a pose of the inverse problem."""
+    parts = {"orientation": ("qw", "qx", "qy", "qz")}
+    return tuple(
+        number for name in robot.description.controlled for number in parts.get(name, (name,))
+    )
+
+
+def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
+    """Position and rotation meant by controlled coordinates; the others as at the start."""
+    names = pose_meaning(start.robot)
+    values = dict(
+        zip(names, checked_vector("pose", pose, len(names), " ".join(names)), strict=True)
+    )
+    position, rotation = start.platform_position.copy(), start.platform_rotation
+    for axis, name in enumerate("xyz"):
+        position[axis] = values.get(name, position[axis])
+    if "qw" in values:
+        rotation = rotation_from_quaternion([values[name] for name in ("qw", "qx", "qy", "qz")])
+    angles = roll_pitch_yaw(rotation)
+    for axis, name in enumerate(("roll", "pitch", "yaw")):
+        angles[axis] = values.get(name, angles[axis])
+    if start.robot.controls_angles:
+        if abs(angles[1]) > 0.5 * np.pi:
+            raise InvalidRequest("pose", f"expected a pitch of at most pi/2, got {angles[1]:g}")
+        rotation = rotation_from_angles(*angles)
+    if "angle" in values:
+        cosine, sine = np.cos(values["angle"]), np.sin(values["angle"])
+        rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    return position, rotation
+
+
+def motor_vector(robot: Robot, name: str, values: ArrayLike) -> Floats:
+    """Numbers of the motors in their order, (n,).
+
+    Raises:
+        InvalidRequest: Wrong number of them.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    return checked_vector(name, values, robot.motor_count, robot.motor_list)

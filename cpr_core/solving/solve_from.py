@@ -1,0 +1,95 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""From an equilibrium to a request: in one step where it is near, else by a walk along the branch."""
+
+from __future__ import annotations
+
+from numpy.typing import ArrayLike
+
+from ..description.loads import Loads
+from ..model.equilibrium import Equilibrium
+from ..validation import checked_time
+from .continuation import Walk, follow
+from .events import PathEvent
+from .limits import check_limits, limit_error
+from .near_request import solve_near
+from .not_reached import (
+    NoForwardSolution,
+    NoInverseSolution,
+    NotReached,
+    TimeLimitExceeded,
+    UnstableEquilibrium,
+)
+from .requests import target_of
+from .targets import MotorTarget, Target
+
+__all__ = ["solve_from"]
+
+#: Time that a single step never takes, once it is compiled [s].
+_ONE_STEP = 0.01
+
+
+def solve_from(
+    start: Equilibrium,
+    what: str,
+    values: ArrayLike,
+    *,
+    loads: Loads | None = None,
+    stable_only: bool = False,
+    time_limit: float | None = None,
+) -> Equilibrium:
+    """The equilibrium at a request, on the branch of the start.
+
+    Args:
+        start: Equilibrium whose branch is followed.
+        what: ``motors``, ``pose`` or ``efforts``.
+        values: Numbers of the request.
+        loads: Loads; default those of the start.
+        stable_only: Refuse to pass or reach an unstable equilibrium.
+        time_limit: Give up after this time [s]; default never.
+
+    Raises:
+        InvalidRequest: Wrong number of values, or loads that do not fit the robot.
+        NotReached: As in ``solve_forward``.
+    """
+    target = target_of(start, what, values)
+    near = loads is None or loads is start.loads
+    if near and (time_limit is None or checked_time(time_limit) > _ONE_STEP):
+        found = solve_near(start, target, stable_only)
+        if found is not None:
+            return found
+    walk = follow(
+        start,
+        target,
+        start.loads if loads is None else loads,
+        stable_only=stable_only,
+        time_limit=time_limit,
+    )
+    if walk.stopped is not None:
+        raise _not_reached(walk.stopped, walk, what, target, stable_only)
+    check_limits(walk.last)
+    return walk.last
+
+
+def _not_reached(
+    event: PathEvent, walk: Walk, what: str, target: Target, stable_only: bool
+) -> NotReached:
+    """The error of a walk that was stopped."""
+    if walk.violation is not None:
+        violation, beyond = walk.violation
+        requested = target.motors if isinstance(target, MotorTarget) else None
+        return limit_error(beyond, violation, event.fraction, event, requested)
+    motors = ", ".join(f"{value:.4g}" for value in walk.last.motors)
+    position = ", ".join(f"{value:.4g}" for value in walk.last.platform_position)
+    text = (
+        f"{what}: not reached from the start, {event.message}: its branch could be followed over "
+        f"{100.0 * event.fraction:.2f} % of the way, to motors ({motors}) "
+        f"and platform position ({position})"
+    )
+    if event.kind == "time_limit":
+        return TimeLimitExceeded(text, event.fraction, walk.last, event)
+    if stable_only and event.kind in ("stability", "bifurcation"):
+        return UnstableEquilibrium(text, event.fraction, walk.last, event)
+    failure = NoInverseSolution if what == "pose" else NoForwardSolution
+    return failure(text, event.fraction, walk.last, event)

@@ -1,0 +1,193 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a problem imposes, and the straight path to it from an equilibrium."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InvalidRequest
+from ..lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_log
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
+
+__all__ = [
+    "EffortTarget",
+    "Imposed",
+    "MotorTarget",
+    "PlatformTarget",
+    "ProblemName",
+    "Target",
+    "check_rod_lengths",
+]
+
+Floats = NDArray[np.float64]
+
+#: Keys of ``Robot.problems``.
+ProblemName = Literal["motors", "efforts", "platform"]
+
+
+class Imposed:
+    """Values a problem is solved for, all arrays written in place.
+
+    Attributes:
+        motors: Motor positions, (n,).
+        efforts: Motor efforts, (n,); used where they are imposed.
+        rotation: Platform rotation, (3, 3).
+        position: Platform position, (3,) [m].
+    """
+
+    __slots__ = ("efforts", "motors", "position", "rotation")
+
+    def __init__(self, motors: Floats, efforts: Floats, rotation: Floats, position: Floats) -> None:
+        """Take the arrays over."""
+        self.motors, self.efforts = motors, efforts
+        self.rotation, self.position = rotation, position
+
+
+class Target(Protocol):
+    """What a problem imposes, and the straight path there."""
+
+    #: Key of ``Robot.problems``.
+    problem: ClassVar[ProblemName]
+
+    def distance(self, start: Equilibrium) -> float:
+        """How far it is from the start to here, in radians and rod lengths."""
+        ...
+
+    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+        """Write what holds at a fraction of the way from the start."""
+        ...
+
+    def given(self, start: Equilibrium) -> Floats:
+        """What holds here, as the kernels take it: a row of ``continue_equilibria``."""
+        ...
+
+
+def check_rod_lengths(robot: Robot, motors: Floats) -> None:
+    """Whether motors that set rod lengths leave rods: the shorter, the stiffer without bound.
+
+    Raises:
+        InvalidRequest: A rod length of zero or less.
+    """
+    for motor in robot.length_motors:
+        if not motors[motor] > 0.0:
+            raise InvalidRequest(
+                "motors",
+                f"{robot.motor_names[motor]}: expected a rod length above 0 m, "
+                f"got {motors[motor]:g} m",
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class MotorTarget:
+    """Motor positions: the forward problem.
+
+    Attributes:
+        motors: (n,) [rad or m].
+    """
+
+    motors: Floats
+    problem: ClassVar[ProblemName] = "motors"
+
+    def distance(self, start: Equilibrium) -> float:
+        """Largest change of a motor.
+
+        Raises:
+            InvalidRequest: A rod length of zero or less.
+        """
+        check_rod_lengths(start.robot, self.motors)
+        if not self.motors.size:
+            return 0.0
+        return float(np.abs((self.motors - start.motors) / start.robot.motor_units).max())
+
+    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+        """Straight in the motor positions."""
+        values.motors[:] = (1.0 - fraction) * start.motors + fraction * self.motors
+
+    def given(self, start: Equilibrium) -> Floats:
+        """The motors, (1, n)."""
+        return np.array(self.motors, ndmin=2)
+
+
+@dataclass(frozen=True, eq=False)
+class EffortTarget:
+    """Motor efforts: the forward problem by effort.
+
+    Attributes:
+        efforts: (n,) [N m or N].
+    """
+
+    efforts: Floats
+    problem: ClassVar[ProblemName] = "efforts"
+
+    def distance(self, start: Equilibrium) -> float:
+        """Largest change of an effort, 4 E J / l (torques) or E J / l^2 (forces) as a radian."""
+        if not self.efforts.size:
+            return 0.0
+        robot = start.robot
+        change = np.abs(self.efforts - start.efforts) * robot.motor_units
+        return float(change.max()) / (4.0 * robot.arrays.energy_unit)
+
+    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+        """Straight in the efforts."""
+        values.efforts[:] = (1.0 - fraction) * start.efforts + fraction * self.efforts
+
+    def given(self, start: Equilibrium) -> Floats:
+        """The efforts, (1, n)."""
+        return np.array(self.efforts, ndmin=2)
+
+
+@dataclass(frozen=True, eq=False)
+class PlatformTarget:
+    """Controlled platform coordinates: the inverse problem.
+
+    Attributes:
+        rotation: Platform rotation, (3, 3); read where the orientation is controlled.
+        position: Platform position, (3,) [m]; read where it is controlled.
+    """
+
+    rotation: Floats
+    position: Floats
+    problem: ClassVar[ProblemName] = "platform"
+
+    def distance(self, start: Equilibrium) -> float:
+        """Distance of the positions, or angle between the orientations where it is larger."""
+        moved = float(np.max(np.abs(self.position - start.platform_position)))
+        cosine = 0.5 * (float(np.sum(self.rotation * start.platform_rotation)) - 1.0)
+        turned = float(np.arccos(min(1.0, max(-1.0, cosine))))
+        return max(moved / start.robot.mean_length, turned)
+
+    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+        """Straight in the position and in single angles, about one axis in the whole orientation."""
+        axes = start.robot.controlled_axes
+        held = axes[axes >= 3] - 3
+        between = (1.0 - fraction) * start.platform_position + fraction * self.position
+        values.position[held] = between[held]
+        if start.robot.controls_angles:
+            values.rotation[:] = self._angles_between(start, fraction, values.rotation)
+        elif len(held) < len(axes):
+            turn = rotation_log(self.rotation @ start.platform_rotation.T)
+            values.rotation[:] = rotation_exp(fraction * turn) @ start.platform_rotation
+
+    def given(self, start: Equilibrium) -> Floats:
+        """Rotation and position, those of the start where they are not controlled, (1, 12)."""
+        rotation, position = start.platform_rotation.copy(), start.platform_position.copy()
+        self.impose(start, 1.0, Imposed(np.empty(0), np.empty(0), rotation, position))
+        return np.append(rotation, position)[None, :]
+
+    def _angles_between(self, start: Equilibrium, fraction: float, rotation: Floats) -> Floats:
+        """The controlled angles on the short way, the others as they are."""
+        first = roll_pitch_yaw(start.platform_rotation)
+        turn = roll_pitch_yaw(self.rotation) - first
+        turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
+        axes = start.robot.controlled_axes
+        held = axes[axes < 3]
+        angles = roll_pitch_yaw(rotation)
+        angles[held] = (first + fraction * turn)[held]
+        return rotation_from_angles(*angles)

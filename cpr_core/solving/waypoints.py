@@ -1,0 +1,224 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Equilibria at many requests, one after the other, in compiled code."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..description.loads import Loads
+from ..errors import InvalidRequest, NonFiniteInput
+from ..kernels.continuation_kernel import SIGNS, WATCHED
+from ..kernels.kernel_arrays import Lanes, kept_factors
+from ..kernels.newton_kernel import CONTRACTION, ITERATIONS, TOLERANCE
+from ..kernels.prepared_robot import continue_prepared
+from ..model.equilibrium import Equilibrium, new_record
+from ..model.robot import Robot
+from ..validation import checked_time
+from .continuation import follow
+from .events import PathEvent
+from .geometrico_statics import checked_start
+from .limits import grazes, margins, violated
+from .path import PROBLEMS
+from .requests import pose_meaning, target_of
+from .targets import ProblemName, check_rod_lengths
+from .trace import Trace
+
+__all__ = ["trace_through"]
+
+Floats = NDArray[np.float64]
+
+_PROBLEM: dict[str, ProblemName] = {"motors": "motors", "poses": "platform", "efforts": "efforts"}
+
+
+def trace_through(
+    robot: Robot,
+    *,
+    motors: ArrayLike | None = None,
+    poses: ArrayLike | None = None,
+    efforts: ArrayLike | None = None,
+    start: Equilibrium | None = None,
+    loads: Loads | None = None,
+    stable_only: bool = False,
+    singularities: bool = True,
+    time_limit: float | None = None,
+) -> Trace:
+    """Solve for one request after the other, each from the equilibrium before: a whole trajectory.
+
+    The same as a loop of ``solve_forward``, ``solve_inverse`` or ``solve_forward_by_effort``, faster:
+    as long as steps are short and nothing happens, no Python is run between them, and each prediction
+    learns from the ones before. Exactly one of ``motors``, ``poses`` and ``efforts`` is given.
+
+    Args:
+        robot: The robot.
+        motors: Motor positions, one row a request, (P, n) [rad or m].
+        poses: Controlled platform coordinates, one row a request, as in ``solve_inverse``.
+        efforts: Motor efforts, one row a request, (P, n) [N m or N].
+        start: Equilibrium to start from; default the robot's home.
+        loads: Loads; default those of the start. They change on the way to the first request.
+        stable_only: Stop where stability is lost.
+        singularities: Locate inverse singularities on the way of motors or efforts too.
+        time_limit: Stop after this time [s].
+
+    Returns:
+        The equilibria at the requests, up to the event that stopped the way, if one did. Nothing is
+        raised for that. Fractions, of events too, are numbers of requests over P: 1 is the last one.
+
+    Raises:
+        InvalidRequest: Not one kind of request, or rows of the wrong length.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    start = checked_start(robot, start)
+    choices = (("motors", motors), ("poses", poses), ("efforts", efforts))
+    given = [(name, value) for name, value in choices if value is not None]
+    if len(given) != 1:
+        named = " and ".join(name for name, _ in given) or "none"
+        raise InvalidRequest("requests", f"expected one of motors, poses and efforts, got {named}")
+    what, rows = given[0][0], _checked_rows(robot, *given[0])
+    deadline = time.perf_counter() + checked_time(time_limit)
+    here, count = start, len(rows)
+    found, events, stopped = _Records(start, loads, count), [], None
+    while len(found) < count and stopped is None:
+        done = len(found)
+        if here.loads is found.loads and not (stable_only and here.index_locked):
+            here = _run(found, here, what, rows, singularities)
+            done = len(found)
+        if done < count:
+            left = max(0.0, deadline - time.perf_counter())
+            target = target_of(here, "pose" if what == "poses" else what, rows[done])
+            walk = follow(
+                here, target, found.loads, stable_only=stable_only,
+                singularities=singularities, time_limit=left,
+            )  # fmt: skip
+            happened = [_numbered(event, done, count) for event in walk.events]
+            events += happened
+            if walk.stopped is not None:
+                stopped = happened[-1]
+            else:
+                here = walk.last
+                found.add(here)
+    return Trace(
+        robot=robot,
+        fractions=np.arange(1.0, len(found) + 1.0) / count,
+        equilibria=found,
+        events=tuple(events),
+        stopped=stopped,
+    )
+
+
+class _Records(Sequence[Equilibrium]):
+    """Equilibria as rows of one array, made values when they are asked for."""
+
+    def __init__(self, start: Equilibrium, loads: Loads | None, count: int) -> None:
+        same = loads is None or loads is start.loads
+        self.robot, self.loads = start.robot, start.loads if loads is None else loads
+        self.load_arrays = start.load_arrays if same else start.robot.load_arrays(self.loads)
+        self.rows, self.known = new_record(start.robot, count), 0
+
+    def __len__(self) -> int:
+        return self.known
+
+    @overload
+    def __getitem__(self, number: int) -> Equilibrium: ...
+
+    @overload
+    def __getitem__(self, number: slice) -> tuple[Equilibrium, ...]: ...
+
+    def __getitem__(self, number: int | slice) -> Equilibrium | tuple[Equilibrium, ...]:
+        if isinstance(number, slice):
+            return tuple(self.value(row) for row in range(*number.indices(self.known)))
+        if not -self.known <= number < self.known:
+            raise IndexError(number)
+        return self.value(number % self.known)
+
+    def value(self, row: int, factors: Lanes | None = None) -> Equilibrium:
+        """An equilibrium."""
+        return Equilibrium(self.robot, self.loads, self.load_arrays, self.rows[row], factors)
+
+    def add(self, here: Equilibrium) -> None:
+        """One more."""
+        self.rows[self.known] = here.record
+        self.known += 1
+
+
+def _run(
+    found: _Records, here: Equilibrium, what: str, rows: Floats, singularities: bool
+) -> Equilibrium:
+    """Go on in compiled code as far as nothing happens; the last equilibrium."""
+    robot, first = found.robot, len(found)
+    if not found.loads.conservative(robot.planar):
+        return here
+    problem = _PROBLEM[what]
+    if problem == "platform":
+        whole = len(robot.controlled_axes) == len(robot.platform_axes)
+        if not whole or robot.controls_angles:
+            return here  # what is not imposed is known when the step before is solved
+        given = np.concatenate([target_of(here, "pose", row).given(here) for row in rows[first:]])
+    else:
+        given = np.array(rows[first:])
+    factors, records = kept_factors(robot.arrays), found.rows[first:]
+    count = continue_prepared(
+        robot.prepared, found.load_arrays, PROBLEMS[problem], given, WATCHED, TOLERANCE, ITERATIONS,
+        CONTRACTION, here.record, here.factors, records, factors,
+    )  # fmt: skip
+    quiet = _quiet(found, here, records[:count], singularities and problem != "platform")
+    found.known += quiet
+    if quiet == 0:
+        return here
+    return found.value(len(found) - 1, factors if quiet == len(given) else None)
+
+
+def _quiet(found: _Records, here: Equilibrium, records: Floats, singularities: bool) -> int:
+    """How many steps pass no limit and, where they are watched, no inverse singularity."""
+    robot, count = found.robot, len(records)
+    if singularities:
+        at = robot.state_size + SIGNS + 2
+        flipped = np.flatnonzero(records[:, at] != here.record[at])
+        count = int(flipped[0]) if flipped.size else count
+    if robot.limited:
+        before = margins(here)
+        for number in range(count):
+            after = margins(found.value(len(found) + number))
+            if violated(robot, after) or grazes(before, after):
+                return number
+            before = after
+    return count
+
+
+def _checked_rows(robot: Robot, what: str, values: ArrayLike) -> Floats:
+    """Requests as an array.
+
+    Raises:
+        InvalidRequest: No rows, or rows of the wrong length.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    names = pose_meaning(robot) if what == "poses" else robot.motor_names
+    expected = f"expected rows of {len(names)} numbers ({' '.join(names)})"
+    try:
+        given = np.asarray(values)
+        if given.dtype.kind in "SUbc":  # words and truth values are no numbers
+            raise TypeError
+        rows = given.astype(float)
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidRequest(what, f"{expected}, got {values!r:.200}") from None
+    if rows.ndim != 2 or rows.shape[1] != len(names) or not len(rows):
+        raise InvalidRequest(what, f"{expected}, got an array of shape {rows.shape}")
+    if what == "motors":
+        for row in rows:
+            check_rod_lengths(robot, row)
+    wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
+    if wrong.size:
+        raise NonFiniteInput(what, f"{expected}, all finite, row {wrong[0]} is {rows[wrong[0]]}")
+    return rows
+
+
+def _numbered(event: PathEvent, row: int, count: int) -> PathEvent:
+    """An event on the way to a request, by its place on the whole way."""
+    return replace(event, fraction=(row + event.fraction) / count)

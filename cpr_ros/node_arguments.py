@@ -1,0 +1,120 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What may be written behind ``cpr_node``. No ROS here: help does not wait for it."""
+
+from __future__ import annotations
+
+import difflib
+import itertools
+import textwrap
+
+from .parameter_table import PARAMETERS, ROS_PARAMETERS
+
+__all__ = ["closest", "unknown_arguments", "usage"]
+
+_HEAD = """\
+usage: cpr_node [--help] [--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] ...]
+
+The ROS 2 node of a continuum parallel robot: follows setpoints, answers services, streams stability.
+
+  cpr_node --ros-args -p robot:=rfrfr
+  cpr_node --ros-args --params-file my_robot.yaml -r __ns:=/left
+
+Parameters; those marked live may be changed while the node runs:
+"""
+_NAMES = tuple(parameter.name for parameter in PARAMETERS)
+#: Options of ROS that stand for themselves when the marker before them is forgotten.
+_ROS_OPTIONS = ("-p", "--param", "-r", "--remap", "--params-file", "--log-level", "-e", "--enclave")
+
+
+def usage() -> str:
+    """What --help prints."""
+    lines = [_HEAD]
+    for parameter in PARAMETERS:
+        unit = f" [{parameter.unit}]" if parameter.unit else ""
+        values = f", {parameter.values}" if parameter.values else ""
+        live = ", live" if parameter.live else ""
+        default = f"default {parameter.default_text}"
+        lines.append(f"  {parameter.name}  ({parameter.kind}{unit}{values}; {default}{live})")
+        lines += textwrap.wrap(
+            parameter.meaning, 76, initial_indent=" " * 6, subsequent_indent=" " * 6
+        )
+    return "\n".join(lines)
+
+
+def unknown_arguments(arguments: list[str]) -> list[str]:
+    """What is wrong with arguments of the node, one line each; empty if nothing is.
+
+    Args:
+        arguments: Without the name of the program.
+    """
+    own, of_ros = _separated(arguments)
+    problems = []
+    skipped = False
+    for position, argument in enumerate(own):
+        if skipped:
+            skipped = False
+            continue
+        following = own[position + 1] if position + 1 < len(own) else ""
+        meant, skipped = _meant(argument, following)
+        shown = f"{argument} {following}" if skipped else argument
+        hint = f": did you mean --ros-args {meant}?" if meant else ""
+        problems.append(f"unknown argument {shown}{hint}")
+    for name in _given_parameters(of_ros):
+        if name not in (*_NAMES, *ROS_PARAMETERS) and not name.startswith("qos_overrides."):
+            problems.append(f"unknown parameter {name}{closest(name)}")
+    return problems
+
+
+def closest(name: str) -> str:
+    """Which parameter was probably meant, to be put behind the name; empty if none is near."""
+    near = difflib.get_close_matches(name, _NAMES, n=1)
+    return f": did you mean {near[0]}?" if near else ""
+
+
+def _separated(arguments: list[str]) -> tuple[list[str], list[str]]:
+    """Our own arguments, and those of ROS: from --ros-args to -- or the end."""
+    own: list[str] = []
+    of_ros: list[str] = []
+    inside = False
+    for argument in arguments:
+        if argument == "--ros-args":
+            inside = True
+        elif inside and argument == "--":
+            inside = False
+        else:
+            (of_ros if inside else own).append(argument)
+    return own, of_ros
+
+
+def _given_parameters(of_ros: list[str]) -> list[str]:
+    """Names of the parameters that are given one by one to every node, or to ours by its name."""
+    names = []
+    for option, value in itertools.pairwise(of_ros):
+        if option in ("-p", "--param") and ":=" in value:
+            node, separator, name = value.partition(":=")[0].rpartition(":")
+            if not separator or node.strip("/") == "cpr_node":
+                names.append(name)
+    return names
+
+
+def _meant(argument: str, following: str) -> tuple[str, bool]:
+    """What was probably meant for ROS, and whether the following argument is part of it."""
+    if argument in _ROS_OPTIONS:
+        return f"{argument} {following}".strip(), bool(following)
+    word = argument.lstrip("-")
+    name, assigned, value = word.partition(":=")
+    if not assigned:
+        name, assigned, value = word.partition("=")
+    skipped = False
+    if not assigned and argument.startswith("-"):
+        value, skipped = following, bool(following) and not following.startswith("-")
+    elif not assigned:
+        name, value = "robot", word  # a name or a file alone
+    near = difflib.get_close_matches(name, _NAMES, n=1)
+    if near and value:
+        return f"-p {near[0]}:={value}", skipped
+    if ":=" in argument:
+        return f"-r {argument}", False
+    return "", False

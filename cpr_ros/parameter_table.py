@@ -1,0 +1,180 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The parameters of the node as data, without ROS: declared, shown and documented from here."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+__all__ = ["PARAMETERS", "ROS_PARAMETERS", "THRESHOLDS", "DeclaredParameter"]
+
+
+class DeclaredParameter(NamedTuple):
+    """One parameter.
+
+    Attributes:
+        name: Its name.
+        default: Its value if none is given; says its type too.
+        unit: Unit; empty if it has none.
+        meaning: What it is.
+        limits: Smallest and largest value of a number.
+        choices: The only values of a string; empty: any.
+        live: Whether it may change at any time; else it is fixed at start.
+    """
+
+    name: str
+    default: bool | int | float | str
+    unit: str
+    meaning: str
+    limits: tuple[float, float] | None = None
+    choices: tuple[str, ...] = ()
+    live: bool = False
+
+    @property
+    def kind(self) -> str:
+        """Its type, as ROS calls it."""
+        names = {bool: "bool", int: "integer", float: "double", str: "string"}
+        return names[type(self.default)]
+
+    @property
+    def values(self) -> str:
+        """Which values it may have; empty: any of its type."""
+        if self.limits is not None:
+            return "{:g} to {:g}".format(*self.limits)
+        return " or ".join(self.choices)
+
+    @property
+    def default_text(self) -> str:
+        """Its default as it is written in a parameter file."""
+        return str(self.default).lower() if isinstance(self.default, bool) else str(self.default)
+
+
+_RATE = (0.1, 1000.0)
+_SLOW_RATE = (0.1, 100.0)
+_LONG = (0.0, 1e6)
+
+_FIXED = (
+    DeclaredParameter("robot", "six_rfs", "", "shipped robot or path of a YAML description"),
+    DeclaredParameter("modes", 0, "", "strain modes per direction; 0: as described", (0, 40)),
+    DeclaredParameter("base_frame", "base", "", "frame fixed in space"),
+    DeclaredParameter("platform_frame", "platform", "", "frame of the platform"),
+    DeclaredParameter("autostart", True, "", "configure and activate without being told"),
+    DeclaredParameter(
+        "motor_source",
+        "setpoint",
+        "",
+        "setpoint: the node moves the motors; measured: it tracks measured_joint_states",
+        choices=("setpoint", "measured"),
+    ),
+    DeclaredParameter("tick_rate", 200.0, "Hz", "setpoint following", (1.0, 1000.0)),
+    DeclaredParameter("state_rate", 50.0, "Hz", "joint states and platform pose at rest", _RATE),
+    DeclaredParameter("stability_rate", 20.0, "Hz", "stability stream", _RATE),
+    DeclaredParameter("diagnostics_rate", 1.0, "Hz", "/diagnostics", _SLOW_RATE),
+    DeclaredParameter("marker_rate", 10.0, "Hz", "leg markers", _SLOW_RATE),
+    DeclaredParameter(
+        "marker_color",
+        "strain",
+        "",
+        "what colours the legs: bending strain, or stability of the robot",
+        choices=("strain", "stability"),
+    ),
+    DeclaredParameter(
+        "characteristic_length",
+        0.0,
+        "m",
+        "weighs rotations against lengths in singular values; 0: mean rod length",
+        (0.0, 1000.0),
+    ),
+)
+
+#: Measures: default warning and stop, largest value, unit, meaning.
+THRESHOLDS = {
+    "margin": (0.2, 0.05, 1.0, "", "stability margin"),
+    "forward_singularity": (
+        1e-4,
+        2e-5,
+        1.0,
+        "",
+        "smallest singular value of the forward problem",
+    ),
+    "inverse_singularity": (
+        2e-3,
+        5e-4,
+        1.0,
+        "",
+        "smallest singular value of the inverse problem, watched with platform setpoints",
+    ),
+    "motor_range": (0.05, 0.0, 10.0, "rad, rod lengths", "distance of a motor from its range"),
+    "effort_reserve": (0.2, 0.02, 1.0, "", "1 - effort / limit of a motor"),
+    "strain_reserve": (0.2, 0.05, 1.0, "", "1 - bending strain / limit of a rod"),
+}
+
+
+def _thresholds() -> tuple[DeclaredParameter, ...]:
+    """Warning and stop of every measure."""
+    return tuple(
+        DeclaredParameter(
+            f"{name}_{level}", default, unit, f"{meaning}: {what} below", (0.0, largest), live=True
+        )
+        for name, (warning, stop, largest, unit, meaning) in THRESHOLDS.items()
+        for level, default, what in (("warning", warning, "slow down"), ("stop", stop, "halt"))
+    )
+
+
+_LIVE = (
+    DeclaredParameter(
+        "hysteresis",
+        0.1,
+        "",
+        "of the action: part of the way from stop to warning",
+        (0.0, 1.0),
+        live=True,
+    ),
+    DeclaredParameter(
+        "max_speed",
+        1.0,
+        "rad/s, rod lengths/s",
+        "speed no motor exceeds",
+        (0.0, 1000.0),
+        live=True,
+    ),
+    DeclaredParameter(
+        "setpoint_timeout",
+        0.0,
+        "s",
+        "age beyond which a setpoint is not followed; 0: none",
+        _LONG,
+        live=True,
+    ),
+    DeclaredParameter(
+        "wrench_timeout",
+        0.5,
+        "s",
+        "age beyond which an external wrench acts no more; 0: none",
+        _LONG,
+        live=True,
+    ),
+    DeclaredParameter(
+        "measured_timeout",
+        0.5,
+        "s",
+        "age beyond which measured motors are stale; 0: none",
+        _LONG,
+        live=True,
+    ),
+    DeclaredParameter(
+        "time_limit",
+        0.5,
+        "s",
+        "of a request, which holds up the others",
+        (1e-3, 3600.0),
+        live=True,
+    ),
+)
+
+#: All parameters of the node.
+PARAMETERS = (*_FIXED, *_thresholds(), *_LIVE)
+
+#: What ROS gives every node beside them.
+ROS_PARAMETERS = ("use_sim_time", "start_type_description_service")

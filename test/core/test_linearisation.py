@@ -1,0 +1,139 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What is found by condensing legs, against the dense method."""
+
+import gc
+import math
+import weakref
+
+import numpy as np
+import pytest
+from helpers.columns import AT_TIP, column
+from helpers.shipped_steps import STEPS
+
+from cpr_core import (
+    Loads,
+    NotReached,
+    kinemato_statics,
+    load_robot,
+    solve_forward,
+    solve_home,
+    solve_inverse,
+    spectrum,
+)
+from cpr_core.description import joints, motors
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.model.stability import _Dense
+
+
+def equilibria(name, count):
+    """Home and places around it, under a force."""
+    robot, rng = load_robot(name), np.random.default_rng(7)
+    force = [0, 0, 0, 0.02, -0.03, 0.0 if robot.planar else 0.04]
+    loads = robot.default_loads.with_(wrench_world=force)
+    found = [solve_home(robot)]
+    while len(found) < count:
+        change = 2.0 * rng.uniform(-1.0, 1.0, robot.motor_count) * np.abs(STEPS[name])
+        try:
+            found.append(solve_forward(robot, solve_home(robot).motors + change, loads=loads))
+        except NotReached as error:
+            found.append(error.last)
+    return found
+
+
+def assert_same(here):
+    """Eigenvalues and matrices agree, as far as the dense method's own rounding allows."""
+    found = here.linearisation
+    for motors_are, value in (("locked", found.smallest_locked), ("free", found.smallest_free)):
+        dense = spectrum(here, motors_are).eigenvalues
+        assert value == pytest.approx(dense[0], rel=1e-10, abs=1e-10 * np.abs(dense).max())
+    assert found.margin == pytest.approx(_Dense(here, "locked").margin(), rel=1e-9, abs=1e-9)
+    model, n = kinemato_statics(here), here.robot.motor_count
+    moved, efforts = model._dense_response
+    platform = moved[here.robot.platform_indices]
+    for name, expected in (
+        ("jacobian", platform[:, :n]),
+        ("platform_by_wrench", platform[:, n:]),
+        ("efforts_by_motors", efforts[:, :n]),
+        ("efforts_by_wrench", efforts[:, n:]),
+    ):
+        size = np.abs(expected).max(initial=0.0)
+        np.testing.assert_allclose(
+            getattr(found.response, name), expected, rtol=0, atol=1e-8 * size, err_msg=name
+        )
+
+
+@pytest.mark.parametrize("name", sorted(shipped_robots()))
+def test_condensed_and_dense_agree_at_many_equilibria(name):
+    for here in equilibria(name, 12):
+        assert_same(here)
+
+
+def test_they_agree_where_robots_are_unstable():
+    robot = load_robot("rfrfr", modes=12)
+    here, seen = solve_inverse(robot, [0.0, 0.8]), []
+    for y in (0.3, 0.0358, 0.0357, 0.03, -0.05, -0.1):
+        here = solve_inverse(robot, [0.0, y], start=here)
+        assert_same(here)
+        seen.append((here.index_locked, here.linearisation.margin < 0.0))
+    assert [index for index, _ in seen] == [0, 0, 1, 1, 1, 2]
+    assert all((index > 0) == negative for index, negative in seen)
+    spatial = load_robot("six_rfs")
+    softened = solve_forward(
+        spatial, solve_home(spatial).motors + np.array([2, 2, -1.6, -1.6, -2, -2], float)
+    )
+    assert softened.index_free > 0
+    assert_same(softened)
+
+
+def test_they_agree_under_loads_without_potential():
+    robot = load_robot("six_rfs")
+    for field, wrench in (
+        ("wrench_world", [0.02, -0.01, 0.03, 0.1, 0, 0]),
+        ("wrench_body", [0.01, 0.02, 0, 0, 0.1, -0.2]),
+    ):
+        here = solve_forward(
+            robot, solve_home(robot).motors, loads=Loads.none().with_(**{field: wrench})
+        )
+        assert_same(here)
+
+
+@pytest.mark.parametrize("modes", [3, 8, 12])
+def test_they_agree_for_any_number_of_modes(modes):
+    assert_same(solve_home(load_robot("six_rfs", modes=modes)))
+
+
+def test_legs_that_cannot_be_condensed_are_told_by_the_dense_method():
+    """A straight clamped leg cannot hold its tip along itself."""
+    straight = solve_home(column(motors.Welded(), joints.Fixed(AT_TIP)))
+    found = straight.linearisation
+    assert math.isnan(found.smallest_locked)
+    assert found.response is None
+    assert straight.spectrum_locked.smallest == straight.spectrum_locked.eigenvalues[0]
+    assert straight.spectrum_locked.margin == pytest.approx(1.0)
+    assert kinemato_statics(straight).platform_by_wrench.shape == (3, 3)
+
+
+def test_it_is_computed_once_and_kept_as_long_as_the_equilibrium():
+    home = solve_home(load_robot("rfrfr"))
+    assert home.linearisation is home.linearisation
+    with pytest.raises(ValueError, match="read-only"):
+        home.first_order.response.jacobian[0, 0] = 0.0
+
+
+def test_nothing_that_was_asked_keeps_an_equilibrium_alive():
+    """At two hundred ticks a second garbage must not wait for the collector of circles."""
+    robot = load_robot("rfrfr")
+    here = solve_forward(robot, [2.6, 0.56])
+    for found in (here.spectrum_locked, here.spectrum_free):
+        assert np.isfinite([found.smallest, found.eigenvalues[0]]).all()
+    assert here.spectrum_locked.margin > 0.0
+    _ = kinemato_statics(here).stiffness()
+    gone = weakref.ref(here)
+    gc.disable()
+    try:
+        del here, found
+        assert gone() is None
+    finally:
+        gc.enable()

@@ -1,0 +1,112 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Indices and signs without eigenvalues against eigenvalues and determinants."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks.robustness import RANGES
+from cpr_core import (
+    Loads,
+    NotReached,
+    kinemato_statics,
+    load_robot,
+    solve_forward,
+    solve_home,
+    solve_inverse,
+)
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.kernels.inertia_kernel import eliminate
+from cpr_core.model.equilibrium import tangent_at
+from cpr_core.model.tangent_signs import _dense
+
+
+def symmetric(eigenvalues, random):
+    turned = np.linalg.qr(random.normal(size=(len(eigenvalues),) * 2))[0]
+    matrix = turned @ np.diag(eigenvalues) @ turned.T
+    return 0.5 * (matrix + matrix.T)
+
+
+@settings(deadline=None, max_examples=200)
+@given(
+    st.lists(
+        st.floats(0.01, 10.0).flatmap(lambda v: st.sampled_from([v, -v])), min_size=1, max_size=12
+    ),
+    st.integers(0, 2**31),
+)
+def test_elimination_counts_negative_eigenvalues(eigenvalues, seed):
+    matrix = symmetric(eigenvalues, np.random.default_rng(seed))
+    negative, zero = eliminate(matrix.copy(), len(eigenvalues), 1e-9)
+    assert (negative, zero) == (sum(value < 0.0 for value in eigenvalues), 0)
+
+
+@pytest.mark.parametrize("zeros", [1, 2, 3])
+def test_elimination_counts_zeros(zeros):
+    matrix = symmetric([1.0, -2.0, 3.0, *[0.0] * zeros], np.random.default_rng(zeros))
+    assert eliminate(matrix.copy(), len(matrix), 1e-9) == (1, zeros)
+
+
+def test_elimination_leaves_the_schur_complement():
+    matrix = symmetric([3.0, -2.0, 1.0, 4.0, -5.0, 0.5], np.random.default_rng(1))
+    whole = matrix.copy()
+    eliminate(whole, 4, 1e-9)
+    expected = matrix[4:, 4:] - matrix[4:, :4] @ np.linalg.solve(matrix[:4, :4], matrix[:4, 4:])
+    np.testing.assert_allclose(whole[4:, 4:], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_indices_are_those_of_the_spectra_and_signs_those_of_the_determinant(name):
+    """Also where the robot is unstable: poses far down are reached through stability crossings."""
+    robot, random = load_robot(name), np.random.default_rng(3)
+    home, seen = solve_home(robot), set()
+    same_side = kinemato_statics(home).singularity("inverse").sign * home.inertia.inverse_sign
+    load = 3.0 * robot.arrays.energy_unit / robot.mean_length
+    for _ in range(60):
+        away = random.uniform(-1.0, 1.0, robot.motor_count) * RANGES[name]
+        force = random.normal(size=3) * load * (1.0 if not robot.planar else [1.0, 1.0, 0.0])
+        try:
+            here = solve_forward(robot, home.motors + 0.3 * away)
+            here = solve_forward(
+                robot,
+                here.motors,
+                start=here,
+                loads=here.loads.with_(wrench_world=[0, 0, 0, *force]),
+            )
+        except NotReached as end:
+            here = end.last
+        assert here.signs.index_locked == here.spectrum_locked.index
+        assert here.signs.index_free == here.spectrum_free.index
+        sign = kinemato_statics(here).singularity("inverse").sign
+        assert here.signs.inverse_sign == same_side * sign
+        assert _dense(robot, tangent_at(here), robot.problems["platform"][0]).index_locked == (
+            here.signs.index_locked
+        )
+        seen.add(here.signs.index_free)
+    assert len(seen) > 1 or name in ("gough_stewart", "planar_body")
+
+
+def test_indices_beyond_two_crossings():
+    robot = load_robot("rfrfr")
+    here = solve_inverse(robot, [0.0, 0.8])
+    for y in np.linspace(0.75, -0.2, 20):
+        here = solve_inverse(robot, [0.0, y], start=here)
+        assert here.signs.index_locked == here.spectrum_locked.index
+        assert here.signs.index_free == here.spectrum_free.index
+    assert here.signs.index_locked == 2
+
+
+def test_straight_legs_are_counted_all_the_same():
+    """A straight rod under no force cannot be eliminated on its own."""
+    from helpers.columns import AT_TIP, column
+
+    from cpr_core.description import joints, motors
+
+    home = solve_home(column(motors.Welded(), joints.Fixed(AT_TIP)))
+    assert home.inertia.index_locked == 0
+    pushed = solve_forward(
+        home.robot, [], loads=Loads.none().with_(wrench_world=[0, 0, 0, 1e-3, 0, 0])
+    )
+    assert pushed.signs.index_locked == pushed.spectrum_locked.index == 0

@@ -1,0 +1,177 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Imports lead down only: every import of every module, also inside functions and for types."""
+
+import ast
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+#: From the ground up. A module imports its own floor (without circles) and those below it.
+FLOORS = (
+    "cpr_core.version",
+    "cpr_core.errors",
+    "cpr_core.validation",
+    "cpr_core.numba_fence",
+    "cpr_core.kernels",
+    "cpr_core.lie",
+    "cpr_core.description_part",
+    "cpr_core.rods",
+    "cpr_core.description",
+    "cpr_core.model",
+    "cpr_core.solving",
+    "cpr_core.workspace",
+    "cpr_core.reference",
+    "cpr_core.drawing",
+    "cpr_core.kernel_warmup",
+    "cpr_core.command_line",
+    "cpr_core",
+    "cpr_ros",
+    "paper",
+    "benchmarks",
+)
+#: Beside each other, although one has to be named first: neither imports the other.
+APART = (
+    ("cpr_core.workspace", "cpr_core.reference"),
+    ("cpr_ros", "paper"),
+)
+PACKAGES = ("cpr_core", "cpr_ros", "paper", "benchmarks")
+
+
+class Import(NamedTuple):
+    importer: str
+    imported: str
+    place: str
+
+
+def modules_of(root: Path) -> dict[str, Path]:
+    found = {}
+    for package in PACKAGES:
+        for file in sorted((root / package).rglob("*.py")):
+            name = ".".join(file.relative_to(root).with_suffix("").parts)
+            found[name.removesuffix(".__init__")] = file
+    return found
+
+
+def imports_of(root: Path) -> list[Import]:
+    """Every import of a module of ours by another, resolved to the module that is meant."""
+    modules, found = modules_of(root), []
+    for importer, file in modules.items():
+        package = importer if file.name == "__init__.py" else importer.rpartition(".")[0]
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom):
+                above = package.split(".")[: len(package.split(".")) - node.level + 1]
+                base = ".".join([*(above if node.level else []), *filter(None, [node.module])])
+                # A name imported from a package is a module of it, or the package's own.
+                names = [f"{base}.{alias.name}" for alias in node.names]
+                names = [name if name in modules else base for name in names]
+            else:
+                continue
+            place = f"{file.relative_to(root)}:{node.lineno}"
+            found += [Import(importer, name, place) for name in names if name in modules]
+    return [line for line in found if line.importer != line.imported]
+
+
+def floor_of(module: str) -> str:
+    """The most special floor a module lies on."""
+    names = [name for name in FLOORS if module == name or module.startswith(f"{name}.")]
+    return max(names, key=len)
+
+
+def upward(imports: list[Import]) -> list[str]:
+    """Places where a module imports a floor above its own, or one it is to be apart from."""
+    height = {name: number for number, name in enumerate(FLOORS)}
+    lines = []
+    for importer, imported, place in imports:
+        own, other = floor_of(importer), floor_of(imported)
+        if height[other] > height[own] or (other, own) in APART or (own, other) in APART:
+            lines.append(f"{place}: {own} imports {other}")
+    return lines
+
+
+def circles(imports: list[Import]) -> list[str]:
+    """Imports that close a circle of modules: what cannot be peeled off from below or from above."""
+    left = {(found.importer, found.imported) for found in imports}
+    while True:
+        importing = {importer for importer, _ in left}
+        imported = {name for _, name in left}
+        kept = {pair for pair in left if pair[1] in importing and pair[0] in imported}
+        if kept == left:
+            break
+        left = kept
+    return [found.place for found in imports if (found.importer, found.imported) in left]
+
+
+def test_every_import_leads_down():
+    found = imports_of(ROOT)
+    assert len(found) > 500
+    assert upward(found) == []
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    assert circles(imports_of(ROOT)) == []
+
+
+def test_the_library_knows_no_ros():
+    for file in (ROOT / "cpr_core").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            names = []
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                names = [node.module or ""]
+            roots = {name.partition(".")[0] for name in names}
+            assert not roots & {"rclpy", "cpr_msgs", "cpr_ros", "sensor_msgs", "geometry_msgs"}, (
+                f"{file.relative_to(ROOT)}:{node.lineno}"
+            )
+
+
+def test_every_floor_says_what_it_is_for():
+    for name in FLOORS:
+        file = ROOT / Path(*name.split("."))
+        file = file / "__init__.py" if file.is_dir() else file.with_suffix(".py")
+        purpose = ast.get_docstring(ast.parse(file.read_text()))
+        assert purpose and purpose.splitlines()[0].endswith("."), name
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "from ..solving.home import solve_home",
+        "def late():\n    from ..solving.home import solve_home",
+        "if TYPE_CHECKING:\n    from ..solving.home import solve_home",
+        "import cpr_core.solving.home",
+        "from .. import solving",
+    ],
+)
+def test_an_upward_import_is_found_wherever_it_is(tmp_path, line):
+    for module in ("model/robot", "solving/home"):
+        file = tmp_path / "cpr_core" / f"{module}.py"
+        file.parent.mkdir(parents=True)
+        (file.parent / "__init__.py").touch()
+        file.write_text("\n")
+    (tmp_path / "cpr_core/__init__.py").touch()
+    (tmp_path / "cpr_core/model/robot.py").write_text(line)
+    [found] = upward(imports_of(tmp_path))
+    assert found.startswith("cpr_core/model/robot.py:")
+    assert "cpr_core.model imports cpr_core.solving" in found
+
+
+def test_a_circle_is_found(tmp_path):
+    folder = tmp_path / "cpr_core/model"
+    folder.mkdir(parents=True)
+    for file in ("../__init__", "__init__"):
+        (folder / f"{file}.py").touch()
+    (folder / "robot.py").write_text("from .shape import shapes")
+    (folder / "shape.py").write_text("def shapes():\n    from . import robot")
+    (folder / "user.py").write_text("from .robot import shapes")
+    assert circles(imports_of(tmp_path)) == [
+        "cpr_core/model/robot.py:1",
+        "cpr_core/model/shape.py:2",
+    ]

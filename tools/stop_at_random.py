@@ -1,0 +1,245 @@
+#!/usr/bin/env python3
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Starts the node again and again and stops it by SIGTERM or SIGINT at random times from its start on.
+
+Every start has to end with status 0 and to say nothing but what it logs. Not counted as a fault, but
+shown: signals that came while Python itself was starting, before the first line of the node, where
+Python does what it always does. A share of the starts has the signals blocked by the parent, as `env
+--block-signal=INT,TERM` does; for these there is no such time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+NODE = [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", "-p", "robot:=rfrfr"]
+SIGNALS = (signal.SIGTERM, signal.SIGINT)
+#: Time a node may take to end before it is killed [s].
+PATIENCE = 30.0
+READY = 300.0
+
+
+@dataclass(frozen=True)
+class Stop:
+    """How one start is stopped.
+
+    Attributes:
+        number: Of the start.
+        seed: What everything else was drawn from.
+        cold: Whether no kernel is compiled yet.
+        blocked: Whether the parent has blocked the signals.
+        delay: From start to signal [s].
+        sent: The signals.
+        pause: Between two signals [s].
+    """
+
+    number: int
+    seed: str
+    cold: bool
+    blocked: bool
+    delay: float
+    sent: tuple[signal.Signals, ...]
+    pause: float
+
+
+@dataclass(frozen=True)
+class End:
+    """How one start ended.
+
+    Attributes:
+        stop: How it was stopped.
+        taken: Whether the node's own handlers were there, or the signals blocked, at the first signal.
+        stage: Last line of the log.
+        status: Exit status; negative: killed by a signal.
+        duration: From the first signal to the end [s].
+        said: Lines that are no information of the log.
+        left: Files that were left half written.
+    """
+
+    stop: Stop
+    taken: bool
+    stage: str
+    status: int
+    duration: float
+    said: tuple[str, ...]
+    left: int
+
+    @property
+    def good(self) -> bool:
+        """Whether it ended as it should."""
+        return not self.taken or (self.status == 0 and not self.said)
+
+
+def drawn(number: int, options: argparse.Namespace, ready: float) -> Stop:
+    """How a start is stopped, from the seed and its number."""
+    seed = f"{options.seed}-{number}"
+    chance = random.Random(seed)
+    cold = chance.random() < options.cold
+    return Stop(
+        number,
+        seed,
+        cold,
+        blocked=chance.random() < options.blocked,
+        delay=chance.uniform(0.0, (8.0 if cold else 2.0) * ready),
+        sent=tuple(chance.choice(SIGNALS) for _ in range(chance.choice((1, 1, 2)))),
+        pause=chance.uniform(0.0, 0.3),
+    )
+
+
+def environment(number: int, cache: Path | None) -> dict[str, str]:
+    """A domain for a start that tests and users do not take, and a place for what it compiles."""
+    changed = {
+        "ROS_DOMAIN_ID": str(215 + number % 18),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    }
+    if cache is not None:
+        changed["NUMBA_CACHE_DIR"] = str(cache)
+    return os.environ | changed
+
+
+def takes_signals(process: subprocess.Popen[bytes]) -> bool:
+    """Whether the process has a handler for SIGTERM, or blocks it."""
+    masks = {
+        line.split(":")[0]: int(line.split()[1], 16)
+        for line in Path(f"/proc/{process.pid}/status").read_text().splitlines()
+        if line.startswith(("SigCgt", "SigBlk"))
+    }
+    return bool((masks["SigCgt"] | masks["SigBlk"]) >> (signal.SIGTERM - 1) & 1)
+
+
+def end_of(stop: Stop) -> End:
+    """Start a node and stop it."""
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile("w+") as log:
+        cache = Path(folder) if stop.cold else None
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS if stop.blocked else ())
+        begin = time.monotonic()
+        try:
+            process = subprocess.Popen(
+                NODE, stdout=log, stderr=log, env=environment(stop.number, cache)
+            )
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        time.sleep(max(0.0, begin + stop.delay - time.monotonic()))
+        taken, first = takes_signals(process), time.monotonic()
+        for position, number in enumerate(stop.sent):
+            if position:
+                time.sleep(stop.pause)
+            process.send_signal(number)
+        try:
+            status = process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            status = process.wait()
+        duration = time.monotonic() - first
+        log.seek(0)
+        lines = [line.rstrip() for line in log if line.strip()]
+        said = tuple(line for line in lines if not line.startswith("[INFO]"))
+        stage = lines[-1].rpartition("]: ")[2] if lines else "nothing logged yet"
+        left = sum(".tmp." in path.name for path in Path(folder).rglob("*"))
+    return End(stop, taken, stage, status, duration, said, left)
+
+
+def time_to_ready() -> float:
+    """How long a node takes to be ready here, with everything compiled [s]."""
+    for _attempt in range(2):  # the first one compiles
+        with tempfile.TemporaryFile("w+") as log:
+            begin = time.monotonic()
+            process = subprocess.Popen(NODE, stdout=log, stderr=log, env=environment(0, None))
+            text = ""
+            while "]: ready" not in text:
+                if process.poll() is not None or time.monotonic() - begin > READY:
+                    process.kill()
+                    raise SystemExit(f"the node does not get ready:\n{text}")
+                time.sleep(0.02)
+                log.seek(0)
+                text = log.read()
+            ready = time.monotonic() - begin
+            process.terminate()
+            process.wait(PATIENCE)
+    return ready
+
+
+def stage_of(end: End) -> str:
+    """In which stage the signal came, without what differs from run to run."""
+    kind = "cold" if end.stop.cold else "warm"
+    words = end.stage.split(" after ")[0].split(" (after")[0]
+    return f"{kind}: {words[:60]}"
+
+
+def report(ends: list[End]) -> str:
+    """What came of all starts."""
+    taken = [end for end in ends if end.taken]
+    early = [end for end in ends if not end.taken]
+    lines = [f"{len(taken)} starts with signals the node takes: exit statuses"]
+    lines += [
+        f"  {status:4}: {count}" for status, count in Counter(e.status for e in taken).items()
+    ]
+    if taken:
+        times = sorted(end.duration for end in taken)
+        lines.append(
+            f"  from signal to end: median {times[len(times) // 2]:.2f} s, "
+            f"99 % {times[int(0.99 * len(times))]:.2f} s, longest {times[-1]:.2f} s"
+        )
+        kinds = Counter(
+            " + ".join(number.name for number in end.stop.sent)
+            + (", blocked before" if end.stop.blocked else "")
+            for end in taken
+        )
+        lines += [f"  {kind}: {count}" for kind, count in sorted(kinds.items())]
+        lines.append("  last line of the log:")
+        stages = Counter(map(stage_of, taken))
+        lines += [f"    {stage}: {count}" for stage, count in sorted(stages.items())]
+        lines.append(f"  files left half written: {sum(end.left for end in taken)}")
+    lines.append(f"{len(early)} signals before the first line of the node: exit statuses")
+    lines += [
+        f"  {status:4}: {count}" for status, count in Counter(e.status for e in early).items()
+    ]
+    if early:
+        lines.append(f"  the last of them {max(e.stop.delay for e in early):.3f} s after the start")
+    for end in ends:
+        if not end.good:
+            lines.append(f"FAULT: {end}")
+    return "\n".join(lines)
+
+
+def main() -> int:
+    """Run everything; exit status 1 if a start did not end as it should."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--starts", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--cold", type=float, default=0.1, help="share without compiled kernels")
+    parser.add_argument("--blocked", type=float, default=0.2, help="share with signals blocked")
+    parser.add_argument("--together", type=int, default=2, help="starts at the same time")
+    parser.add_argument("--only", type=int, help="repeat the start with this number")
+    options = parser.parse_args()
+    ready = time_to_ready()
+    print(f"seed {options.seed}; a node is ready after {ready:.1f} s", flush=True)
+    numbers = range(options.starts) if options.only is None else [options.only]
+    stops = [drawn(number, options, ready) for number in numbers]
+    ends = []
+    with ThreadPoolExecutor(options.together) as pool:
+        for end in pool.map(end_of, stops):
+            ends.append(end)
+            if not end.good:
+                print(f"FAULT: {end}", flush=True)
+            if len(ends) % 50 == 0:
+                print(f"{len(ends)} of {len(stops)}", flush=True)
+    print(report(ends))
+    return 0 if all(end.good for end in ends) and any(end.taken for end in ends) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
