@@ -12,6 +12,9 @@ export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
 # Nodes of other people on the network stay out of tests and demonstration.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
+# Tests run in as many processes as there are cores; PYTEST_ARGS="-n 0" runs them in one.
+PYTEST := -m pytest -n logical --maxprocesses 4 --dist loadgroup
+
 .PHONY: help setup demo test test-oldest lint paper bench colcon clean
 
 help:  ## list the targets
@@ -24,12 +27,12 @@ demo: setup  ## start the node, call its services, show the result
 	@.venv/bin/cpr_demo
 
 test: setup  ## run every test (PYTEST_ARGS="-m 'not slow'" to choose)
-	@.venv/bin/python -m pytest $(PYTEST_ARGS)
+	@.venv/bin/python $(PYTEST) $(PYTEST_ARGS)
 
 test-oldest: export AMENT_PREFIX_PATH := $(CURDIR)/.venv-oldest
 test-oldest:  ## run every test with the numpy, scipy, numba and matplotlib of Ubuntu 24.04 (Python 3.11)
 	@bash tools/setup.sh oldest
-	@.venv-oldest/bin/python -m pytest $(PYTEST_ARGS)
+	@.venv-oldest/bin/python $(PYTEST) $(PYTEST_ARGS)
 
 lint: setup  ## check style, formatting and types
 	.venv/bin/ruff check

@@ -52,11 +52,19 @@ setup(
         *share("launch"),
         *share("rviz"),
     ],
-    install_requires=["numpy", "scipy", "numba", "pyyaml", "jsonschema", "tqdm", "matplotlib"],
+    install_requires=[
+        "numpy",
+        "scipy",
+        "numba>=0.58,<0.69",  # of which private interfaces are used: cpr_core/numba_fence
+        "pyyaml",
+        "jsonschema",
+        "tqdm",
+        "matplotlib",
+    ],
     extras_require={
         "ros": ROS_WHEELS,
         "maps": ["xarray"],
-        "test": ["pytest", "hypothesis", "xarray", "distributed"],
+        "test": ["pytest", "pytest-xdist", "hypothesis", "xarray", "distributed"],
     },
     entry_points={
         "console_scripts": [

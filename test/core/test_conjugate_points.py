@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.reference_paths import numbers, read, straight_path
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
-from test_reference_paths import numbers, read, straight_path
 
 from cpr_core import (
     InvalidRequest,

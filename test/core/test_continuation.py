@@ -5,8 +5,8 @@
 
 import numpy as np
 import pytest
-from robustness import RANGES, distance, regularity
 
+from benchmarks.robustness import RANGES, distance, regularity
 from cpr_core import (
     InvalidRequest,
     Loads,
@@ -115,7 +115,7 @@ def test_a_load_beyond_the_critical_one_stops_at_the_fold(name):
 
 def test_a_column_meets_a_bifurcation_not_a_fold():
     """The straight column under its axial load: the branch goes on, unstable."""
-    from test_analytic import AT_TIP, BENDING, LENGTH, column
+    from helpers.columns import AT_TIP, BENDING, LENGTH, column
 
     from cpr_core.description import joints, motors
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.reference_paths import numbers, read, straight_path
+from helpers.rough_homes import ROUGH, continuous_home
 from numpy.testing import assert_allclose
-from rough_homes import ROUGH, continuous_home
-from test_reference_paths import numbers, read, straight_path
 
 from cpr_core import (
     InvalidRequest,

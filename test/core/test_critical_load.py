@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-from test_analytic import AT_TIP, BENDING, LENGTH, Guided, column
+from helpers.columns import AT_TIP, BENDING, LENGTH, Guided, column
 
 from cpr_core import InvalidRequest, Loads, NoSolution, load_robot, solve_forward, solve_home
 from cpr_core.description import joints, motors

@@ -8,8 +8,8 @@ from multiprocessing import get_context
 
 import numpy as np
 import pytest
-from robustness import distance, residual
 
+from benchmarks.robustness import distance, residual
 from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home
 from cpr_core.reference.conjugate_points import conjugate_points
 from cpr_core.reference.continuous_rods import solve_continuous

@@ -5,9 +5,9 @@
 
 import numpy as np
 import pytest
+from helpers.reference_paths import numbers, read
+from helpers.rough_homes import continuous_home
 from numpy.testing import assert_allclose
-from rough_homes import continuous_home
-from test_reference_paths import numbers, read
 
 from cpr_core import InvalidRequest, Loads, NoForwardSolution, load_robot
 from cpr_core.reference.finite_differences import (

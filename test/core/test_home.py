@@ -8,8 +8,8 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robustness import distance, residual
 
+from benchmarks.robustness import distance, residual
 from cpr_core import (
     CprError,
     DescriptionError,

@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-from shipped_steps import STEPS
+from helpers.shipped_steps import STEPS
 
 from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home, solve_inverse
 from cpr_core.description.description_file import shipped_robots

@@ -9,8 +9,8 @@ import weakref
 
 import numpy as np
 import pytest
-from shipped_steps import STEPS
-from test_analytic import AT_TIP, column
+from helpers.columns import AT_TIP, column
+from helpers.shipped_steps import STEPS
 
 from cpr_core import (
     Loads,

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from differences import random_state
+from helpers.differences import random_state
 from scipy.integrate import solve_ivp
 
 from cpr_core import Loads, load_robot

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from differences import derivative, model_at, random_state
+from helpers.differences import derivative, model_at, random_state
 
 from cpr_core import Loads, load_robot, solve_forward, solve_home
 from cpr_core.description import joints, motors

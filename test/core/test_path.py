@@ -5,8 +5,8 @@
 
 import numpy as np
 import pytest
-from robustness import RANGES, distance
 
+from benchmarks.robustness import RANGES, distance
 from cpr_core import load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.solving.path import Path

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.polynomial import Polynomial, legendre
 from numpy.testing import assert_allclose
-from robustness import RANGES
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
+from benchmarks.robustness import RANGES
 from cpr_core import NotReached, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.rotation_kernel import rotation_steps

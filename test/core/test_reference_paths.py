@@ -3,29 +3,11 @@
 
 """Both paper paths against continuous-rod solutions found by another method (test/data)."""
 
-import csv
-from pathlib import Path
-
 import numpy as np
 import pytest
+from helpers.reference_paths import numbers, read, straight_path
 
 from cpr_core import load_robot, solve_forward, solve_home, solve_inverse
-
-DATA = Path(__file__).parents[1] / "data"
-
-
-def read(name):
-    lines = [line for line in (DATA / name).read_text().splitlines() if not line.startswith("#")]
-    return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)]
-
-
-def numbers(row, *keys):
-    return np.array([row[key] for key in keys])
-
-
-def straight_path(rows, keys, count=50):
-    first, last = numbers(rows[0], *keys), numbers(rows[-1], *keys)
-    return [first + (last - first) * t / count for t in range(count + 1)]
 
 
 def test_rfrfr_path_with_twelve_modes():

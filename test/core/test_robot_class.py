@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from helpers.shipped_steps import STEPS
 from scipy.integrate import quad
-from shipped_steps import STEPS
 
 from cpr_core import (
     CprError,

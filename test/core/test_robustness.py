@@ -4,7 +4,8 @@
 """Random far requests, there and back: the experiments of docs/robustness.md."""
 
 import pytest
-from robustness import COUNTS, RANGES, experiment
+
+from benchmarks.robustness import COUNTS, RANGES, experiment
 
 
 @pytest.mark.slow

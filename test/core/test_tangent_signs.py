@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robustness import RANGES
 
+from benchmarks.robustness import RANGES
 from cpr_core import (
     Loads,
     NotReached,
@@ -100,7 +100,7 @@ def test_indices_beyond_two_crossings():
 
 def test_straight_legs_are_counted_all_the_same():
     """A straight rod under no force cannot be eliminated on its own."""
-    from test_analytic import AT_TIP, column
+    from helpers.columns import AT_TIP, column
 
     from cpr_core.description import joints, motors
 

@@ -7,8 +7,8 @@ import itertools
 
 import numpy as np
 import pytest
-from robustness import distance
 
+from benchmarks.robustness import distance
 from cpr_core import (
     InvalidRequest,
     critical_load,

@@ -5,8 +5,8 @@
 
 import numpy as np
 import pytest
-from robustness import distance
 
+from benchmarks.robustness import distance
 from cpr_core import (
     InvalidRequest,
     Loads,

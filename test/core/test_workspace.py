@@ -8,7 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from workspace_cases import assert_same, content_of_rfrfr, rfrfr, six_rfs, small_grid, small_map
+from helpers.workspace_cases import (
+    assert_same,
+    content_of_rfrfr,
+    rfrfr,
+    six_rfs,
+    small_grid,
+    small_map,
+)
 
 from cpr_core import (
     NoInverseSolution,

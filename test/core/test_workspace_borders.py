@@ -5,8 +5,8 @@
 
 import numpy as np
 import pytest
+from helpers.workspace_cases import rfrfr, small_grid, small_map
 from scipy.optimize import brentq
-from workspace_cases import rfrfr, small_grid, small_map
 
 from cpr_core import InvalidRequest, NoInverseSolution, load_robot, solve_inverse
 from cpr_core.workspace import map_workspace, pose_grid

@@ -7,7 +7,7 @@ import json
 
 import numpy as np
 import pytest
-from workspace_cases import rfrfr, six_rfs, small_map
+from helpers.workspace_cases import rfrfr, six_rfs, small_map
 
 from cpr_core import InvalidRequest, solve_home
 from cpr_core.command_line import main

@@ -7,7 +7,7 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import pytest
-from workspace_cases import assert_same, rfrfr, small_grid, small_map
+from helpers.workspace_cases import assert_same, rfrfr, small_grid, small_map
 
 from cpr_core import load_robot, solve_home
 from cpr_core.workspace import map_workspace, pose_grid

@@ -11,7 +11,7 @@ import time
 import numpy as np
 import pytest
 import xarray
-from workspace_cases import assert_same, rfrfr, six_rfs, small_grid, small_map
+from helpers.workspace_cases import assert_same, rfrfr, six_rfs, small_grid, small_map
 
 from cpr_core import InvalidRequest
 from cpr_core.workspace import map_workspace, pose_grid

@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-from workspace_cases import content_of_rfrfr, rfrfr, six_rfs
+from helpers.workspace_cases import content_of_rfrfr, rfrfr, six_rfs
 
 from cpr_core import InvalidRequest, NoInverseSolution, NonFiniteInput, load_robot, solve_home
 from cpr_core.workspace import map_workspace, motor_grid, pose_grid

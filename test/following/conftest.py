@@ -4,7 +4,7 @@
 """Fixtures: a follower of each paper robot."""
 
 import pytest
-from drive import Drive, robot
+from helpers.drive import Drive, robot
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from drive import robot
+from helpers.drive import robot
 
 from cpr_core import InvalidRequest
 from cpr_ros.external_wrench import ExternalWrench

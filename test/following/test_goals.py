@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-from drive import robot
+from helpers.drive import robot
 
 from cpr_core import solve_forward, solve_home
 from cpr_core.lie import rotation_log

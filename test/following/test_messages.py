@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from cpr_msgs.msg import ErrorCode
-from drive import SETTINGS, Drive, changed_robot, robot
 from geometry_msgs.msg import WrenchStamped
+from helpers.drive import SETTINGS, Drive, changed_robot, robot
 from sensor_msgs.msg import JointState
 
 from cpr_core import InvalidRequest, NonFiniteInput, leg_shapes, solve_home

@@ -4,7 +4,7 @@
 """Following measured motors."""
 
 import numpy as np
-from drive import SETTINGS, robot
+from helpers.drive import SETTINGS, robot
 
 from cpr_core import solve_home
 from cpr_ros.assessment import Assessment

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from drive import PERIOD, SETTINGS, THRESHOLDS, Drive, changed_robot, robot
+from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, Drive, changed_robot, robot
 
 from cpr_core import Equilibrium, load_robot, solve_home
 from cpr_ros.assessment import Threshold

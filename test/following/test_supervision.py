@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drive import THRESHOLDS, robot
+from helpers.drive import THRESHOLDS, robot
 
 from cpr_core import solve_home, solve_inverse
 from cpr_ros.assessment import MEASURES, Assessment, Threshold, thresholds_problem

@@ -6,19 +6,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import pytest
-from driver import Driver
-from node_process import Client, NodeProcess, free_domain
-
-
-@dataclass(frozen=True)
-class Running:
-    """A node and a client."""
-
-    process: NodeProcess
-    client: Client
+from helpers.driver import Driver
+from helpers.node_process import Client, NodeProcess, Running, free_domain
 
 
 def _run(tmp_path_factory: pytest.TempPathFactory, robot: str) -> Iterator[Running]:

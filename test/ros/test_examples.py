@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 from cpr_msgs.msg import StabilityMetrics
-from driver import Driver
-from node_process import TIMEOUT
+from helpers.driver import Driver
+from helpers.node_process import TIMEOUT
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

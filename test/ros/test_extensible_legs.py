@@ -5,11 +5,10 @@
 
 import pytest
 import yaml
-from conftest import Running
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import SolveForward
-from driver import Driver
-from node_process import Client, NodeProcess, free_domain
+from helpers.driver import Driver
+from helpers.node_process import Client, NodeProcess, Running, free_domain
 from sensor_msgs.msg import JointState
 
 from cpr_core.description.description_file import shipped_robots

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveInverse
-from driver import Driver
 from geometry_msgs.msg import PoseStamped, WrenchStamped
-from node_process import TIMEOUT, Client, NodeProcess, free_domain
+from helpers.driver import Driver
+from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -86,6 +86,7 @@ def test_a_bad_message_is_dropped_whole_and_warned_about(rfrfr, drive, case):
     np.testing.assert_array_equal(drive.motors, HOME)
 
 
+@pytest.mark.alone(reason="messages have to come in time")
 def test_a_bad_message_does_not_feed_the_watchdog_of_a_good_one(drive):
     assert drive.set_parameters(setpoint_timeout=0.3).successful
     try:
@@ -128,6 +129,7 @@ def test_a_timeout_of_zero_makes_nothing_stale(drive):
         assert drive.set_parameters(max_speed=4.0).successful
 
 
+@pytest.mark.alone(reason="messages have to come in time")
 def test_a_timeout_below_a_second_is_kept(drive):
     assert drive.set_parameters(setpoint_timeout=0.2, max_speed=0.05).successful
     try:
@@ -141,6 +143,7 @@ def test_a_timeout_below_a_second_is_kept(drive):
         assert drive.set_parameters(setpoint_timeout=0.0, max_speed=4.0).successful
 
 
+@pytest.mark.alone(reason="takes all the machine can do")
 def test_a_flood_of_setpoints_at_5_khz(rfrfr, drive):
     """Two seconds, from a process of its own; the last one wins and services answer meanwhile."""
     flood = subprocess.Popen(
@@ -180,6 +183,7 @@ rclpy.shutdown()
 """
 
 
+@pytest.mark.alone(reason="takes all the machine can do")
 def test_a_burst_of_a_thousand_parallel_calls(drive):
     client = drive.client.node.create_client(
         SolveInverse, "/cpr_node/solve_inverse", qos_profile=QoSProfile(depth=1000)
@@ -278,7 +282,7 @@ def test_an_incompatible_quality_of_service_is_logged(rfrfr):
 def test_a_solver_that_fails_halts_the_robot_and_it_goes_on_afterwards(tmp_path):
     domain = free_domain()
     process = NodeProcess(
-        tmp_path / "node.log", domain, ["-p", "robot:=rfrfr"], module="failing_node"
+        tmp_path / "node.log", domain, ["-p", "robot:=rfrfr"], module="helpers.failing_node"
     )
     process.wait_for_log("ready")
     client = Client(domain)
@@ -332,7 +336,7 @@ def test_a_signal_at_any_time_ends_the_node_cleanly(tmp_path, how):
 
 def test_a_signal_that_a_library_turns_into_an_error_ends_the_node_cleanly(tmp_path):
     process = NodeProcess(
-        tmp_path / "node.log", free_domain(), ["-p", "robot:=rfrfr"], module="deaf_node"
+        tmp_path / "node.log", free_domain(), ["-p", "robot:=rfrfr"], module="helpers.deaf_node"
     )
     assert process.process.wait(timeout=60) == 0, process.output()
     assert "Traceback" not in process.output()

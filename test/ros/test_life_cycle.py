@@ -10,10 +10,10 @@ import pytest
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveForward
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from driver import Driver
+from helpers.driver import Driver
+from helpers.node_process import Client, NodeProcess, free_domain
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
-from node_process import Client, NodeProcess, free_domain
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
 from std_srvs.srv import SetBool, Trigger

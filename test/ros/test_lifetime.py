@@ -6,7 +6,7 @@
 import signal
 
 import pytest
-from node_process import TIMEOUT, NodeProcess, free_domain
+from helpers.node_process import TIMEOUT, NodeProcess, free_domain
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from cpr_msgs.msg import Equilibrium, ErrorCode, Loads, StabilityMetrics
 from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
-from driver import Driver
 from geometry_msgs.msg import PoseStamped, WrenchStamped
+from helpers.driver import Driver
 from hypothesis import HealthCheck, Phase, given, settings
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray

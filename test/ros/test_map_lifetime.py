@@ -8,11 +8,11 @@ import signal
 import pytest
 from action_msgs.msg import GoalStatus
 from cpr_msgs.msg import ErrorCode
-from driver import Driver
+from helpers.driver import Driver
+from helpers.map_client import MEDIUM, MapClient, lives, workers_of
+from helpers.node_process import Client, NodeProcess, free_domain
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from map_client import MEDIUM, MapClient, lives, workers_of
-from node_process import Client, NodeProcess, free_domain
 
 import cpr_core
 from cpr_core.workspace.store import read_map

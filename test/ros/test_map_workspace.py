@@ -13,7 +13,7 @@ from action_msgs.msg import GoalStatus
 from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
-from map_client import LONG, MEDIUM, SMALL, MapClient, lives, workers_of
+from helpers.map_client import LONG, MEDIUM, SMALL, MapClient, lives, workers_of
 
 import cpr_core
 from cpr_core import solve_home

@@ -6,8 +6,8 @@
 import numpy as np
 import pytest
 from cpr_msgs.msg import StabilityMetrics
-from driver import Driver
-from node_process import Client, NodeProcess, free_domain
+from helpers.driver import Driver
+from helpers.node_process import Client, NodeProcess, free_domain
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveForward
-from driver import Driver
 from geometry_msgs.msg import PoseStamped
-from node_process import Client, NodeProcess, free_domain
+from helpers.driver import Driver
+from helpers.node_process import Client, NodeProcess, free_domain
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 

@@ -42,6 +42,7 @@ def test_metrics_are_those_of_the_library(six_rfs):
     assert metrics.margin_trend == 0.0
 
 
+@pytest.mark.alone(reason="messages have to come in time")
 def test_trend_and_age_tell_of_motion(drive):
     drive.set_parameters(max_speed=1.0)
     try:
@@ -118,6 +119,7 @@ def send_wrench(drive, fx, fy, frame=""):
     drive.wrench.publish(message)
 
 
+@pytest.mark.alone(reason="messages have to come in time")
 @pytest.mark.parametrize("frame", ["", "base", "platform"])
 def test_an_external_wrench_acts_and_ends_with_its_timeout(drive, frame):
     robot = cpr_core.load_robot("rfrfr")

@@ -15,6 +15,7 @@ import numpy as np
 from cpr_core import (
     Equilibrium,
     NotReached,
+    PathEvent,
     Robot,
     kinemato_statics,
     load_robot,
@@ -26,6 +27,8 @@ from cpr_core import (
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.model.model_state import evaluate
 from cpr_core.solving.limits import margins
+
+PAGE = Path(__file__).parents[1] / "docs" / "robustness.md"
 
 #: How far motors are moved from home, rad or m.
 RANGES = {
@@ -70,9 +73,10 @@ def experiment(name: str, problem: str, count: int, seed: int = 1) -> Outcome:
             there = solve(target, start=home)
             outcome.ends["reached"] += 1
         except NotReached as end:
-            outcome.ends[end.event.kind] += 1
-            there = end.event.equilibrium
-            if not _real(end, problem, home):
+            event = _event_of(end)
+            outcome.ends[event.kind] += 1
+            there = event.equilibrium
+            if not _real(event, problem, home):
                 outcome.not_real.append(f"{number}: {end}")
         if residual(there) > 1e-10:
             outcome.not_equilibria += 1
@@ -104,12 +108,19 @@ def _random_target(robot: Robot, problem: str, random: np.random.Generator) -> n
             continue
 
 
-def _real(end: NotReached, problem: str, home: Equilibrium) -> bool:
+def _event_of(end: NotReached) -> PathEvent:
+    """What a walk ended with; an end without an event is not to happen here."""
+    if end.event is None:
+        raise end
+    return end.event
+
+
+def _real(event: PathEvent, problem: str, home: Equilibrium) -> bool:
     """Whether an event is what it says, by quantities the walk does not use."""
-    here = end.event.equilibrium
-    if end.event.kind.endswith("_limit"):
+    here = event.equilibrium
+    if event.kind.endswith("_limit"):
         return bool(np.abs(margins(here)).min() < 1e-6)
-    if end.event.kind in ("fold", "bifurcation"):
+    if event.kind in ("fold", "bifurcation"):
         return regularity(here, problem) < 1e-2 * regularity(home, problem)
     return False
 
@@ -164,7 +175,7 @@ def main() -> None:
         "Random requests from home, as far as the ranges below, each walked there and from where it "
         "ended back to home. Targets of the inverse problem and of the problem by effort are poses and "
         "efforts of equilibria that motors can reach; the straight path in the pose or in the efforts "
-        "may all the same lead through folds or limits. Written by `python docs/robustness.py`; "
+        "may all the same lead through folds or limits. Written by `python -m benchmarks.robustness`; "
         "`test/core/test_robustness.py` runs the same.",
         "",
         f"| robot | range | given | targets | {' | '.join(kinds)} | events not real | no equilibrium "
@@ -191,7 +202,7 @@ def main() -> None:
         "lengths, E J / l).",
         "",
     ]
-    (Path(__file__).parent / "robustness.md").write_text("\n".join(lines), encoding="utf-8")
+    PAGE.write_text("\n".join(lines), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from cpr_core.description.description_file import shipped_robots
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
+FIGURE = Path(__file__).parents[1] / "docs" / "images" / "convergence.png"
 MODES = range(2, 13)
 STEP = 0.05  # every second motor is moved by this, rad; a rod length by a tenth of it
 
@@ -39,9 +40,7 @@ def main() -> None:
     axes.set_ylabel("error of the platform position [m]")
     axes.grid(alpha=0.3)
     axes.legend()
-    figure.savefig(
-        Path(__file__).parent / "images" / "convergence.png", dpi=120, bbox_inches="tight"
-    )
+    figure.savefig(FIGURE, dpi=120, bbox_inches="tight")
 
 
 if __name__ == "__main__":

@@ -12,8 +12,9 @@ from typing import Any
 
 from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import MapAxis
-from node_process import TIMEOUT, Client
 from rclpy.action import ActionClient
+
+from helpers.node_process import TIMEOUT, Client
 
 #: A map may have to wait for its kernels to be compiled.
 MAP_TIMEOUT = 300.0

@@ -5,15 +5,17 @@
 
 from __future__ import annotations
 
-import itertools
+import fcntl
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import rclpy
 from rclpy.context import Context
@@ -26,12 +28,33 @@ import cpr_ros
 START_TIMEOUT = 240.0
 TIMEOUT = 20.0
 
-_domains = itertools.count(os.getpid())
+#: Those whose ports are not given to others by the operating system.
+DOMAINS = range(1, 102)
+_own: dict[int, IO[str]] = {}
 
 
 def free_domain() -> int:
-    """A ROS domain for one test, so that tests do not hear each other."""
-    return next(_domains) % 100 + 1
+    """A ROS domain for one test, so that tests do not hear each other.
+
+    A domain is locked until this process ends: other workers and other runs on this machine take others.
+    If none is left, the one that this process took first is used again.
+    """
+    folder = Path(tempfile.gettempdir()) / "cpr_ros_test_domains"
+    folder.mkdir(exist_ok=True)
+    for domain in DOMAINS:
+        if domain not in _own:
+            lock = (folder / str(domain)).open("a")
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                lock.close()
+            else:
+                _own[domain] = lock
+                return domain
+    assert _own, "every ROS domain is taken by other tests"
+    oldest = next(iter(_own))
+    _own[oldest] = _own.pop(oldest)
+    return oldest
 
 
 class NodeProcess:
@@ -52,7 +75,7 @@ class NodeProcess:
         # The code under test is this tree's, whether or not it is installed.
         root = str(Path(cpr_ros.__file__).parents[1])
         environment["PYTHONPATH"] = os.pathsep.join(
-            [root, str(Path(__file__).parent), *filter(None, [environment.get("PYTHONPATH")])]
+            [root, str(Path(__file__).parents[1]), *filter(None, [environment.get("PYTHONPATH")])]
         )
         with log.open("w") as output:
             self.process = subprocess.Popen(
@@ -121,3 +144,11 @@ class Client:
         self.executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
+
+
+@dataclass(frozen=True)
+class Running:
+    """A node and a client."""
+
+    process: NodeProcess
+    client: Client

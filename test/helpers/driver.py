@@ -13,13 +13,14 @@ import numpy as np
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveForward
 from geometry_msgs.msg import PoseStamped, WrenchStamped
-from node_process import TIMEOUT, Client
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
+
+from helpers.node_process import TIMEOUT, Client
 
 
 class Driver:

@@ -1,0 +1,43 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Tests in several processes at once: kernels compiled before, modules of a node kept together."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+from helpers.room import Room
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the kernels once, before workers start that would all do it."""
+    if getattr(session.config.option, "numprocesses", None):
+        subprocess.run([sys.executable, "-m", "cpr_core.command_line", "compile"], check=True)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """One worker runs a module that starts a node for all its tests."""
+    for item in items:
+        if item.path.parent.name == "ros":
+            item.add_marker(pytest.mark.xdist_group(item.path.stem))
+
+
+@pytest.fixture(scope="session")
+def _room(request: pytest.FixtureRequest) -> Room:
+    """The same for all workers of a run."""
+    run = getattr(request.config, "workerinput", {}).get("testrunuid", "one-process")
+    return Room(Path(tempfile.gettempdir()) / f"cpr_ros_tests_{run}")
+
+
+@pytest.fixture(autouse=True)
+def _alone_or_with_others(request: pytest.FixtureRequest, _room: Room):
+    """Tests marked as ``alone`` run while no other worker runs a test."""
+    with _room.entered(alone=request.node.get_closest_marker("alone") is not None):
+        yield
