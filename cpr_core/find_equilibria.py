@@ -22,7 +22,7 @@ from .errors import NotReached
 from .geometrico_statics import refine, solve_forward
 from .loads import Loads
 from .model import evaluate
-from .robot import Robot
+from .robot import Robot, checked_robot
 from .targets import check_rod_lengths
 from .validation import checked_count, checked_vector
 
@@ -90,6 +90,7 @@ def find_equilibria(
         InvalidRequest: Wrong number of motors, a rod length of zero or less, or no start.
         NonFiniteInput: A NaN or an infinity.
     """
+    checked_robot(robot)
     values = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
     check_rod_lengths(robot, values)
     starts, seed = checked_count("starts", starts, 1), checked_count("seed", seed, 0)

@@ -19,11 +19,17 @@ from .errors import (
     UnstableEquilibrium,
 )
 from .events import PathEvent
-from .lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
+from .lie import (
+    quaternion_from_rotation,
+    roll_pitch_yaw,
+    rotation_from_angles,
+    rotation_from_quaternion,
+)
 from .limits import check_limits, limit_error
 from .loads import Loads
 from .one_step import one_step
-from .robot import Robot
+from .plausibility import quaternion_order_doubt, request_doubt
+from .robot import Robot, checked_robot
 from .targets import EffortTarget, MotorTarget, PlatformTarget, Target
 from .validation import checked_matrix, checked_time, checked_vector
 
@@ -196,7 +202,9 @@ def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
         angles[axis] = values.get(name, angles[axis])
     if start.robot.controls_angles:
         if abs(angles[1]) > 0.5 * np.pi:
-            raise InvalidRequest("pose", f"expected a pitch of at most pi/2, got {angles[1]:g}")
+            raise InvalidRequest(
+                "pose", f"expected a pitch of at most pi/2 rad, got {angles[1]:g} rad"
+            )
         rotation = rotation_from_angles(*angles)
     if "angle" in values:
         cosine, sine = np.cos(values["angle"]), np.sin(values["angle"])
@@ -228,6 +236,7 @@ def restore_equilibrium(
         InvalidRequest: Wrong lengths, or the numbers are no equilibrium of this robot and these loads.
         NonFiniteInput: A NaN or an infinity.
     """
+    checked_robot(robot)
     state = np.zeros(len(robot.arrays.unit))
     state[robot.motor_indices] = _motor_vector(robot, "motors", motors)
     for name, indices, values in (
@@ -293,8 +302,9 @@ def checked_start(robot: Robot, start: Equilibrium | None) -> Equilibrium:
     """The start of a request; home where none is given.
 
     Raises:
-        InvalidRequest: A start of another robot.
+        InvalidRequest: No robot, or a start of another one.
     """
+    checked_robot(robot)
     if start is None:
         return robot.home
     if not isinstance(start, Equilibrium):
@@ -326,13 +336,30 @@ def _followed(
         time_limit=time_limit,
     )
     if walk.stopped is not None:
-        raise _not_reached(walk.stopped, walk, what, target, stable_only)
+        raise _not_reached(walk.stopped, walk, start, what, target, stable_only)
     check_limits(walk.last)
     return walk.last
 
 
+def _doubt(start: Equilibrium, target: Target) -> str:
+    """What looks like another unit or order of numbers in a target, in words; empty: nothing."""
+    description = start.robot.description
+    if isinstance(target, MotorTarget):
+        return request_doubt(description, target.motors, None)
+    if isinstance(target, PlatformTarget):
+        return request_doubt(description, None, target.position) or quaternion_order_doubt(
+            quaternion_from_rotation(target.rotation), start.platform_quaternion
+        )
+    return ""
+
+
 def _not_reached(
-    event: PathEvent, walk: Walk, what: str, target: Target, stable_only: bool
+    event: PathEvent,
+    walk: Walk,
+    start: Equilibrium,
+    what: str,
+    target: Target,
+    stable_only: bool,
 ) -> NotReached:
     """The error of a walk that was stopped."""
     if walk.violation is not None:
@@ -346,6 +373,8 @@ def _not_reached(
         f"{100.0 * event.fraction:.2f} % of the way, to motors ({motors}) "
         f"and platform position ({position})"
     )
+    doubt = _doubt(start, target)
+    text += f"; {doubt}" if doubt else ""
     if event.kind == "time_limit":
         return TimeLimitExceeded(text, event.fraction, walk.last, event)
     if stable_only and event.kind in ("stability", "bifurcation"):

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
@@ -20,7 +22,13 @@ from .assembly import (
 )
 from .description import HomeGuess
 from .equilibrium import Equilibrium
-from .errors import DescriptionError, MotorLimitExceeded, NoForwardSolution, NotReached
+from .errors import (
+    DescriptionError,
+    DescriptionWarning,
+    MotorLimitExceeded,
+    NoForwardSolution,
+    NotReached,
+)
 from .geometrico_statics import refine, solve_forward
 from .limits import check_limits
 from .loads import Loads
@@ -35,6 +43,8 @@ Floats = NDArray[np.float64]
 #: Eigenvalue of H_r, relative to the largest one, that counts as no stiffness, and how much of a motion
 #: without stiffness the platform has at least for it to be its own.
 _NO_STIFFNESS, _LOOSE = 1e-9, 0.1
+#: Distance from the rough pose to the home found that is no roughness any more, in rod lengths.
+_ROUGH = 0.5
 
 
 def solve_home(robot: Robot) -> Equilibrium:
@@ -43,6 +53,9 @@ def solve_home(robot: Robot) -> Equilibrium:
     Raises:
         NoForwardSolution: No equilibrium was found.
         DescriptionError: The loads cannot be borne, or a limit does not hold at home.
+
+    Warns:
+        DescriptionWarning: Home is far from the rough pose of the platform.
     """
     guess, source = robot.description.home, robot.description.source
     if guess.strain is not None:
@@ -61,7 +74,23 @@ def solve_home(robot: Robot) -> Equilibrium:
     loose = _loose_motion(home)
     if loose:
         raise NoForwardSolution(f"{source}: home: {loose}", 0.0, None)
+    _check_distance(guess, home)
     return home
+
+
+def _check_distance(guess: HomeGuess, home: Equilibrium) -> None:
+    """Whether the rough pose of the platform was a rough one, and no other."""
+    if guess.platform_position is None:
+        return
+    distance = float(np.linalg.norm(guess.platform_position - home.platform_position))
+    if distance > _ROUGH * home.robot.mean_length:
+        position = ", ".join(f"{value:.4g}" for value in home.platform_position)
+        warnings.warn(
+            f"{home.robot.description.source}: home.platform.position: the home equilibrium found is "
+            f"{distance:.3g} m from there, at ({position}) m: give a better position, or none",
+            DescriptionWarning,
+            stacklevel=2,
+        )
 
 
 def _loaded(robot: Robot, guess: HomeGuess, unloaded: Equilibrium) -> Equilibrium:

@@ -192,5 +192,5 @@ def quaternion_order_doubt(quaternion: Floats, before: Floats) -> str:
     """
     w, x, y, z = quaternion
     if abs(quaternion @ before) < 0.7 and abs(np.array([z, w, x, y]) @ before) > 0.94:
-        return f"the quaternion ({w:.4g}, {x:.4g}, {y:.4g}, {z:.4g}) {_ORDER}"
+        return f"the quaternion {_ORDER}"
     return ""

@@ -21,7 +21,7 @@ from scipy.io import netcdf_file
 
 from ..errors import InvalidRequest
 from ..loads import Loads
-from ..robot import Robot
+from ..robot import Robot, checked_robot
 from .borders import Border, BorderKind
 from .grid import Grid
 from .workspace_map import CellArrays, WorkspaceMap
@@ -136,7 +136,7 @@ def read_map(file: str | Path, robot: Robot, loads: Loads | None = None) -> Work
     Raises:
         InvalidRequest: No map, or one of another robot or other loads.
     """
-    loads = robot.default_loads if loads is None else loads
+    loads = checked_robot(robot).default_loads if loads is None else loads
     attributes, arrays = _read(file)
     if attributes.get("cpr_map_format") != FORMAT:
         raise InvalidRequest("file", f"expected a map of format {FORMAT} in {file}")
