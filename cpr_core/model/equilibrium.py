@@ -157,7 +157,7 @@ class Equilibrium:
     def pose(self) -> Floats:
         """Controlled coordinates in the order of the description, as `solve_inverse` takes them.
 
-        Of a platform with all its freedom: x y z in the world [m], then qw qx qy qz. Single angles are
+        Of a spatial robot with six motors: x y z in the world [m], then qw qx qy qz. Single angles are
         in radians. Empty where the inverse problem has no single solution. The whole platform is
         ``platform_position`` with ``platform_rotation`` or ``platform_quaternion``.
         """

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium, corrected, record_of
-from ..model.robot import Robot
+from ..model.robot import Robot, checked_robot
 from ..validation import checked_matrix, checked_vector
 from .requests import motor_vector
 
@@ -44,6 +44,7 @@ def restore_equilibrium(
         InvalidRequest: Wrong lengths, or the numbers are no equilibrium of this robot and these loads.
         NonFiniteInput: A NaN or an infinity.
     """
+    checked_robot(robot)
     state = np.zeros(len(robot.arrays.unit))
     state[robot.motor_indices] = motor_vector(robot, "motors", motors)
     for name, indices, values in (
