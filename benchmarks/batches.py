@@ -21,7 +21,7 @@ from cpr_core.workspace import motor_grid
 from cpr_core.workspace.batch_kernel import Arrivals, Cells
 from cpr_core.workspace.batches import Ways, go, in_pieces, joined
 from cpr_core.workspace.cell_problem import CellProblem, cell_problem
-from cpr_core.workspace.step_kernel import ARRIVED
+from cpr_core.workspace.way_kernel import ARRIVED
 
 from .measure import Case
 from .walks import walk_of
@@ -76,7 +76,7 @@ def _batch(count: int, modes: int) -> tuple[CellProblem, Cells, Ways]:
 
 def _signs(point: Equilibrium) -> tuple[int, int, int, int]:
     """As cells of a forward problem have them: its branch is told by the index with motors held."""
-    locked, free, inverse = point.inertia
+    locked, free, inverse = point.signs
     return locked, free, inverse, locked
 
 

@@ -17,9 +17,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from .arrays import LoadArrays
 from .equilibrium import Equilibrium
 from .geometrico_statics import refine
+from .kernel_arrays import LoadArrays
 from .lie import rotation_exp
 from .loads import Loads
 from .model import ModelValue, evaluate

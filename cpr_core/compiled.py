@@ -38,17 +38,17 @@ KERNEL_MODULES = (
     "condensation_kernel",
     "inertia_kernel",
     "newton_kernel",
-    "step_kernel",
+    "continuation_kernel",
     "pencil_kernel",
-    "first_order_kernel",
-    "bound_robot",
+    "linearisation_kernel",
+    "prepared_robot",
     "workspace.eigenvalue_kernel",
-    "workspace.step_kernel",
+    "workspace.way_kernel",
     "workspace.analysis_kernel",
     "workspace.batch_kernel",
 )
 #: What else the compiled code depends on: how it is compiled and what its data look like.
-_CONTEXT_MODULES = ("compiled", "kernel_compiler", "arrays", "slots", "pencil", "lanes")
+_CONTEXT_MODULES = ("compiled", "kernel_compiler", "kernel_arrays", "slots", "pencil", "lanes")
 
 #: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
 FASTMATH = {"contract", "nsz", "reassoc"}

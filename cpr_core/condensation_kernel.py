@@ -23,7 +23,7 @@ import numpy as np
 
 from .compiled import inlined, kernel, part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
-from .model_kernel import assemble
+from .model_kernel import tangent_into
 
 __all__ = [
     "CONDENSED",
@@ -245,7 +245,7 @@ def _whole_problem(robot, rows, columns, angles, work):
     unit, per_energy = robot.unit, 1.0 / robot.energy_unit
     inner, size, whole, tangent = robot.platform_index, rows.shape[0], work.whole, work.tangent
     motions = work.motions
-    assemble(robot, work, tangent)
+    tangent_into(robot, work, tangent)
     for i in range(inner + size):
         row = i if i < inner else rows[i - inner]
         for j in range(inner + size):

@@ -27,12 +27,12 @@ from .bracketing import (
     distance,
     landing,
 )
+from .continuation_kernel import LONGEST_STEP
 from .equilibrium import Equilibrium
 from .events import EventKind, PathEvent
 from .limits import Limit, limit_error
 from .loads import Loads
 from .path import OutOfTime, Path, Point, Tangent
-from .step_kernel import LONGEST_STEP
 from .targets import Target
 from .validation import checked_time
 

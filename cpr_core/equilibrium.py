@@ -12,18 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import Lanes, LoadArrays, kept_factors
-from .bound_robot import go_on_bound
-from .errors import InvalidRequest
-from .first_order import FirstOrder, first_order_from
-from .inertia import Inertia, inertia_from
-from .inertia_kernel import SINGULAR_LEG
-from .lie import quaternion_from_rotation
-from .loads import Loads
-from .newton_kernel import MOTORS
-from .newton_kernel import TOLERANCE as RESIDUAL_TOLERANCE
-from .robot import Robot
-from .step_kernel import (
+from .continuation_kernel import (
     EFFORT,
     ENERGY,
     POSITION,
@@ -33,6 +22,17 @@ from .step_kernel import (
     STEPS,
     UNPREDICTED,
 )
+from .errors import InvalidRequest
+from .inertia_kernel import SINGULAR_LEG
+from .kernel_arrays import Lanes, LoadArrays, kept_factors
+from .lie import quaternion_from_rotation
+from .linearisation import Linearisation, linearised
+from .loads import Loads
+from .newton_kernel import MOTORS
+from .newton_kernel import TOLERANCE as RESIDUAL_TOLERANCE
+from .prepared_robot import continue_prepared
+from .robot import Robot
+from .tangent_signs import TangentSigns, signs_at_equilibrium
 
 if TYPE_CHECKING:
     from .stability import Spectrum
@@ -58,7 +58,7 @@ class Equilibrium:
         robot: The robot.
         loads: Loads in force.
         load_arrays: The loads as the kernels see them.
-        record: The solution as the kernels keep it, see `step_kernel`; never to be written.
+        record: The solution as the kernels keep it, see `continuation_kernel`; never to be written.
         known_factors: The condensed tangent, where the solver has left it.
     """
 
@@ -124,9 +124,9 @@ class Equilibrium:
         return self._number(ENERGY)
 
     @cached_property
-    def inertia(self) -> Inertia:
+    def signs(self) -> TangentSigns:
         """Stability indices and the side of the inverse singularity."""
-        return inertia_from(self)
+        return signs_at_equilibrium(self)
 
     @property
     def converged(self) -> bool:
@@ -171,9 +171,9 @@ class Equilibrium:
         return replace(self, record=record)
 
     @cached_property
-    def first_order(self) -> FirstOrder:
+    def linearisation(self) -> Linearisation:
         """Smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
-        return first_order_from(self.robot, self.factors, self.record)
+        return linearised(self.robot, self.factors, self.record)
 
     @cached_property
     def spectrum_locked(self) -> Spectrum:
@@ -202,12 +202,12 @@ class Equilibrium:
     def index_locked(self) -> int:
         """Negative eigenvalues of H_r, motors held: 0 is stable."""
         found = self.record[self.robot.state_size + SIGNS]
-        return int(found) if found != SINGULAR_LEG else self.inertia.index_locked
+        return int(found) if found != SINGULAR_LEG else self.signs.index_locked
 
     @property
     def index_free(self) -> int:
         """Negative eigenvalues of H_r, motors at constant effort: 0 is stable."""
-        return self.inertia.index_free
+        return self.signs.index_free
 
 
 def new_record(robot: Robot, count: int | None = None) -> Floats:
@@ -241,8 +241,8 @@ def corrected(
     """
     size, motors = robot.state_size, robot.motor_count
     records, kept = record[None].copy(), kept_factors(robot.arrays)
-    found = go_on_bound(
-        robot.bound, load_arrays, MOTORS, record[None, size - motors : size].copy(), UNPREDICTED,
+    found = continue_prepared(
+        robot.prepared, load_arrays, MOTORS, record[None, size - motors : size].copy(), UNPREDICTED,
         tolerance, iterations, contraction, record, kept, records, kept,
     )  # fmt: skip
     if not found:

@@ -15,11 +15,11 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import LoadArrays
 from .assembly import Shape, moved_shape, platform_between_tips, turned_over, with_best_multipliers
 from .equilibrium import Equilibrium
 from .errors import NotReached
 from .geometrico_statics import refine, solve_forward
+from .kernel_arrays import LoadArrays
 from .loads import Loads
 from .model import evaluate
 from .robot import Robot

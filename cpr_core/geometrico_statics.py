@@ -22,7 +22,7 @@ from .events import PathEvent
 from .lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
 from .limits import check_limits, limit_error
 from .loads import Loads
-from .one_step import one_step
+from .near_request import solve_near
 from .robot import Robot
 from .targets import EffortTarget, MotorTarget, PlatformTarget, Target
 from .validation import checked_matrix, checked_time, checked_vector
@@ -315,7 +315,7 @@ def _followed(
     target = target_of(start, what, values)
     near = loads is None or loads is start.loads
     if near and (time_limit is None or checked_time(time_limit) > _ONE_STEP):
-        found = one_step(start, target, stable_only)
+        found = solve_near(start, target, stable_only)
         if found is not None:
             return found
     walk = follow(

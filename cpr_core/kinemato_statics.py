@@ -20,8 +20,8 @@ from scipy import linalg
 
 from .equilibrium import Equilibrium, check_equilibrium
 from .errors import InvalidRequest
-from .first_order import Response
 from .lie import angle_motions
+from .linearisation import Response
 from .model import tangent_at
 from .stability import null_space_of
 from .validation import checked_number, checked_vector
@@ -108,7 +108,7 @@ class KinematoStatics:
     @cached_property
     def _response(self) -> Response:
         """From the condensed legs, or from the whole tangent where a leg cannot be condensed."""
-        found = self.equilibrium.first_order.response
+        found = self.equilibrium.linearisation.response
         if found is not None:
             return found
         moved, efforts = self._dense_response

@@ -12,7 +12,7 @@ and multipliers enter through two fields only (docs/derivations.md):
 
 with the tangent t = R e1, the internal force n(s), and c, S from the moment multipliers.
 
-Results go to the slots of `arrays`: `blocks` (upper triangle, slots of the leg, platform, motor),
+Results go to the slots of `kernel_arrays`: `blocks` (upper triangle, slots of the leg, platform, motor),
 `residuals`, and what all legs do to the platform. Slots a leg lacks hold numbers without meaning.
 """
 

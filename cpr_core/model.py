@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import LoadArrays
-from .bound_robot import evaluate_bound
+from .kernel_arrays import LoadArrays
+from .prepared_robot import evaluate_prepared
 
 if TYPE_CHECKING:
     from .equilibrium import Equilibrium
@@ -49,8 +49,8 @@ def evaluate(
     residual = np.empty(len(state))
     tangent = np.zeros((len(state), len(state)))
     # Copies: read-only arrays are another type to numba, for which it would compile all again.
-    energy = evaluate_bound(
-        robot.bound, loads, state.copy(), platform_rotation.copy(), platform_position.copy(),
+    energy = evaluate_prepared(
+        robot.prepared, loads, state.copy(), platform_rotation.copy(), platform_position.copy(),
         residual, tangent,
     )  # fmt: skip
     return ModelValue(residual, tangent, energy)

@@ -10,7 +10,7 @@ from .lanes import get
 from .leg_kernel import evaluate_group
 from .lie import rotate_by
 
-__all__ = ["assemble", "evaluate", "evaluate_here"]
+__all__ = ["evaluate", "evaluate_here", "tangent_into"]
 
 
 @part
@@ -28,8 +28,9 @@ def evaluate(robot, loads, state, platform_rotation, platform_position, residual
         platform_rotation: R_p in the world, (3, 3).
         platform_position: p_p in the world, (3,).
         residual: Result, (N,).
-        work: Workspace; on return it has the tangent, by slots of the legs (``assemble``): derivative of
-            the residual by the state, the platform moved by small world rotations and translations.
+        work: Workspace; on return it has the tangent, by slots of the legs (``tangent_into``): the
+            derivative of the residual by the state, the platform moved by small world rotations and
+            translations.
 
     Returns:
         Potential energy without the work of motors and of non-conservative loads [J].
@@ -72,7 +73,7 @@ def evaluate_here(robot, loads, state, platform_rotation, platform_position, res
 
 
 @kernel
-def assemble(robot, work, tangent):
+def tangent_into(robot, work, tangent):
     """The tangent by states, (N, N), from the slots; entries that are always zero are not written."""
     inner, platform = robot.slot_index.shape[1], robot.platform_index
     axes = robot.platform_axes

@@ -18,14 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from .arrays import LoadArrays, kept_factors
-from .bound_robot import evaluate_bound, go_on_bound
+from .continuation_kernel import FREELY, UNPREDICTED
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
+from .kernel_arrays import LoadArrays, kept_factors
 from .lie import angle_motions, rotation_exp
 from .limits import Limit, grazes, margins, violated
 from .loads import Loads
 from .newton_kernel import CONTRACTION, EFFORTS, ITERATIONS, MOTORS, PLATFORM
-from .step_kernel import FREELY, UNPREDICTED
+from .prepared_robot import continue_prepared, evaluate_prepared
 from .targets import Imposed, Target
 
 __all__ = ["PROBLEMS", "OutOfTime", "Path", "Point", "Tangent"]
@@ -182,8 +182,8 @@ class Path:
         robot, before = self._robot, here.equilibrium
         loads, records = self._loads_at(fraction), new_record(robot, 1)
         kept = kept_factors(robot.arrays)
-        if not go_on_bound(
-            robot.bound, loads, PROBLEMS[self.problem], self._given(before, fraction)[None, :],
+        if not continue_prepared(
+            robot.prepared, loads, PROBLEMS[self.problem], self._given(before, fraction)[None, :],
             UNPREDICTED if self._loads_change else FREELY, RESIDUAL_TOLERANCE, ITERATIONS,
             CONTRACTION, before.record, before.factors, records, kept,
         ):  # fmt: skip
@@ -299,13 +299,13 @@ class Path:
         return self._point(fraction, there)
 
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
-        inertia, problem = equilibrium.inertia, self._target.problem
+        signs, problem = equilibrium.signs, self._target.problem
         margin = margins(equilibrium)
-        index = inertia.index_free if problem == "efforts" else inertia.index_locked
+        index = signs.index_free if problem == "efforts" else signs.index_locked
         if not self.conservative:
             sign = int(np.linalg.slogdet(self._scaled_tangent(equilibrium.platform_rotation))[0])
         elif problem == "platform":
-            sign = inertia.inverse_sign
+            sign = signs.inverse_sign
         else:
             sign = -1 if index % 2 else 1
         return Point(
@@ -313,7 +313,7 @@ class Path:
             equilibrium=equilibrium,
             index=index,
             sign=sign,
-            inverse_sign=inertia.inverse_sign if self.conservative and self._singularities else 0,
+            inverse_sign=signs.inverse_sign if self.conservative and self._singularities else 0,
             margins=margin,
             violated=violated(self._robot, margin),
         )
@@ -345,8 +345,8 @@ class Path:
         self, state: Floats, rotation: Floats, position: Floats, loads: LoadArrays
     ) -> None:
         """Residual and tangent at any state."""
-        evaluate_bound(
-            self._robot.bound, loads, state, rotation, position, self._residual, self._tangent
+        evaluate_prepared(
+            self._robot.prepared, loads, state, rotation, position, self._residual, self._tangent
         )
 
     def _scaled_residual(self, efforts: Floats) -> Floats:

@@ -9,7 +9,7 @@ platform only, in K as in M. K - mu M is eliminated for all legs at once onto th
 pivots, less the number of constraints, are the eigenvalues below mu (Sylvester). So whatever is found
 by iteration is certified: none lies below it.
 
-Rows of a leg are its inner slots (`arrays`), then its motor; columns are the same and then the platform.
+Rows of a leg are its inner slots (`slots`), then its motor; columns are the same and then the platform.
 With the motors held their row and column are left out. Vectors are the rows of the legs, and the
 platform's beside them.
 """

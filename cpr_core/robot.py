@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import LoadArrays, RobotArrays, workspace
-from .bound_robot import BoundRobot, bind
 from .description import LegDescription, RobotDescription
 from .description_file import read_description
 from .errors import InvalidRequest
+from .kernel_arrays import LoadArrays, RobotArrays, workspace
 from .loads import Loads
 from .motors import MotorLimits
 from .pencil import pencil_of
+from .prepared_robot import PreparedRobot, prepare
 from .quadrature import RodGrid, rod_grid
 from .robot_arrays import robot_arrays
 
@@ -146,14 +146,14 @@ class Robot:
         return len(self.arrays.unit)
 
     @property
-    def bound(self) -> BoundRobot:
+    def prepared(self) -> PreparedRobot:
         """The arrays with the memory of this thread, as entries of the kernels take them."""
         memory = self._memory
         try:
-            return memory.bound
+            return memory.prepared
         except AttributeError:
-            memory.bound = bind(self.arrays, workspace(self.arrays), pencil_of(self))
-            return memory.bound
+            memory.prepared = prepare(self.arrays, workspace(self.arrays), pencil_of(self))
+            return memory.prepared
 
     @cached_property
     def _memory(self) -> threading.local:

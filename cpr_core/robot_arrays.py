@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import LEG, RobotArrays, group_dtype
+from .kernel_arrays import LEG, RobotArrays, group_dtype
 from .lanes import WIDTH, zeros_lanes
 from .quadrature import MAGNUS_WEIGHTS
 from .slots import slot_layout

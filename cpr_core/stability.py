@@ -50,7 +50,7 @@ class Spectrum:
     @cached_property
     def smallest(self) -> float:
         """Smallest eigenvalue [J]; infinite where the constraints leave nothing to move."""
-        found = self._equilibrium.first_order
+        found = self._equilibrium.linearisation
         value = found.smallest_locked if self.motors_are == "locked" else found.smallest_free
         return float(self.eigenvalues.min(initial=np.inf)) if math.isnan(value) else value
 
@@ -62,7 +62,7 @@ class Spectrum:
         under tension. NaN where some motion costs no elastic energy (possible with free motors);
         infinite where the constraints leave nothing to move.
         """
-        value = self._equilibrium.first_order.margin if self.motors_are == "locked" else math.nan
+        value = self._equilibrium.linearisation.margin if self.motors_are == "locked" else math.nan
         return self._dense.margin() if math.isnan(value) else value
 
     @property
@@ -114,7 +114,7 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
     check_equilibrium(equilibrium)
     if not isinstance(motors_are, str) or motors_are not in ("locked", "free"):
         raise InvalidRequest("motors_are", f"expected 'locked' or 'free', got {motors_are!r:.200}")
-    _ = equilibrium.first_order  # once for the copies of all spectra
+    _ = equilibrium.linearisation  # once for the copies of all spectra
     return Spectrum(motors_are, equilibrium.copied())
 
 

@@ -66,7 +66,7 @@ class Target(Protocol):
         ...
 
     def given(self, start: Equilibrium) -> Floats:
-        """What holds here, as the kernels take it: one row of `step_kernel.go_on`."""
+        """What holds here, as the kernels take it: a row of ``continue_equilibria``."""
         ...
 
 

@@ -13,19 +13,19 @@ from typing import overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import Lanes, kept_factors
-from .bound_robot import go_on_bound
 from .continuation import follow
+from .continuation_kernel import SIGNS, WATCHED
 from .equilibrium import Equilibrium, new_record
 from .errors import InvalidRequest, NonFiniteInput
 from .events import PathEvent
 from .geometrico_statics import checked_start, pose_meaning, target_of
+from .kernel_arrays import Lanes, kept_factors
 from .limits import grazes, margins, violated
 from .loads import Loads
 from .newton_kernel import CONTRACTION, ITERATIONS, TOLERANCE
 from .path import PROBLEMS
+from .prepared_robot import continue_prepared
 from .robot import Robot
-from .step_kernel import SIGNS, WATCHED
 from .targets import ProblemName, check_rod_lengths
 from .trace import Trace
 from .validation import checked_time
@@ -163,8 +163,8 @@ def _run(
     else:
         given = np.array(rows[first:])
     factors, records = kept_factors(robot.arrays), found.rows[first:]
-    count = go_on_bound(
-        robot.bound, found.load_arrays, PROBLEMS[problem], given, WATCHED, TOLERANCE, ITERATIONS,
+    count = continue_prepared(
+        robot.prepared, found.load_arrays, PROBLEMS[problem], given, WATCHED, TOLERANCE, ITERATIONS,
         CONTRACTION, here.record, here.factors, records, factors,
     )  # fmt: skip
     quiet = _quiet(found, here, records[:count], singularities and problem != "platform")

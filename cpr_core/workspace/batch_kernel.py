@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compiled import compiled
-from ..model_kernel import assemble, evaluate
+from ..model_kernel import evaluate, tangent_into
 from .analysis_kernel import smallest_singular_value, spectrum_of
-from .step_kernel import advance
+from .way_kernel import advance
 
 __all__ = [
     "MEASURES",
@@ -72,7 +72,7 @@ def analyse_cells(problem, cells, work, analyses):
         state, rotation, position = cells.state[b], cells.rotation[b], cells.position[b]
         measures = analyses.measures[b]
         evaluate(problem.robot, problem.loads, state, rotation, position, residual, work)
-        assemble(problem.robot, work, tangent)
+        tangent_into(problem.robot, work, tangent)
         nearest, largest, _ = spectrum_of(problem, tangent, analyses.eigenvalues[b])
         measures[0], measures[1], measures[3] = nearest, largest, np.nan
         for number in range(2 if problem.inverse_columns.shape[0] > 0 else 1):

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import workspace
+from ..kernel_arrays import workspace
 from .batch_kernel import MEASURES, Analyses, Arrivals, Cells, analyse_cells, leave_cells
 from .cell_problem import CellProblem
 

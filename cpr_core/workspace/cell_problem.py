@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import LoadArrays, RobotArrays
+from ..kernel_arrays import LoadArrays, RobotArrays
 from ..loads import Loads
 from ..robot import Robot
 from .grid import Grid, OrientationKind

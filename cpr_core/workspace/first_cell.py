@@ -11,16 +11,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..continuation_kernel import LONGEST_STEP
 from ..equilibrium import Equilibrium
 from ..lie import roll_pitch_yaw
 from ..motors import MotorLimits
 from ..path import Path
 from ..robot import Robot
-from ..step_kernel import LONGEST_STEP
 from ..targets import MotorTarget, PlatformTarget, Target
 from .cell_problem import CellProblem
 from .grid import Grid
-from .step_kernel import impose
+from .way_kernel import impose
 
 __all__ = [
     "first_cells",
@@ -112,6 +112,6 @@ def signs_at_equilibrium(problem: CellProblem, found: Equilibrium) -> Integers:
         )
         branch = Path(found, target, found.loads).begin().sign
     else:
-        inertia = found.inertia
-        branch = inertia.index_locked if problem.given_motors else inertia.inverse_sign
-    return np.array([*found.inertia, branch], np.int64)
+        signs = found.signs
+        branch = signs.index_locked if problem.given_motors else signs.inverse_sign
+    return np.array([*found.signs, branch], np.int64)

@@ -37,7 +37,7 @@ from .first_cell import (
 )
 from .grid import Grid
 from .refinement import refined_borders
-from .step_kernel import ARRIVED, FLIPPED
+from .way_kernel import ARRIVED, FLIPPED
 from .workspace_map import CellArrays, EdgeState, WorkspaceMap, equilibrium_of
 
 __all__ = ["Progress", "map_workspace"]

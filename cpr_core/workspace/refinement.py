@@ -17,7 +17,7 @@ from .borders import Border, BorderKind
 from .cell_problem import CellProblem
 from .map_limits import limit_margins
 from .segments import segments_of
-from .step_kernel import ARRIVED
+from .way_kernel import ARRIVED
 from .workspace_map import EdgeState, WorkspaceMap
 
 __all__ = ["refined_borders"]

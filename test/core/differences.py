@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cpr_core.arrays import LoadArrays
+from cpr_core.kernel_arrays import LoadArrays
 from cpr_core.lie import rotation_exp
 from cpr_core.model import ModelValue, evaluate
 from cpr_core.robot import Robot

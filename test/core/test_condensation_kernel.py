@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from cpr_core.arrays import factors_of, kept_factors, workspace
 from cpr_core.condensation_kernel import (
     CONDENSED,
     DENSE,
@@ -24,8 +23,9 @@ from cpr_core.condensation_kernel import (
     solve,
     solve_transposed,
 )
+from cpr_core.kernel_arrays import factors_of, kept_factors, workspace
 from cpr_core.model import evaluate, tangent_at
-from cpr_core.model_kernel import assemble
+from cpr_core.model_kernel import tangent_into
 from cpr_core.robot import load_robot
 
 ROBOTS = ["rfrfr", "six_rfs"]
@@ -63,7 +63,7 @@ def dimensionless(robot, tangent, problem):
 
 
 def by_slots(robot, tangent):
-    """A workspace with a tangent whose legs are symmetric: the inverse of ``assemble``."""
+    """A workspace with a tangent whose legs are symmetric: the inverse of ``tangent_into``."""
     arrays = robot.arrays
     work, inner = workspace(arrays), arrays.slots.inner_count
     platform = arrays.platform_index + np.arange(len(arrays.platform_axes))
@@ -140,7 +140,7 @@ def test_tangents_that_are_not_symmetric_are_solved_too(robot, tangent, problem)
 
 def test_a_tangent_put_together_from_slots_is_the_same(robot, tangent):
     found = np.zeros_like(tangent)
-    assemble(robot.arrays, by_slots(robot, tangent), found)
+    tangent_into(robot.arrays, by_slots(robot, tangent), found)
     assert_allclose(found, tangent, rtol=0.0, atol=1e-12 * np.abs(tangent).max())
 
 

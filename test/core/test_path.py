@@ -65,7 +65,7 @@ def test_starts_are_points_of_their_paths():
     begin = path.begin()
     assert begin.fraction == 0.0
     assert begin.equilibrium is path.start
-    assert (begin.index, begin.sign) == (0, path.start.inertia.inverse_sign)
+    assert (begin.index, begin.sign) == (0, path.start.signs.inverse_sign)
 
 
 def test_far_fractions_are_refused_not_jumped_to():

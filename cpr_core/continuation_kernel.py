@@ -29,7 +29,7 @@ __all__ = [
     "STEPS",
     "UNPREDICTED",
     "WATCHED",
-    "go_on",
+    "continue_equilibria",
 ]
 
 #: Where things are in a record, behind the state.
@@ -45,7 +45,7 @@ _EFFORT_UNIT = 4.0
 
 
 @part
-def go_on(
+def continue_equilibria(
     robot, loads, problem, given, how, tolerance, iterations, contraction, before, factors, records,
     after, work,
 ):  # fmt: skip

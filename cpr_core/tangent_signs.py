@@ -11,21 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from .continuation_kernel import SIGNS
 from .inertia_kernel import SINGULAR_LEG
 from .lie import angle_motions
 from .model import tangent_at
-from .step_kernel import SIGNS
 
 if TYPE_CHECKING:
     from .equilibrium import Equilibrium
     from .robot import Robot
 
-__all__ = ["Inertia", "inertia_from"]
+__all__ = ["TangentSigns", "signs_at_equilibrium"]
 
 Floats = NDArray[np.float64]
 
 
-class Inertia(NamedTuple):
+class TangentSigns(NamedTuple):
     """Signs of the tangent at an equilibrium. Two neighbours of a branch differ where one vanishes.
 
     Attributes:
@@ -39,13 +39,13 @@ class Inertia(NamedTuple):
     inverse_sign: int
 
 
-def inertia_from(equilibrium: Equilibrium) -> Inertia:
+def signs_at_equilibrium(equilibrium: Equilibrium) -> TangentSigns:
     """The signs the kernels found, or all eigenvalues where the legs were not condensed."""
     robot = equilibrium.robot
     first = robot.state_size + SIGNS
     locked, free, inverse = equilibrium.record[first : first + 3].tolist()
     if locked != SINGULAR_LEG:
-        return Inertia(int(locked), int(free), int(inverse))
+        return TangentSigns(int(locked), int(free), int(inverse))
     matrix = tangent_at(equilibrium)
     if robot.controls_angles:  # the unknown ones among roll, pitch, yaw are columns of their own
         turns = robot.platform_indices[:3]
@@ -55,7 +55,7 @@ def inertia_from(equilibrium: Equilibrium) -> Inertia:
     return _dense(robot, matrix, robot.arrays.inverse_unknowns)
 
 
-def _dense(robot: Robot, tangent: Floats, columns: NDArray[np.int64]) -> Inertia:
+def _dense(robot: Robot, tangent: Floats, columns: NDArray[np.int64]) -> TangentSigns:
     """The same from all eigenvalues, where a leg cannot be eliminated on its own."""
     unit, inner = robot.arrays.unit, robot.arrays.motor_index
     scaled = tangent * unit[:, None] * unit / robot.arrays.energy_unit
@@ -71,4 +71,4 @@ def _dense(robot: Robot, tangent: Floats, columns: NDArray[np.int64]) -> Inertia
         legs = np.arange(robot.arrays.platform_index)
         rows = np.concatenate([legs, robot.problems["platform"][1]])
         sign = int(np.linalg.slogdet(scaled[np.ix_(rows, np.concatenate([legs, columns]))])[0])
-    return Inertia(index(scaled[:inner, :inner]), index(scaled), sign)
+    return TangentSigns(index(scaled[:inner, :inner]), index(scaled), sign)

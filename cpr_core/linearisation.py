@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import Lanes
-from .bound_robot import first_order_bound
+from .kernel_arrays import Lanes
+from .prepared_robot import linearise_prepared
 from .robot import Robot
 
-__all__ = ["FirstOrder", "Response", "first_order_from"]
+__all__ = ["Linearisation", "Response", "linearised"]
 
 Floats = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ class Response:
         return len(self.matrix) - self.motor_count
 
 
-class FirstOrder(NamedTuple):
+class Linearisation(NamedTuple):
     """Found from the legs condensed onto platform and motors.
 
     Legs that cannot be condensed (straight ones) and motions without stiffness are beyond this method:
@@ -76,7 +76,7 @@ class FirstOrder(NamedTuple):
     response: Response | None
 
 
-def first_order_from(robot: Robot, factors: Lanes, record: Floats) -> FirstOrder:
+def linearised(robot: Robot, factors: Lanes, record: Floats) -> Linearisation:
     """First-order behaviour at an equilibrium.
 
     Args:
@@ -86,7 +86,9 @@ def first_order_from(robot: Robot, factors: Lanes, record: Floats) -> FirstOrder
     """
     size = len(robot.arrays.border_indices)
     eigenvalues, matrix = np.empty(3), np.empty((size, size))
-    found = first_order_bound(robot.bound, factors, record, eigenvalues, matrix)
+    found = linearise_prepared(robot.prepared, factors, record, eigenvalues, matrix)
     matrix.flags.writeable = False
     locked, free, margin = eigenvalues.tolist()
-    return FirstOrder(locked, free, margin, Response(matrix, robot.motor_count) if found else None)
+    return Linearisation(
+        locked, free, margin, Response(matrix, robot.motor_count) if found else None
+    )

@@ -5,19 +5,19 @@
 
 from __future__ import annotations
 
-from .arrays import kept_factors
-from .bound_robot import go_on_bound
+from .continuation_kernel import WATCHED
 from .equilibrium import Equilibrium, new_record
+from .kernel_arrays import kept_factors
 from .limits import grazes, margins, violated
 from .newton_kernel import CONTRACTION, ITERATIONS, TOLERANCE
 from .path import PROBLEMS
-from .step_kernel import WATCHED
+from .prepared_robot import continue_prepared
 from .targets import Target
 
-__all__ = ["one_step"]
+__all__ = ["solve_near"]
 
 
-def one_step(start: Equilibrium, target: Target, stable_only: bool) -> Equilibrium | None:
+def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilibrium | None:
     """What `continuation.follow` would find in a single step under the loads of the start.
 
     Returns:
@@ -30,8 +30,8 @@ def one_step(start: Equilibrium, target: Target, stable_only: bool) -> Equilibri
     if stable_only and (start.index_free if target.problem == "efforts" else start.index_locked):
         return None
     records, factors = new_record(robot, 1), kept_factors(robot.arrays)
-    if not go_on_bound(
-        robot.bound, start.load_arrays, PROBLEMS[target.problem], target.given(start), WATCHED,
+    if not continue_prepared(
+        robot.prepared, start.load_arrays, PROBLEMS[target.problem], target.given(start), WATCHED,
         TOLERANCE, ITERATIONS, CONTRACTION, start.record, start.factors, records, factors,
     ):  # fmt: skip
         return None

@@ -44,7 +44,7 @@ def equilibria(name, count):
 
 def assert_same(here):
     """Eigenvalues and matrices agree, as far as the dense method's own rounding allows."""
-    found = here.first_order
+    found = here.linearisation
     for motors_are, value in (("locked", found.smallest_locked), ("free", found.smallest_free)):
         dense = spectrum(here, motors_are).eigenvalues
         assert value == pytest.approx(dense[0], rel=1e-10, abs=1e-10 * np.abs(dense).max())
@@ -76,7 +76,7 @@ def test_they_agree_where_robots_are_unstable():
     for y in (0.3, 0.0358, 0.0357, 0.03, -0.05, -0.1):
         here = solve_inverse(robot, [0.0, y], start=here)
         assert_same(here)
-        seen.append((here.index_locked, here.first_order.margin < 0.0))
+        seen.append((here.index_locked, here.linearisation.margin < 0.0))
     assert [index for index, _ in seen] == [0, 0, 1, 1, 1, 2]
     assert all((index > 0) == negative for index, negative in seen)
     spatial = load_robot("six_rfs")
@@ -105,7 +105,7 @@ def test_they_agree_for_any_number_of_modes(modes):
 def test_legs_that_cannot_be_condensed_are_told_by_the_dense_method():
     """A straight clamped leg cannot hold its tip along itself."""
     straight = column(motors.Welded(), joints.Fixed(AT_TIP)).home
-    found = straight.first_order
+    found = straight.linearisation
     assert math.isnan(found.smallest_locked)
     assert found.response is None
     assert straight.spectrum_locked.smallest == straight.spectrum_locked.eigenvalues[0]
@@ -115,9 +115,9 @@ def test_legs_that_cannot_be_condensed_are_told_by_the_dense_method():
 
 def test_it_is_computed_once_and_kept_as_long_as_the_equilibrium():
     home = load_robot("rfrfr").home
-    assert home.first_order is home.first_order
+    assert home.linearisation is home.linearisation
     with pytest.raises(ValueError, match="read-only"):
-        home.first_order.response.platform_by_motors[0, 0] = 0.0
+        home.linearisation.response.platform_by_motors[0, 0] = 0.0
 
 
 def test_nothing_that_was_asked_keeps_an_equilibrium_alive():

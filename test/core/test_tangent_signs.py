@@ -11,9 +11,9 @@ from robustness import RANGES
 
 from cpr_core import Loads, NotReached, kinemato_statics, load_robot, solve_forward, solve_inverse
 from cpr_core.description_file import shipped_robots
-from cpr_core.inertia import _dense
 from cpr_core.inertia_kernel import eliminate
 from cpr_core.model import tangent_at
+from cpr_core.tangent_signs import _dense
 
 
 def symmetric(eigenvalues, random):
@@ -54,7 +54,7 @@ def test_indices_are_those_of_the_spectra_and_signs_those_of_the_determinant(nam
     """Also where the robot is unstable: poses far down are reached through stability crossings."""
     robot, random = load_robot(name), np.random.default_rng(3)
     home, seen = robot.home, set()
-    same_side = kinemato_statics(home).singularity("inverse").sign * home.inertia.inverse_sign
+    same_side = kinemato_statics(home).singularity("inverse").sign * home.signs.inverse_sign
     load = 3.0 * robot.arrays.energy_unit / robot.mean_length
     for _ in range(60):
         away = random.uniform(-1.0, 1.0, robot.motor_count) * RANGES[name]
@@ -69,14 +69,14 @@ def test_indices_are_those_of_the_spectra_and_signs_those_of_the_determinant(nam
             )
         except NotReached as end:
             here = end.last
-        assert here.inertia.index_locked == here.spectrum_locked.index
-        assert here.inertia.index_free == here.spectrum_free.index
+        assert here.signs.index_locked == here.spectrum_locked.index
+        assert here.signs.index_free == here.spectrum_free.index
         sign = kinemato_statics(here).singularity("inverse").sign
-        assert here.inertia.inverse_sign == same_side * sign
+        assert here.signs.inverse_sign == same_side * sign
         assert _dense(robot, tangent_at(here), robot.problems["platform"][0]).index_locked == (
-            here.inertia.index_locked
+            here.signs.index_locked
         )
-        seen.add(here.inertia.index_free)
+        seen.add(here.signs.index_free)
     assert len(seen) > 1 or name in ("gough_stewart", "planar_body")
 
 
@@ -85,9 +85,9 @@ def test_indices_beyond_two_crossings():
     here = solve_inverse(robot, [0.0, 0.8])
     for y in np.linspace(0.75, -0.2, 20):
         here = solve_inverse(robot, [0.0, y], start=here)
-        assert here.inertia.index_locked == here.spectrum_locked.index
-        assert here.inertia.index_free == here.spectrum_free.index
-    assert here.inertia.index_locked == 2
+        assert here.signs.index_locked == here.spectrum_locked.index
+        assert here.signs.index_free == here.spectrum_free.index
+    assert here.signs.index_locked == 2
 
 
 def test_straight_legs_are_counted_all_the_same():
@@ -97,8 +97,8 @@ def test_straight_legs_are_counted_all_the_same():
     from cpr_core import joints, motors
 
     home = column(motors.Welded(), joints.Fixed(AT_TIP)).home
-    assert home.inertia.index_locked == 0
+    assert home.signs.index_locked == 0
     pushed = solve_forward(
         home.robot, [], loads=Loads.none().with_(wrench_world=[0, 0, 0, 1e-3, 0, 0])
     )
-    assert pushed.inertia.index_locked == pushed.spectrum_locked.index == 0
+    assert pushed.signs.index_locked == pushed.spectrum_locked.index == 0

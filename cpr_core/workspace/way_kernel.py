@@ -18,7 +18,7 @@ from ..compiled import allocating_part, compiled
 from ..condensation_kernel import lu_factor
 from ..inertia_kernel import SINGULAR_LEG, signs_of
 from ..lie import roll_pitch_yaw_into, rotation_from_angles_into
-from ..model_kernel import assemble
+from ..model_kernel import tangent_into
 from ..newton_kernel import CONVERGED, newton
 from .eigenvalue_kernel import count_below, eigenvalues_of_tridiagonal, tridiagonalise
 
@@ -82,7 +82,7 @@ def signs_at(problem, tangent, rotation, scratch, work, signs):
     signs_of(problem.robot, rotation, work.factors, work, signs)
     read = tangent
     if signs[_LOCKED] == SINGULAR_LEG or not problem.conservative:
-        assemble(problem.robot, work, tangent)
+        tangent_into(problem.robot, work, tangent)
         if problem.angles:
             _copy_matrix(tangent, scratch)
             _rows_and_columns_by_angles(problem.robot, rotation, scratch)

@@ -9,11 +9,11 @@ import math
 
 from .compiled import part
 from .condensation_kernel import lu_factor, lu_solve
+from .continuation_kernel import ROTATION
 from .lanes import load, store
 from .pencil_kernel import eliminate_pencil, recall_pencil, smallest_eigenvalue, squared_size
-from .step_kernel import ROTATION
 
-__all__ = ["first_order_into"]
+__all__ = ["linearise"]
 
 #: Elastic stiffness this large hides all other; what is left of the platform's then is this part of the
 #: largest at least, or some motion counts as one without stiffness.
@@ -22,13 +22,13 @@ _SMALLEST_PIVOT = 1e-14
 
 
 @part
-def first_order_into(robot, kept, record, eigenvalues, response, pencil):
+def linearise(robot, kept, record, eigenvalues, response, pencil):
     """Stability and first-order behaviour at an equilibrium.
 
     Args:
         robot: RobotArrays.
         kept: Factors of its tangent (``keep``).
-        record: The solution, see `step_kernel`.
+        record: The solution, see `continuation_kernel`.
         eigenvalues: Result, (3,): smallest eigenvalue of H_r with the motors held and with the motors
             free [J], and the one relative to the elastic stiffness, motors held; NaN where the dense
             method has to tell.
