@@ -35,7 +35,10 @@ KERNEL_MODULES = (
     "stiffness_kernel",
     "leg_kernel",
     "model_kernel",
+    "lu_kernel",
+    "delayed_kernel",
     "condensation_kernel",
+    "kept_factors",
     "inertia_kernel",
     "newton_kernel",
     "continuation_kernel",
@@ -48,7 +51,18 @@ KERNEL_MODULES = (
     "workspace.batch_kernel",
 )
 #: What else the compiled code depends on: how it is compiled and what its data look like.
-_CONTEXT_MODULES = ("compiled", "kernel_compiler", "kernel_arrays", "slots", "pencil", "lanes")
+_CONTEXT_MODULES = (
+    "compiled",
+    "kernel_compiler",
+    "kernel_arrays",
+    "slots",
+    "pencil",
+    "lanes",
+    "square_problem",
+    "problems",
+    "record_layout",
+    "natural_units",
+)
 
 #: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
 FASTMATH = {"contract", "nsz", "reassoc"}

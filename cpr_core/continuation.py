@@ -27,11 +27,11 @@ from .bracketing import (
     distance,
     landing,
 )
-from .continuation_kernel import LONGEST_STEP
 from .equilibrium import Equilibrium
 from .events import EventKind, PathEvent
 from .limits import Limit, limit_error
 from .loads import Loads
+from .natural_units import LONGEST_STEP
 from .path import OutOfTime, Path, Point, Tangent
 from .targets import Target
 from .validation import checked_time

@@ -12,27 +12,30 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .continuation_kernel import (
+from .continuation_kernel import UNPREDICTED, Requests, Start
+from .errors import InvalidRequest
+from .kept_factors import kept_factors
+from .kernel_arrays import Lanes, LoadArrays
+from .lie import quaternion_from_rotation
+from .linearisation import Linearisation, linearised
+from .loads import Loads
+from .prepared_robot import continue_prepared
+from .problems import Problem
+from .record_layout import (
     EFFORT,
     ENERGY,
+    INDEX_FREE,
+    INDEX_LOCKED,
     POSITION,
     RESIDUAL,
     ROTATION,
     SIGNS,
     STEPS,
-    UNPREDICTED,
 )
-from .errors import InvalidRequest
-from .inertia_kernel import SINGULAR_LEG
-from .kernel_arrays import Lanes, LoadArrays, kept_factors
-from .lie import quaternion_from_rotation
-from .linearisation import Linearisation, linearised
-from .loads import Loads
-from .newton_kernel import MOTORS
-from .newton_kernel import TOLERANCE as RESIDUAL_TOLERANCE
-from .prepared_robot import continue_prepared
 from .robot import Robot
-from .tangent_signs import TangentSigns, signs_at_equilibrium
+from .square_problem import RESIDUAL as RESIDUAL_TOLERANCE
+from .square_problem import Tolerances
+from .tangent_signs import TangentSigns, tangent_signs_of
 
 if TYPE_CHECKING:
     from .stability import Spectrum
@@ -49,6 +52,9 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
+#: A rough record is taken for an equilibrium as it is.
+_AS_IT_IS = Tolerances(residual=np.inf, iterations=0, contraction=1.0)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Equilibrium:
@@ -58,7 +64,7 @@ class Equilibrium:
         robot: The robot.
         loads: Loads in force.
         load_arrays: The loads as the kernels see them.
-        record: The solution as the kernels keep it, see `continuation_kernel`; never to be written.
+        record: The solution as the kernels keep it, see `record_layout`; never to be written.
         known_factors: The condensed tangent, where the solver has left it.
     """
 
@@ -126,7 +132,7 @@ class Equilibrium:
     @cached_property
     def signs(self) -> TangentSigns:
         """Stability indices and the side of the inverse singularity."""
-        return signs_at_equilibrium(self)
+        return tangent_signs_of(self)
 
     @property
     def converged(self) -> bool:
@@ -160,7 +166,7 @@ class Equilibrium:
 
     @cached_property
     def _found_factors(self) -> Lanes:
-        again = corrected(self.robot, self.loads, self.load_arrays, self.record, np.inf, 0, 1.0)
+        again = corrected(self.robot, self.loads, self.load_arrays, self.record, _AS_IT_IS)
         assert again.known_factors is not None
         return again.known_factors
 
@@ -201,13 +207,12 @@ class Equilibrium:
     @property
     def index_locked(self) -> int:
         """Negative eigenvalues of H_r, motors held: 0 is stable."""
-        found = self.record[self.robot.state_size + SIGNS]
-        return int(found) if found != SINGULAR_LEG else self.signs.index_locked
+        return int(self._number(SIGNS + INDEX_LOCKED))
 
     @property
     def index_free(self) -> int:
         """Negative eigenvalues of H_r, motors at constant effort: 0 is stable."""
-        return self.signs.index_free
+        return int(self._number(SIGNS + INDEX_FREE))
 
 
 def new_record(robot: Robot, count: int | None = None) -> Floats:
@@ -230,21 +235,20 @@ def corrected(
     loads: Loads,
     load_arrays: LoadArrays,
     record: Floats,
-    tolerance: float,
-    iterations: int,
-    contraction: float,
+    tolerances: Tolerances,
 ) -> Equilibrium:
-    """Newton's method from a rough record at its motors, see `newton_kernel.newton`.
+    """Newton's method from a rough record at its motors.
 
     Returns:
         The result, within the tolerance or not: the caller has to look.
     """
     size, motors = robot.state_size, robot.motor_count
     records, kept = record[None].copy(), kept_factors(robot.arrays)
+    given = record[None, size - motors : size].copy()
+    requests = Requests(Problem.MOTORS.value, given, UNPREDICTED)
     found = continue_prepared(
-        robot.prepared, load_arrays, MOTORS, record[None, size - motors : size].copy(), UNPREDICTED,
-        tolerance, iterations, contraction, record, kept, records, kept,
-    )  # fmt: skip
+        robot.prepared, load_arrays, requests, tolerances, Start(record, kept), records, kept
+    )
     if not found:
         records[0, size + RESIDUAL] = np.inf
         records[0, size + SIGNS : size + EFFORT] = 0.0
@@ -262,7 +266,7 @@ def described(
 ) -> Equilibrium:
     """An equilibrium of which the state, (N,), and the platform's pose are known."""
     record = record_of(robot, state, rotation, position)
-    found = corrected(robot, loads, load_arrays, record, np.inf, 0, 1.0)
+    found = corrected(robot, loads, load_arrays, record, _AS_IT_IS)
     found.record[robot.state_size + STEPS] = iterations
     return found
 

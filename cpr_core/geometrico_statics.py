@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .continuation import Walk, follow
-from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium, corrected, record_of
+from .equilibrium import Equilibrium, corrected, record_of
 from .errors import (
     InvalidRequest,
     NoForwardSolution,
@@ -24,6 +24,7 @@ from .limits import check_limits, limit_error
 from .loads import Loads
 from .near_request import solve_near
 from .robot import Robot
+from .square_problem import Tolerances
 from .targets import EffortTarget, MotorTarget, PlatformTarget, Target
 from .validation import checked_matrix, checked_time, checked_vector
 
@@ -279,10 +280,9 @@ def refine(
     Returns:
         The result, converged or not: the caller has to look.
     """
-    return corrected(
-        robot, loads, robot.load_arrays(loads), record_of(robot, state, rotation, position),
-        RESIDUAL_TOLERANCE, iterations, contraction,
-    )  # fmt: skip
+    rough = record_of(robot, state, rotation, position)
+    tolerances = Tolerances(iterations=iterations, contraction=contraction)
+    return corrected(robot, loads, robot.load_arrays(loads), rough, tolerances)
 
 
 def _motor_vector(robot: Robot, name: str, values: ArrayLike) -> Floats:

@@ -14,18 +14,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .continuation import follow
-from .continuation_kernel import SIGNS, WATCHED
+from .continuation_kernel import WATCHED, Requests, Start
 from .equilibrium import Equilibrium, new_record
 from .errors import InvalidRequest, NonFiniteInput
 from .events import PathEvent
 from .geometrico_statics import checked_start, pose_meaning, target_of
-from .kernel_arrays import Lanes, kept_factors
+from .kept_factors import kept_factors
+from .kernel_arrays import Lanes
 from .limits import grazes, margins, violated
 from .loads import Loads
-from .newton_kernel import CONTRACTION, ITERATIONS, TOLERANCE
-from .path import PROBLEMS
 from .prepared_robot import continue_prepared
+from .problems import PROBLEMS
+from .record_layout import INVERSE_SIGN, SIGNS
 from .robot import Robot
+from .square_problem import Tolerances
 from .targets import ProblemName, check_rod_lengths
 from .trace import Trace
 from .validation import checked_time
@@ -163,10 +165,11 @@ def _run(
     else:
         given = np.array(rows[first:])
     factors, records = kept_factors(robot.arrays), found.rows[first:]
+    requests = Requests(PROBLEMS[problem].value, given, WATCHED)
+    begin = Start(here.record, here.factors)
     count = continue_prepared(
-        robot.prepared, found.load_arrays, PROBLEMS[problem], given, WATCHED, TOLERANCE, ITERATIONS,
-        CONTRACTION, here.record, here.factors, records, factors,
-    )  # fmt: skip
+        robot.prepared, found.load_arrays, requests, Tolerances(), begin, records, factors
+    )
     quiet = _quiet(found, here, records[:count], singularities and problem != "platform")
     found.known += quiet
     if quiet == 0:
@@ -178,7 +181,7 @@ def _quiet(found: _Records, here: Equilibrium, records: Floats, singularities: b
     """How many steps pass no limit and, where they are watched, no inverse singularity."""
     robot, count = found.robot, len(records)
     if singularities:
-        at = robot.state_size + SIGNS + 2
+        at = robot.state_size + SIGNS + INVERSE_SIGN
         flipped = np.flatnonzero(records[:, at] != here.record[at])
         count = int(flipped[0]) if flipped.size else count
     if robot.limited:

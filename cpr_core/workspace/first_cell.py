@@ -11,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..continuation_kernel import LONGEST_STEP
 from ..equilibrium import Equilibrium
 from ..lie import roll_pitch_yaw
 from ..motors import MotorLimits
+from ..natural_units import LONGEST_STEP
 from ..path import Path
 from ..robot import Robot
 from ..targets import MotorTarget, PlatformTarget, Target

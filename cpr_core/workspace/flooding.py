@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..continuation import Walk, follow
-from ..equilibrium import RESIDUAL_TOLERANCE, Equilibrium
+from ..equilibrium import Equilibrium
 from ..errors import InvalidRequest, NoForwardSolution, NoInverseSolution
 from ..geometrico_statics import checked_start
 from ..loads import Loads
-from ..path import CONTRACTION, ITERATIONS
 from ..robot import Robot
 from .batch_kernel import MEASURES, Arrivals, Cells
 from .batches import EIGENVALUES, Cancelled, Ways, guesses_of, in_pieces, joined, leave
@@ -162,10 +161,7 @@ class _Flood:
         self, robot: Robot, grid: Grid, start: Equilibrium, loads: Loads, tolerance: float
     ) -> None:
         self.robot, self.grid, self.start, self.loads = robot, grid, start, loads
-        self.problem = cell_problem(
-            robot, loads, grid, tolerance=RESIDUAL_TOLERANCE, contraction=CONTRACTION,
-            iterations=ITERATIONS,
-        )  # fmt: skip
+        self.problem = cell_problem(robot, loads, grid)
         self.free = without_limits(robot)
         self.cells = _empty_cells(robot, grid)
         self.queue = np.zeros(0, np.int64)

@@ -9,7 +9,7 @@ import pytest
 from scipy import linalg
 
 from cpr_core import load_robot, pencil_kernel
-from cpr_core.kernel_arrays import kept_factors
+from cpr_core.kept_factors import kept_factors
 from cpr_core.pencil import pencil_of
 from cpr_core.stability import null_space_of
 
