@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .lanes import empty_lanes, lanes_dtype, zeros_lanes
+from .lanes import empty_lanes, zeros_lanes
 from .slots import SlotLayout
 
 __all__ = [
@@ -29,7 +29,6 @@ __all__ = [
     "Workspace",
     "factors_of",
     "group_dtype",
-    "kept_factors",
     "workspace",
 ]
 
@@ -116,7 +115,6 @@ class RobotArrays(NamedTuple):
     controls_angles: int  # 1: among them are roll, pitch, yaw instead of world rotations
     constraint_count: int  # number of multipliers of all legs
     orientation_count: int  # conditions on the orientation of the tip: the most a leg has
-    kept_count: int  # lanes in which the factors of a tangent are kept
     passive: int  # 1: some base has a passive coordinate
     shifted: int  # 1: some base has a shift
     extensible: int  # 1: some shift is a rod length
@@ -134,13 +132,16 @@ class LoadArrays(NamedTuple):
 class Factors(NamedTuple):
     """A tangent with its legs condensed: n inner slots, m in all, a border of B = b + motors.
 
-    It does not depend on the problem; where the legs could not be condensed nothing is in it.
+    It does not depend on the problem. Slots that were delayed, D of them, are left to the border.
     """
 
     upper: Lanes  # (G, n, m) rows of L^T, and of D^-1 L^-1 B
     inverse: Lanes  # (G, n) D^-1
-    border: Floats  # (B, B) H, world rotations
-    how: Integers  # (1,) CONDENSED or DENSE of `condensation_kernel`
+    border: Floats  # (N, N), (B + D, B + D) of it H, world rotations, delayed slots last
+    how: Integers  # (1,) CONDENSED, DELAYED or UNKNOWN of `condensation_kernel`
+    delayed_count: Integers  # (1,) D
+    delayed: Integers  # (N, 3) group, slot and lane of each
+    beyond: Floats  # (N, n) their rows of D L^T, behind their own slots
 
 
 class Workspace(NamedTuple):
@@ -169,13 +170,13 @@ class Workspace(NamedTuple):
     rod_loads: Lanes  # (2, 3, K + 1) point, distributed
     rows: Lanes  # (n, m) rows of D L^T
     solution: Lanes  # (G, n)
-    border: Floats  # (B,) of the platform twist and the motors
-    symmetric: Floats  # (B, B)
-    square: Floats  # (B, B) LU factors of the part of the border a problem has
-    pivots: Integers  # (B,)
+    lane_parts: Lanes  # (4,) of one slot: the motors' part; pivot, its inverse, and its scale
+    border: Floats  # (N,) of the platform twist, the motors and delayed slots
+    part: Floats  # (N,) of those that are unknown
+    symmetric: Floats  # (N, N)
+    square: Floats  # (N, N) LU factors of the part of the border a problem has
+    pivots: Integers  # (N,)
     motions: Floats  # (3, 3) world rotations of the rotation unknowns, as columns
-    tangent: Floats  # (N, N) where all is factored at once
-    whole: Floats  # (N, N)
     step: Floats  # (N,) dimensionless
     correction: Floats  # (N,)
     simplified: Floats  # (N,)
@@ -199,12 +200,6 @@ class Workspace(NamedTuple):
     differences: Floats  # (4, N) backward differences of what predictions missed
     last_known: Floats  # (B,) what was imposed then
     last_efforts: Floats  # (motors,)
-    whole_pivots: Integers  # (N,)
-
-
-def kept_factors(robot: RobotArrays) -> Lanes:
-    """Memory in which factors are kept with an equilibrium."""
-    return np.empty(robot.kept_count, lanes_dtype(robot.slot_index.shape[2]))
 
 
 def workspace(robot: RobotArrays) -> Workspace:
@@ -242,13 +237,13 @@ def workspace(robot: RobotArrays) -> Workspace:
         rod_loads=empty(2, 3, nodes + 1),
         rows=empty(inner, slots),
         solution=empty(groups, inner),
-        border=np.empty(border),
-        symmetric=np.empty((border, border)),
-        square=np.empty((border, border)),
-        pivots=np.empty(border, np.int64),
+        lane_parts=empty(4),
+        border=np.empty(size),
+        part=np.empty(size),
+        symmetric=np.empty((size, size)),
+        square=np.empty((size, size)),
+        pivots=np.empty(size, np.int64),
         motions=np.empty((3, 3)),
-        tangent=np.zeros((size, size)),
-        whole=np.empty((size, size)),
         step=np.empty(size),
         correction=np.empty(size),
         simplified=np.empty(size),
@@ -272,7 +267,6 @@ def workspace(robot: RobotArrays) -> Workspace:
         differences=np.zeros((4, size)),
         last_known=np.zeros(border),
         last_efforts=np.zeros(size - robot.motor_index),
-        whole_pivots=np.empty(size, np.int64),
     )
 
 
@@ -280,10 +274,13 @@ def factors_of(robot: RobotArrays) -> Factors:
     """Memory for the factors of a robot's tangent."""
     width = robot.slot_index.shape[2]
     groups, slots, inner = len(robot.groups), robot.slots.total, robot.slots.inner_count
-    border = len(robot.border_indices)
+    size = len(robot.unit)
     return Factors(
         upper=zeros_lanes(width, groups, inner, slots),
         inverse=empty_lanes(width, groups, inner),
-        border=np.empty((border, border)),
-        how=np.array([1]),
+        border=np.zeros((size, size)),
+        how=np.zeros(1, np.int64),
+        delayed_count=np.zeros(1, np.int64),
+        delayed=np.zeros((size, 3), np.int64),
+        beyond=np.zeros((size, inner)),
     )

@@ -57,15 +57,11 @@ def evaluate_prepared(prepared, loads, state, rotation, position, residual, tang
 
 
 @compiled
-def continue_prepared(
-    prepared, loads, problem, given, how, tolerance, iterations, contraction, before, factors, records,
-    after,
-):  # fmt: skip
+def continue_prepared(prepared, loads, requests, tolerances, start, records, kept):
     """``continue_equilibria``."""
     return continue_equilibria(
-        prepared.robot, loads, problem, given, how, tolerance, iterations, contraction, before, factors,
-        records, after, prepared.work,
-    )  # fmt: skip
+        prepared.robot, loads, requests, tolerances, start, records, kept, prepared.work
+    )
 
 
 @compiled

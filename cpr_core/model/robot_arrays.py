@@ -212,10 +212,7 @@ class _Builder:
         own = unit[motor_index - slots.platform_count + columns]
         units["lane"][:, slots.first_platform + columns] = own[:, None]
         missing["lane"][:] = ~there
-        border = len(self.unit) - motor_index + slots.platform_count
-        kept = 1 + count * inner * slots.total + -(-border * border // width)
         return {
-            "kept_count": int(kept),
             "slots": slots,
             "groups": groups,
             "slot_index": index,

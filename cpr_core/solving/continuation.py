@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..description.loads import Loads
-from ..kernels.continuation_kernel import LONGEST_STEP
+from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import Equilibrium
 from ..validation import checked_time
 from .bracketing import (

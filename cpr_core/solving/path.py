@@ -19,28 +19,27 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from ..description.loads import Loads
-from ..kernels.continuation_kernel import FREELY, UNPREDICTED
-from ..kernels.kernel_arrays import LoadArrays, kept_factors
-from ..kernels.newton_kernel import CONTRACTION, EFFORTS, ITERATIONS, MOTORS, PLATFORM
+from ..kernels.continuation_kernel import FREELY, UNPREDICTED, Requests, Start
+from ..kernels.kept_factors import kept_factors
+from ..kernels.kernel_arrays import LoadArrays
+from ..kernels.natural_units import EFFORT_UNIT
 from ..kernels.prepared_robot import continue_prepared, evaluate_prepared
+from ..kernels.problems import PROBLEMS
+from ..kernels.square_problem import CONTRACTION, ITERATIONS, Tolerances
 from ..lie import angle_motions, rotation_exp
 from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
 from .limits import Limit, grazes, margins, violated
 from .targets import Imposed, Target
 
-__all__ = ["PROBLEMS", "OutOfTime", "Path", "Point", "Tangent"]
+__all__ = ["OutOfTime", "Path", "Point", "Tangent"]
 
 Floats = NDArray[np.float64]
 
-#: How the kernels number the problems.
-PROBLEMS = {"motors": MOTORS, "efforts": EFFORTS, "platform": PLATFORM}
 #: A point predicted along a tangent is at most so far from the curve, per arc length of the step.
 PREDICTION = 0.25
 #: Residual below which a point found by arc length is not corrected once more: where branches cross, an
 #: error is divided by the distance from the crossing.
 POLISHED = 1e-14
-#: Load that counts as much as a motor turned by a radian, in E J / l^2 and E J / l.
-_LOAD_UNIT = 4.0
 #: Step of the fraction by which the rate of the residual is found, central differences.
 _RATE_STEP = 1e-5
 
@@ -147,7 +146,7 @@ class Path:
 
     @cached_property
     def load_distance(self) -> float:
-        """How far the loads change, comparable to a motor in radians: in units of 4 E J / l^2."""
+        """How far the loads change, comparable to a motor in radians."""
         if not self._loads_change:
             return 0.0
         arrays, length = self._robot.arrays, self._robot.mean_length
@@ -157,7 +156,7 @@ class Path:
         rods = np.abs(last.distributed - first.distributed).max(initial=0.0) * length
         points = np.abs(last.point - first.point).max(initial=0.0)
         forces = max(weight, force, force_body, rods, points) * length
-        return float(max(forces, moment, moment_body)) / (_LOAD_UNIT * arrays.energy_unit)
+        return float(max(forces, moment, moment_body)) / (EFFORT_UNIT * arrays.energy_unit)
 
     def _check_time(self) -> None:
         if time.perf_counter() >= self.deadline:
@@ -182,11 +181,13 @@ class Path:
         robot, before = self._robot, here.equilibrium
         loads, records = self._loads_at(fraction), new_record(robot, 1)
         kept = kept_factors(robot.arrays)
+        mode = UNPREDICTED if self._loads_change else FREELY
+        given = self._given(before, fraction)[None, :]
+        requests = Requests(PROBLEMS[self.problem].value, given, mode)
+        begin = Start(before.record, before.factors)
         if not continue_prepared(
-            robot.prepared, loads, PROBLEMS[self.problem], self._given(before, fraction)[None, :],
-            UNPREDICTED if self._loads_change else FREELY, RESIDUAL_TOLERANCE, ITERATIONS,
-            CONTRACTION, before.record, before.factors, records, kept,
-        ):  # fmt: skip
+            robot.prepared, loads, requests, Tolerances(), begin, records, kept
+        ):
             return None
         there = Equilibrium(robot, self._loads_between(fraction), loads, records[0], kept)
         self.iterations += there.iterations

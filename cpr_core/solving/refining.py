@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium, corrected, record_of
+from ..kernels.square_problem import Tolerances
+from ..model.equilibrium import Equilibrium, corrected, record_of
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_matrix, checked_vector
 from .requests import motor_vector
@@ -96,7 +97,6 @@ def refine(
     Returns:
         The result, converged or not: the caller has to look.
     """
-    return corrected(
-        robot, loads, robot.load_arrays(loads), record_of(robot, state, rotation, position),
-        RESIDUAL_TOLERANCE, iterations, contraction,
-    )  # fmt: skip
+    rough = record_of(robot, state, rotation, position)
+    tolerances = Tolerances(iterations=iterations, contraction=contraction)
+    return corrected(robot, loads, robot.load_arrays(loads), rough, tolerances)

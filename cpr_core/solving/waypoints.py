@@ -15,10 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest, NonFiniteInput
-from ..kernels.continuation_kernel import SIGNS, WATCHED
-from ..kernels.kernel_arrays import Lanes, kept_factors
-from ..kernels.newton_kernel import CONTRACTION, ITERATIONS, TOLERANCE
+from ..kernels.continuation_kernel import SIGNS, WATCHED, Requests, Start
+from ..kernels.kept_factors import kept_factors
+from ..kernels.kernel_arrays import Lanes
 from ..kernels.prepared_robot import continue_prepared
+from ..kernels.problems import PROBLEMS
+from ..kernels.record_layout import INVERSE_SIGN, SIGNS
+from ..kernels.square_problem import Tolerances
 from ..model.equilibrium import Equilibrium, new_record
 from ..model.robot import Robot
 from ..validation import checked_time
@@ -26,7 +29,6 @@ from .continuation import follow
 from .events import PathEvent
 from .geometrico_statics import checked_start
 from .limits import grazes, margins, violated
-from .path import PROBLEMS
 from .requests import pose_meaning, target_of
 from .targets import ProblemName, check_rod_lengths
 from .trace import Trace
@@ -164,10 +166,11 @@ def _run(
     else:
         given = np.array(rows[first:])
     factors, records = kept_factors(robot.arrays), found.rows[first:]
+    requests = Requests(PROBLEMS[problem].value, given, WATCHED)
+    begin = Start(here.record, here.factors)
     count = continue_prepared(
-        robot.prepared, found.load_arrays, PROBLEMS[problem], given, WATCHED, TOLERANCE, ITERATIONS,
-        CONTRACTION, here.record, here.factors, records, factors,
-    )  # fmt: skip
+        robot.prepared, found.load_arrays, requests, Tolerances(), begin, records, factors
+    )
     quiet = _quiet(found, here, records[:count], singularities and problem != "platform")
     found.known += quiet
     if quiet == 0:
@@ -179,7 +182,7 @@ def _quiet(found: _Records, here: Equilibrium, records: Floats, singularities: b
     """How many steps pass no limit and, where they are watched, no inverse singularity."""
     robot, count = found.robot, len(records)
     if singularities:
-        at = robot.state_size + SIGNS + 2
+        at = robot.state_size + SIGNS + INVERSE_SIGN
         flipped = np.flatnonzero(records[:, at] != here.record[at])
         count = int(flipped[0]) if flipped.size else count
     if robot.limited:
