@@ -29,9 +29,12 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 #: Modules whose functions call each other in compiled code.
 KERNEL_MODULES = (
+    "lane_vectors",
     "lie",
     "rotation_kernel",
     "rod_kernel",
+    "base_kernel",
+    "tip_kernel",
     "stiffness_kernel",
     "leg_kernel",
     "model_kernel",

@@ -164,14 +164,14 @@ def _add_border(robot, number, per_energy, work, factors):
         value = scale * load(robot.units, (number, row)) * load(work.blocks, (number, row, last))
         for k in range(first if i < platform else 0, inner):
             value -= load(upper, (number, k, row)) * load(rows, (k, last))
-        store(work.small, (0, 0), value)
+        store(work.by_leg, 0, value)
         for lane in range(motors.shape[0]):
             if motors[lane] >= 0:
                 m = motors[lane] - robot.platform_index
                 if i < platform:
-                    border[i, m] = border[m, i] = get(work.small, (0, 0), lane)
+                    border[i, m] = border[m, i] = get(work.by_leg, 0, lane)
                 else:
-                    border[m, m] = get(work.small, (0, 0), lane)
+                    border[m, m] = get(work.by_leg, 0, lane)
 
 
 @kernel
@@ -373,11 +373,11 @@ def _forward(robot, number, vector, work, factors):
             work.border[j - inner] += total(value)
         else:
             motors = robot.groups[number].motor_index
-            store(work.small, (0, 0), value)
+            store(work.by_leg, 0, value)
             for lane in range(motors.shape[0]):
                 if motors[lane] >= 0:
                     at = motors[lane] - robot.platform_index
-                    work.border[at] += get(work.small, (0, 0), lane)
+                    work.border[at] += get(work.by_leg, 0, lane)
 
 
 @inlined
@@ -407,8 +407,8 @@ def _backward(robot, number, vector, work, factors):
     motors = robot.groups[number].motor_index
     for lane in range(motors.shape[0]):
         at = motors[lane] - robot.platform_index
-        put(work.small, (0, 0), lane, work.border[at] if motors[lane] >= 0 else 0.0)
-    motor = load(work.small, (0, 0))
+        put(work.by_leg, 0, lane, work.border[at] if motors[lane] >= 0 else 0.0)
+    motor = load(work.by_leg, 0)
     for i in range(inner - 1, -1, -1):
         value = load(factors.inverse, (number, i)) * load(solution, (number, i))
         value -= load(upper, (number, i, last)) * motor

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import LoadArrays, RobotArrays, workspace
+from .arrays import PLATFORM_LOADS, LoadArrays, RobotArrays, workspace
 from .bound_robot import BoundRobot, bind
 from .description import LegDescription, RobotDescription
 from .description_file import read_description
@@ -329,20 +329,18 @@ class Robot:
             point[self._leg("points", force.leg), before] += force.force
         # Integrals from a node to the tip; the last entry is the one from the base.
         beyond = np.vstack([grid.weights - grid.integration, grid.weights])
+        platform = np.zeros(1, PLATFORM_LOADS)
+        platform["weight"] = self.description.platform_mass * loads.gravity
+        platform["center_of_mass"] = self.description.center_of_mass
+        platform["moment_world"] = loads.wrench_world[:3]
+        platform["force_world"] = loads.wrench_world[3:]
+        platform["moment_body"] = loads.wrench_body[:3]
+        platform["force_body"] = loads.wrench_body[3:]
         return LoadArrays(
             distributed=np.ascontiguousarray(np.swapaxes(beyond @ density, 1, 2)),
             point=np.ascontiguousarray(np.swapaxes(point, 1, 2)),
             on_rods=np.array([float(density.any() or point.any())]),
-            platform=np.array(
-                [
-                    self.description.platform_mass * loads.gravity,
-                    self.description.center_of_mass,
-                    loads.wrench_world[:3],
-                    loads.wrench_world[3:],
-                    loads.wrench_body[:3],
-                    loads.wrench_body[3:],
-                ]
-            ),
+            platform=platform,
         )
 
     def _leg(self, load: str, name: str) -> int:
