@@ -23,12 +23,14 @@ from .slots import SlotLayout
 
 __all__ = [
     "LEG",
+    "PLATFORM_LOADS",
     "Factors",
     "LoadArrays",
     "RobotArrays",
     "Workspace",
     "factors_of",
     "group_dtype",
+    "interpolated_loads",
     "workspace",
 ]
 
@@ -94,11 +96,11 @@ class RobotArrays(NamedTuple):
     component_start: Integers  # (4,) first strain slot of torsion and both bendings; S
     function: Integers  # (S,) which shape function a slot uses
     functions: Lanes  # (G, F, K) shape functions at the nodes
-    step_functions: Lanes  # (G, H, 3, F) their moments over the rotation steps
+    step_functions: Lanes  # (G, H, F, 3) their moments over the rotation steps
     elastic: Lanes  # (G, S, S) K_e by slots
     rest_moment: Lanes  # (G, S) int Phi^T H_a kappa_rest
     weights: Floats  # (K,)
-    integration: Floats  # (K, K): [j, k] weight of node j in the integral from 0 to node k
+    integration: Floats  # (K, K): I_jk, weight of node j in the integral from 0 to node k
     panel_nodes: int  # nodes of a panel, a multiple of four: the integration is block triangular
     steps: Floats  # (H,) lengths of the rotation steps in sigma
     step_node: Integers  # (H,) node reached at the end of a step; -1: none
@@ -120,13 +122,27 @@ class RobotArrays(NamedTuple):
     extensible: int  # 1: some shift is a rod length
 
 
+#: Loads of the platform, in the world or turning with it.
+PLATFORM_LOADS = np.dtype(
+    [
+        ("weight", "f8", 3),  # in the world [N]
+        ("center_of_mass", "f8", 3),  # in the platform frame [m]
+        ("moment_world", "f8", 3),  # fixed in space [N m]
+        ("force_world", "f8", 3),  # [N]
+        ("moment_body", "f8", 3),  # following, in the platform frame [N m]
+        ("force_body", "f8", 3),  # [N]
+    ],
+    align=True,
+)
+
+
 class LoadArrays(NamedTuple):
     """Loads in force, all linear in what the user gives, so that loads can be interpolated."""
 
     distributed: Floats  # (L, 3, K + 1) int_sigma^1 of the force per length; last: sigma = 0 [N/m]
     point: Floats  # (L, 3, K + 1) sum of the point forces beyond a node; last: sigma = 0 [N]
     on_rods: Floats  # (1,) above zero where any rod carries a load
-    platform: Floats  # (6, 3) weight, centre of mass, moment and force fixed in space, following
+    platform: NDArray[np.void]  # (1,) of PLATFORM_LOADS
 
 
 class Factors(NamedTuple):
@@ -151,23 +167,33 @@ class Workspace(NamedTuple):
     residuals: Lanes  # (G, m) residual by slots, SI units
     platform_residual: Floats  # (6,) of the world twist
     platform_tangent: Floats  # (6, 6)
-    strain: Lanes  # (m,) state by slots
-    frames: Lanes  # (3, 3, K) [direction, component, node]
-    vectors: Lanes  # (3, H) rotation vectors of the steps
-    arm: Lanes  # (3, K) p(l) - p(s)
-    matrix: Lanes  # (3, 3, K) Q
-    turned: Lanes  # (3, 3, K) [direction, component, node] weighted Q d
-    sources: Lanes  # (3, 8, K) [direction, what, node] what is integrated with shape functions
-    density: Lanes  # (3, K)
-    projected: Lanes  # (3, K)
-    geometric: Lanes  # (S, S)
-    pairs: Lanes  # (4, K) what nodes do together, four rows of it
-    partial: Lanes  # (S, K) the same times shape functions
-    turns: Lanes  # (S, 9) Theta where a panel begins, and what the modes carry and turn in a panel
+    coordinates: Lanes  # (m,) state by slots: strain coordinates, multipliers, passive coordinate
+    by_leg: Lanes  # (1,) lanes that are written or read leg by leg
+    squared_angle: Lanes  # (1,) the same of the angle of a rotation
+    sine: Lanes  # (1,) of it
+    versine: Lanes  # (1,) one less its cosine
+    rotation_vectors: Lanes  # (H, 3) of the steps
+    frames: Lanes  # (3, K, 3) directions d_c = R e_c at the nodes; the first is the tangent t
+    arm: Lanes  # (K + 1, 3) int_sigma^1 t: (p(l) - p) / l; last: sigma = 0, as with other fields
+    point: Lanes  # (K + 1, 3) forces of the rods, as in LoadArrays
+    distributed: Lanes  # (K + 1, 3)
+    load_source: Lanes  # (3, K, 3) rows of l t n^T, n of the loads on the rods alone
+    load_field: Lanes  # (3, K + 1, 3) rows of D, of the loads on the rods alone
+    joint_moments: Lanes  # (3, 3) [condition, component] c of a multiplier of one
+    density: Lanes  # (3, K, 3) omega of a shape function of one about d_c, weighted: l_0 w d_c
+    turned: Lanes  # (3, K, 3) Q omega
+    balance: Lanes  # (3, K) omega . m
+    swept: Lanes  # (3, K, 3) omega x arm
+    base_turning: Lanes  # (3, K) axis of the base . Q omega
+    length_source: Lanes  # (K, 3) t x (n + l nu)
+    length_field: Lanes  # (K + 1, 3) its integral to the tip: what the length does to m
     stretched: Lanes  # (S,) K_e q_e
-    small: Lanes  # (12, 3)
-    squares: Lanes  # (6, 3, 3)
-    rod_loads: Lanes  # (2, 3, K + 1) point, distributed
+    geometric: Lanes  # (S, S) what loads take from the stiffness
+    pairs: Lanes  # (K, 4) four rows of N
+    partial: Lanes  # (S, K) N times shape functions
+    mode_turn: Lanes  # (S, 3) Theta_a where a panel begins
+    mode_growth: Lanes  # (S, 3) what it grows by in the panel
+    mode_carried: Lanes  # (S, 3) int_panel phi_a Q omega
     rows: Lanes  # (n, m) rows of D L^T
     solution: Lanes  # (G, n)
     lane_parts: Lanes  # (4,) of one slot: the motors' part; pivot, its inverse, and its scale
@@ -202,6 +228,17 @@ class Workspace(NamedTuple):
     last_efforts: Floats  # (motors,)
 
 
+def interpolated_loads(first: LoadArrays, last: LoadArrays, fraction: float) -> LoadArrays:
+    """Loads between two."""
+
+    def between(one: NDArray[Any], other: NDArray[Any]) -> NDArray[Any]:
+        if one.dtype.names:
+            return between(one.view("f8"), other.view("f8")).view(one.dtype)
+        return (1.0 - fraction) * one + fraction * other
+
+    return LoadArrays(*[between(*pair) for pair in zip(first, last, strict=True)])
+
+
 def workspace(robot: RobotArrays) -> Workspace:
     """Memory for one thread."""
     width = robot.slot_index.shape[2]
@@ -218,23 +255,33 @@ def workspace(robot: RobotArrays) -> Workspace:
         residuals=zeros_lanes(width, groups, slots),
         platform_residual=np.empty(6),
         platform_tangent=np.empty((6, 6)),
-        strain=zeros_lanes(width, slots),
-        frames=empty(3, 3, nodes),
-        vectors=empty(3, steps),
-        arm=empty(3, nodes),
-        matrix=empty(3, 3, nodes),
-        turned=empty(3, 3, nodes),
-        sources=empty(3, 8, nodes),
-        density=empty(3, nodes),
-        projected=empty(3, nodes),
-        geometric=empty(strains, strains),
-        pairs=empty(4, nodes),
-        partial=empty(strains, nodes),
-        turns=empty(strains, 9),
+        coordinates=zeros_lanes(width, slots),
+        by_leg=empty(1),
+        squared_angle=empty(1),
+        sine=empty(1),
+        versine=empty(1),
+        rotation_vectors=empty(steps, 3),
+        frames=empty(3, nodes, 3),
+        arm=empty(nodes + 1, 3),
+        point=empty(nodes + 1, 3),
+        distributed=empty(nodes + 1, 3),
+        load_source=empty(3, nodes, 3),
+        load_field=empty(3, nodes + 1, 3),
+        joint_moments=empty(3, 3),
+        density=empty(3, nodes, 3),
+        turned=empty(3, nodes, 3),
+        balance=empty(3, nodes),
+        swept=empty(3, nodes, 3),
+        base_turning=empty(3, nodes),
+        length_source=empty(nodes, 3),
+        length_field=empty(nodes + 1, 3),
         stretched=empty(strains),
-        small=empty(12, 3),
-        squares=empty(6, 3, 3),
-        rod_loads=empty(2, 3, nodes + 1),
+        geometric=empty(strains, strains),
+        pairs=empty(nodes, 4),
+        partial=empty(strains, nodes),
+        mode_turn=empty(strains, 3),
+        mode_growth=empty(strains, 3),
+        mode_carried=empty(strains, 3),
         rows=empty(inner, slots),
         solution=empty(groups, inner),
         lane_parts=empty(4),

@@ -21,7 +21,7 @@ from ..description.loads import Loads
 from ..description.motors import MotorLimits
 from ..description.robot_description import LegDescription, RobotDescription
 from ..errors import InvalidRequest
-from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
+from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot, prepare
 from ..rods.quadrature import RodGrid, rod_grid
@@ -355,20 +355,18 @@ class Robot:
             point[self._leg("points", force.leg), before] += force.force
         # Integrals from a node to the tip; the last entry is the one from the base.
         beyond = np.vstack([grid.weights - grid.integration, grid.weights])
+        platform = np.zeros(1, PLATFORM_LOADS)
+        platform["weight"] = self.description.platform_mass * loads.gravity
+        platform["center_of_mass"] = self.description.center_of_mass
+        platform["moment_world"] = loads.wrench_world[:3]
+        platform["force_world"] = loads.wrench_world[3:]
+        platform["moment_body"] = loads.wrench_body[:3]
+        platform["force_body"] = loads.wrench_body[3:]
         return LoadArrays(
             distributed=np.ascontiguousarray(np.swapaxes(beyond @ density, 1, 2)),
             point=np.ascontiguousarray(np.swapaxes(point, 1, 2)),
             on_rods=np.array([float(density.any() or point.any())]),
-            platform=np.array(
-                [
-                    self.description.platform_mass * loads.gravity,
-                    self.description.center_of_mass,
-                    loads.wrench_world[:3],
-                    loads.wrench_world[3:],
-                    loads.wrench_body[:3],
-                    loads.wrench_body[3:],
-                ]
-            ),
+            platform=platform,
         )
 
     def _leg(self, load: str, name: str) -> int:

@@ -151,7 +151,7 @@ class _Builder:
         groups = np.zeros(count, group_dtype(width))
         function, names = _functions(self.described, start)
         functions = zeros_lanes(width, count, len(names), len(grid.nodes))
-        step_functions = zeros_lanes(width, count, len(grid.steps), 3, len(names))
+        step_functions = zeros_lanes(width, count, len(grid.steps), len(names), 3)
         elastic = zeros_lanes(width, count, strains, strains)
         rest_moment = zeros_lanes(width, count, strains)
         for name in ("turn_index", "shift_index", "motor_index"):
@@ -173,7 +173,7 @@ class _Builder:
             for mode, slot in enumerate(modes):
                 at = function[slot]
                 functions["lane"][group, at, :, lane] = values[:, mode]
-                step_functions["lane"][group, :, :, at, lane] = moments[..., mode]
+                step_functions["lane"][group, :, at, :, lane] = moments[..., mode]
             if not exists:
                 continue
             fields["exists"][lane] = 1.0

@@ -21,7 +21,7 @@ from scipy import linalg
 from ..description.loads import Loads
 from ..kernels.continuation_kernel import FREELY, UNPREDICTED, Requests, Start
 from ..kernels.kept_factors import kept_factors
-from ..kernels.kernel_arrays import LoadArrays
+from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays, interpolated_loads
 from ..kernels.natural_units import EFFORT_UNIT
 from ..kernels.prepared_robot import continue_prepared, evaluate_prepared
 from ..kernels.problems import PROBLEMS
@@ -151,12 +151,17 @@ class Path:
             return 0.0
         arrays, length = self._robot.arrays, self._robot.mean_length
         first, last = self.start.load_arrays, self._last_loads
-        platform = np.abs(last.platform - first.platform).max(axis=1)
-        weight, _, moment, force, moment_body, force_body = platform
+        platform = {
+            name: np.abs(last.platform[name] - first.platform[name]).max()
+            for name in PLATFORM_LOADS.names or ()
+        }
         rods = np.abs(last.distributed - first.distributed).max(initial=0.0) * length
         points = np.abs(last.point - first.point).max(initial=0.0)
-        forces = max(weight, force, force_body, rods, points) * length
-        return float(max(forces, moment, moment_body)) / (EFFORT_UNIT * arrays.energy_unit)
+        forces = max(
+            platform["weight"], platform["force_world"], platform["force_body"], rods, points
+        )
+        moments = max(platform["moment_world"], platform["moment_body"])
+        return float(max(forces * length, moments)) / (EFFORT_UNIT * arrays.energy_unit)
 
     def _check_time(self) -> None:
         if time.perf_counter() >= self.deadline:
@@ -323,8 +328,7 @@ class Path:
         """Loads part of the way; all entries are linear in what is given."""
         if not self._loads_change or fraction == 1.0:
             return self._last_loads
-        pairs = zip(self.start.load_arrays, self._last_loads, strict=True)
-        return LoadArrays(*[(1.0 - fraction) * first + fraction * last for first, last in pairs])
+        return interpolated_loads(self.start.load_arrays, self._last_loads, fraction)
 
     def _loads_between(self, fraction: float) -> Loads:
         return self.start.loads.toward(self._loads, fraction) if self._loads_change else self._loads

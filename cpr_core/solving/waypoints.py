@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest, NonFiniteInput
-from ..kernels.continuation_kernel import SIGNS, WATCHED, Requests, Start
+from ..kernels.continuation_kernel import WATCHED, Requests, Start
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import Lanes
 from ..kernels.prepared_robot import continue_prepared

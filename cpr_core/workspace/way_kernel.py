@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.condensation_kernel import lu_factor
 from ..kernels.inertia_kernel import signs_of
 from ..kernels.kernel_decorators import allocating_part, compiled
 from ..kernels.lu_kernel import lu_factor

@@ -21,7 +21,7 @@ from cpr_core.kernels.condensation_kernel import (
     solve_transposed,
 )
 from cpr_core.kernels.kept_factors import keep, kept_factors, recall
-from cpr_core.kernels.kernel_arrays import factors_of, kept_factors, workspace
+from cpr_core.kernels.kernel_arrays import factors_of, workspace
 from cpr_core.kernels.lu_kernel import lu_factor, lu_solve
 from cpr_core.kernels.model_kernel import tangent_into
 from cpr_core.kernels.square_problem import SquareProblem
