@@ -1,0 +1,195 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""numba behind its fence: nothing else imports it, and its private interfaces may be missing."""
+
+import ast
+import json
+import os
+import re
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cpr_core
+from benchmarks.numba_without import INTERFACES
+from cpr_core import load_robot, numba_fence, solve_forward
+from cpr_core.numba_fence import cache_stamp
+
+PACKAGE = Path(cpr_core.__file__).parent
+ROOT = Path(__file__).parents[2]
+MOTORS = [2.62, 0.52]
+#: What takes the place of an interface, by what is asked of numba for a kernel.
+WITHOUT = {
+    "loop hint": ("pipeline_class", "the lowering of its passes"),
+    "cache stamp": ("cache", "the stamp of its cache"),
+    "compile events": ("", "events of compiling"),
+    "_nrt": ("_nrt", "the option _nrt"),
+    "forceinline": ("forceinline", "the option forceinline"),
+    "no_cpython_wrapper": ("no_cpython_wrapper", "the option no_cpython_wrapper"),
+    "no_cfunc_wrapper": ("no_cfunc_wrapper", "the option no_cfunc_wrapper"),
+}
+
+#: A kernel with every option, and what numba is asked for; nothing is compiled.
+WIRING = """
+import json, warnings
+from benchmarks.numba_without import hide
+hide(*{hidden!r})
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    from cpr_core import numba_fence
+    import cpr_core
+asked, njit = {{}}, numba_fence.njit
+def listening(**options):
+    asked.update(options)
+    return njit(**options)
+numba_fence.njit = listening
+function = cpr_core.validation.checked_vector  # any: it is not called
+options = dict(_nrt=False, forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+numba_fence.compile_kernel(function, ("stamp", 0), False, **options)
+with numba_fence.hear_compilation(lambda function: None):
+    pass
+print(json.dumps({{
+    "asked": [name for name, value in asked.items() if value is not False or name == "_nrt"],
+    "missing": numba_fence.MISSING,
+    "warnings": [str(w.message) for w in caught if w.category is RuntimeWarning],
+}}))
+"""
+
+#: The planar robot with two modes and none of the interfaces.
+SOLVE = """
+import json, warnings
+from benchmarks.numba_without import hide
+hide({hidden})
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    import cpr_core
+    from cpr_core.kernel_warmup import watch_compilation
+    robot, named = cpr_core.load_robot("rfrfr", modes=2), []
+    with watch_compilation(named.append):
+        found = cpr_core.solve_forward(robot, {motors})
+print(json.dumps({{
+    "state": found.state.tolist(),
+    "position": found.platform_position.tolist(),
+    "index": found.index_locked,
+    "named": named,
+    "warnings": [str(w.message) for w in caught if w.category is RuntimeWarning],
+}}))
+"""
+
+
+def run(code, cache, timeout=120):
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
+        cwd=ROOT,
+        env=os.environ | {"NUMBA_CACHE_DIR": str(cache)},
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def imports_numba(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        names = [name.name for name in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom) and not node.level:
+            names = [node.module]
+        if {name.partition(".")[0] for name in names} & {"numba", "llvmlite"}:
+            return True
+    return False
+
+
+def test_nothing_but_the_fence_imports_numba():
+    fence = Path(numba_fence.__file__).parent
+    importing = {path for path in PACKAGE.rglob("*.py") if imports_numba(path)}
+    assert fence / "loop_hint.py" in importing
+    assert {path.parent for path in importing} == {fence}
+
+
+def test_every_interface_can_be_missing():
+    assert set(WITHOUT) == set(INTERFACES)
+    assert numba_fence.MISSING == ()
+
+
+@pytest.mark.parametrize("hidden", [(), *((name,) for name in WITHOUT), tuple(WITHOUT)], ids=str)
+def test_what_is_missing_is_not_asked_for_and_said_once(tmp_path, hidden):
+    found = run(WIRING.format(hidden=hidden), tmp_path)
+    every = {name for name, _ in WITHOUT.values() if name}
+    assert set(found["asked"]) & every == every - {WITHOUT[name][0] for name in hidden}
+    assert set(found["missing"]) == {WITHOUT[name][1] for name in hidden}
+    assert len(found["warnings"]) == (1 if hidden else 0)
+    for name in hidden:
+        assert WITHOUT[name][1] in found["warnings"][0]
+
+
+@pytest.mark.slow
+def test_a_numba_without_any_of_them_solves_the_same(tmp_path):
+    code = SOLVE.format(hidden=", ".join(map(repr, WITHOUT)), motors=MOTORS)
+    found = run(code, tmp_path, timeout=900)
+    expected = solve_forward(load_robot("rfrfr", modes=2), MOTORS)
+    np.testing.assert_allclose(found["state"], expected.state, rtol=1e-9, atol=1e-11)
+    np.testing.assert_allclose(found["position"], expected.platform_position, atol=1e-11)
+    assert found["index"] == expected.index_locked
+    assert len(found["warnings"]) == 1
+    assert found["named"] == []  # nobody tells
+    assert not [path for path in tmp_path.rglob("*.nbi") if "cpr_core" in path.parent.name]
+
+
+def bounds(text):
+    return tuple(re.search(r"numba>=([\d.]+),<([\d.]+)", text).groups())
+
+
+def test_the_supported_versions_are_those_that_are_tested():
+    lower, upper = bounds((ROOT / "setup.py").read_text())
+    oldest = re.search(r"^numba==(\d+\.\d+)", (ROOT / "tools/oldest.txt").read_text(), re.M)[1]
+    newest = re.search(r"^numba==(\d+\.\d+)", (ROOT / "constraints.txt").read_text(), re.M)[1]
+    assert lower == oldest
+    major, minor = newest.split(".")
+    assert upper == f"{major}.{int(minor) + 1}"
+
+
+def cache_file(folder, stamp="new"):
+    return cache_stamp.CacheFile(str(folder), "kernel", (stamp, 0))
+
+
+def meanwhile(monkeypatch, writer, step, function):
+    """Begin something else in the middle of writing, and give it time to end if it does not wait."""
+    thread, writes = threading.Thread(target=function), getattr(writer, step)
+
+    def interrupted(*arguments):
+        thread.start()
+        thread.join(0.5)
+        writes(*arguments)
+
+    monkeypatch.setattr(writer, step, interrupted)
+    return thread
+
+
+def test_machine_code_that_two_processes_write_at_once_is_all_kept(tmp_path, monkeypatch):
+    one, other = cache_file(tmp_path), cache_file(tmp_path)
+    thread = meanwhile(
+        monkeypatch, one, "_save_index", lambda: other.save("integers", "code for integers")
+    )
+    one.save("numbers", "code for numbers")
+    thread.join()
+    assert cache_file(tmp_path).load("numbers") == "code for numbers"
+    assert cache_file(tmp_path).load("integers") == "code for integers"
+
+
+def test_machine_code_of_before_is_not_read_while_it_is_replaced(tmp_path, monkeypatch):
+    cache_file(tmp_path, "old").save("numbers", "old code")
+    one, found = cache_file(tmp_path), []
+    assert one.load("numbers") is None
+    thread = meanwhile(
+        monkeypatch, one, "_save_data", lambda: found.append(cache_file(tmp_path).load("numbers"))
+    )
+    one.save("numbers", "new code")
+    thread.join()
+    assert found == ["new code"]
