@@ -20,7 +20,7 @@ from .lie import quaternion_from_rotation
 from .linearisation import Linearisation, linearised
 from .loads import Loads
 from .prepared_robot import continue_prepared
-from .problems import Problem
+from .problems import PROBLEMS
 from .record_layout import (
     EFFORT,
     ENERGY,
@@ -245,9 +245,14 @@ def corrected(
     size, motors = robot.state_size, robot.motor_count
     records, kept = record[None].copy(), kept_factors(robot.arrays)
     given = record[None, size - motors : size].copy()
-    requests = Requests(Problem.MOTORS.value, given, UNPREDICTED)
     found = continue_prepared(
-        robot.prepared, load_arrays, requests, tolerances, Start(record, kept), records, kept
+        robot.prepared,
+        load_arrays,
+        *Requests(PROBLEMS["motors"], given, UNPREDICTED),
+        *tolerances,
+        *Start(record, kept),
+        records,
+        kept,
     )
     if not found:
         records[0, size + RESIDUAL] = np.inf

@@ -15,9 +15,10 @@ from numba.core import types
 from numba.experimental import structref
 
 from .compiled import compiled
-from .continuation_kernel import continue_equilibria
+from .continuation_kernel import Requests, Start, continue_equilibria
 from .linearisation_kernel import linearise
 from .model_kernel import evaluate, tangent_into
+from .square_problem import Tolerances
 
 __all__ = [
     "PreparedRobot",
@@ -59,10 +60,30 @@ def evaluate_prepared(prepared, loads, state, rotation, position, residual, tang
 
 
 @compiled
-def continue_prepared(prepared, loads, requests, tolerances, start, records, kept):
-    """``continue_equilibria``."""
+def continue_prepared(
+    prepared,
+    loads,
+    problem,
+    given,
+    mode,
+    residual,
+    iterations,
+    contraction,
+    record,
+    kept_before,
+    records,
+    kept,
+):
+    """``continue_equilibria``, given number by number: taking tuples apart costs a microsecond."""
     return continue_equilibria(
-        prepared.robot, loads, requests, tolerances, start, records, kept, prepared.work
+        prepared.robot,
+        loads,
+        Requests(problem, given, mode),
+        Tolerances(residual, iterations, contraction),
+        Start(record, kept_before),
+        records,
+        kept,
+        prepared.work,
     )
 
 

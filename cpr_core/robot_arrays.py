@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .kept_factors import kept_count
 from .kernel_arrays import LEG, RobotArrays, group_dtype
 from .lanes import WIDTH, zeros_lanes
 from .quadrature import MAGNUS_WEIGHTS
@@ -206,6 +207,9 @@ class _Builder:
         missing["lane"][:] = ~there
         return {
             "slots": slots,
+            "kept_count": kept_count(
+                count, slots, len(self.unit) - motor_index + slots.platform_count, width
+            ),
             "groups": groups,
             "slot_index": index,
             "units": units,

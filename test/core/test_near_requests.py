@@ -24,7 +24,6 @@ from cpr_core.natural_units import EFFORT_UNIT, LONGEST_STEP
 from cpr_core.path import Path
 from cpr_core.prepared_robot import continue_prepared
 from cpr_core.problems import PROBLEMS as NUMBERS
-from cpr_core.problems import Problem
 from cpr_core.record_layout import STEPS as STEPS_TAKEN
 from cpr_core.square_problem import Tolerances
 from cpr_core.targets import EffortTarget, MotorTarget, PlatformTarget
@@ -87,10 +86,14 @@ def test_predictions_from_delayed_slots_are_used(straight):
     near = solve_inverse(straight, pose, start=home)
     target = target_of(home, "pose", pose)
     records, kept = new_record(straight, 1), kept_factors(straight.arrays)
-    requests = Requests(Problem.POSE.value, target.given(home), UNPREDICTED)
-    begin = Start(home.record, home.factors)
     made = continue_prepared(
-        straight.prepared, home.load_arrays, requests, Tolerances(), begin, records, kept
+        straight.prepared,
+        home.load_arrays,
+        *Requests(NUMBERS["pose"], target.given(home), UNPREDICTED),
+        *Tolerances(),
+        *Start(home.record, home.factors),
+        records,
+        kept,
     )
     assert made == 0 or near.iterations < records[0, straight.state_size + STEPS_TAKEN]
 
@@ -105,10 +108,14 @@ def taken_as_near(start, target):
     robot = start.robot
     records, kept = new_record(robot, 1), kept_factors(robot.arrays)
     records[:] = np.nan
-    requests = Requests(NUMBERS[target.problem].value, target.given(start), WATCHED)
-    begin = Start(start.record, start.factors)
     continue_prepared(
-        robot.prepared, start.load_arrays, requests, Tolerances(), begin, records, kept
+        robot.prepared,
+        start.load_arrays,
+        *Requests(NUMBERS[target.problem], target.given(start), WATCHED),
+        *Tolerances(),
+        *Start(start.record, start.factors),
+        records,
+        kept,
     )
     return bool(np.isfinite(records[0, 0]))
 
