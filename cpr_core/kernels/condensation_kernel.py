@@ -76,7 +76,7 @@ def condense(robot, work, factors):
         if regular or delaying:
             break
         delaying = True
-    factors.how[0] = DELAYED if delaying else CONDENSED
+    factors.status[0] = DELAYED if delaying else CONDENSED
 
 
 @inlined
@@ -220,7 +220,7 @@ def factor_here(robot, rotation, problem, work, factors):
     """``factor`` as a part of what calls it."""
     rotation_unknowns(rotation, problem.angles, work.motions)
     condense(robot, work, factors)
-    return factors.how[0] if factor_border(robot, problem, work, factors) else NO_INVERSE
+    return factors.status[0] if factor_border(robot, problem, work, factors) else NO_INVERSE
 
 
 @inlined

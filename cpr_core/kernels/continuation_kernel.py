@@ -129,11 +129,11 @@ def _square_problem(robot, problem):
 def _begin(robot, loads, mode, start, square, work):
     """The factors of the tangent at the start, where it is predicted from, into the workspace."""
     work.bends[0] = 0
-    work.factors.how[0] = UNKNOWN
+    work.factors.status[0] = UNKNOWN
     if mode == UNPREDICTED:
         return
     recall(robot, start.kept, work.factors)
-    if work.factors.how[0] == DELAYED:  # these are not kept: the tangent is evaluated again
+    if work.factors.status[0] == DELAYED:  # these are not kept: the tangent is evaluated again
         _read_pose(robot, start.record, work)
         state = work.simplified
         for i in range(state.shape[0]):
@@ -144,7 +144,7 @@ def _begin(robot, loads, mode, start, square, work):
             robot, loads, configuration, square, work.given_efforts, 0.0, anywhere, work
         )
         if status != CONVERGED:
-            work.factors.how[0] = UNKNOWN
+            work.factors.status[0] = UNKNOWN
 
 
 @inlined

@@ -16,20 +16,32 @@ from .condensation_kernel import CONDENSED
 from .kernel_arrays import Lanes, RobotArrays
 from .kernel_decorators import inlined, kernel
 from .lanes import get, lanes_dtype, load, put, store
+from .slots import SlotLayout
 
-__all__ = ["keep", "kept_factors", "kept_how", "kept_row", "recall", "recall_border"]
+__all__ = [
+    "keep",
+    "kept_count",
+    "kept_factors",
+    "kept_row",
+    "kept_status",
+    "recall",
+    "recall_border",
+]
 
 
 def kept_factors(robot: RobotArrays) -> Lanes:
     """Memory in which factors are kept with an equilibrium."""
-    width, border = robot.slot_index.shape[2], len(robot.border_indices)
-    rows = len(robot.groups) * robot.slots.inner_count
-    count = 1 + rows * robot.slots.total + -(-border * border // width)
-    return np.empty(count, lanes_dtype(width))
+    return np.empty(robot.kept_count, lanes_dtype(robot.slot_index.shape[2]))
+
+
+def kept_count(group_count: int, slots: SlotLayout, border_count: int, width: int) -> int:
+    """Lanes of it."""
+    border = -(-(border_count**2) // width)
+    return 1 + group_count * slots.inner_count * slots.total + border
 
 
 @inlined
-def kept_how(kept):
+def kept_status(kept):
     """How the tangent was factored."""
     return int(get(kept, 0, 0))
 
@@ -50,8 +62,8 @@ def kept_border(robot):
 def keep(robot, factors, kept):
     """Copy factors to memory of their own (``kept_factors``)."""
     slots, upper, width = robot.slots, factors.upper, robot.slot_index.shape[2]
-    put(kept, 0, 0, float(factors.how[0]))
-    if factors.how[0] != CONDENSED:
+    put(kept, 0, 0, float(factors.status[0]))
+    if factors.status[0] != CONDENSED:
         return
     for number in range(robot.groups.shape[0]):
         for i in range(slots.inner_count):
@@ -74,8 +86,8 @@ def keep(robot, factors, kept):
 def recall(robot, kept, factors):
     """Copy them back, where they are CONDENSED."""
     slots, upper = robot.slots, factors.upper
-    factors.how[0] = kept_how(kept)
-    if factors.how[0] != CONDENSED:
+    factors.status[0] = kept_status(kept)
+    if factors.status[0] != CONDENSED:
         return
     factors.delayed_count[0] = 0
     for number in range(robot.groups.shape[0]):

@@ -117,6 +117,7 @@ class RobotArrays(NamedTuple):
     controls_angles: int  # 1: among them are roll, pitch, yaw instead of world rotations
     constraint_count: int  # number of multipliers of all legs
     orientation_count: int  # conditions on the orientation of the tip: the most a leg has
+    kept_count: int  # lanes in which the factors of a tangent are kept (`kept_factors`)
     passive: int  # 1: some base has a passive coordinate
     shifted: int  # 1: some base has a shift
     extensible: int  # 1: some shift is a rod length
@@ -154,7 +155,7 @@ class Factors(NamedTuple):
     upper: Lanes  # (G, n, m) rows of L^T, and of D^-1 L^-1 B
     inverse: Lanes  # (G, n) D^-1
     border: Floats  # (N, N), (B + D, B + D) of it H, world rotations, delayed slots last
-    how: Integers  # (1,) CONDENSED, DELAYED or UNKNOWN of `condensation_kernel`
+    status: Integers  # (1,) CONDENSED, DELAYED or UNKNOWN of `condensation_kernel`
     delayed_count: Integers  # (1,) D
     delayed: Integers  # (N, 3) group, slot and lane of each
     beyond: Floats  # (N, n) their rows of D L^T, behind their own slots
@@ -326,7 +327,7 @@ def factors_of(robot: RobotArrays) -> Factors:
         upper=zeros_lanes(width, groups, inner, slots),
         inverse=empty_lanes(width, groups, inner),
         border=np.zeros((size, size)),
-        how=np.zeros(1, np.int64),
+        status=np.zeros(1, np.int64),
         delayed_count=np.zeros(1, np.int64),
         delayed=np.zeros((size, 3), np.int64),
         beyond=np.zeros((size, inner)),

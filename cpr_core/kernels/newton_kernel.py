@@ -165,7 +165,7 @@ def predict_state(robot, problem, configuration, work):
         position[i] = to_position[i]
         for j in range(3):
             rotation[i, j] = work.given_rotation[i, j]
-    if work.factors.how[0] != UNKNOWN and predict(
+    if work.factors.status[0] != UNKNOWN and predict(
         robot, problem, known, efforts, work.step, work, work.factors
     ):
         size = inner + problem.unknowns.shape[0]
@@ -293,10 +293,10 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
         for i in range(size):
             total[i] -= fraction * step[i]
             step[i] = correction[i]
-        how = factor_here(robot, configuration.rotation, problem, work, work.factors)
+        status = factor_here(robot, configuration.rotation, problem, work, work.factors)
         if largest < tolerances.residual:
             return CONVERGED, count, largest, energy
-        if how == NO_INVERSE:
+        if status == NO_INVERSE:
             return SINGULAR, count, largest, energy
         if count == tolerances.iterations:
             return STALLED, count, largest, energy

@@ -21,7 +21,7 @@ import math
 import numpy as np
 
 from .condensation_kernel import CONDENSED
-from .kept_factors import kept_how, kept_row, recall_border
+from .kept_factors import kept_row, kept_status, recall_border
 from .kernel_decorators import part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 
@@ -57,7 +57,7 @@ def recall_pencil(robot, kept, pencil):
     inner, width, extent = slots.inner_count, slots.platform_count, slots.total
     first = slots.first_coupled
     doubt = broadcast(rows, -1.0)
-    if kept_how(kept) != CONDENSED:
+    if kept_status(kept) != CONDENSED:
         return False
     recall_border(robot, kept, condensed)
     for i in range(condensed.shape[0]):
@@ -113,11 +113,9 @@ def recall_pencil(robot, kept, pencil):
             m = motor - robot.platform_index
             for j in range(width + 1):
                 column = inner + 1 + j if j < width else inner
-                value = condensed[m, j if j < width else m]
-                put(
-                    blocks, (number, inner, column), lane,
-                    value + get(blocks, (number, inner, column), lane),
-                )  # fmt: skip
+                value = get(blocks, (number, inner, column), lane)
+                value += condensed[m, j if j < width else m]
+                put(blocks, (number, inner, column), lane, value)
     return highest(doubt) < 0.0
 
 

@@ -11,12 +11,12 @@ __all__ = ["PROBLEMS", "Problem"]
 
 
 class Problem(IntEnum):
-    """What a problem imposes, as the kernels number it."""
+    """What a problem imposes, as the kernels number it; names in small letters elsewhere."""
 
     MOTORS = 0
     EFFORTS = 1
     POSE = 2
 
 
-#: The same, by the keys of ``Robot.problems``.
-PROBLEMS = {"motors": Problem.MOTORS, "efforts": Problem.EFFORTS, "platform": Problem.POSE}
+#: The numbers by the keys of ``Robot.problems``.
+PROBLEMS = {problem.name.lower(): problem.value for problem in Problem}

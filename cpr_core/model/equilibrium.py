@@ -17,7 +17,7 @@ from ..kernels.continuation_kernel import UNPREDICTED, Requests, Start
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import Lanes, LoadArrays
 from ..kernels.prepared_robot import continue_prepared
-from ..kernels.problems import Problem
+from ..kernels.problems import PROBLEMS
 from ..kernels.record_layout import (
     EFFORT,
     ENERGY,
@@ -280,9 +280,14 @@ def corrected(
     size, motors = robot.state_size, robot.motor_count
     records, kept = record[None].copy(), kept_factors(robot.arrays)
     given = record[None, size - motors : size].copy()
-    requests = Requests(Problem.MOTORS.value, given, UNPREDICTED)
     found = continue_prepared(
-        robot.prepared, load_arrays, requests, tolerances, Start(record, kept), records, kept
+        robot.prepared,
+        load_arrays,
+        *Requests(PROBLEMS["motors"], given, UNPREDICTED),
+        *tolerances,
+        *Start(record, kept),
+        records,
+        kept,
     )
     if not found:
         records[0, size + RESIDUAL] = np.inf

@@ -294,7 +294,7 @@ class Robot:
         return {
             "motors": (platform, platform),
             "efforts": (both, both),
-            "platform": (np.concatenate([platform[free], motors]), platform),
+            "pose": (np.concatenate([platform[free], motors]), platform),
         }
 
     @cached_property

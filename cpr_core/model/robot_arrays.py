@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.robot_description import LegDescription, RobotDescription
+from ..kernels.kept_factors import kept_count
 from ..kernels.kernel_arrays import LEG, RobotArrays, group_dtype
 from ..kernels.lanes import WIDTH, zeros_lanes
 from ..kernels.slots import slot_layout
@@ -214,6 +215,9 @@ class _Builder:
         missing["lane"][:] = ~there
         return {
             "slots": slots,
+            "kept_count": kept_count(
+                count, slots, len(self.unit) - motor_index + slots.platform_count, width
+            ),
             "groups": groups,
             "slot_index": index,
             "units": units,

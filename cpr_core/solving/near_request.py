@@ -32,10 +32,14 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
     if stable_only and (start.index_free if target.problem == "efforts" else start.index_locked):
         return None
     records, factors = new_record(robot, 1), kept_factors(robot.arrays)
-    requests = Requests(PROBLEMS[target.problem].value, target.given(start), WATCHED)
-    begin = Start(start.record, start.factors)
     if not continue_prepared(
-        robot.prepared, start.load_arrays, requests, _TOLERANCES, begin, records, factors
+        robot.prepared,
+        start.load_arrays,
+        *Requests(PROBLEMS[target.problem], target.given(start), WATCHED),
+        *_TOLERANCES,
+        *Start(start.record, start.factors),
+        records,
+        factors,
     ):
         return None
     found = Equilibrium(robot, start.loads, start.load_arrays, records[0], factors)

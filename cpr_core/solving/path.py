@@ -130,14 +130,14 @@ class Path:
         robot = start.robot
         self.start, self.iterations, self.deadline = start, 0, np.inf
         self._robot, self._target, self._loads = robot, target, loads
-        self._singularities = singularities and target.problem != "platform"
+        self._singularities = singularities and target.problem != "pose"
         self._loads_change = loads is not start.loads
         self._last_loads = robot.load_arrays(loads) if self._loads_change else start.load_arrays
         self.conservative = loads.conservative(robot.planar) and (
             not self._loads_change or start.loads.conservative(robot.planar)
         )
         self._columns, self._rows = robot.problems[target.problem]
-        self._angles = target.problem == "platform" and robot.controls_angles
+        self._angles = target.problem == "pose" and robot.controls_angles
         self._residual = np.empty(len(robot.arrays.unit))
 
     @cached_property
@@ -188,10 +188,14 @@ class Path:
         kept = kept_factors(robot.arrays)
         mode = UNPREDICTED if self._loads_change else FREELY
         given = self._given(before, fraction)[None, :]
-        requests = Requests(PROBLEMS[self.problem].value, given, mode)
-        begin = Start(before.record, before.factors)
         if not continue_prepared(
-            robot.prepared, loads, requests, Tolerances(), begin, records, kept
+            robot.prepared,
+            loads,
+            *Requests(PROBLEMS[self.problem], given, mode),
+            *Tolerances(),
+            *Start(before.record, before.factors),
+            records,
+            kept,
         ):
             return None
         there = Equilibrium(robot, self._loads_between(fraction), loads, records[0], kept)
@@ -298,10 +302,8 @@ class Path:
     def _found(self, fraction: float, there: Equilibrium) -> Point:
         """A solution as a point."""
         if not self.conservative:
-            self._evaluate(
-                there.state.copy(), there.platform_rotation.copy(), there.platform_position.copy(),
-                there.load_arrays,
-            )  # fmt: skip
+            rotation, position = there.platform_rotation.copy(), there.platform_position.copy()
+            self._evaluate(there.state.copy(), rotation, position, there.load_arrays)
         return self._point(fraction, there)
 
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
@@ -310,7 +312,7 @@ class Path:
         index = signs.index_free if problem == "efforts" else signs.index_locked
         if not self.conservative:
             sign = int(np.linalg.slogdet(self._scaled_tangent(equilibrium.platform_rotation))[0])
-        elif problem == "platform":
+        elif problem == "pose":
             sign = signs.inverse_sign
         else:
             sign = -1 if index % 2 else 1

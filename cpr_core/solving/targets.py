@@ -30,7 +30,7 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 #: Keys of ``Robot.problems``.
-ProblemName = Literal["motors", "efforts", "platform"]
+ProblemName = Literal["motors", "efforts", "pose"]
 
 
 class Imposed:
@@ -155,7 +155,7 @@ class PlatformTarget:
 
     rotation: Floats
     position: Floats
-    problem: ClassVar[ProblemName] = "platform"
+    problem: ClassVar[ProblemName] = "pose"
 
     def distance(self, start: Equilibrium) -> float:
         """Distance of the positions, or angle between the orientations where it is larger."""

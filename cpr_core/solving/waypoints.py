@@ -37,7 +37,7 @@ __all__ = ["trace_through"]
 
 Floats = NDArray[np.float64]
 
-_PROBLEM: dict[str, ProblemName] = {"motors": "motors", "poses": "platform", "efforts": "efforts"}
+_PROBLEM: dict[str, ProblemName] = {"motors": "motors", "poses": "pose", "efforts": "efforts"}
 
 
 def trace_through(
@@ -96,9 +96,13 @@ def trace_through(
             left = max(0.0, deadline - time.perf_counter())
             target = target_of(here, "pose" if what == "poses" else what, rows[done])
             walk = follow(
-                here, target, found.loads, stable_only=stable_only,
-                singularities=singularities, time_limit=left,
-            )  # fmt: skip
+                here,
+                target,
+                found.loads,
+                stable_only=stable_only,
+                singularities=singularities,
+                time_limit=left,
+            )
             happened = [_numbered(event, done, count) for event in walk.events]
             events += happened
             if walk.stopped is not None:
@@ -158,7 +162,7 @@ def _run(
     if not found.loads.conservative(robot.planar):
         return here
     problem = _PROBLEM[what]
-    if problem == "platform":
+    if problem == "pose":
         whole = len(robot.controlled_axes) == len(robot.platform_axes)
         if not whole or robot.controls_angles:
             return here  # what is not imposed is known when the step before is solved
@@ -166,12 +170,16 @@ def _run(
     else:
         given = np.array(rows[first:])
     factors, records = kept_factors(robot.arrays), found.rows[first:]
-    requests = Requests(PROBLEMS[problem].value, given, WATCHED)
-    begin = Start(here.record, here.factors)
     count = continue_prepared(
-        robot.prepared, found.load_arrays, requests, Tolerances(), begin, records, factors
+        robot.prepared,
+        found.load_arrays,
+        *Requests(PROBLEMS[problem], given, WATCHED),
+        *Tolerances(),
+        *Start(here.record, here.factors),
+        records,
+        factors,
     )
-    quiet = _quiet(found, here, records[:count], singularities and problem != "platform")
+    quiet = _quiet(found, here, records[:count], singularities and problem != "pose")
     found.known += quiet
     if quiet == 0:
         return here

@@ -67,7 +67,7 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
         held[:3] = np.isin([3, 4, 5], robot.controlled_axes)
         held[3:] = np.isin([0, 1, 2], robot.controlled_axes)
     equations = robot.platform_indices
-    unknowns = robot.problems["platform"][0] if has_inverse else _NONE
+    unknowns = robot.problems["pose"][0] if has_inverse else _NONE
     forward_problem = SquareProblem(equations, equations, False)
     inverse_problem = SquareProblem(equations, unknowns, bool(robot.controls_angles))
     return CellProblem(

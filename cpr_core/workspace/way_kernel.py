@@ -180,9 +180,15 @@ def advance(problem, way, configuration, signs, scratch, work):
         impose(problem, way.start, way.end, ahead, trial.state, trial.rotation, trial.position)
         predicted = _distance(problem, state, trial.state) if guessed else 0.0
         status, _, _, energy = newton(
-            problem.robot, problem.loads, trial, problem.square, work.given_efforts, predicted,
-            problem.tolerances, work,
-        )  # fmt: skip
+            problem.robot,
+            problem.loads,
+            trial,
+            problem.square,
+            work.given_efforts,
+            predicted,
+            problem.tolerances,
+            work,
+        )
         ok = status == CONVERGED
         for i in range(problem.lengths.shape[0]):
             ok = ok and trial.state[problem.lengths[i]] > 0.0

@@ -30,7 +30,7 @@ from cpr_core.model.model_state import evaluate
 from cpr_core.model.robot import load_robot
 
 ROBOTS = ["rfrfr", "six_rfs"]
-PROBLEMS = ["motors", "platform", "efforts"]
+PROBLEMS = ["motors", "pose", "efforts"]
 
 
 @pytest.fixture(scope="module", params=ROBOTS)
@@ -209,9 +209,9 @@ def test_of_a_straight_leg_something_is_left_to_the_border(robot, problem):
 def test_a_straight_leg_leaves_the_inverse_problem_without_inverse(robot):
     # Neither its motor nor its strain moves the tip along it: no pose can be asked for there.
     changed = straight_leg_tangent(robot)
-    matrix = dimensionless(robot, changed, "platform")
+    matrix = dimensionless(robot, changed, "pose")
     assert np.linalg.matrix_rank(matrix) < len(matrix)
-    assert factored(robot, changed, "platform")[0] == NO_INVERSE
+    assert factored(robot, changed, "pose")[0] == NO_INVERSE
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)

@@ -24,7 +24,7 @@ from cpr_core.description.description_file import shipped_robots
 def test_metrics_are_those_of_the_library(six_rfs):
     metrics = six_rfs.client.messages(StabilityMetrics, "/cpr_node/stability", 2)[-1]
     home = solve_home(cpr_core.load_robot("six_rfs"))
-    model = cpr_core.model.kinemato_statics(home)
+    model = cpr_core.kinemato_statics(home)
     for name in ("forward", "inverse"):
         expected, told = model.singularity(name), getattr(metrics, name)
         assert told.smallest_singular_value == pytest.approx(expected.smallest, rel=1e-6)
