@@ -15,7 +15,6 @@ from .lane_vectors import (
     cross,
     load_matrix,
     scaled,
-    scaled_matrix,
     store_vector,
     subtract,
 )
@@ -50,7 +49,7 @@ def rotation_steps(curvature, lengths, vectors):
         vectors: Result, (G, 3), such that ``R(end) = R(start) exp(vector^)``.
     """
     for step in range(lengths.shape[0]):
-        a, b, c = scaled_matrix(lengths[step], load_matrix(curvature, step))
+        a, b, c = scaled(lengths[step], load_matrix(curvature, step))
         store_vector(vectors, step, magnus(a, b, c))
 
 
