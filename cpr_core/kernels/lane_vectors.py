@@ -16,6 +16,7 @@ lanes or numbers is up to the array.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import product
 from typing import Any
 
@@ -23,12 +24,12 @@ from numba.core import types
 from numba.core.types.containers import UniTuple
 from numba.extending import intrinsic
 
+from ..formulas import formula
 from .kernel_decorators import inlined
 from .lanes import broadcast, element_type, load_element, store_element, total
 
 __all__ = [
     "add",
-    "add_matrices",
     "add_scaled",
     "axial",
     "component",
@@ -43,11 +44,9 @@ __all__ = [
     "negated",
     "outer",
     "scaled",
-    "scaled_matrix",
     "store_matrix",
     "store_vector",
     "subtract",
-    "subtract_matrices",
     "subtract_scaled",
     "total_matrix",
     "total_vector",
@@ -151,121 +150,108 @@ def component(a, axis):
     return a[2]
 
 
-@inlined
-def add(a, b):
-    """``a + b``."""
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+def _each(operation: Callable[..., Any], *arguments: Any) -> Any:
+    """An operation on every component of vectors, or of matrices."""
+    if isinstance(arguments[0], tuple):
+        return tuple(_each(operation, *parts) for parts in zip(*arguments, strict=True))
+    return operation(*arguments)
 
 
-@inlined
-def subtract(a, b):
-    """``a - b``."""
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-@inlined
-def negated(a):
-    """``-a``."""
-    return -a[0], -a[1], -a[2]
-
-
-@inlined
-def scaled(factor, a):
-    """``factor a``."""
-    return factor * a[0], factor * a[1], factor * a[2]
-
-
-@inlined
-def add_scaled(a, factor, b):
-    """``a + factor b``."""
-    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
-
-
-@inlined
-def subtract_scaled(a, factor, b):
-    """``a - factor b``."""
-    return a[0] - factor * b[0], a[1] - factor * b[1], a[2] - factor * b[2]
-
-
-@inlined
-def dot(a, b):
-    """``a . b``."""
+def _dot(a: Any, b: Any) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@inlined
+@formula
+def add(a, b):
+    """``a + b`` of vectors or matrices."""
+    return _each(lambda x, y: x + y, a, b)
+
+
+@formula
+def subtract(a, b):
+    """``a - b``."""
+    return _each(lambda x, y: x - y, a, b)
+
+
+@formula
+def negated(a):
+    """``-a``."""
+    return _each(lambda x: -x, a)
+
+
+@formula
+def scaled(factor, a):
+    """``factor a``."""
+    return _each(lambda x: factor * x, a)
+
+
+@formula
+def add_scaled(a, factor, b):
+    """``a + factor b``."""
+    return _each(lambda x, y: x + factor * y, a, b)
+
+
+@formula
+def subtract_scaled(a, factor, b):
+    """``a - factor b``."""
+    return _each(lambda x, y: x - factor * y, a, b)
+
+
+@formula
+def dot(a, b):
+    """``a . b``."""
+    return _dot(a, b)
+
+
+@formula
 def cross(a, b):
     """``a x b``."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@inlined
+@formula
 def outer(a, b):
     """``a b^T``."""
-    return scaled(a[0], b), scaled(a[1], b), scaled(a[2], b)
+    return tuple(tuple(x * y for y in b) for x in a)
 
 
-@inlined
+@formula
 def transposed(a):
     """``A^T``."""
-    return (
-        (a[0][0], a[1][0], a[2][0]),
-        (a[0][1], a[1][1], a[2][1]),
-        (a[0][2], a[1][2], a[2][2]),
-    )
+    return tuple(zip(*a, strict=True))
 
 
-@inlined
-def add_matrices(a, b):
-    """``A + B``."""
-    return add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2])
-
-
-@inlined
-def subtract_matrices(a, b):
-    """``A - B``."""
-    return subtract(a[0], b[0]), subtract(a[1], b[1]), subtract(a[2], b[2])
-
-
-@inlined
-def scaled_matrix(factor, a):
-    """``factor A``."""
-    return scaled(factor, a[0]), scaled(factor, a[1]), scaled(factor, a[2])
-
-
-@inlined
+@formula
 def matrix_vector(a, b):
     """``A b``."""
-    return dot(a[0], b), dot(a[1], b), dot(a[2], b)
+    return tuple(_dot(row, b) for row in a)
 
 
-@inlined
+@formula
 def matrix_product(a, b):
     """``A B``."""
-    columns = transposed(b)
-    return matrix_vector(columns, a[0]), matrix_vector(columns, a[1]), matrix_vector(columns, a[2])
+    columns = tuple(zip(*b, strict=True))
+    return tuple(tuple(_dot(row, column) for column in columns) for row in a)
 
 
-@inlined
+@formula
 def trace(a):
     """``tr(A)``."""
     return a[0][0] + a[1][1] + a[2][2]
 
 
-@inlined
+@formula
 def less_trace(a):
-    """``A - tr(A) 1``: ``n . (u x (v x arm)) = u . (less_trace(arm n^T)) v``."""
-    diagonal = trace(a)
-    return (
-        (a[0][0] - diagonal, a[0][1], a[0][2]),
-        (a[1][0], a[1][1] - diagonal, a[1][2]),
-        (a[2][0], a[2][1], a[2][2] - diagonal),
+    """``A - tr(A) 1``; of ``arm n^T`` it is Q: ``n . (u x (v x arm)) = u . Q v``."""
+    diagonal = a[0][0] + a[1][1] + a[2][2]
+    return tuple(
+        tuple(a[i][j] - diagonal if i == j else a[i][j] for j in range(3)) for i in range(3)
     )
 
 
-@inlined
+@formula
 def axial(a):
-    """The vector of the skew part, such that ``axial(u v^T) = u x v``."""
+    """Twice the vector of the skew part with its sign turned: ``axial(u v^T) = u x v``."""
     return a[1][2] - a[2][1], a[2][0] - a[0][2], a[0][1] - a[1][0]
 
 

@@ -42,6 +42,7 @@ __all__ = [
     "broadcast",
     "element_type",
     "empty_lanes",
+    "generate_operation",
     "get",
     "highest",
     "lanes_dtype",
@@ -227,6 +228,15 @@ def _spread(builder: Any, value: Any, width: int) -> Any:
     return builder.shuffle_vector(single, nothing, everywhere)
 
 
+def generate_operation(builder: Any, instruction: str, one: Any, other: Any) -> Any:
+    """Generate the code of an operation between lanes, numbers, or both."""
+    for value in (one, other):
+        if isinstance(value.type, ir.VectorType):
+            width = value.type.count
+            one, other = _spread(builder, one, width), _spread(builder, other, width)
+    return getattr(builder, instruction)(one, other, flags=_FLAGS)
+
+
 def _define(operation: Any, instruction: str) -> None:
     """An operation between lanes, and between lanes and numbers."""
 
@@ -241,8 +251,7 @@ def _define(operation: Any, instruction: str) -> None:
             return signature(lanes[0], *kept)
 
     def generate(context: Any, builder: Any, sig: Any, values: Any) -> Any:
-        one, other = (_spread(builder, value, sig.return_type.width) for value in values)
-        return getattr(builder, instruction)(one, other, flags=_FLAGS)
+        return generate_operation(builder, instruction, *values)
 
     for pair in ((LanesType, LanesType), (LanesType, types.Float), (types.Float, LanesType)):
         lower_builtin(operation, *pair)(generate)

@@ -25,7 +25,6 @@ from .base_kernel import base_of, motor_motion, passive_motion
 from .kernel_decorators import inlined
 from .lane_vectors import (
     add,
-    add_matrices,
     add_scaled,
     axial,
     cross,
@@ -36,7 +35,7 @@ from .lane_vectors import (
     outer,
     scaled,
     store_vector,
-    subtract_matrices,
+    subtract,
     zero_vector,
 )
 from .lanes import broadcast, load, put, store, total
@@ -196,14 +195,14 @@ def _energy(group, base, rods, elastic):
 def _field(tip, length, loaded, node, work):
     """F = D - N at a node, or at the base, which comes after the last one."""
     arm = scaled(length, load_vector(work.arm, node))
-    field = subtract_matrices(outer(arm, tip.force), tip.alignment)
+    field = subtract(outer(arm, tip.force), tip.alignment)
     if loaded:
         of_rods = (
             load_vector(work.load_field, (0, node)),
             load_vector(work.load_field, (1, node)),
             load_vector(work.load_field, (2, node)),
         )
-        field = add_matrices(field, of_rods)
+        field = add(field, of_rods)
     return field
 
 

@@ -15,12 +15,11 @@ from .lane_vectors import (
     load_matrix,
     load_vector,
     matrix_vector,
+    negated,
     outer,
-    scaled_matrix,
     store_matrix,
     store_vector,
     subtract,
-    subtract_matrices,
 )
 from .lanes import get
 from .leg_kernel import evaluate_group
@@ -137,10 +136,8 @@ def _add_platform_loads(loads, rotation, position, residual, tangent):
     _subtract_from_vector(residual[:3], moment)
     _subtract_from_vector(residual[3:], force)
     # Small rotations turn following loads: -(omega x m), -(omega x f).
-    _subtract_from_matrix(
-        tangent[:3, :3], subtract_matrices(less_trace(field), cross_matrix(moment_body))
-    )
-    _subtract_from_matrix(tangent[3:, :3], scaled_matrix(-1.0, cross_matrix(force_body)))
+    _subtract_from_matrix(tangent[:3, :3], subtract(less_trace(field), cross_matrix(moment_body)))
+    _subtract_from_matrix(tangent[3:, :3], negated(cross_matrix(force_body)))
     origin = load_vector(position, ())
     return -dot(force_world, origin) - dot(weight, add(origin, lever))
 
@@ -152,4 +149,4 @@ def _subtract_from_vector(array, vector):
 
 @inlined
 def _subtract_from_matrix(array, matrix):
-    store_matrix(array, (), subtract_matrices(load_matrix(array, ()), matrix))
+    store_matrix(array, (), subtract(load_matrix(array, ()), matrix))

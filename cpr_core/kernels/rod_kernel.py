@@ -12,7 +12,7 @@ from .lane_vectors import (
     add_scaled,
     dot,
     load_vector,
-    scaled_matrix,
+    scaled,
     store_vector,
     subtract_scaled,
     transposed,
@@ -65,7 +65,7 @@ def _rotation_vectors(robot, number, work):
             _curvature_moments(robot, number, step, 1, work),
             _curvature_moments(robot, number, step, 2, work),
         )
-        a, b, c = scaled_matrix(robot.steps[step] * nominal, transposed(by_component))
+        a, b, c = scaled(robot.steps[step] * nominal, transposed(by_component))
         vector = magnus(a, b, c)
         store_vector(work.rotation_vectors, step, vector)
         largest = max(largest, highest(dot(vector, vector)))

@@ -9,16 +9,7 @@ Formulas that hold for numbers and for lanes alike.
 from __future__ import annotations
 
 from .kernel_decorators import inlined, kernel
-from .lane_vectors import (
-    add,
-    add_scaled,
-    cross,
-    load_matrix,
-    scaled,
-    scaled_matrix,
-    store_vector,
-    subtract,
-)
+from .lane_vectors import add, add_scaled, cross, load_matrix, scaled, store_vector, subtract
 
 __all__ = ["SMALL_ANGLE_SQUARED", "magnus", "rotation_steps", "small_rotation", "turned_frame"]
 
@@ -50,7 +41,7 @@ def rotation_steps(curvature, lengths, vectors):
         vectors: Result, (G, 3), such that ``R(end) = R(start) exp(vector^)``.
     """
     for step in range(lengths.shape[0]):
-        a, b, c = scaled_matrix(lengths[step], load_matrix(curvature, step))
+        a, b, c = scaled(lengths[step], load_matrix(curvature, step))
         store_vector(vectors, step, magnus(a, b, c))
 
 

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 from .kernel_decorators import inlined
 from .lane_vectors import (
     add,
-    add_matrices,
     axial,
     component,
     cross,
@@ -27,7 +26,6 @@ from .lane_vectors import (
     matrix_vector,
     outer,
     scaled,
-    scaled_matrix,
     store_matrix,
     store_vector,
     subtract,
@@ -87,20 +85,20 @@ def hold_tips(robot, number, base, tip_frame, platform_rotation, platform_positi
         of_one = matrix_product(tip_frame, transposed(image))
         store(residuals, (number, slot), trace(of_one))
         store_vector(work.joint_moments, row, axial(of_one))
-        alignment = add_matrices(alignment, scaled_matrix(load(work.coordinates, slot), of_one))
+        alignment = add(alignment, scaled(load(work.coordinates, slot), of_one))
     return Tip((x, y, z), lever, alignment)
 
 
 @inlined
 def push_platform(tip, work):
     """Add what all legs do to the platform. Missing legs have neither force nor moment."""
-    field = add_matrices(outer(tip.lever, tip.force), transposed(tip.alignment))
+    field = add(outer(tip.lever, tip.force), transposed(tip.alignment))
     moment, force = work.platform_residual[:3], work.platform_residual[3:]
     store_vector(moment, (), add(load_vector(moment, ()), total_vector(axial(field))))
     store_vector(force, (), add(load_vector(force, ()), total_vector(tip.force)))
     turning = work.platform_tangent[:3, :3]
     by_turn = total_matrix(less_trace(field))
-    store_matrix(turning, (), add_matrices(load_matrix(turning, ()), by_turn))
+    store_matrix(turning, (), add(load_matrix(turning, ()), by_turn))
 
 
 @inlined
