@@ -15,8 +15,6 @@ from functools import partial
 import numpy as np
 
 from cpr_core import Equilibrium
-from cpr_core.model.equilibrium import RESIDUAL_TOLERANCE
-from cpr_core.solving.path import CONTRACTION, ITERATIONS
 from cpr_core.workspace import motor_grid
 from cpr_core.workspace.batch_kernel import Arrivals, Cells
 from cpr_core.workspace.batches import Ways, go, in_pieces, joined
@@ -53,10 +51,7 @@ def _batch(count: int, modes: int) -> tuple[CellProblem, Cells, Ways]:
     # Cells of a grid in the motors; where they lie in it does not matter to the ways between them.
     axes = zip(robot.motor_names[:2], walk.start.motors.tolist(), strict=False)
     grid = motor_grid(robot, {name: [at, at + 1.0] for name, at in axes}, resolution=1.0)
-    problem = cell_problem(
-        robot, loads, grid, tolerance=RESIDUAL_TOLERANCE, contraction=CONTRACTION,
-        iterations=ITERATIONS,
-    )  # fmt: skip
+    problem = cell_problem(robot, loads, grid)
     cells = Cells(
         coordinates=np.array([point.motors for point in points])[chosen],
         state=np.array([point.state for point in points])[chosen],

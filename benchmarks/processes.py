@@ -65,7 +65,7 @@ samples = []
 for _ in range(101):
     begin = time.perf_counter()
     cpr_core.spectrum(home, "locked"), cpr_core.spectrum(home, "free")
-    cpr_core.model.kinemato_statics(home).jacobian
+    cpr_core.kinemato_statics(home).jacobian
     samples.append(time.perf_counter() - begin)
 print(json.dumps(samples[1:]))
 """

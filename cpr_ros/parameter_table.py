@@ -47,7 +47,11 @@ class DeclaredParameter(NamedTuple):
     @property
     def default_text(self) -> str:
         """Its default as it is written in a parameter file."""
-        return str(self.default).lower() if isinstance(self.default, bool) else str(self.default)
+        if isinstance(self.default, bool):
+            return str(self.default).lower()
+        text = str(self.default)
+        # Without a point YAML takes a number with an exponent for a word.
+        return text.replace("e", ".0e") if self.kind == "double" and "." not in text else text
 
 
 _RATE = (0.1, 1000.0)

@@ -2,7 +2,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Writes what motors, tips, sections and strain bases declare into cpr_core/description/description.schema.json."""
+"""Writes what motors, tips, sections and strain bases declare into the schema of descriptions."""
 
 from __future__ import annotations
 

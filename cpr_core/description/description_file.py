@@ -40,7 +40,8 @@ def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:
     """Read and check a description.
 
     Args:
-        robot: Name of a shipped robot, a YAML file, or the content of one.
+        robot: Name of a shipped robot, a YAML file, the text of one (more than one line, or in braces),
+            or its content.
 
     Raises:
         DescriptionError: Names the file, the field, what was found and what was expected.
@@ -52,21 +53,44 @@ def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:
         )
     if isinstance(robot, Mapping):
         source, content = str(robot.get("name", "description")), dict(robot)
+    elif isinstance(robot, str) and ("\n" in robot or robot.startswith("{")):
+        source, text = "description", robot
+        content = _parsed(source, text)
     else:
         path = _find(robot)
         source = str(path)
         try:
             text = path.read_text(encoding="utf-8")
-            content = yaml.load(text, Loader=_Loader)
         except (OSError, UnicodeDecodeError) as error:
             raise DescriptionError(source, "", f"cannot be read: {error}") from None
-        except (yaml.YAMLError, TypeError, ValueError, RecursionError) as error:
-            raise DescriptionError(source, "", f"is not valid YAML: {error}") from None
+        content = _parsed(source, text)
     try:
+        if not text:
+            content = _with_numbers(content)
         _check_schema(source, content)
     except RecursionError:
         raise DescriptionError(source, "", "is nested too deeply, or refers to itself") from None
     return described_robot(source, content, text)
+
+
+def _parsed(source: str, text: str) -> Any:
+    """Content of a YAML text."""
+    try:
+        return yaml.load(text, Loader=_Loader)
+    except (yaml.YAMLError, TypeError, ValueError, RecursionError) as error:
+        raise DescriptionError(source, "", f"is not valid YAML: {error}") from None
+
+
+def _with_numbers(content: Any) -> Any:
+    """Content with numbers such as 210e9, which YAML 1.1 reads as words, outside names."""
+    if isinstance(content, dict):
+        return {
+            key: value if key in ("name", "leg") else _with_numbers(value)
+            for key, value in content.items()
+        }
+    if isinstance(content, list):
+        return [_with_numbers(value) for value in content]
+    return float(content) if isinstance(content, str) and _EXPONENT.match(content) else content
 
 
 def _find(robot: str | Path) -> Path:
@@ -111,6 +135,9 @@ class _Loader(yaml.SafeLoader):
     def construct_decimal(self, node: yaml.ScalarNode) -> int:
         return int(self.construct_scalar(node), base=10)
 
+
+#: Numbers with an exponent that YAML 1.1 takes for words: without a point, or without its sign.
+_EXPONENT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)e[-+]?[0-9]+$", re.IGNORECASE)
 
 _NUMBERS = {
     "tag:yaml.org,2002:int": r"[-+]?[0-9][0-9_]*$",

@@ -14,7 +14,7 @@ from ..description_part import Part
 from ..errors import CprError
 from ..lie import rotation_from_quaternion
 from ..rods.rod import strain_series
-from .plausibility import check_motor, check_quaternion
+from .plausibility import check_home_motors, check_quaternion
 from .robot_description import HomeGuess, LegDescription
 
 __all__ = ["home_guess"]
@@ -61,10 +61,10 @@ def _motors(part: Part, legs: tuple[LegDescription, ...]) -> Floats:
         raise part.fail(
             "motors", f"expected {len(actuated)} numbers, one per motor, got {len(motors)}"
         )
-    for index, (position, leg) in enumerate(zip(motors, actuated, strict=True)):
+    for position, leg in zip(motors, actuated, strict=True):
         if leg.motor.extensible and position <= 0.0:
             raise part.fail("motors", f"expected positive rod lengths, got {position}")
-        check_motor(part, f"motors[{index}]", leg.motor, position, leg.rod.length)
+    check_home_motors(part, actuated, motors)
     return np.array(motors, float)
 
 

@@ -100,9 +100,12 @@ class PointForce:
         object.__setattr__(self, "force", force)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Loads:
     """External loads. Wrenches stack moment [N m] over force [N] and act at the platform origin P.
+
+    A request takes all loads there are: ``robot.default_loads.with_(...)`` keeps those of the
+    description, gravity among them.
 
     Attributes:
         gravity: Acceleration in the world, on rods and platform, shape (3,) [m/s^2].
@@ -120,9 +123,21 @@ class Loads:
     distributed: tuple[DistributedForce, ...] = ()
     points: tuple[PointForce, ...] = ()
 
+    def __repr__(self) -> str:
+        vectors = ("gravity", "rod_force", "wrench_world", "wrench_body")
+        parts = [
+            f"{name}={getattr(self, name).tolist()}"
+            for name in vectors
+            if getattr(self, name).any()
+        ]
+        for name in ("distributed", "points"):
+            legs = [force.leg for force in getattr(self, name)]
+            parts += [f"{name} on {' '.join(legs)}"] if legs else []
+        return f"<Loads: {', '.join(parts) or 'none'}>"
+
     @classmethod
     def none(cls) -> Loads:
-        """No load at all."""
+        """No load at all, gravity neither: ``robot.default_loads`` has that of the description."""
         return cls(_zeros(3), _zeros(3), _zeros(6), _zeros(6))
 
     def with_(
@@ -135,7 +150,7 @@ class Loads:
         distributed: Sequence[DistributedForce] | None = None,
         points: Sequence[PointForce] | None = None,
     ) -> Loads:
-        """The same loads with some replaced.
+        """The same loads with some replaced, each as a whole; those not named stay as they are.
 
         Raises:
             InvalidRequest: A vector of the wrong length, or no forces.

@@ -20,11 +20,11 @@ from ..description_part import Part
 from ..errors import DescriptionWarning
 from ..rods.rod import Rod
 from .motors import Motor, MotorLimits
-from .robot_description import RobotDescription
+from .robot_description import LegDescription, RobotDescription
 
 __all__ = [
+    "check_home_motors",
     "check_limits",
-    "check_motor",
     "check_positions",
     "check_quaternion",
     "check_rod",
@@ -118,15 +118,20 @@ def _can_be_computed(rod: Rod) -> bool:
 def check_limits(part: Part, motor: Motor, limits: MotorLimits, length: float) -> None:
     """Whether the position limits of a motor on a rod of a length [m] are in radians and metres."""
     for limit in (limits.lower, limits.upper):
-        if math.isfinite(limit):
-            check_motor(part, "position", motor, limit, length)
+        if math.isfinite(limit) and _motor_doubt(motor, limit, length):
+            _warn(part, "position", f"{limit:g}: {_motor_doubt(motor, limit, length)}")
+            return
 
 
-def check_motor(part: Part, name: str, motor: Motor, position: float, length: float) -> None:
-    """Whether a position of a motor on a rod of a length [m] is in radians or metres."""
-    doubt = _motor_doubt(motor, position, length)
-    if doubt:
-        _warn(part, name, f"{position:g}: {doubt}")
+def check_home_motors(
+    part: Part, legs: Sequence[LegDescription], positions: Sequence[float]
+) -> None:
+    """Whether motor positions at home are in radians and metres."""
+    for index, (leg, position) in enumerate(zip(legs, positions, strict=True)):
+        doubt = _motor_doubt(leg.motor, position, leg.rod.length)
+        if doubt:
+            _warn(part, f"motors[{index}]", f"{position:g}: {doubt}")
+            return
 
 
 def _motor_doubt(motor: Motor, position: float, length: float) -> str:
@@ -192,5 +197,5 @@ def quaternion_order_doubt(quaternion: Floats, before: Floats) -> str:
     """
     w, x, y, z = quaternion
     if abs(quaternion @ before) < 0.7 and abs(np.array([z, w, x, y]) @ before) > 0.94:
-        return f"the quaternion ({w:.4g}, {x:.4g}, {y:.4g}, {z:.4g}) {_ORDER}"
+        return f"the quaternion {_ORDER}"
     return ""

@@ -49,7 +49,7 @@ class BasePose(NamedTuple):
     length: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LegDescription:
     """One leg.
 
@@ -74,6 +74,10 @@ class LegDescription:
     motor: motors.Motor
     joint: joints.Joint
     limits: motors.MotorLimits = field(default_factory=motors.MotorLimits)
+
+    def __repr__(self) -> str:
+        parts = (type(part).__name__ for part in (self.motor, self.rod.section, self.joint))
+        return f"<LegDescription {self.name}: {', '.join(parts)}>"
 
     def base_pose(self, turn: float = 0.0, shift: float = 0.0) -> BasePose:
         """Base with its coordinates, be they the motor's or passive; the kernels keep to this.
@@ -122,7 +126,7 @@ class HomeGuess:
     bow: tuple[Floats | None, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RobotDescription:
     """A whole robot, as its file says.
 
@@ -154,6 +158,13 @@ class RobotDescription:
     loads: Loads = field(default_factory=Loads.none)
     stations: tuple[float, ...] = ()
     text: str = ""
+
+    def __repr__(self) -> str:
+        return (
+            f"<RobotDescription {self.name} from {self.source}: "
+            f"{'planar' if self.planar else 'spatial'}, {len(self.legs)} legs, "
+            f"controlled {' '.join(self.controlled) or 'nothing'}>"
+        )
 
     @property
     def platform_freedom(self) -> int:

@@ -10,9 +10,10 @@ H_0 what the border has of its own,
     H = H_0 - sum B^T S^-1 B,    H x_b = r_b - sum B^T S^-1 r,    x = S^-1 (r - B x_b).
 
 Signs of D and of H are the stability indices (Sylvester's law), parts of H the kinemato-statics.
-Elimination is in a fixed order, strain before multipliers, without exchanges: a pivot that is too small
-(a straight leg, a rod about to buckle on its own) is refused, and the whole matrix is factored with
-exchanges instead. All numbers here are dimensionless.
+Elimination is in a fixed order, strain before multipliers, without exchanges. Where a pivot is too small
+(a straight leg, a rod about to buckle on its own), all begins again, and slots with small pivots are
+delayed: left to the border, beside platform and motors (`delayed_kernel`). All numbers here are
+dimensionless.
 """
 
 from __future__ import annotations
@@ -21,31 +22,38 @@ import math
 
 import numpy as np
 
-from .kernel_decorators import inlined, kernel, part
+from .delayed_kernel import (
+    PIVOT,
+    PIVOT_INVERSE,
+    add_delayed,
+    delay_small_pivots,
+    gather_delayed,
+    scale_of_strain,
+    scatter_delayed,
+)
+from .kernel_decorators import inlined, kernel
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
-from .model_kernel import tangent_into
+from .lu_kernel import lu_factor, lu_solve, lu_solve_transposed
 
 __all__ = [
     "CONDENSED",
-    "DENSE",
+    "DELAYED",
     "NO_INVERSE",
+    "UNKNOWN",
     "condense",
     "factor",
     "factor_border",
     "factor_here",
-    "keep",
-    "lu_factor",
-    "lu_solve",
-    "lu_solve_transposed",
     "predict",
-    "recall",
     "rotation_unknowns",
     "solve",
     "solve_here",
     "solve_transposed",
 ]
 
-CONDENSED, DENSE, NO_INVERSE = 0, 1, 2
+#: How a tangent was factored: all legs condensed, some slots left to the border; or there is no inverse,
+#: or nobody knows its factors.
+CONDENSED, DELAYED, NO_INVERSE, UNKNOWN = 0, 1, 2, 3
 
 #: Pivots below this fraction of the largest strain stiffness of a leg are not divided by.
 _SMALLEST_LEG_PIVOT = 1e-8
@@ -54,37 +62,49 @@ _SMALLEST_PIVOT = 1e-14
 
 @inlined
 def condense(robot, work, factors):
-    """Eliminate the legs from the tangent in the workspace.
+    """Eliminate the legs from the tangent in the workspace."""
+    delaying = False
+    while True:
+        factors.delayed_count[0] = 0
+        _begin_border(robot, work, factors)
+        regular = True
+        for number in range(robot.groups.shape[0]):
+            regular = _eliminate(robot, number, delaying, work, factors) and regular
+            _add_border(robot, number, work, factors)
+            if delaying:
+                add_delayed(robot, number, work, factors)
+        if regular or delaying:
+            break
+        delaying = True
+    factors.status[0] = DELAYED if delaying else CONDENSED
 
-    Returns:
-        Whether no pivot was too small.
-    """
+
+@inlined
+def _begin_border(robot, work, factors):
+    """What the platform has of its own; nothing else."""
     border, unit, inner = factors.border, robot.unit, robot.platform_index
-    per_energy = 1.0 / robot.energy_unit
-    axes = robot.platform_axes
-    for i in range(border.shape[0]):
-        for j in range(border.shape[1]):
+    per_energy, axes = 1.0 / robot.energy_unit, robot.platform_axes
+    count = robot.border_indices.shape[0]
+    for i in range(count):
+        for j in range(count):
             border[i, j] = 0.0
     for i in range(axes.shape[0]):
         for j in range(axes.shape[0]):
             value = work.platform_tangent[axes[i], axes[j]]
             border[i, j] = value * per_energy * unit[inner + i] * unit[inner + j]
-    regular = True
-    for number in range(robot.groups.shape[0]):
-        regular = _eliminate(robot, number, per_energy, work, factors) and regular
-        _add_border(robot, number, per_energy, work, factors)
-    return regular
 
 
 @inlined
-def _eliminate(robot, number, per_energy, work, factors):
-    """Factor the blocks of a group; whether no pivot was too small."""
+def _eliminate(robot, number, delaying, work, factors):
+    """Factor the blocks of a group, delaying or not; whether no pivot was too small."""
     blocks, units, upper, rows = work.blocks, robot.units, factors.upper, work.rows
     slots = robot.slots
-    inner, last = slots.inner_count, slots.motor
+    inner, last, per_energy = slots.inner_count, slots.motor, 1.0 / robot.energy_unit
     largest = broadcast(units, 0.0)
     smallest = broadcast(units, np.inf)
     first = slots.first_coupled  # entries of the platform before stay zero
+    if delaying:
+        scale_of_strain(robot, number, work)
     for i in range(inner):
         scale = per_energy * load(units, (number, i))
         diagonal = scale * load(units, (number, i)) * load(blocks, (number, i, i))
@@ -101,6 +121,10 @@ def _eliminate(robot, number, per_energy, work, factors):
             largest = -lower(-largest, -absolute(diagonal))
         smallest = lower(smallest, absolute(diagonal))
         store(factors.inverse, (number, i), inverse)
+        if delaying:
+            store(work.lane_parts, PIVOT, diagonal)
+            delay_small_pivots(robot, number, i, work, factors)
+            inverse = load(work.lane_parts, PIVOT_INVERSE)
         _eliminate_row(robot, number, i, 0, i + 1, inner, scale, inverse, work, factors)
         if i >= first:
             _eliminate_row(robot, number, i, first, inner, last, scale, inverse, work, factors)
@@ -143,7 +167,7 @@ def _eliminate_row(robot, number, i, first, start, end, scale, inverse, work, fa
 
 
 @inlined
-def _add_border(robot, number, per_energy, work, factors):
+def _add_border(robot, number, work, factors):
     """Add what is left of a group to the border."""
     border, upper, rows = factors.border, factors.upper, work.rows
     inner, last = robot.slots.inner_count, robot.slots.motor
@@ -158,71 +182,65 @@ def _add_border(robot, number, per_energy, work, factors):
             border[i, j] += sum_of_legs
             if i != j:
                 border[j, i] += sum_of_legs
-    scale = per_energy * load(robot.units, (number, last))
+    scale = load(robot.units, (number, last)) * (1.0 / robot.energy_unit)
     for i in range(platform + 1):
         row = inner + i
         value = scale * load(robot.units, (number, row)) * load(work.blocks, (number, row, last))
         for k in range(first if i < platform else 0, inner):
             value -= load(upper, (number, k, row)) * load(rows, (k, last))
-        store(work.small, (0, 0), value)
+        store(work.lane_parts, 0, value)
         for lane in range(motors.shape[0]):
             if motors[lane] >= 0:
                 m = motors[lane] - robot.platform_index
                 if i < platform:
-                    border[i, m] = border[m, i] = get(work.small, (0, 0), lane)
+                    border[i, m] = border[m, i] = get(work.lane_parts, 0, lane)
                 else:
-                    border[m, m] = get(work.small, (0, 0), lane)
+                    border[m, m] = get(work.lane_parts, 0, lane)
 
 
 @kernel
-def factor(robot, rotation, rows, columns, angles, work, factors):
+def factor(robot, rotation, problem, work, factors):
     """Factor the tangent of a square problem, from the slots in the workspace.
 
     Args:
         robot: RobotArrays.
         rotation: Platform rotation, (3, 3).
-        rows: State indices of the equations beside those of the legs, (s,).
-        columns: State indices of the unknowns beside those of the legs, (s,).
-        angles: Whether the rotation unknowns are roll, pitch and yaw, not world rotations.
+        problem: SquareProblem.
         work: Workspace.
         factors: Result.
 
     Returns:
-        CONDENSED or DENSE, how it was done, or NO_INVERSE.
+        CONDENSED or DELAYED, how it was done, or NO_INVERSE.
     """
-    return factor_here(robot, rotation, rows, columns, angles, work, factors)
+    return factor_here(robot, rotation, problem, work, factors)
 
 
 @inlined
-def factor_here(robot, rotation, rows, columns, angles, work, factors):
+def factor_here(robot, rotation, problem, work, factors):
     """``factor`` as a part of what calls it."""
-    rotation_unknowns(rotation, angles, work.motions)
-    if condense(robot, work, factors):
-        factors.how[0] = CONDENSED
-        regular = factor_border(robot, rows, columns, angles, work, factors)
-        return CONDENSED if regular else NO_INVERSE
-    factors.how[0] = DENSE
-    _whole_problem(robot, rows, columns, angles, work)
-    size = robot.platform_index + rows.shape[0]
-    regular = lu_factor(work.whole, size, work.whole_pivots, _SMALLEST_PIVOT)
-    return DENSE if regular else NO_INVERSE
+    rotation_unknowns(rotation, problem.angles, work.motions)
+    condense(robot, work, factors)
+    return factors.status[0] if factor_border(robot, problem, work, factors) else NO_INVERSE
 
 
 @inlined
-def factor_border(robot, rows, columns, angles, work, factors):
+def factor_border(robot, problem, work, factors):
     """Factor the part of the border a problem has, into the workspace; whether it has an inverse."""
-    inner, size, square = robot.platform_index, rows.shape[0], work.square
+    inner, border, square = robot.platform_index, factors.border, work.square
+    equations, unknowns, angles = problem.equations, problem.unknowns, problem.angles
+    count, own = robot.border_indices.shape[0], equations.shape[0]
+    size = own + factors.delayed_count[0]
     for i in range(size):
-        row = rows[i] - inner
+        row = equations[i] - inner if i < own else count + i - own
         for j in range(size):
-            column = columns[j] - inner
+            column = unknowns[j] - inner if j < own else count + j - own
             if angles and column < 3:
                 value = 0.0
                 for n in range(3):
-                    value += factors.border[row, n] * work.motions[n, column]
+                    value += border[row, n] * work.motions[n, column]
                 square[i, j] = value
             else:
-                square[i, j] = factors.border[row, column]
+                square[i, j] = border[row, column]
     return lu_factor(square, size, work.pivots, _SMALLEST_PIVOT)
 
 
@@ -239,103 +257,73 @@ def rotation_unknowns(rotation, angles, motions):
         motions[0, 1], motions[1, 1] = -math.sin(yaw), math.cos(yaw)
 
 
-@part
-def _whole_problem(robot, rows, columns, angles, work):
-    """The dimensionless matrix of a problem, into the workspace."""
-    unit, per_energy = robot.unit, 1.0 / robot.energy_unit
-    inner, size, whole, tangent = robot.platform_index, rows.shape[0], work.whole, work.tangent
-    motions = work.motions
-    tangent_into(robot, work, tangent)
-    for i in range(inner + size):
-        row = i if i < inner else rows[i - inner]
-        for j in range(inner + size):
-            column = j if j < inner else columns[j - inner]
-            value = tangent[row, column]
-            if angles and inner <= column < inner + 3:
-                value = 0.0
-                for n in range(3):
-                    value += tangent[row, inner + n] * motions[n, column - inner]
-            whole[i, j] = per_energy * unit[row] * value * unit[column]
-
-
 @kernel
-def solve(robot, rows, columns, angles, vector, work, factors):
+def solve(robot, problem, vector, work, factors):
     """Solve in place: legs first, border last, in the order of the equations and the unknowns."""
-    solve_here(robot, rows, columns, angles, vector, work, factors)
+    solve_here(robot, problem, vector, work, factors)
 
 
 @inlined
-def solve_here(robot, rows, columns, angles, vector, work, factors):
+def solve_here(robot, problem, vector, work, factors):
     """``solve`` as a part of what calls it."""
-    inner, size = robot.platform_index, rows.shape[0]
-    if factors.how[0] == DENSE:
-        lu_solve(work.whole, inner + size, work.whole_pivots, vector)
-        return
-    border = work.border
-    for i in range(border.shape[0]):
-        border[i] = 0.0
-    for i in range(size):
-        border[rows[i] - inner] = vector[inner + i]
-    for number in range(robot.groups.shape[0]):
-        _forward(robot, number, vector, work, factors)
-    _solve_border(robot, rows, columns, angles, vector, work)
-    for number in range(robot.groups.shape[0]):
-        _backward(robot, number, vector, work, factors)
+    _eliminate_right_side(robot, problem.equations, vector, work, factors)
+    _solve_border(robot, problem, vector, work, factors)
+    _substitute_border(robot, vector, work, factors)
 
 
 @kernel
-def solve_transposed(robot, rows, columns, angles, vector, work, factors):
+def solve_transposed(robot, problem, vector, work, factors):
     """Solve with the transpose, in place: in the order of the unknowns and the equations."""
-    inner, size, border = robot.platform_index, rows.shape[0], work.border
-    if factors.how[0] == DENSE:
-        lu_solve_transposed(work.whole, inner + size, work.whole_pivots, vector)
-        return
-    for i in range(border.shape[0]):
-        border[i] = 0.0
-    for number in range(robot.groups.shape[0]):
-        _forward(robot, number, vector, work, factors)
-    part = vector[inner:]
-    for i in range(size):
-        column = columns[i] - inner
+    inner, border, part = robot.platform_index, work.border, work.part
+    equations, unknowns, angles = problem.equations, problem.unknowns, problem.angles
+    count, own, delayed = (
+        robot.border_indices.shape[0],
+        equations.shape[0],
+        factors.delayed_count[0],
+    )
+    _eliminate_right_side(robot, equations[:0], vector, work, factors)
+    for i in range(own):
+        column = unknowns[i] - inner
+        part[i] = vector[inner + i]
         if angles and column < 3:
             for n in range(3):
                 part[i] += work.motions[n, column] * border[n]
         else:
             part[i] += border[column]
-    lu_solve_transposed(work.square, size, work.pivots, part)
-    for i in range(border.shape[0]):
+    for i in range(delayed):
+        part[own + i] = border[count + i]
+    lu_solve_transposed(work.square, own + delayed, work.pivots, part)
+    for i in range(count):
         border[i] = 0.0
-    for i in range(size):
-        border[rows[i] - inner] = part[i]
-    for number in range(robot.groups.shape[0]):
-        _backward(robot, number, vector, work, factors)
+    for i in range(own):
+        border[equations[i] - inner] = vector[inner + i] = part[i]
+    for i in range(delayed):
+        border[count + i] = part[own + i]
+    _substitute_border(robot, vector, work, factors)
 
 
 @kernel
-def predict(robot, rows, columns, angles, known, efforts, vector, work, factors):
+def predict(robot, problem, known, efforts, vector, work, factors):
     """Change of the unknowns, to first order, with what is imposed.
 
     Args:
         robot: RobotArrays.
-        rows: Equations beside those of the legs, (s,).
-        columns: Unknowns beside those of the legs, (s,).
-        angles: Whether the rotation unknowns are roll, pitch and yaw.
+        problem: SquareProblem.
         known: Imposed change of the border, world twist and motors, dimensionless; zero where unknown.
         efforts: Imposed change of the efforts, dimensionless, (motors,).
         vector: Result, legs first.
         work: Workspace.
-        factors: Of the tangent at the start of the change, CONDENSED; its rotation unknowns are in the
-            workspace.
+        factors: Of the tangent at the start of the change; its rotation unknowns are in the workspace.
 
     Returns:
         Whether the problem has an inverse there.
     """
-    if not factor_border(robot, rows, columns, angles, work, factors):
+    if not factor_border(robot, problem, work, factors):
         return False
-    border = work.border
-    count = border.shape[0]
-    for i in range(count):
-        value = efforts[i - count + efforts.shape[0]] if i >= count - efforts.shape[0] else 0.0
+    border, count = work.border, robot.border_indices.shape[0]
+    first_effort = count - efforts.shape[0]
+    for i in range(count + factors.delayed_count[0]):
+        value = efforts[i - first_effort] if first_effort <= i < count else 0.0
         for j in range(count):
             value -= factors.border[i, j] * known[j]
         border[i] = value
@@ -343,12 +331,32 @@ def predict(robot, rows, columns, angles, known, efforts, vector, work, factors)
     for number in range(robot.groups.shape[0]):
         for slot in range(robot.slots.inner_count):
             store(work.solution, (number, slot), zero)
-    _solve_border(robot, rows, columns, angles, vector, work)
+    _solve_border(robot, problem, vector, work, factors)
     for i in range(count):
         border[i] += known[i]
+    _substitute_border(robot, vector, work, factors)
+    return True
+
+
+@inlined
+def _eliminate_right_side(robot, equations, vector, work, factors):
+    """``L^-1 r`` of all legs into the workspace, and ``r_b - B^T S^-1 r`` of the border."""
+    border, inner = work.border, robot.platform_index
+    for i in range(robot.border_indices.shape[0]):
+        border[i] = 0.0
+    for i in range(equations.shape[0]):
+        border[equations[i] - inner] = vector[inner + i]
+    for number in range(robot.groups.shape[0]):
+        _forward(robot, number, vector, work, factors)
+    gather_delayed(robot, work, factors)
+
+
+@inlined
+def _substitute_border(robot, vector, work, factors):
+    """Unknowns of all legs from those of the border, into the vector."""
+    scatter_delayed(robot, work, factors)
     for number in range(robot.groups.shape[0]):
         _backward(robot, number, vector, work, factors)
-    return True
 
 
 @inlined
@@ -373,30 +381,40 @@ def _forward(robot, number, vector, work, factors):
             work.border[j - inner] += total(value)
         else:
             motors = robot.groups[number].motor_index
-            store(work.small, (0, 0), value)
+            store(work.lane_parts, 0, value)
             for lane in range(motors.shape[0]):
                 if motors[lane] >= 0:
                     at = motors[lane] - robot.platform_index
-                    work.border[at] += get(work.small, (0, 0), lane)
+                    work.border[at] += get(work.lane_parts, 0, lane)
 
 
 @inlined
-def _solve_border(robot, rows, columns, angles, vector, work):
-    """Unknowns of the border, into the vector; world twist and motors into the workspace."""
-    inner, size, border, motions = robot.platform_index, rows.shape[0], work.border, work.motions
-    part = vector[inner:]
-    for i in range(size):
-        part[i] = border[rows[i] - inner]
-    lu_solve(work.square, size, work.pivots, part)
-    for i in range(border.shape[0]):
+def _solve_border(robot, problem, vector, work, factors):
+    """Unknowns of the border, into the vector; twist, motors and delayed slots into the workspace."""
+    inner, border, part, motions = robot.platform_index, work.border, work.part, work.motions
+    equations, unknowns, angles = problem.equations, problem.unknowns, problem.angles
+    count, own, delayed = (
+        robot.border_indices.shape[0],
+        equations.shape[0],
+        factors.delayed_count[0],
+    )
+    for i in range(own):
+        part[i] = border[equations[i] - inner]
+    for i in range(delayed):
+        part[own + i] = border[count + i]
+    lu_solve(work.square, own + delayed, work.pivots, part)
+    for i in range(count):
         border[i] = 0.0
-    for i in range(size):
-        column = columns[i] - inner
+    for i in range(own):
+        vector[inner + i] = part[i]
+        column = unknowns[i] - inner
         if angles and column < 3:
             for n in range(3):
                 border[n] += motions[n, column] * part[i]
         else:
             border[column] = part[i]
+    for i in range(delayed):
+        border[count + i] = part[own + i]
 
 
 @inlined
@@ -407,8 +425,8 @@ def _backward(robot, number, vector, work, factors):
     motors = robot.groups[number].motor_index
     for lane in range(motors.shape[0]):
         at = motors[lane] - robot.platform_index
-        put(work.small, (0, 0), lane, work.border[at] if motors[lane] >= 0 else 0.0)
-    motor = load(work.small, (0, 0))
+        put(work.lane_parts, 0, lane, work.border[at] if motors[lane] >= 0 else 0.0)
+    motor = load(work.lane_parts, 0)
     for i in range(inner - 1, -1, -1):
         value = load(factors.inverse, (number, i)) * load(solution, (number, i))
         value -= load(upper, (number, i, last)) * motor
@@ -423,115 +441,3 @@ def _backward(robot, number, vector, work, factors):
             i = index[slot, lane]
             if i >= 0:
                 vector[i] = get(solution, (number, slot), lane)
-
-
-@kernel
-def keep(robot, factors, kept):
-    """Copy factors to memory of their own (``kept_factors``)."""
-    upper, border = factors.upper, factors.border
-    put(kept, 0, 0, float(factors.how[0]))
-    at = 1
-    for number in range(upper.shape[0]):
-        for i in range(upper.shape[1]):
-            # The unit diagonal of L^T is no news: the inverse pivots have its place.
-            store(kept, at + i, load(factors.inverse, (number, i)))
-            for j in range(i + 1, upper.shape[2]):
-                store(kept, at + j, load(upper, (number, i, j)))
-            at += upper.shape[2]
-    width, lane = robot.slot_index.shape[2], 0
-    for i in range(border.shape[0]):
-        for j in range(border.shape[1]):
-            put(kept, at, lane, border[i, j])
-            lane += 1
-            if lane == width:
-                at, lane = at + 1, 0
-
-
-@kernel
-def recall(robot, kept, factors):
-    """Copy them back."""
-    upper, border = factors.upper, factors.border
-    factors.how[0] = int(get(kept, 0, 0))
-    if factors.how[0] != CONDENSED:
-        return
-    at = 1
-    for number in range(upper.shape[0]):
-        for i in range(upper.shape[1]):
-            store(factors.inverse, (number, i), load(kept, at + i))
-            for j in range(i + 1, upper.shape[2]):
-                store(upper, (number, i, j), load(kept, at + j))
-            at += upper.shape[2]
-    width, lane = robot.slot_index.shape[2], 0
-    for i in range(border.shape[0]):
-        for j in range(border.shape[1]):
-            border[i, j] = get(kept, at, lane)
-            lane += 1
-            if lane == width:
-                at, lane = at + 1, 0
-
-
-@kernel
-def lu_factor(matrix, size, pivots, smallest):
-    """Factor the leading square of a matrix in place, rows exchanged.
-
-    Returns:
-        False where no pivot exceeds ``smallest``.
-    """
-    for k in range(size):
-        best, row = 0.0, k
-        for i in range(k, size):
-            value = abs(matrix[i, k])
-            if value > best:
-                best, row = value, i
-        pivots[k] = row
-        if not best > smallest:
-            return False
-        pivot = matrix[k]
-        if row != k:
-            other = matrix[row]
-            for j in range(size):
-                pivot[j], other[j] = other[j], pivot[j]
-        inverse = 1.0 / pivot[k]
-        for i in range(k + 1, size):
-            target = matrix[i]
-            if target[k] != 0.0:
-                multiple = target[k] * inverse
-                target[k] = multiple
-                for j in range(k + 1, size):
-                    target[j] -= multiple * pivot[j]
-    return True
-
-
-@kernel
-def lu_solve(matrix, size, pivots, vector):
-    """Solve with the result of ``lu_factor``, in place."""
-    for k in range(size):
-        row = pivots[k]
-        if row != k:
-            vector[k], vector[row] = vector[row], vector[k]
-    for i in range(size):
-        total_of_row = vector[i]
-        for j in range(i):
-            total_of_row -= matrix[i, j] * vector[j]
-        vector[i] = total_of_row
-    for i in range(size - 1, -1, -1):
-        total_of_row = vector[i]
-        for j in range(i + 1, size):
-            total_of_row -= matrix[i, j] * vector[j]
-        vector[i] = total_of_row / matrix[i, i]
-
-
-@kernel
-def lu_solve_transposed(matrix, size, pivots, vector):
-    """Solve with the transpose of what ``lu_factor`` factored, in place."""
-    for i in range(size):
-        vector[i] /= matrix[i, i]
-        for j in range(i + 1, size):
-            vector[j] -= matrix[i, j] * vector[i]
-    for i in range(size - 1, -1, -1):
-        for j in range(i):
-            vector[j] -= matrix[i, j] * vector[i]
-    for k in range(size - 1, -1, -1):
-        row = pivots[k]
-        if row != k:
-            vector[k], vector[row] = vector[row], vector[k]

@@ -1,117 +1,150 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""From one equilibrium to the next: predicted along the tangent, corrected, with its signs.
-
-An equilibrium is a record: its state, N numbers, and behind it
-
-    9 platform rotation | 3 position | energy | residual | Newton steps | 3 signs | n motor efforts
-"""
+"""From one equilibrium to the next: predicted along the tangent, corrected, with its signs."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from .condensation_kernel import DENSE, keep, recall
-from .inertia_kernel import SINGULAR_LEG, signs_of
+import numpy as np
+from numpy.typing import NDArray
+
+from .condensation_kernel import DELAYED, UNKNOWN
+from .inertia_kernel import signs_of
+from .kept_factors import keep, recall
+from .kernel_arrays import Lanes
 from .kernel_decorators import inlined, part
-from .newton_kernel import CONVERGED, EFFORTS, MOTORS, PLATFORM, learn_bend, newton, predict_state
+from .natural_units import EFFORT_UNIT, LONGEST_STEP
+from .newton_kernel import CONVERGED, learn_bend, newton, predict_state
+from .problems import Problem
+from .record_layout import (
+    EFFORT,
+    ENERGY,
+    INDEX_FREE,
+    INDEX_LOCKED,
+    INVERSE_SIGN,
+    POSITION,
+    RESIDUAL,
+    ROTATION,
+    SIGNS,
+    STEPS,
+)
+from .square_problem import Configuration, SquareProblem, Tolerances
 
 __all__ = [
-    "EFFORT",
-    "ENERGY",
     "FREELY",
-    "LONGEST_STEP",
-    "POSITION",
-    "RESIDUAL",
-    "ROTATION",
-    "SIGNS",
-    "STEPS",
     "UNPREDICTED",
     "WATCHED",
+    "Requests",
+    "Start",
     "continue_equilibria",
 ]
 
-#: Where things are in a record, behind the state.
-ROTATION, POSITION, ENERGY, RESIDUAL, STEPS, SIGNS, EFFORT = 0, 9, 12, 13, 14, 15, 18
 #: How to go: near requests only, no sign changes; wherever corrections contract; the same without
 #: prediction: where the loads are others than at the start the tangent alone does not tell the way.
 WATCHED, FREELY, UNPREDICTED = 0, 1, 2
-#: Longest step that is watched, in radians and rod lengths. A motor several turns away looks near to
-#: Newton's method, yet the rod has to be wound there.
-LONGEST_STEP = 0.5
-#: Efforts that count as a motor turned by a radian, in E J / l or E J / l^2.
-_EFFORT_UNIT = 4.0
+
+
+class Requests(NamedTuple):
+    """What is imposed, one row a step."""
+
+    problem: int  # of Problem
+    given: NDArray[
+        np.float64
+    ]  # motors or efforts, (P, n), or platform rotation and position, (P, 12),
+    # those of the equilibrium where they are not imposed
+    mode: int  # WATCHED, FREELY or UNPREDICTED
+
+
+class Start(NamedTuple):
+    """The equilibrium to go on from."""
+
+    record: NDArray[np.float64]
+    kept: Lanes  # kept factors of the tangent there; not read where UNPREDICTED
 
 
 @part
-def continue_equilibria(
-    robot, loads, problem, given, how, tolerance, iterations, contraction, before, factors, records,
-    after, work,
-):  # fmt: skip
+def continue_equilibria(robot, loads, requests, tolerances, start, records, kept, work):
     """From one equilibrium to the next, as long as Newton's method converges.
 
     Args:
         robot: RobotArrays.
         loads: LoadArrays at the ends of the steps.
-        problem: MOTORS, EFFORTS or PLATFORM: what is imposed.
-        given: Motors or efforts, (P, n); or platform rotation and position, (P, 12), those of the
-            equilibrium where they are not imposed. One row a step.
-        how: WATCHED, FREELY or UNPREDICTED.
-        tolerance: See `newton`.
-        iterations: See `newton`.
-        contraction: See `newton`.
-        before: Record of the first equilibrium.
-        factors: Kept factors of the tangent there; not read where UNPREDICTED.
+        requests: Requests.
+        tolerances: Tolerances.
+        start: Start.
         records: Result, (P, .); behind the last step that was made, where Newton's method ended.
-        after: Result where all steps were made, kept factors of the tangent at the last equilibrium.
+        kept: Result where all steps were made, kept factors of the tangent at the last equilibrium.
         work: Workspace.
 
     Returns:
         Number of steps that were made.
     """
-    border, platform = robot.border_indices, robot.slots.platform_count
-    rows = border if problem == EFFORTS else border[:platform]
-    columns = robot.inverse_unknowns if problem == PLATFORM else rows
-    angles = problem == PLATFORM and robot.controls_angles == 1
+    problem, given, watched = requests.problem, requests.given, requests.mode == WATCHED
+    square = _square_problem(robot, problem)
     size = robot.unit.shape[0]
-    work.bends[0] = 0
-    if how == UNPREDICTED:
-        work.factors.how[0] = DENSE
-    else:
-        recall(robot, factors, work.factors)
+    _begin(robot, loads, requests.mode, start, square, work)
     for row in range(given.shape[0]):
-        here = before if row == 0 else records[row - 1]
-        if how == WATCHED and not _is_near(robot, problem, given[row], here):
+        before = start.record if row == 0 else records[row - 1]
+        if watched and not _is_near(robot, problem, given[row], before):
             return row
         record = records[row]
         state = record[:size]
         for i in range(size):
-            state[i] = here[i]
-        _read_pose(robot, here, work)
-        _impose(robot, problem, given[row], here, work)
-        predicted = predict_state(
-            robot, columns, rows, angles, work.given_motors, work.given_rotation,
-            work.given_position, work.effort_change, state, work.rotation, work.position, work,
-            work.factors,
-        )  # fmt: skip
+            state[i] = before[i]
+        _read_pose(robot, before, work)
+        _impose(robot, problem, given[row], before, work)
+        configuration = Configuration(state, work.rotation, work.position)
+        predicted = predict_state(robot, square, configuration, work)
         if not _rods_exist(robot, state):
             return row
         status, steps, largest, energy = newton(
-            robot, loads, state, work.rotation, work.position, columns, rows, angles,
-            work.given_efforts, predicted, tolerance, iterations, contraction, work.residual, work,
-            work.factors,
-        )  # fmt: skip
+            robot, loads, configuration, square, work.given_efforts, predicted, tolerances, work
+        )
         if status == CONVERGED:
-            learn_bend(robot.platform_index + columns.shape[0], work)
-            signs_of(robot, work.rotation, work.factors, work, work.signs)
+            learn_bend(robot.platform_index + square.unknowns.shape[0], work)
+            signs_of(robot, work.rotation, work, work.signs)
         _complete(robot, energy, largest, steps, record, work)
         if status != CONVERGED or not _rods_exist(robot, state):
             return row
-        if how == WATCHED and not _same_signs(robot, problem, here, record):
+        if watched and not _same_signs(robot, problem, before, record):
             return row
-    keep(robot, work.factors, after)
+    keep(robot, work.factors, kept)
     return given.shape[0]
+
+
+@inlined
+def _square_problem(robot, problem):
+    """The square problem that belongs to what is imposed."""
+    border = robot.border_indices
+    equations = border if problem == Problem.EFFORTS else border[: robot.slots.platform_count]
+    unknowns = robot.inverse_unknowns if problem == Problem.POSE else equations
+    angles = problem == Problem.POSE and robot.controls_angles == 1
+    return SquareProblem(equations, unknowns, angles)
+
+
+@inlined
+def _begin(robot, loads, mode, start, square, work):
+    """The factors of the tangent at the start, where it is predicted from, into the workspace."""
+    work.bends[0] = 0
+    work.factors.status[0] = UNKNOWN
+    if mode == UNPREDICTED:
+        return
+    recall(robot, start.kept, work.factors)
+    if work.factors.status[0] == DELAYED:  # these are not kept: the tangent is evaluated again
+        _read_pose(robot, start.record, work)
+        state = work.simplified
+        for i in range(state.shape[0]):
+            state[i] = start.record[i]
+        anywhere = Tolerances(math.inf, 0, 1.0)
+        configuration = Configuration(state, work.rotation, work.position)
+        status, _, _, _ = newton(
+            robot, loads, configuration, square, work.given_efforts, 0.0, anywhere, work
+        )
+        if status != CONVERGED:
+            work.factors.status[0] = UNKNOWN
 
 
 @inlined
@@ -129,17 +162,17 @@ def _impose(robot, problem, given, before, work):
     """What is imposed, and what stays as it is, into the workspace."""
     size, first = robot.unit.shape[0], robot.motor_index
     for i in range(size - first):
-        work.given_motors[i] = given[i] if problem == MOTORS else before[first + i]
+        work.given_motors[i] = given[i] if problem == Problem.MOTORS else before[first + i]
         work.given_efforts[i], work.effort_change[i] = 0.0, 0.0
-        if problem == EFFORTS:
+        if problem == Problem.EFFORTS:
             work.given_efforts[i] = given[i]
             work.effort_change[i] = given[i] - before[size + EFFORT + i]
     for i in range(3):
         at = POSITION + i
-        work.given_position[i] = given[at] if problem == PLATFORM else before[size + at]
+        work.given_position[i] = given[at] if problem == Problem.POSE else before[size + at]
         for j in range(3):
             at = ROTATION + 3 * i + j
-            work.given_rotation[i, j] = given[at] if problem == PLATFORM else before[size + at]
+            work.given_rotation[i, j] = given[at] if problem == Problem.POSE else before[size + at]
 
 
 @inlined
@@ -174,7 +207,7 @@ def _is_near(robot, problem, given, before):
     """Whether a request is finite and not farther than a step may be, see ``Target.distance``."""
     longest = LONGEST_STEP
     size, first = robot.unit.shape[0], robot.motor_index
-    if problem == PLATFORM:
+    if problem == Problem.POSE:
         trace = 0.0
         for i in range(9):
             trace += given[ROTATION + i] * before[size + ROTATION + i]
@@ -187,23 +220,22 @@ def _is_near(robot, problem, given, before):
                 return False
         return True
     for i in range(size - first):
-        if problem == MOTORS:
+        if problem == Problem.MOTORS:
             change = (given[i] - before[first + i]) / robot.unit[first + i]
         else:
             change = (given[i] - before[size + EFFORT + i]) * robot.unit[first + i]
-            change /= _EFFORT_UNIT * robot.energy_unit
+            change /= EFFORT_UNIT * robot.energy_unit
         if not abs(change) <= longest:
             return False
     return True
 
 
 @inlined
-def _same_signs(robot, problem, here, there):
+def _same_signs(robot, problem, record, next_record):
     """Whether nothing happens between two equilibria, as far as their signs tell."""
     first = robot.unit.shape[0] + SIGNS
-    if here[first] == SINGULAR_LEG or there[first] == SINGULAR_LEG:
+    watched = INDEX_FREE if problem == Problem.EFFORTS else INDEX_LOCKED
+    if record[first + watched] != next_record[first + watched]:
         return False
-    if problem == EFFORTS:
-        return here[first + 1] == there[first + 1]
-    same = here[first] == there[first]
-    return same and (problem == MOTORS or here[first + 2] == there[first + 2])
+    turned = record[first + INVERSE_SIGN] != next_record[first + INVERSE_SIGN]
+    return problem != Problem.POSE or not turned

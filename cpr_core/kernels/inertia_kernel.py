@@ -4,24 +4,23 @@
 """Signs of the tangent: how many directions lose energy, without eigenvalues.
 
 Sylvester's law: any symmetric elimination of a matrix shows its number of negative eigenvalues. The
-solver has eliminated the legs onto the border (platform and motors); what is left of the border tells
-the stability index for both readings of the motors, and on which side of an inverse singularity the
-robot is. With n_Psi constraints of full rank, the bordered Hessian has n_Psi negative eigenvalues more
-than H_r of Eq. (48).
+solver has eliminated the legs onto the border (platform, motors, delayed slots); what is left there
+tells the stability index for both readings of the motors, and on which side of an inverse singularity
+the robot is. With n_Psi constraints of full rank, the bordered Hessian has n_Psi negative eigenvalues
+more than H_r of Eq. (48).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from .condensation_kernel import DENSE, lu_factor, rotation_unknowns
+from .condensation_kernel import rotation_unknowns
 from .kernel_decorators import kernel
 from .lanes import get
+from .lu_kernel import lu_factor
+from .record_layout import INDEX_FREE, INDEX_LOCKED, INVERSE_SIGN
 
-__all__ = ["SINGULAR_LEG", "eliminate", "signs_of"]
-
-#: Returned in place of a count where the legs were not condensed (a straight leg under no force).
-SINGULAR_LEG = -1
+__all__ = ["eliminate", "signs_of"]
 
 #: Pivots below this fraction of the largest entry of a matrix count as zero.
 _SMALLEST_PIVOT = 1e-11
@@ -31,22 +30,23 @@ _GROWTH = (1.0 + np.sqrt(17.0)) / 8.0
 
 
 @kernel
-def eliminate(matrix, pivot_count, smallest):
+def eliminate(matrix, first, last, size, smallest):
     """Symmetric elimination with complete pivoting (Bunch and Parlett), in place.
 
     Args:
-        matrix: Symmetric (n, n); what remains beyond ``pivot_count`` is the Schur complement.
-        pivot_count: Rows and columns to eliminate, the leading ones.
+        matrix: Symmetric; what remains from ``last`` on is the Schur complement.
+        first: First row and column to eliminate; those before are not touched.
+        last: The one behind the last.
+        size: Rows and columns that are read.
         smallest: Pivots not above this count as zero.
 
     Returns:
         Number of negative pivots and of pivots that are zero.
     """
-    size = matrix.shape[0]
-    negative, first = 0, 0
-    while first < pivot_count:
+    negative = 0
+    while first < last:
         on_diagonal, anywhere, d, p, q = -1.0, -1.0, first, first, first
-        for i in range(first, pivot_count):
+        for i in range(first, last):
             value = abs(matrix[i, i])
             if value > on_diagonal:
                 on_diagonal, d = value, i
@@ -55,9 +55,9 @@ def eliminate(matrix, pivot_count, smallest):
                 if value > anywhere:
                     anywhere, p, q = value, i, j
         if max(on_diagonal, anywhere) <= smallest:
-            return negative, pivot_count - first
+            return negative, last - first
         if on_diagonal >= _GROWTH * anywhere:
-            _exchange(matrix, first, d)
+            _exchange(matrix, size, first, d)
             pivot = matrix[first, first]
             if pivot < 0.0:
                 negative += 1
@@ -68,8 +68,8 @@ def eliminate(matrix, pivot_count, smallest):
                         matrix[i, j] -= multiple * matrix[first, j]
             first += 1
         else:
-            _exchange(matrix, first, q)
-            _exchange(matrix, first + 1, p)
+            _exchange(matrix, size, first, q)
+            _exchange(matrix, size, first + 1, p)
             a, b, c = matrix[first, first], matrix[first + 1, first], matrix[first + 1, first + 1]
             determinant = a * c - b * b  # negative: one pivot of either sign
             negative += 1
@@ -84,87 +84,86 @@ def eliminate(matrix, pivot_count, smallest):
 
 
 @kernel
-def _exchange(matrix, one, two):
+def _exchange(matrix, size, one, two):
     """Exchange two rows and the same columns."""
     if one == two:
         return
-    for j in range(matrix.shape[0]):
+    for j in range(size):
         matrix[one, j], matrix[two, j] = matrix[two, j], matrix[one, j]
-    for i in range(matrix.shape[0]):
+    for i in range(size):
         matrix[i, one], matrix[i, two] = matrix[i, two], matrix[i, one]
 
 
 @kernel
-def signs_of(robot, rotation, factors, work, signs):
+def signs_of(robot, rotation, work, signs):
     """Count negative directions and find the sign of the inverse problem's determinant.
 
     Args:
         robot: RobotArrays.
         rotation: Platform rotation, (3, 3).
-        factors: Of the tangent at an equilibrium.
-        work: Workspace; factors of a problem in it are lost.
-        signs: Result, (3,): index with the motors locked, with the motors free, and the sign of the
-            determinant of the inverse problem (0 where there is no such problem). The first entry is
-            SINGULAR_LEG, and nothing else is set, where the legs were not condensed.
+        work: Workspace with the factors of the tangent at an equilibrium; those of a problem are lost.
+        signs: Result, (3,), see `record_layout`; the last one is 0 where there is no inverse problem.
     """
-    if factors.how[0] == DENSE:
-        signs[0] = SINGULAR_LEG
-        return
+    factors = work.factors
     inner, platform = robot.platform_index, robot.slots.platform_count
-    inverse_columns, angles = robot.inverse_unknowns, robot.controls_angles == 1
     below = 0
     for number in range(robot.groups.shape[0]):
         for slot in range(robot.slots.inner_count):
             for lane in range(robot.slot_index.shape[2]):
                 if get(factors.inverse, (number, slot), lane) < 0.0:
                     below += 1
-    left, square = work.symmetric, work.square
-    border = left.shape[0]
-    largest = _symmetric_part(factors.border, left)
+    left, square, delayed = work.symmetric, work.square, factors.delayed_count[0]
+    size = delayed + robot.border_indices.shape[0]
+    largest = _symmetric_border(robot, factors, left)
 
-    signs[2] = 0
-    if inverse_columns.shape[0] == platform:
+    inverse_unknowns, angles = robot.inverse_unknowns, robot.controls_angles == 1
+    first = delayed + platform  # the motors
+    signs[INVERSE_SIGN] = 0
+    if inverse_unknowns.shape[0] == platform:
         rotation_unknowns(rotation, angles, work.motions)
-        for i in range(platform):
-            for j in range(platform):
-                column = inverse_columns[j] - inner
-                if angles and column < 3:
+        for i in range(first):
+            for j in range(first):
+                column = inverse_unknowns[j - delayed] - inner if j >= delayed else j - delayed
+                if angles and 0 <= column < 3:
                     value = 0.0
                     for n in range(3):
-                        value += left[i, n] * work.motions[n, column]
+                        value += left[i, delayed + n] * work.motions[n, column]
                     square[i, j] = value
                 else:
-                    square[i, j] = left[i, column]
-        if lu_factor(square, platform, work.pivots, 0.0):
+                    square[i, j] = left[i, delayed + column]
+        if lu_factor(square, first, work.pivots, 0.0):
             sign = 1 if below % 2 == 0 else -1
-            for i in range(platform):
+            for i in range(first):
                 if (square[i, i] < 0.0) != (work.pivots[i] != i):
                     sign = -sign
-            signs[2] = sign
+            signs[INVERSE_SIGN] = sign
     smallest = _SMALLEST_PIVOT * largest
     # Platform first: what it leaves tells the motors', if it is not about to lose its stability.
-    locked, uncertain = eliminate(left, platform, _SAFE_PIVOT * largest)
+    locked, uncertain = eliminate(left, 0, first, size, _SAFE_PIVOT * largest)
     if uncertain == 0:
-        free, _ = eliminate(left[platform:, platform:], border - platform, smallest)
+        free, _ = eliminate(left, first, size, size, smallest)
         free += locked
     else:
-        _symmetric_part(factors.border, left)
-        for i in range(platform):
-            for j in range(platform):
+        _symmetric_border(robot, factors, left)
+        for i in range(first):
+            for j in range(first):
                 square[i, j] = left[i, j]
-        locked, _ = eliminate(square[:platform, :platform], platform, smallest)
-        free, _ = eliminate(left, border, smallest)
-    signs[0] = below + locked - robot.constraint_count
-    signs[1] = below + free - robot.constraint_count
+        locked, _ = eliminate(square, 0, first, first, smallest)
+        free, _ = eliminate(left, 0, size, size, smallest)
+    signs[INDEX_LOCKED] = below + locked - robot.constraint_count
+    signs[INDEX_FREE] = below + free - robot.constraint_count
 
 
 @kernel
-def _symmetric_part(matrix, result):
-    """Symmetric part of a square matrix; returns its largest entry."""
+def _symmetric_border(robot, factors, result):
+    """Symmetric part of the border, delayed slots before the platform; returns its largest entry."""
+    matrix, count, delayed = factors.border, robot.border_indices.shape[0], factors.delayed_count[0]
     largest = 0.0
-    for i in range(matrix.shape[0]):
+    for i in range(delayed + count):
+        row = count + i if i < delayed else i - delayed
         for j in range(i + 1):
-            value = 0.5 * (matrix[i, j] + matrix[j, i])
+            column = count + j if j < delayed else j - delayed
+            value = 0.5 * (matrix[row, column] + matrix[column, row])
             result[i, j] = result[j, i] = value
             largest = max(largest, abs(value))
     return largest

@@ -18,18 +18,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .lanes import empty_lanes, lanes_dtype, zeros_lanes
+from .lanes import empty_lanes, zeros_lanes
 from .slots import SlotLayout
 
 __all__ = [
     "LEG",
+    "PLATFORM_LOADS",
     "Factors",
     "LoadArrays",
     "RobotArrays",
     "Workspace",
     "factors_of",
     "group_dtype",
-    "kept_factors",
+    "interpolated_loads",
     "workspace",
 ]
 
@@ -95,11 +96,11 @@ class RobotArrays(NamedTuple):
     component_start: Integers  # (4,) first strain slot of torsion and both bendings; S
     function: Integers  # (S,) which shape function a slot uses
     functions: Lanes  # (G, F, K) shape functions at the nodes
-    step_functions: Lanes  # (G, H, 3, F) their moments over the rotation steps
+    step_functions: Lanes  # (G, H, F, 3) their moments over the rotation steps
     elastic: Lanes  # (G, S, S) K_e by slots
     rest_moment: Lanes  # (G, S) int Phi^T H_a kappa_rest
     weights: Floats  # (K,)
-    integration: Floats  # (K, K): [j, k] weight of node j in the integral from 0 to node k
+    integration: Floats  # (K, K): I_jk, weight of node j in the integral from 0 to node k
     panel_nodes: int  # nodes of a panel, a multiple of four: the integration is block triangular
     steps: Floats  # (H,) lengths of the rotation steps in sigma
     step_node: Integers  # (H,) node reached at the end of a step; -1: none
@@ -116,10 +117,24 @@ class RobotArrays(NamedTuple):
     controls_angles: int  # 1: among them are roll, pitch, yaw instead of world rotations
     constraint_count: int  # number of multipliers of all legs
     orientation_count: int  # conditions on the orientation of the tip: the most a leg has
-    kept_count: int  # lanes in which the factors of a tangent are kept
+    kept_count: int  # lanes in which the factors of a tangent are kept (`kept_factors`)
     passive: int  # 1: some base has a passive coordinate
     shifted: int  # 1: some base has a shift
     extensible: int  # 1: some shift is a rod length
+
+
+#: Loads of the platform, in the world or turning with it.
+PLATFORM_LOADS = np.dtype(
+    [
+        ("weight", "f8", 3),  # in the world [N]
+        ("center_of_mass", "f8", 3),  # in the platform frame [m]
+        ("moment_world", "f8", 3),  # fixed in space [N m]
+        ("force_world", "f8", 3),  # [N]
+        ("moment_body", "f8", 3),  # following, in the platform frame [N m]
+        ("force_body", "f8", 3),  # [N]
+    ],
+    align=True,
+)
 
 
 class LoadArrays(NamedTuple):
@@ -128,19 +143,22 @@ class LoadArrays(NamedTuple):
     distributed: Floats  # (L, 3, K + 1) int_sigma^1 of the force per length; last: sigma = 0 [N/m]
     point: Floats  # (L, 3, K + 1) sum of the point forces beyond a node; last: sigma = 0 [N]
     on_rods: Floats  # (1,) above zero where any rod carries a load
-    platform: Floats  # (6, 3) weight, centre of mass, moment and force fixed in space, following
+    platform: NDArray[np.void]  # (1,) of PLATFORM_LOADS
 
 
 class Factors(NamedTuple):
     """A tangent with its legs condensed: n inner slots, m in all, a border of B = b + motors.
 
-    It does not depend on the problem; where the legs could not be condensed nothing is in it.
+    It does not depend on the problem. Slots that were delayed, D of them, are left to the border.
     """
 
     upper: Lanes  # (G, n, m) rows of L^T, and of D^-1 L^-1 B
     inverse: Lanes  # (G, n) D^-1
-    border: Floats  # (B, B) H, world rotations
-    how: Integers  # (1,) CONDENSED or DENSE of `condensation_kernel`
+    border: Floats  # (N, N), (B + D, B + D) of it H, world rotations, delayed slots last
+    status: Integers  # (1,) CONDENSED, DELAYED or UNKNOWN of `condensation_kernel`
+    delayed_count: Integers  # (1,) D
+    delayed: Integers  # (N, 3) group, slot and lane of each
+    beyond: Floats  # (N, n) their rows of D L^T, behind their own slots
 
 
 class Workspace(NamedTuple):
@@ -150,32 +168,42 @@ class Workspace(NamedTuple):
     residuals: Lanes  # (G, m) residual by slots, SI units
     platform_residual: Floats  # (6,) of the world twist
     platform_tangent: Floats  # (6, 6)
-    strain: Lanes  # (m,) state by slots
-    frames: Lanes  # (3, 3, K) [direction, component, node]
-    vectors: Lanes  # (3, H) rotation vectors of the steps
-    arm: Lanes  # (3, K) p(l) - p(s)
-    matrix: Lanes  # (3, 3, K) Q
-    turned: Lanes  # (3, 3, K) [direction, component, node] weighted Q d
-    sources: Lanes  # (3, 8, K) [direction, what, node] what is integrated with shape functions
-    density: Lanes  # (3, K)
-    projected: Lanes  # (3, K)
-    geometric: Lanes  # (S, S)
-    pairs: Lanes  # (4, K) what nodes do together, four rows of it
-    partial: Lanes  # (S, K) the same times shape functions
-    turns: Lanes  # (S, 9) Theta where a panel begins, and what the modes carry and turn in a panel
+    coordinates: Lanes  # (m,) state by slots: strain coordinates, multipliers, passive coordinate
+    by_leg: Lanes  # (1,) lanes that are written or read leg by leg
+    squared_angle: Lanes  # (1,) the same of the angle of a rotation
+    sine: Lanes  # (1,) of it
+    versine: Lanes  # (1,) one less its cosine
+    rotation_vectors: Lanes  # (H, 3) of the steps
+    frames: Lanes  # (3, K, 3) directions d_c = R e_c at the nodes; the first is the tangent t
+    arm: Lanes  # (K + 1, 3) int_sigma^1 t: (p(l) - p) / l; last: sigma = 0, as with other fields
+    point: Lanes  # (K + 1, 3) forces of the rods, as in LoadArrays
+    distributed: Lanes  # (K + 1, 3)
+    load_source: Lanes  # (3, K, 3) rows of l t n^T, n of the loads on the rods alone
+    load_field: Lanes  # (3, K + 1, 3) rows of D, of the loads on the rods alone
+    joint_moments: Lanes  # (3, 3) [condition, component] c of a multiplier of one
+    density: Lanes  # (3, K, 3) omega of a shape function of one about d_c, weighted: l_0 w d_c
+    turned: Lanes  # (3, K, 3) Q omega
+    balance: Lanes  # (3, K) omega . m
+    swept: Lanes  # (3, K, 3) omega x arm
+    base_turning: Lanes  # (3, K) axis of the base . Q omega
+    length_source: Lanes  # (K, 3) t x (n + l nu)
+    length_field: Lanes  # (K + 1, 3) its integral to the tip: what the length does to m
     stretched: Lanes  # (S,) K_e q_e
-    small: Lanes  # (12, 3)
-    squares: Lanes  # (6, 3, 3)
-    rod_loads: Lanes  # (2, 3, K + 1) point, distributed
+    geometric: Lanes  # (S, S) what loads take from the stiffness
+    pairs: Lanes  # (K, 4) four rows of N
+    partial: Lanes  # (S, K) N times shape functions
+    mode_turn: Lanes  # (S, 3) Theta_a where a panel begins
+    mode_growth: Lanes  # (S, 3) what it grows by in the panel
+    mode_carried: Lanes  # (S, 3) int_panel phi_a Q omega
     rows: Lanes  # (n, m) rows of D L^T
     solution: Lanes  # (G, n)
-    border: Floats  # (B,) of the platform twist and the motors
-    symmetric: Floats  # (B, B)
-    square: Floats  # (B, B) LU factors of the part of the border a problem has
-    pivots: Integers  # (B,)
+    lane_parts: Lanes  # (4,) of one slot: the motors' part; pivot, its inverse, and its scale
+    border: Floats  # (N,) of the platform twist, the motors and delayed slots
+    part: Floats  # (N,) of those that are unknown
+    symmetric: Floats  # (N, N)
+    square: Floats  # (N, N) LU factors of the part of the border a problem has
+    pivots: Integers  # (N,)
     motions: Floats  # (3, 3) world rotations of the rotation unknowns, as columns
-    tangent: Floats  # (N, N) where all is factored at once
-    whole: Floats  # (N, N)
     step: Floats  # (N,) dimensionless
     correction: Floats  # (N,)
     simplified: Floats  # (N,)
@@ -199,12 +227,17 @@ class Workspace(NamedTuple):
     differences: Floats  # (4, N) backward differences of what predictions missed
     last_known: Floats  # (B,) what was imposed then
     last_efforts: Floats  # (motors,)
-    whole_pivots: Integers  # (N,)
 
 
-def kept_factors(robot: RobotArrays) -> Lanes:
-    """Memory in which factors are kept with an equilibrium."""
-    return np.empty(robot.kept_count, lanes_dtype(robot.slot_index.shape[2]))
+def interpolated_loads(first: LoadArrays, last: LoadArrays, fraction: float) -> LoadArrays:
+    """Loads between two."""
+
+    def between(one: NDArray[Any], other: NDArray[Any]) -> NDArray[Any]:
+        if one.dtype.names:
+            return between(one.view("f8"), other.view("f8")).view(one.dtype)
+        return (1.0 - fraction) * one + fraction * other
+
+    return LoadArrays(*[between(*pair) for pair in zip(first, last, strict=True)])
 
 
 def workspace(robot: RobotArrays) -> Workspace:
@@ -223,32 +256,42 @@ def workspace(robot: RobotArrays) -> Workspace:
         residuals=zeros_lanes(width, groups, slots),
         platform_residual=np.empty(6),
         platform_tangent=np.empty((6, 6)),
-        strain=zeros_lanes(width, slots),
-        frames=empty(3, 3, nodes),
-        vectors=empty(3, steps),
-        arm=empty(3, nodes),
-        matrix=empty(3, 3, nodes),
-        turned=empty(3, 3, nodes),
-        sources=empty(3, 8, nodes),
-        density=empty(3, nodes),
-        projected=empty(3, nodes),
-        geometric=empty(strains, strains),
-        pairs=empty(4, nodes),
-        partial=empty(strains, nodes),
-        turns=empty(strains, 9),
+        coordinates=zeros_lanes(width, slots),
+        by_leg=empty(1),
+        squared_angle=empty(1),
+        sine=empty(1),
+        versine=empty(1),
+        rotation_vectors=empty(steps, 3),
+        frames=empty(3, nodes, 3),
+        arm=empty(nodes + 1, 3),
+        point=empty(nodes + 1, 3),
+        distributed=empty(nodes + 1, 3),
+        load_source=empty(3, nodes, 3),
+        load_field=empty(3, nodes + 1, 3),
+        joint_moments=empty(3, 3),
+        density=empty(3, nodes, 3),
+        turned=empty(3, nodes, 3),
+        balance=empty(3, nodes),
+        swept=empty(3, nodes, 3),
+        base_turning=empty(3, nodes),
+        length_source=empty(nodes, 3),
+        length_field=empty(nodes + 1, 3),
         stretched=empty(strains),
-        small=empty(12, 3),
-        squares=empty(6, 3, 3),
-        rod_loads=empty(2, 3, nodes + 1),
+        geometric=empty(strains, strains),
+        pairs=empty(nodes, 4),
+        partial=empty(strains, nodes),
+        mode_turn=empty(strains, 3),
+        mode_growth=empty(strains, 3),
+        mode_carried=empty(strains, 3),
         rows=empty(inner, slots),
         solution=empty(groups, inner),
-        border=np.empty(border),
-        symmetric=np.empty((border, border)),
-        square=np.empty((border, border)),
-        pivots=np.empty(border, np.int64),
+        lane_parts=empty(4),
+        border=np.empty(size),
+        part=np.empty(size),
+        symmetric=np.empty((size, size)),
+        square=np.empty((size, size)),
+        pivots=np.empty(size, np.int64),
         motions=np.empty((3, 3)),
-        tangent=np.zeros((size, size)),
-        whole=np.empty((size, size)),
         step=np.empty(size),
         correction=np.empty(size),
         simplified=np.empty(size),
@@ -272,7 +315,6 @@ def workspace(robot: RobotArrays) -> Workspace:
         differences=np.zeros((4, size)),
         last_known=np.zeros(border),
         last_efforts=np.zeros(size - robot.motor_index),
-        whole_pivots=np.empty(size, np.int64),
     )
 
 
@@ -280,10 +322,13 @@ def factors_of(robot: RobotArrays) -> Factors:
     """Memory for the factors of a robot's tangent."""
     width = robot.slot_index.shape[2]
     groups, slots, inner = len(robot.groups), robot.slots.total, robot.slots.inner_count
-    border = len(robot.border_indices)
+    size = len(robot.unit)
     return Factors(
         upper=zeros_lanes(width, groups, inner, slots),
         inverse=empty_lanes(width, groups, inner),
-        border=np.empty((border, border)),
-        how=np.array([1]),
+        border=np.zeros((size, size)),
+        status=np.zeros(1, np.int64),
+        delayed_count=np.zeros(1, np.int64),
+        delayed=np.zeros((size, 3), np.int64),
+        beyond=np.zeros((size, inner)),
     )

@@ -40,14 +40,18 @@ __all__ = [
     "WIDTH",
     "absolute",
     "broadcast",
+    "element_type",
     "empty_lanes",
+    "generate_operation",
     "get",
     "highest",
     "lanes_dtype",
     "load",
+    "load_element",
     "lower",
     "put",
     "store",
+    "store_element",
     "total",
     "zeros_lanes",
 ]
@@ -99,57 +103,86 @@ class _LanesModel(models.PrimitiveModel):
 
 
 def _width(array: Any) -> int:
-    """Lanes of an element of a record array, or of the last axis of a field of a record."""
+    """Lanes of an element of a record array, of the last axis of a field of a record, or of lanes."""
+    if isinstance(array, LanesType):
+        return array.width
     if isinstance(array, types.NestedArray):
         return int(array.shape[-1])
     return int(array.dtype.fields["lane"].type.shape[0])
 
 
-def _place(
-    context: Any, builder: Any, array: Any, index: Any, values: Any, lane: Any = None
-) -> Any:
-    """Pointer to a place of an array of lanes, or to one lane there."""
-    indices = (
+def element_type(array: Any, index: Any, more: int) -> Any:
+    """What an array has at an index and ``more`` indices of components: lanes, or a number."""
+    given = more + (len(index) if isinstance(index, types.BaseTuple) else 1)
+    if isinstance(array.dtype, types.Record) or array.ndim > given:
+        return LanesType(_width(array))
+    return types.float64
+
+
+def _element(
+    context: Any, builder: Any, sig: Any, values: Any, more: tuple[int, ...]
+) -> tuple[Any, Any]:
+    """Type of an element, and a pointer to it."""
+    array, index = sig.args[:2]
+    kind = element_type(array, index, len(more))
+    given = (
         cgutils.unpack_tuple(builder, values[1], len(index))
         if isinstance(index, types.BaseTuple)
         else [values[1]]
     )
-    if isinstance(array, types.NestedArray):
-        indices = [*indices, lane or ir.Constant(ir.IntType(64), 0)]
+    constants = [context.get_constant(types.intp, i) for i in more]
+    first_lane = [context.get_constant(types.intp, 0)] * (array.ndim - len(given) - len(more))
     view = arrayobj.make_array(array)(context, builder, values[0])
+    indices = [*given, *constants, *first_lane]
     pointer = cgutils.get_item_pointer(context, builder, array, view, indices, wraparound=False)
-    if isinstance(array, types.NestedArray) or lane is None:
-        return pointer
-    return builder.gep(builder.bitcast(pointer, _DOUBLE.as_pointer()), [lane])
+    if isinstance(kind, LanesType):
+        pointer = builder.bitcast(pointer, ir.VectorType(_DOUBLE, kind.width).as_pointer())
+    return kind, pointer
 
 
-def _vector_place(context: Any, builder: Any, array: Any, index: Any, values: Any) -> Any:
-    pointer = _place(context, builder, array, index, values)
-    return builder.bitcast(pointer, ir.VectorType(_DOUBLE, _width(array)).as_pointer())
+def load_element(
+    context: Any, builder: Any, sig: Any, values: Any, more: tuple[int, ...] = ()
+) -> Any:
+    """Generate the code that loads lanes or a number.
+
+    For intrinsics on ``(array, index, ...)``; ``more`` are the indices of components.
+    """
+    _, pointer = _element(context, builder, sig, values, more)
+    return builder.load(pointer, align=8)
+
+
+def store_element(
+    context: Any, builder: Any, sig: Any, values: Any, part: Any, more: tuple[int, ...] = ()
+) -> None:
+    """Generate the code that writes lanes or a number."""
+    kind, pointer = _element(context, builder, sig, values, more)
+    if isinstance(kind, LanesType):
+        part = _spread(builder, part, kind.width)
+    builder.store(part, pointer, align=8)
 
 
 @intrinsic
 def load(typing_context: Any, array: Any, index: Any) -> Any:
     """The lanes at an index of an array of lanes."""
-
-    def generate(context: Any, builder: Any, sig: Any, values: Any) -> Any:
-        return builder.load(_vector_place(context, builder, *sig.args, values), align=8)
-
-    return LanesType(_width(array))(array, index), generate
+    return element_type(array, index, 0)(array, index), load_element
 
 
 @intrinsic
 def store(typing_context: Any, array: Any, index: Any, value: Any) -> Any:
     """Write lanes, or one number for all of them."""
-    width = _width(array)
     kept = value if isinstance(value, LanesType) else types.float64
 
     def generate(context: Any, builder: Any, sig: Any, values: Any) -> Any:
-        lanes = _spread(builder, values[2], width)
-        builder.store(lanes, _vector_place(context, builder, *sig.args[:2], values), align=8)
+        store_element(context, builder, sig, values, values[2])
         return context.get_dummy_value()
 
     return types.void(array, index, kept), generate
+
+
+def _lane(context: Any, builder: Any, sig: Any, values: Any) -> Any:
+    """Pointer to one lane at an index."""
+    _, pointer = _element(context, builder, sig, values, ())
+    return builder.gep(builder.bitcast(pointer, _DOUBLE.as_pointer()), [values[2]])
 
 
 @intrinsic
@@ -157,7 +190,7 @@ def get(typing_context: Any, array: Any, index: Any, lane: Any) -> Any:
     """The number of one leg at an index of an array of lanes."""
 
     def generate(context: Any, builder: Any, sig: Any, values: Any) -> Any:
-        return builder.load(_place(context, builder, *sig.args[:2], values, values[2]))
+        return builder.load(_lane(context, builder, sig, values))
 
     return types.float64(array, index, types.intp), generate
 
@@ -167,7 +200,7 @@ def put(typing_context: Any, array: Any, index: Any, lane: Any, value: Any) -> A
     """Write the number of one leg."""
 
     def generate(context: Any, builder: Any, sig: Any, values: Any) -> Any:
-        builder.store(values[3], _place(context, builder, *sig.args[:2], values, values[2]))
+        builder.store(values[3], _lane(context, builder, sig, values))
         return context.get_dummy_value()
 
     return types.void(array, index, types.intp, types.float64), generate
@@ -175,7 +208,7 @@ def put(typing_context: Any, array: Any, index: Any, lane: Any, value: Any) -> A
 
 @intrinsic
 def broadcast(typing_context: Any, array: Any, value: Any) -> Any:
-    """One number for all legs, in as many lanes as an array has."""
+    """One number for all legs, in as many lanes as an array has, or a value of lanes."""
     width = _width(array)
 
     def generate(context: Any, builder: Any, sig: Any, values: Any) -> Any:
@@ -195,6 +228,15 @@ def _spread(builder: Any, value: Any, width: int) -> Any:
     return builder.shuffle_vector(single, nothing, everywhere)
 
 
+def generate_operation(builder: Any, instruction: str, one: Any, other: Any) -> Any:
+    """Generate the code of an operation between lanes, numbers, or both."""
+    for value in (one, other):
+        if isinstance(value.type, ir.VectorType):
+            width = value.type.count
+            one, other = _spread(builder, one, width), _spread(builder, other, width)
+    return getattr(builder, instruction)(one, other, flags=_FLAGS)
+
+
 def _define(operation: Any, instruction: str) -> None:
     """An operation between lanes, and between lanes and numbers."""
 
@@ -209,8 +251,7 @@ def _define(operation: Any, instruction: str) -> None:
             return signature(lanes[0], *kept)
 
     def generate(context: Any, builder: Any, sig: Any, values: Any) -> Any:
-        one, other = (_spread(builder, value, sig.return_type.width) for value in values)
-        return getattr(builder, instruction)(one, other, flags=_FLAGS)
+        return generate_operation(builder, instruction, *values)
 
     for pair in ((LanesType, LanesType), (LanesType, types.Float), (types.Float, LanesType)):
         lower_builtin(operation, *pair)(generate)

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 
-from .condensation_kernel import lu_factor, lu_solve
-from .continuation_kernel import ROTATION
 from .kernel_decorators import part
 from .lanes import load, store
+from .lu_kernel import lu_factor, lu_solve
 from .pencil_kernel import eliminate_pencil, recall_pencil, smallest_eigenvalue, squared_size
+from .record_layout import ROTATION
 
 __all__ = ["linearise"]
 
@@ -28,7 +28,7 @@ def linearise(robot, kept, record, eigenvalues, response, pencil):
     Args:
         robot: RobotArrays.
         kept: Factors of its tangent (``keep``).
-        record: The solution, see `continuation_kernel`.
+        record: The solution, see `record_layout`.
         eigenvalues: Result, (3,): smallest eigenvalue of H_r with the motors held and with the motors
             free [J], and the one relative to the elastic stiffness, motors held; NaN where the dense
             method has to tell.

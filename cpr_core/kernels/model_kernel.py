@@ -6,9 +6,23 @@
 from __future__ import annotations
 
 from .kernel_decorators import inlined, kernel, part
+from .lane_vectors import (
+    add,
+    axial,
+    cross_matrix,
+    dot,
+    less_trace,
+    load_matrix,
+    load_vector,
+    matrix_vector,
+    negated,
+    outer,
+    store_matrix,
+    store_vector,
+    subtract,
+)
 from .lanes import get
 from .leg_kernel import evaluate_group
-from .rotation_matrices import rotate_by
 
 __all__ = ["evaluate", "evaluate_here", "tangent_into"]
 
@@ -110,25 +124,29 @@ def tangent_into(robot, work, tangent):
 @inlined
 def _add_platform_loads(loads, rotation, position, residual, tangent):
     """Weight and wrench of the platform; returns their potential [J]."""
-    weight, moment_world, force_world = loads.platform[0], loads.platform[2], loads.platform[3]
-    center = rotate_by(rotation, loads.platform[1])
-    moment_body = rotate_by(rotation, loads.platform[4])
-    force_body = rotate_by(rotation, loads.platform[5])
-    energy = 0.0
-    dot = center[0] * weight[0] + center[1] * weight[1] + center[2] * weight[2]
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        residual[i] -= (
-            moment_world[i] + moment_body[i] + center[j] * weight[k] - center[k] * weight[j]
-        )
-        residual[3 + i] -= force_world[i] + force_body[i] + weight[i]
-        energy -= force_world[i] * position[i] + weight[i] * (position[i] + center[i])
-        for n in range(3):
-            tangent[i, n] -= center[i] * weight[n]
-        tangent[i, i] += dot
-        # Small rotations turn following loads: -(omega x m), -(omega x f).
-        tangent[i, j] -= moment_body[k]
-        tangent[i, k] += moment_body[j]
-        tangent[3 + i, j] -= force_body[k]
-        tangent[3 + i, k] += force_body[j]
-    return energy
+    given, frame = loads.platform[0], load_matrix(rotation, ())
+    weight, force_world = load_vector(given.weight, ()), load_vector(given.force_world, ())
+    lever = matrix_vector(frame, load_vector(given.center_of_mass, ()))
+    moment_body = matrix_vector(frame, load_vector(given.moment_body, ()))
+    force_body = matrix_vector(frame, load_vector(given.force_body, ()))
+    field = outer(lever, weight)
+
+    moment = add(add(load_vector(given.moment_world, ()), moment_body), axial(field))
+    force = add(add(force_world, force_body), weight)
+    _subtract_from_vector(residual[:3], moment)
+    _subtract_from_vector(residual[3:], force)
+    # Small rotations turn following loads: -(omega x m), -(omega x f).
+    _subtract_from_matrix(tangent[:3, :3], subtract(less_trace(field), cross_matrix(moment_body)))
+    _subtract_from_matrix(tangent[3:, :3], negated(cross_matrix(force_body)))
+    origin = load_vector(position, ())
+    return -dot(force_world, origin) - dot(weight, add(origin, lever))
+
+
+@inlined
+def _subtract_from_vector(array, vector):
+    store_vector(array, (), subtract(load_vector(array, ()), vector))
+
+
+@inlined
+def _subtract_from_matrix(array, matrix):
+    store_matrix(array, (), subtract(load_matrix(array, ()), matrix))

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 from .condensation_kernel import (
-    CONDENSED,
     NO_INVERSE,
+    UNKNOWN,
     factor_here,
     predict,
     rotation_unknowns,
@@ -26,33 +26,17 @@ from .rotation_matrices import (
     rotation_from_angles_into,
     rotation_log_into,
 )
+from .square_problem import Configuration
 
 __all__ = [
-    "CONTRACTION",
     "CONVERGED",
     "DIVERGED",
-    "EFFORTS",
-    "ITERATIONS",
-    "MOTORS",
-    "PLATFORM",
     "SINGULAR",
     "STALLED",
-    "TOLERANCE",
     "learn_bend",
     "newton",
     "predict_state",
 ]
-
-#: What a problem imposes.
-MOTORS, EFFORTS, PLATFORM = 0, 1, 2
-
-#: Largest dimensionless residual of an equilibrium.
-TOLERANCE = 1e-10
-#: Newton steps of one path step.
-ITERATIONS = 12
-#: A correction must be smaller than this times the one before: by Kantorovich's theorem the solution
-#: then moves continuously from the last one to this one.
-CONTRACTION = 0.25
 
 CONVERGED = 0
 DIVERGED = 1  # a correction did not contract: too far from the solution for a full step
@@ -71,13 +55,13 @@ _SMALLEST_FRACTION = 1e-4
 
 
 @inlined
-def _scaled_residual(robot, residual, given_effort, rows, result):
-    """Dimensionless residual of the legs and of the given rows; returns its largest entry."""
+def _scaled_residual(robot, residual, given_effort, equations, result):
+    """Dimensionless residual of the legs and of a problem's equations; returns its largest entry."""
     largest = 0.0
     inner = robot.platform_index
     per_energy = 1.0 / robot.energy_unit
-    for row in range(inner + rows.shape[0]):
-        i = row if row < inner else rows[row - inner]
+    for row in range(inner + equations.shape[0]):
+        i = row if row < inner else equations[row - inner]
         value = residual[i]
         if i >= robot.motor_index:
             value -= given_effort[i - robot.motor_index]
@@ -90,23 +74,25 @@ def _scaled_residual(robot, residual, given_effort, rows, result):
 
 
 @inlined
-def _move(robot, columns, angles, step, factor, state, rotation, position, work):
+def _move(robot, problem, step, factor, configuration, work):
     """Subtract ``factor * step`` (dimensionless) from the unknowns."""
     increment, product, twist = work.rotations[0], work.rotations[1], work.platform_residual
+    state, rotation, position = configuration
+    unknowns = problem.unknowns
     inner = robot.platform_index
     last = robot.motor_index
     for i in range(6):
         twist[i] = 0.0
     for i in range(inner):
         state[i] -= factor * step[i] * robot.unit[i]
-    for row in range(columns.shape[0]):
-        i = columns[row]
+    for row in range(unknowns.shape[0]):
+        i = unknowns[row]
         value = factor * step[inner + row] * robot.unit[i]
         if i < last:
             twist[robot.platform_axes[i - inner]] = -value
         else:
             state[i] -= value
-    if angles:
+    if problem.angles:
         turned = work.rotations[1, 0]
         roll_pitch_yaw_into(rotation, turned)
         rotation_from_angles_into(
@@ -123,12 +109,14 @@ def _move(robot, columns, angles, step, factor, state, rotation, position, work)
 
 
 @inlined
-def _copy(rotation, position, to_rotation, to_position):
-    """Copy a pose."""
+def _copy(source, target):
+    """Copy a configuration."""
+    for i in range(source.state.shape[0]):
+        target.state[i] = source.state[i]
     for i in range(3):
-        to_position[i] = position[i]
+        target.position[i] = source.position[i]
         for j in range(3):
-            to_rotation[i, j] = rotation[i, j]
+            target.rotation[i, j] = source.rotation[i, j]
 
 
 @inlined
@@ -140,26 +128,16 @@ def _norm(vector, size):
 
 
 @inlined
-def predict_state(
-    robot, columns, rows, angles, motors, to_rotation, to_position, effort_change,
-    state, rotation, position, work, factors,
-):  # fmt: skip
+def predict_state(robot, problem, configuration, work):
     """Impose, and move the unknowns along the tangent to it, in place.
 
     Args:
         robot: RobotArrays.
-        columns: State indices of the unknowns among platform and motors.
-        rows: State indices of the equations among platform and motors.
-        angles: Whether the rotation unknowns are roll, pitch and yaw.
-        motors: Motors, where they are imposed, as they are elsewhere, (motors,).
-        to_rotation: The same for the platform's rotation.
-        to_position: The same for its position.
-        effort_change: Change of the imposed efforts, (motors,).
-        state: A solution, overwritten.
-        rotation: The same for the platform's rotation.
-        position: The same for its position.
-        work: Workspace.
-        factors: Of the tangent there; where legs were not condensed nothing is predicted.
+        problem: SquareProblem.
+        configuration: A solution, overwritten.
+        work: Workspace, with the factors of the tangent there (where they are UNKNOWN nothing is
+            predicted), and what is imposed, as it is where nothing is: ``given_motors``,
+            ``given_rotation``, ``given_position`` and ``effort_change``.
 
     ``work.bends`` counts the steps before of which the missing part is known; 0: only the tangent tells;
     -1: nothing is predicted, nothing can be learnt.
@@ -167,9 +145,11 @@ def predict_state(
     Returns:
         Dimensionless length of the predicted change; 0 where nothing is predicted.
     """
+    state, rotation, position = configuration
     inner, known, efforts = robot.platform_index, work.known, work.efforts
+    motors, to_position = work.given_motors, work.given_position
     turn = work.rotations[2, 0]
-    multiply_transposed(to_rotation, rotation, work.rotations[0])
+    multiply_transposed(work.given_rotation, rotation, work.rotations[0])
     rotation_log_into(work.rotations[0], turn)
     for row in range(robot.slots.platform_count):
         axis = robot.platform_axes[row]
@@ -178,16 +158,20 @@ def predict_state(
     for i in range(motors.shape[0]):
         at = robot.motor_index + i
         known[at - inner] = (motors[i] - state[at]) / robot.unit[at]
-        efforts[i] = effort_change[i] * robot.unit[at] / robot.energy_unit
+        efforts[i] = work.effort_change[i] * robot.unit[at] / robot.energy_unit
         state[at] = motors[i]
-    rotation_unknowns(rotation, angles, work.motions)
-    _copy(to_rotation, to_position, rotation, position)
-    if factors.how[0] == CONDENSED and predict(
-        robot, rows, columns, angles, known, efforts, work.step, work, factors
+    rotation_unknowns(rotation, problem.angles, work.motions)
+    for i in range(3):
+        position[i] = to_position[i]
+        for j in range(3):
+            rotation[i, j] = work.given_rotation[i, j]
+    if work.factors.status[0] != UNKNOWN and predict(
+        robot, problem, known, efforts, work.step, work, work.factors
     ):
-        _add_bend(inner + columns.shape[0], work)
-        _move(robot, columns, angles, work.step, -1.0, state, rotation, position, work)
-        return _norm(work.step, inner + columns.shape[0])
+        size = inner + problem.unknowns.shape[0]
+        _add_bend(size, work)
+        _move(robot, problem, work.step, -1.0, configuration, work)
+        return _norm(work.step, size)
     work.bends[0] = -1
     return 0.0
 
@@ -252,71 +236,52 @@ def learn_bend(size, work):
 
 
 @part
-def newton(
-    robot, loads, state, rotation, position, columns, rows, angles, given_effort, predicted,
-    tolerance, iterations, contraction, residual, work, factors,
-):  # fmt: skip
-    """Solve a square problem from a given state, in place.
+def newton(robot, loads, configuration, problem, given_effort, predicted, tolerances, work):
+    """Solve a square problem from a given configuration, in place.
 
-    The leg coordinates and multipliers are always unknown, their equations always hold.
+    The leg coordinates and multipliers are always unknown, their equations always hold. One function:
+    every call copies the several hundred words of a robot and a workspace.
 
     Args:
         robot: RobotArrays.
         loads: LoadArrays.
-        state: Start (N,), overwritten; entries that are not unknown stay as imposed.
-        rotation: Platform rotation, overwritten.
-        position: Platform position, overwritten.
-        columns: State indices of the unknowns among platform and motors.
-        rows: As many state indices of the equations among platform and motors.
-        angles: Whether the platform's rotation coordinates are roll, pitch and yaw, of
-            Rz(yaw) Ry(pitch) Rx(roll), in place of small world rotations; spatial robots only.
+        configuration: Start, overwritten; what is not unknown stays as imposed.
+        problem: SquareProblem; angles in spatial robots only.
         given_effort: Motor efforts, used where motor rows are among the equations.
         predicted: Dimensionless length of the prediction that led from a solution to the start, which
             counts as the first correction; 0: none did.
-        tolerance: Largest dimensionless residual of a solution.
-        iterations: At most so many steps.
-        contraction: Below 1: take full steps only and give up (DIVERGED) as soon as a correction is
-            not smaller than this times the one before; the solution then lies on the branch of the
-            start. 1: damp the steps instead, for a start that may be far away; steps are judged by the
-            simplified correction, the next one with the present factors, which does not depend on how
-            equations are scaled (Deuflhard's natural monotonicity test).
-        residual: On return the residual of the model at the result, (N,).
-        work: Workspace; on return it has the tangent at the result, and in ``total`` the dimensionless
-            sum of all corrections.
-        factors: On return those of the tangent at the result, where CONVERGED.
+        tolerances: Tolerances. Damped steps are judged by the simplified correction, the next one with
+            the present factors, which does not depend on how equations are scaled (Deuflhard's natural
+            monotonicity test).
+        work: Workspace; on return it has the tangent at the result, its factors where CONVERGED, the
+            residual of the model, and in ``total`` the dimensionless sum of all corrections.
 
     Returns:
         Status, number of steps, largest dimensionless residual, potential energy.
     """
-    size = robot.platform_index + rows.shape[0]
+    size, equations = robot.platform_index + problem.equations.shape[0], problem.equations
     step, correction, total = work.step, work.correction, work.total
-    trial_state, trial_rotation = work.trial_state, work.rotations[3]
-    trial_position = work.rotations[4, 0]
-    damped = contraction >= 1.0
+    trial = Configuration(work.trial_state, work.rotations[3], work.rotations[4, 0])
+    damped = tolerances.contraction >= 1.0
     for i in range(size):
         step[i], total[i] = 0.0, 0.0
     length, fraction, count, started = predicted, 1.0, 0, False
     while True:
-        # The trial: the start itself, or a step from the last state.
-        for i in range(state.shape[0]):
-            trial_state[i] = state[i]
-        _copy(rotation, position, trial_rotation, trial_position)
+        # The trial: the start itself, or a step from the last configuration.
+        _copy(configuration, trial)
         if started:
-            _move(
-                robot, columns, angles, step, fraction, trial_state, trial_rotation,
-                trial_position, work,
-            )  # fmt: skip
+            _move(robot, problem, step, fraction, trial, work)
         energy = evaluate_here(
-            robot, loads, trial_state, trial_rotation, trial_position, residual, work
+            robot, loads, trial.state, trial.rotation, trial.position, work.residual, work
         )
-        largest = _scaled_residual(robot, residual, given_effort, rows, correction)
+        largest = _scaled_residual(robot, work.residual, given_effort, equations, correction)
         accepted = math.isfinite(largest)
         if not accepted and not (damped and started):
             return DIVERGED, count, largest, energy
-        if damped and started and accepted and not largest < tolerance:
+        if damped and started and accepted and not largest < tolerances.residual:
             for i in range(size):
                 work.simplified[i] = correction[i]
-            solve(robot, rows, columns, angles, work.simplified, work, factors)
+            solve(robot, problem, work.simplified, work, work.factors)
             accepted = _norm(work.simplified, size) <= (1.0 - 0.25 * fraction) * length
         if not accepted:
             fraction *= 0.5
@@ -324,22 +289,20 @@ def newton(
                 return STALLED, count, largest, energy
             continue
 
-        for i in range(state.shape[0]):
-            state[i] = trial_state[i]
-        _copy(trial_rotation, trial_position, rotation, position)
+        _copy(trial, configuration)
         for i in range(size):
             total[i] -= fraction * step[i]
             step[i] = correction[i]
-        how = factor_here(robot, rotation, rows, columns, angles, work, factors)
-        if largest < tolerance:
+        status = factor_here(robot, configuration.rotation, problem, work, work.factors)
+        if largest < tolerances.residual:
             return CONVERGED, count, largest, energy
-        if how == NO_INVERSE:
+        if status == NO_INVERSE:
             return SINGULAR, count, largest, energy
-        if count == iterations:
+        if count == tolerances.iterations:
             return STALLED, count, largest, energy
-        solve_here(robot, rows, columns, angles, step, work, factors)
+        solve_here(robot, problem, step, work, work.factors)
         before, length = length, _norm(step, size)
         compared = not damped and before > 0.0
-        if compared and length > max(contraction * before, _SMALLEST_CORRECTION):
+        if compared and length > max(tolerances.contraction * before, _SMALLEST_CORRECTION):
             return DIVERGED, count, largest, energy
         count, fraction, started = count + 1, 1.0, True

@@ -20,6 +20,8 @@ import math
 
 import numpy as np
 
+from .condensation_kernel import CONDENSED
+from .kept_factors import kept_row, kept_status, recall_border
 from .kernel_decorators import part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 
@@ -55,35 +57,33 @@ def recall_pencil(robot, kept, pencil):
     inner, width, extent = slots.inner_count, slots.platform_count, slots.total
     first = slots.first_coupled
     doubt = broadcast(rows, -1.0)
-    at, lane = 1 + groups * inner * extent, 0
+    if kept_status(kept) != CONDENSED:
+        return False
+    recall_border(robot, kept, condensed)
     for i in range(condensed.shape[0]):
         for j in range(condensed.shape[0]):
-            condensed[i, j] = get(kept, at, lane)
             if not abs(condensed[i, j]) < _LARGEST_BORDER:
                 return False
-            lane += 1
-            if lane == lanes:
-                at, lane = at + 1, 0
     for i in range(width):
         for j in range(width):
             corner[i, j] = 0.5 * (condensed[i, j] + condensed[j, i])
     for number in range(groups):
-        start = 1 + number * inner * extent
         largest, smallest = broadcast(rows, 0.0), broadcast(rows, np.inf)
         for i in range(inner):
             # Stored in place of the unit diagonal: the inverse pivot.
-            pivot = 1.0 / load(kept, start + i * extent + i)
+            row = kept_row(robot, number, i)
+            pivot = 1.0 / load(kept, row + i)
             store(rows, (i, i), pivot)
             smallest = lower(smallest, absolute(pivot))
             if i < slots.strain_count:
                 largest = -lower(-largest, -absolute(pivot))
             for j in range(i + 1, extent):
-                store(rows, (i, j), pivot * load(kept, start + i * extent + j))
+                store(rows, (i, j), pivot * load(kept, row + j))
             for j in range(i, extent):
                 begin = 0 if j < inner or j == extent - 1 else first
                 value = broadcast(rows, 0.0)
                 for k in range(begin, i):
-                    value += load(kept, start + k * extent + i) * load(rows, (k, j))
+                    value += load(kept, kept_row(robot, number, k) + i) * load(rows, (k, j))
                 if i >= begin:
                     value += load(rows, (i, j))
                 at = j if j < inner else (j + 1 if j < extent - 1 else inner)
@@ -93,7 +93,7 @@ def recall_pencil(robot, kept, pencil):
             for j in range(i, width):
                 value = broadcast(rows, 0.0)
                 for k in range(first, inner):
-                    left = load(kept, start + k * extent + inner + i)
+                    left = load(kept, kept_row(robot, number, k) + inner + i)
                     value += left * load(rows, (k, inner + j))
                 corner[i, j] += total(value)
         # The motors' rows, with what the legs had taken from them.
@@ -101,7 +101,7 @@ def recall_pencil(robot, kept, pencil):
             value = broadcast(rows, 0.0)
             begin = first if j < width else 0
             for k in range(begin, inner):
-                left = load(kept, start + k * extent + inner + j)
+                left = load(kept, kept_row(robot, number, k) + inner + j)
                 value += left * load(rows, (k, extent - 1))
             column = inner + 1 + j if j < width else inner
             store(blocks, (number, inner, column), value)
@@ -113,11 +113,9 @@ def recall_pencil(robot, kept, pencil):
             m = motor - robot.platform_index
             for j in range(width + 1):
                 column = inner + 1 + j if j < width else inner
-                value = condensed[m, j if j < width else m]
-                put(
-                    blocks, (number, inner, column), lane,
-                    value + get(blocks, (number, inner, column), lane),
-                )  # fmt: skip
+                value = get(blocks, (number, inner, column), lane)
+                value += condensed[m, j if j < width else m]
+                put(blocks, (number, inner, column), lane, value)
     return highest(doubt) < 0.0
 
 

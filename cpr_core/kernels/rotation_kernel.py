@@ -9,6 +9,7 @@ Formulas that hold for numbers and for lanes alike.
 from __future__ import annotations
 
 from .kernel_decorators import inlined, kernel
+from .lane_vectors import add, add_scaled, cross, load_matrix, scaled, store_vector, subtract
 
 __all__ = ["SMALL_ANGLE_SQUARED", "magnus", "rotation_steps", "small_rotation", "turned_frame"]
 
@@ -17,25 +18,17 @@ SMALL_ANGLE_SQUARED = 1.0
 
 
 @inlined
-def magnus(a1, a2, a3, b1, b2, b3, c1, c2, c3):
+def magnus(a, b, c):
     """Rotation vector of a step from moments of the body curvature over the step.
 
     With ``A_i = h int x^i kappa dx`` over x from -1/2 to 1/2, ``a = 9/4 A_0 - 15 A_2``, ``b = 12 A_1``
     and ``c = 180 A_2 - 15 A_0`` (Blanes, Casas, Oteo and Ros 2009, Section 5.4): a + c / 12 is the whole
     turn, where all curvature is about one axis.
     """
-    # f = a x b;  s = a x (f - 2 c) / 60 - b
-    f1, f2, f3 = a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1
-    g1, g2, g3 = f1 - 2.0 * c1, f2 - 2.0 * c2, f3 - 2.0 * c3
-    s1 = (1.0 / 60.0) * (a2 * g3 - a3 * g2) - b1
-    s2 = (1.0 / 60.0) * (a3 * g1 - a1 * g3) - b2
-    s3 = (1.0 / 60.0) * (a1 * g2 - a2 * g1) - b3
-    u1, u2, u3 = 20.0 * a1 + c1 + f1, 20.0 * a2 + c2 + f2, 20.0 * a3 + c3 + f3
-    return (
-        a1 + (1.0 / 12.0) * c1 - (1.0 / 240.0) * (u2 * s3 - u3 * s2),
-        a2 + (1.0 / 12.0) * c2 - (1.0 / 240.0) * (u3 * s1 - u1 * s3),
-        a3 + (1.0 / 12.0) * c3 - (1.0 / 240.0) * (u1 * s2 - u2 * s1),
-    )
+    first = cross(a, b)
+    second = subtract(scaled(1.0 / 60.0, cross(a, add_scaled(first, -2.0, c))), b)
+    commutator = cross(add(add_scaled(c, 20.0, a), first), second)
+    return add_scaled(add_scaled(a, 1.0 / 12.0, c), -1.0 / 240.0, commutator)
 
 
 @kernel
@@ -43,17 +36,13 @@ def rotation_steps(curvature, lengths, vectors):
     """Rotation vectors of all steps along one rod.
 
     Args:
-        curvature: Moments of the body curvature over G steps (``magnus``), [component, moment, step].
+        curvature: Moments of the body curvature over G steps (``magnus``), [step, moment, component].
         lengths: Lengths of the steps, (G,).
-        vectors: Result, (3, G), such that ``R(end) = R(start) exp(vector^)``.
+        vectors: Result, (G, 3), such that ``R(end) = R(start) exp(vector^)``.
     """
     for step in range(lengths.shape[0]):
-        h = lengths[step]
-        vectors[0, step], vectors[1, step], vectors[2, step] = magnus(
-            h * curvature[0, 0, step], h * curvature[1, 0, step], h * curvature[2, 0, step],
-            h * curvature[0, 1, step], h * curvature[1, 1, step], h * curvature[2, 1, step],
-            h * curvature[0, 2, step], h * curvature[1, 2, step], h * curvature[2, 2, step],
-        )  # fmt: skip
+        a, b, c = scaled(lengths[step], load_matrix(curvature, step))
+        store_vector(vectors, step, magnus(a, b, c))
 
 
 @inlined
@@ -81,9 +70,16 @@ def small_rotation(squared):
 
 
 @inlined
-def turned_frame(a, b, c, x, y, z, sine, versine):
-    """One row (a, b, c) of ``R exp((x, y, z)^)``: ``r + sine r x^ + versine (r x^) x^``."""
-    # r x^ is minus x cross r.
-    u, v, w = b * z - c * y, c * x - a * z, a * y - b * x
-    p, q, r = v * z - w * y, w * x - u * z, u * y - v * x
-    return a + sine * u + versine * p, b + sine * v + versine * q, c + sine * w + versine * r
+def turned_frame(frame, vector, sine, versine):
+    """``R exp(v^) = R + sine R v^ + versine R v^ v^``: row by row, as ``r^T v^ = (r x v)^T``."""
+    return (
+        _turned_row(frame[0], vector, sine, versine),
+        _turned_row(frame[1], vector, sine, versine),
+        _turned_row(frame[2], vector, sine, versine),
+    )
+
+
+@inlined
+def _turned_row(row, vector, sine, versine):
+    once = cross(row, vector)
+    return add_scaled(add_scaled(row, sine, once), versine, cross(once, vector))

@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 
 from .kernel_decorators import kernel
+from .lane_vectors import load_matrix, matrix_product, store_matrix, transposed
 
 __all__ = [
     "multiply",
     "multiply_transposed",
     "roll_pitch_yaw_into",
-    "rotate_by",
     "rotation_exp_into",
     "rotation_from_angles_into",
     "rotation_log_into",
@@ -23,32 +23,14 @@ __all__ = [
 @kernel
 def multiply(left, right, result):
     """Product of two (3, 3) matrices into a third."""
-    for i in range(3):
-        for j in range(3):
-            result[i, j] = (
-                left[i, 0] * right[0, j] + left[i, 1] * right[1, j] + left[i, 2] * right[2, j]
-            )
+    store_matrix(result, (), matrix_product(load_matrix(left, ()), load_matrix(right, ())))
 
 
 @kernel
 def multiply_transposed(left, right, result):
     """Product of a (3, 3) matrix and the transpose of another."""
-    for i in range(3):
-        for j in range(3):
-            result[i, j] = (
-                left[i, 0] * right[j, 0] + left[i, 1] * right[j, 1] + left[i, 2] * right[j, 2]
-            )
-
-
-@kernel
-def rotate_by(matrix, vector):
-    """Product of a (3, 3) matrix and a vector of shape (3,), three numbers."""
-    x, y, z = vector[0], vector[1], vector[2]
-    return (
-        matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2] * z,
-        matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2] * z,
-        matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z,
-    )
+    product = matrix_product(load_matrix(left, ()), transposed(load_matrix(right, ())))
+    store_matrix(result, (), product)
 
 
 @kernel

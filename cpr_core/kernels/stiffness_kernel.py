@@ -16,13 +16,10 @@ enough.
 from __future__ import annotations
 
 from .kernel_decorators import inlined
+from .lane_vectors import add, add_scaled, dot, load_vector, store_vector, zero_vector
 from .lanes import broadcast, load, store
 
 __all__ = ["strain_block"]
-
-# Vectors of the modes in the workspace: Theta_a where a panel begins, int_panel phi_a t_d, and what
-# Theta_a grows by in the panel.
-_TURN, _CARRIED, _GROWTH = 0, 3, 6
 
 
 @inlined
@@ -42,160 +39,180 @@ def strain_block(robot, number, length, work):
         for c in range(3):
             for d in range(c, 3):
                 if start[c] < start[c + 1] and start[d] < start[d + 1]:
-                    _panel_alone(robot, number, c, d, first, work)
+                    _multiply_pairs(robot, number, c, d, first, work)
+                    _multiply_partial(robot, number, c, d, first, work)
         if panel < nodes:
             _panels_before(robot, number, first, work)
     ratio = nominal / length
     for c in range(3):
         for slot in range(start[c], start[c + 1]):
-            for other in range(slot, start[3]):
-                value = load(geometric, (slot, other))
-                if other < start[c + 1]:
-                    value += load(geometric, (other, slot))
-                elastic = ratio * load(robot.elastic, (number, slot, other))
-                store(blocks, (number, slot, other), elastic - nominal * value)
+            for other_slot in range(slot, start[3]):
+                value = load(geometric, (slot, other_slot))
+                if other_slot < start[c + 1]:
+                    value += load(geometric, (other_slot, slot))
+                elastic = ratio * load(robot.elastic, (number, slot, other_slot))
+                store(blocks, (number, slot, other_slot), elastic - nominal * value)
 
 
 @inlined
-def _panel_alone(robot, number, c, d, first, work):
-    """What the nodes of one panel give two components. Of one with itself half of N, to be mirrored."""
-    functions, rows, partial = robot.functions, work.pairs, work.partial
-    panel, function = robot.panel_nodes, robot.function
-    here, there = robot.component_start[c], robot.component_start[d]
-    count, last = robot.component_start[c + 1] - here, robot.component_start[d + 1] - there
-    zero = broadcast(rows, 0.0)
-    end = first + panel
-    for j in range(first, first + panel, 4):
+def _multiply_pairs(robot, number, c, d, first, work):
+    """N F_d^T of one panel: of a component with itself half of N, to be mirrored.
+
+    Four rows of N and two modes at a time: a pair of nodes serves two modes, a mode four nodes.
+    """
+    start, zero = robot.component_start[d], broadcast(work.pairs, 0.0)
+    count = robot.component_start[d + 1] - start
+    end = first + robot.panel_nodes
+    for j in range(first, first + robot.panel_nodes, 4):
         _pairs_of_nodes(robot, c, d, j, first, j if c == d else end, work)
         if c == d:
             _pairs_on_diagonal(robot, c, j, work)
             end = j + 4
-        for b in range(0, last, 2):  # the last of an odd number is its own partner
-            also = min(b + 1, last - 1)
-            f, g = function[there + b], function[there + also]
-            s0, s1, s2, s3 = zero, zero, zero, zero
-            r0, r1, r2, r3 = zero, zero, zero, zero
+        for mode in range(0, count, 2):  # the last of an odd number is its own partner
+            partner = min(mode + 1, count - 1)
+            function, partner_function = (
+                robot.function[start + mode],
+                robot.function[start + partner],
+            )
+            sums, partner_sums = (zero, zero, zero, zero), (zero, zero, zero, zero)
             for k in range(first, end):
-                one, two = load(functions, (number, f, k)), load(functions, (number, g, k))
-                p0, p1 = load(rows, (0, k)), load(rows, (1, k))
-                p2, p3 = load(rows, (2, k)), load(rows, (3, k))
-                s0, s1, s2, s3 = s0 + p0 * one, s1 + p1 * one, s2 + p2 * one, s3 + p3 * one
-                r0, r1, r2, r3 = r0 + p0 * two, r1 + p1 * two, r2 + p2 * two, r3 + p3 * two
-            store(partial, (b, j), s0)
-            store(partial, (b, j + 1), s1)
-            store(partial, (b, j + 2), s2)
-            store(partial, (b, j + 3), s3)
-            store(partial, (also, j), r0)
-            store(partial, (also, j + 1), r1)
-            store(partial, (also, j + 2), r2)
-            store(partial, (also, j + 3), r3)
-    for a in range(0, count, 2):
-        next_a = min(a + 1, count - 1)
-        f, g = function[here + a], function[here + next_a]
-        for b in range(0, last, 2):
-            next_b = min(b + 1, last - 1)
-            s0 = _before(work, first, here + a, there + b, zero)
-            s1 = _before(work, first, here + a, there + next_b, zero)
-            r0 = _before(work, first, here + next_a, there + b, zero)
-            r1 = _before(work, first, here + next_a, there + next_b, zero)
-            for j in range(first, first + panel):
-                one, two = load(functions, (number, f, j)), load(functions, (number, g, j))
-                p0, p1 = load(partial, (b, j)), load(partial, (next_b, j))
-                s0, s1, r0, r1 = s0 + one * p0, s1 + one * p1, r0 + two * p0, r1 + two * p1
-            store(work.geometric, (here + a, there + b), s0)
-            store(work.geometric, (here + a, there + next_b), s1)
-            store(work.geometric, (here + next_a, there + b), r0)
-            store(work.geometric, (here + next_a, there + next_b), r1)
+                pairs = _load_four(work.pairs, k, 0)
+                sums = _add_four(sums, load(robot.functions, (number, function, k)), pairs)
+                phi = load(robot.functions, (number, partner_function, k))
+                partner_sums = _add_four(partner_sums, phi, pairs)
+            _store_four(work.partial, mode, j, sums)
+            _store_four(work.partial, partner, j, partner_sums)
 
 
 @inlined
-def _before(work, first, slot, other, zero):
+def _multiply_partial(robot, number, c, d, first, work):
+    """Add F_c times N F_d^T of one panel to the stiffness; two modes by two at a time."""
+    row_start, column_start = robot.component_start[c], robot.component_start[d]
+    rows = robot.component_start[c + 1] - row_start
+    columns = robot.component_start[d + 1] - column_start
+    functions, partial, geometric = robot.functions, work.partial, work.geometric
+    for row in range(0, rows, 2):
+        next_row = min(row + 1, rows - 1)
+        i, next_i = row_start + row, row_start + next_row
+        f, next_f = robot.function[i], robot.function[next_i]
+        for column in range(0, columns, 2):
+            next_column = min(column + 1, columns - 1)
+            j, next_j = column_start + column, column_start + next_column
+            corner, right = (
+                _of_panels_before(work, first, i, j),
+                _of_panels_before(work, first, i, next_j),
+            )
+            below = _of_panels_before(work, first, next_i, j)
+            across = _of_panels_before(work, first, next_i, next_j)
+            for k in range(first, first + robot.panel_nodes):
+                phi, next_phi = (
+                    load(functions, (number, f, k)),
+                    load(functions, (number, next_f, k)),
+                )
+                value, next_value = load(partial, (column, k)), load(partial, (next_column, k))
+                corner, right = corner + phi * value, right + phi * next_value
+                below, across = below + next_phi * value, across + next_phi * next_value
+            store(geometric, (i, j), corner)
+            store(geometric, (i, next_j), right)
+            store(geometric, (next_i, j), below)
+            store(geometric, (next_i, next_j), across)
+
+
+@inlined
+def _of_panels_before(work, first, slot, other_slot):
     """An entry as earlier panels left it."""
-    value = zero
+    value = broadcast(work.geometric, 0.0)
     if first > 0:
-        value = load(work.geometric, (slot, other))
+        value = load(work.geometric, (slot, other_slot))
     return value
 
 
 @inlined
+def _load_four(array, row, first):
+    """Four neighbours in a row."""
+    return (
+        load(array, (row, first)), load(array, (row, first + 1)),
+        load(array, (row, first + 2)), load(array, (row, first + 3)),
+    )  # fmt: skip
+
+
+@inlined
+def _store_four(array, row, first, values):
+    store(array, (row, first), values[0])
+    store(array, (row, first + 1), values[1])
+    store(array, (row, first + 2), values[2])
+    store(array, (row, first + 3), values[3])
+
+
+@inlined
+def _add_four(sums, factor, values):
+    return (
+        sums[0] + factor * values[0], sums[1] + factor * values[1],
+        sums[2] + factor * values[2], sums[3] + factor * values[3],
+    )  # fmt: skip
+
+
+@inlined
 def _pairs_of_nodes(robot, c, d, j, first, end, work):
-    """Four rows of N, from node j on, for the nodes from ``first`` up to ``end``."""
-    frames, turned, rows, integration = work.frames, work.turned, work.pairs, robot.integration
+    """Four rows of N, from node j on, for the nodes from ``first`` up to ``end``; two at a time."""
+    frames, turned, integration = work.frames, work.turned, robot.integration
     for row in range(0, 4, 2):
-        i = j + row
-        x0, y0, z0 = load(frames, (c, 0, i)), load(frames, (c, 1, i)), load(frames, (c, 2, i))
-        u0, v0, w0 = load(turned, (c, 0, i)), load(turned, (c, 1, i)), load(turned, (c, 2, i))
-        i += 1
-        x1, y1, z1 = load(frames, (c, 0, i)), load(frames, (c, 1, i)), load(frames, (c, 2, i))
-        u1, v1, w1 = load(turned, (c, 0, i)), load(turned, (c, 1, i)), load(turned, (c, 2, i))
+        i, next_i = j + row, j + row + 1
+        d_i, next_d = load_vector(frames, (c, i)), load_vector(frames, (c, next_i))
+        t_i, next_t = load_vector(turned, (c, i)), load_vector(turned, (c, next_i))
         for k in range(first, end):
-            x, y, z = load(frames, (d, 0, k)), load(frames, (d, 1, k)), load(frames, (d, 2, k))
-            u, v, w = load(turned, (d, 0, k)), load(turned, (d, 1, k)), load(turned, (d, 2, k))
-            value = integration[i - 1, k] * (x0 * u + y0 * v + z0 * w)
-            store(rows, (row, k), value + integration[k, i - 1] * (x * u0 + y * v0 + z * w0))
-            value = integration[i, k] * (x1 * u + y1 * v + z1 * w)
-            store(rows, (row + 1, k), value + integration[k, i] * (x * u1 + y * v1 + z * w1))
+            d_k, t_k = load_vector(frames, (d, k)), load_vector(turned, (d, k))
+            value = integration[i, k] * dot(d_i, t_k) + integration[k, i] * dot(d_k, t_i)
+            store(work.pairs, (k, row), value)
+            value = integration[next_i, k] * dot(next_d, t_k)
+            value += integration[k, next_i] * dot(d_k, next_t)
+            store(work.pairs, (k, row + 1), value)
 
 
 @inlined
 def _pairs_on_diagonal(robot, c, j, work):
     """The same where the rows meet their own nodes: I_jk d(j) . t(k), whose transpose is the rest."""
-    frames, turned, rows = work.frames, work.turned, work.pairs
     for row in range(4):
-        i = j + row
-        x, y, z = load(frames, (c, 0, i)), load(frames, (c, 1, i)), load(frames, (c, 2, i))
+        direction = load_vector(work.frames, (c, j + row))
         for k in range(j, j + 4):
-            value = x * load(turned, (c, 0, k)) + y * load(turned, (c, 1, k))
-            value += z * load(turned, (c, 2, k))
-            store(rows, (row, k), robot.integration[i, k] * value)
+            value = dot(direction, load_vector(work.turned, (c, k)))
+            store(work.pairs, (k, row), robot.integration[j + row, k] * value)
 
 
 @inlined
 def _panels_before(robot, number, first, work):
     """What the modes have turned before a panel does in it; then their turns up to its end."""
-    frames, turned, vectors = work.frames, work.turned, work.turns
     geometric, start, end = work.geometric, robot.component_start, first + robot.panel_nodes
-    zero = broadcast(frames, 0.0)
     for c in range(3):
         for slot in range(start[c], start[c + 1]):
-            f = robot.function[slot]
-            x, y, z, u, v, w = zero, zero, zero, zero, zero, zero
+            function = robot.function[slot]
+            growth, carried = zero_vector(geometric), zero_vector(geometric)
             for k in range(first, end):
-                value = load(robot.functions, (number, f, k))
-                u += value * load(turned, (c, 0, k))
-                v += value * load(turned, (c, 1, k))
-                w += value * load(turned, (c, 2, k))
-                value = robot.weights[k] * value
-                x += value * load(frames, (c, 0, k))
-                y += value * load(frames, (c, 1, k))
-                z += value * load(frames, (c, 2, k))
-            store(vectors, (slot, _CARRIED), u)
-            store(vectors, (slot, _CARRIED + 1), v)
-            store(vectors, (slot, _CARRIED + 2), w)
-            store(vectors, (slot, _GROWTH), x)
-            store(vectors, (slot, _GROWTH + 1), y)
-            store(vectors, (slot, _GROWTH + 2), z)
+                phi = load(robot.functions, (number, function, k))
+                carried = add_scaled(carried, phi, load_vector(work.turned, (c, k)))
+                growth = add_scaled(
+                    growth, robot.weights[k] * phi, load_vector(work.frames, (c, k))
+                )
+            store_vector(work.mode_carried, slot, carried)
+            store_vector(work.mode_growth, slot, growth)
             if first == 0:
                 continue
-            for other in range(slot + 1):
-                value = load(geometric, (other, slot)) + _carried(vectors, other, slot)
-                if other < start[c]:  # of one component the transpose is added at the end
-                    value += _carried(vectors, slot, other)
-                store(geometric, (other, slot), value)
-                if start[c] <= other < slot:
-                    value = load(geometric, (slot, other)) + _carried(vectors, slot, other)
-                    store(geometric, (slot, other), value)
+            for other_slot in range(slot + 1):
+                value = load(geometric, (other_slot, slot)) + _carried(work, other_slot, slot)
+                if other_slot < start[c]:  # of one component the transpose is added at the end
+                    value += _carried(work, slot, other_slot)
+                store(geometric, (other_slot, slot), value)
+                if start[c] <= other_slot < slot:
+                    value = load(geometric, (slot, other_slot)) + _carried(work, slot, other_slot)
+                    store(geometric, (slot, other_slot), value)
     for slot in range(start[3]):
-        for i in range(3):
-            value = load(vectors, (slot, _GROWTH + i))
-            if first > 0:
-                value += load(vectors, (slot, _TURN + i))
-            store(vectors, (slot, _TURN + i), value)
+        turn = load_vector(work.mode_growth, slot)
+        if first > 0:
+            turn = add(turn, load_vector(work.mode_turn, slot))
+        store_vector(work.mode_turn, slot, turn)
 
 
 @inlined
-def _carried(vectors, one, other):
-    """Turn of one mode times what another carries."""
-    value = load(vectors, (one, _TURN)) * load(vectors, (other, _CARRIED))
-    value += load(vectors, (one, _TURN + 1)) * load(vectors, (other, _CARRIED + 1))
-    return value + load(vectors, (one, _TURN + 2)) * load(vectors, (other, _CARRIED + 2))
+def _carried(work, turning_slot, slot):
+    """Turn of one mode times what another carries: Theta_a . int_panel phi_b Q omega."""
+    return dot(load_vector(work.mode_turn, turning_slot), load_vector(work.mode_carried, slot))

@@ -13,27 +13,30 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..kernels.continuation_kernel import (
+from ..kernels.continuation_kernel import UNPREDICTED, Requests, Start
+from ..kernels.kept_factors import kept_factors
+from ..kernels.kernel_arrays import Lanes, LoadArrays
+from ..kernels.prepared_robot import continue_prepared
+from ..kernels.problems import PROBLEMS
+from ..kernels.record_layout import (
     EFFORT,
     ENERGY,
+    INDEX_FREE,
+    INDEX_LOCKED,
     POSITION,
     RESIDUAL,
     ROTATION,
     SIGNS,
     STEPS,
-    UNPREDICTED,
 )
-from ..kernels.inertia_kernel import SINGULAR_LEG
-from ..kernels.kernel_arrays import Lanes, LoadArrays, kept_factors
-from ..kernels.newton_kernel import MOTORS
-from ..kernels.newton_kernel import TOLERANCE as RESIDUAL_TOLERANCE
-from ..kernels.prepared_robot import continue_prepared
+from ..kernels.square_problem import RESIDUAL as RESIDUAL_TOLERANCE
+from ..kernels.square_problem import Tolerances
 from ..lie import quaternion_from_rotation, roll_pitch_yaw
 from .linearisation import Linearisation, linearised
 from .model_state import ModelState
 from .robot import Robot
 from .stability import MotorReading, Spectrum
-from .tangent_signs import TangentSigns, signs_at_equilibrium
+from .tangent_signs import TangentSigns, tangent_signs_of
 
 __all__ = [
     "RESIDUAL_TOLERANCE",
@@ -49,6 +52,9 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
+#: A rough record is taken for an equilibrium as it is.
+_AS_IT_IS = Tolerances(residual=np.inf, iterations=0, contraction=1.0)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Equilibrium:
@@ -58,7 +64,7 @@ class Equilibrium:
         robot: The robot.
         loads: Loads in force.
         load_arrays: The loads as the kernels see them.
-        record: The solution as the kernels keep it, see `continuation_kernel`; never to be written.
+        record: The solution as the kernels keep it, see `record_layout`; never to be written.
         known_factors: The condensed tangent, where the solver has left it.
     """
 
@@ -126,7 +132,7 @@ class Equilibrium:
     @cached_property
     def signs(self) -> TangentSigns:
         """Stability indices and the side of the inverse singularity."""
-        return signs_at_equilibrium(self._part(SIGNS, 3), self._solution)
+        return tangent_signs_of(self._part(SIGNS, 3))
 
     @property
     def converged(self) -> bool:
@@ -157,7 +163,7 @@ class Equilibrium:
     def pose(self) -> Floats:
         """Controlled coordinates in the order of the description, as `solve_inverse` takes them.
 
-        Of a platform with all its freedom: x y z in the world [m], then qw qx qy qz. Single angles are
+        Of a spatial robot with six motors: x y z in the world [m], then qw qx qy qz. Single angles are
         in radians. Empty where the inverse problem has no single solution. The whole platform is
         ``platform_position`` with ``platform_rotation`` or ``platform_quaternion``.
         """
@@ -177,7 +183,7 @@ class Equilibrium:
 
     @cached_property
     def _found_factors(self) -> Lanes:
-        again = corrected(self.robot, self.loads, self.load_arrays, self.record, np.inf, 0, 1.0)
+        again = corrected(self.robot, self.loads, self.load_arrays, self.record, _AS_IT_IS)
         assert again.known_factors is not None
         return again.known_factors
 
@@ -217,13 +223,12 @@ class Equilibrium:
     @property
     def index_locked(self) -> int:
         """Negative eigenvalues of H_r, motors held: 0 is stable."""
-        found = self.record[self.robot.state_size + SIGNS]
-        return int(found) if found != SINGULAR_LEG else self.signs.index_locked
+        return int(self._number(SIGNS + INDEX_LOCKED))
 
     @property
     def index_free(self) -> int:
         """Negative eigenvalues of H_r, motors at constant effort: 0 is stable."""
-        return self.signs.index_free
+        return int(self._number(SIGNS + INDEX_FREE))
 
     @property
     def stable(self) -> bool:
@@ -265,21 +270,25 @@ def corrected(
     loads: Loads,
     load_arrays: LoadArrays,
     record: Floats,
-    tolerance: float,
-    iterations: int,
-    contraction: float,
+    tolerances: Tolerances,
 ) -> Equilibrium:
-    """Newton's method from a rough record at its motors, see `newton_kernel.newton`.
+    """Newton's method from a rough record at its motors.
 
     Returns:
         The result, within the tolerance or not: the caller has to look.
     """
     size, motors = robot.state_size, robot.motor_count
     records, kept = record[None].copy(), kept_factors(robot.arrays)
+    given = record[None, size - motors : size].copy()
     found = continue_prepared(
-        robot.prepared, load_arrays, MOTORS, record[None, size - motors : size].copy(), UNPREDICTED,
-        tolerance, iterations, contraction, record, kept, records, kept,
-    )  # fmt: skip
+        robot.prepared,
+        load_arrays,
+        *Requests(PROBLEMS["motors"], given, UNPREDICTED),
+        *tolerances,
+        *Start(record, kept),
+        records,
+        kept,
+    )
     if not found:
         records[0, size + RESIDUAL] = np.inf
         records[0, size + SIGNS : size + EFFORT] = 0.0
@@ -297,7 +306,7 @@ def described(
 ) -> Equilibrium:
     """An equilibrium of which the state, (N,), and the platform's pose are known."""
     record = record_of(robot, state, rotation, position)
-    found = corrected(robot, loads, load_arrays, record, np.inf, 0, 1.0)
+    found = corrected(robot, loads, load_arrays, record, _AS_IT_IS)
     found.record[robot.state_size + STEPS] = iterations
     return found
 

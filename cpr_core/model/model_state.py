@@ -78,8 +78,8 @@ def evaluate(
     residual = np.empty(len(state))
     tangent = np.zeros((len(state), len(state)))
     # Copies: read-only arrays are another type to numba, for which it would compile all again.
+    rotation, position = platform_rotation.copy(), platform_position.copy()
     energy = evaluate_prepared(
-        robot.prepared, loads, state.copy(), platform_rotation.copy(), platform_position.copy(),
-        residual, tangent,
-    )  # fmt: skip
+        robot.prepared, loads, state.copy(), rotation, position, residual, tangent
+    )
     return ModelValue(residual, tangent, energy)

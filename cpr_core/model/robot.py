@@ -21,14 +21,14 @@ from ..description.loads import Loads
 from ..description.motors import MotorLimits
 from ..description.robot_description import LegDescription, RobotDescription
 from ..errors import InvalidRequest
-from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
+from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot, prepare
 from ..rods.quadrature import RodGrid, rod_grid
 from .platform_coordinates import PlatformCoordinates, platform_coordinates
 from .robot_arrays import robot_arrays
 
-__all__ = ["Robot", "load_robot"]
+__all__ = ["Robot", "checked_robot", "load_robot"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -39,17 +39,33 @@ def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) 
     """Load a robot.
 
     Args:
-        robot: Name of a shipped robot (``rfrfr``, ``six_rfs``), a YAML file, or the content of one.
+        robot: Name of a shipped robot (``rfrfr``, ``six_rfs``), a YAML file, the text of one (more than
+            one line, or in braces), or its content as a mapping.
         modes: Number of strain modes per direction, instead of the description's.
 
     Raises:
         DescriptionError: The description is not valid; names the file, field and expectation.
+
+    Warns:
+        DescriptionWarning: It is valid, but a number looks like another unit.
     """
     description = read_description(robot)
     return Robot(description if modes is None else description.with_modes(modes))
 
 
-@dataclass(frozen=True, eq=False)
+def checked_robot(value: object) -> Robot:
+    """What a question about a robot takes.
+
+    Raises:
+        InvalidRequest: No robot.
+    """
+    if isinstance(value, Robot):
+        return value
+    loads = f": load_robot({value!r:.80}) loads one" if isinstance(value, str | Path) else ""
+    raise InvalidRequest("robot", f"expected a Robot, got {value!r:.80}{loads}")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Robot:
     """A robot with its discretisation. Immutable; everything else is a function of it.
 
@@ -58,6 +74,14 @@ class Robot:
     """
 
     description: RobotDescription
+
+    def __repr__(self) -> str:
+        described = self.description
+        return (
+            f"<Robot {described.name}: {'planar' if self.planar else 'spatial'}, "
+            f"{len(described.legs)} legs, {self.motor_count} motors, "
+            f"{sum(leg.modes.total for leg in described.legs)} strain coordinates>"
+        )
 
     def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription]]:
         return Robot, (self.description,)
@@ -270,7 +294,7 @@ class Robot:
         return {
             "motors": (platform, platform),
             "efforts": (both, both),
-            "platform": (np.concatenate([platform[free], motors]), platform),
+            "pose": (np.concatenate([platform[free], motors]), platform),
         }
 
     @cached_property
@@ -295,7 +319,11 @@ class Robot:
 
     @cached_property
     def default_loads(self) -> Loads:
-        """Loads of the description."""
+        """Loads of the description: gravity, and all that always acts.
+
+        ``robot.default_loads.with_(wrench_world=...)`` adds to them; ``Loads.none().with_(...)`` is
+        without gravity.
+        """
         return self.description.loads
 
     def load_arrays(self, loads: Loads) -> LoadArrays:
@@ -327,20 +355,18 @@ class Robot:
             point[self._leg("points", force.leg), before] += force.force
         # Integrals from a node to the tip; the last entry is the one from the base.
         beyond = np.vstack([grid.weights - grid.integration, grid.weights])
+        platform = np.zeros(1, PLATFORM_LOADS)
+        platform["weight"] = self.description.platform_mass * loads.gravity
+        platform["center_of_mass"] = self.description.center_of_mass
+        platform["moment_world"] = loads.wrench_world[:3]
+        platform["force_world"] = loads.wrench_world[3:]
+        platform["moment_body"] = loads.wrench_body[:3]
+        platform["force_body"] = loads.wrench_body[3:]
         return LoadArrays(
             distributed=np.ascontiguousarray(np.swapaxes(beyond @ density, 1, 2)),
             point=np.ascontiguousarray(np.swapaxes(point, 1, 2)),
             on_rods=np.array([float(density.any() or point.any())]),
-            platform=np.array(
-                [
-                    self.description.platform_mass * loads.gravity,
-                    self.description.center_of_mass,
-                    loads.wrench_world[:3],
-                    loads.wrench_world[3:],
-                    loads.wrench_body[:3],
-                    loads.wrench_body[3:],
-                ]
-            ),
+            platform=platform,
         )
 
     def _leg(self, load: str, name: str) -> int:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.robot_description import LegDescription, RobotDescription
+from ..kernels.kept_factors import kept_count
 from ..kernels.kernel_arrays import LEG, RobotArrays, group_dtype
 from ..kernels.lanes import WIDTH, zeros_lanes
 from ..kernels.slots import slot_layout
@@ -151,7 +152,7 @@ class _Builder:
         groups = np.zeros(count, group_dtype(width))
         function, names = _functions(self.described, start)
         functions = zeros_lanes(width, count, len(names), len(grid.nodes))
-        step_functions = zeros_lanes(width, count, len(grid.steps), 3, len(names))
+        step_functions = zeros_lanes(width, count, len(grid.steps), len(names), 3)
         elastic = zeros_lanes(width, count, strains, strains)
         rest_moment = zeros_lanes(width, count, strains)
         for name in ("turn_index", "shift_index", "motor_index"):
@@ -173,7 +174,7 @@ class _Builder:
             for mode, slot in enumerate(modes):
                 at = function[slot]
                 functions["lane"][group, at, :, lane] = values[:, mode]
-                step_functions["lane"][group, :, :, at, lane] = moments[..., mode]
+                step_functions["lane"][group, :, at, :, lane] = moments[..., mode]
             if not exists:
                 continue
             fields["exists"][lane] = 1.0
@@ -212,11 +213,11 @@ class _Builder:
         own = unit[motor_index - slots.platform_count + columns]
         units["lane"][:, slots.first_platform + columns] = own[:, None]
         missing["lane"][:] = ~there
-        border = len(self.unit) - motor_index + slots.platform_count
-        kept = 1 + count * inner * slots.total + -(-border * border // width)
         return {
-            "kept_count": int(kept),
             "slots": slots,
+            "kept_count": kept_count(
+                count, slots, len(self.unit) - motor_index + slots.platform_count, width
+            ),
             "groups": groups,
             "slot_index": index,
             "units": units,

@@ -80,12 +80,10 @@ def _shapes(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
         nominal = leg.rod.length
         curvature = (leg.modes.values(grid.step_points.ravel()) * strain) @ one_hot
         moments = MAGNUS_WEIGHTS @ curvature.reshape(*grid.step_points.shape, 3)
-        vectors = np.empty((3, len(grid.steps)))
-        rotation_steps(
-            np.ascontiguousarray(moments.transpose(2, 1, 0)), nominal * grid.steps, vectors
-        )
+        vectors = np.empty((len(grid.steps), 3))
+        rotation_steps(np.ascontiguousarray(moments), nominal * grid.steps, vectors)
         rotations = [rotation]
-        for vector in vectors.T:
+        for vector in vectors:
             rotations.append(rotations[-1] @ rotation_exp(vector))
         frames = np.array(rotations)
         tangents = frames[1:-1, :, 0]

@@ -9,16 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
-from ..kernels.inertia_kernel import SINGULAR_LEG
-from ..lie import angle_motions
-from .model_state import ModelState
-from .robot import Robot
+from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED, INVERSE_SIGN
 
-__all__ = ["TangentSigns", "signs_at_equilibrium"]
-
-Floats = NDArray[np.float64]
+__all__ = ["TangentSigns", "tangent_signs_of"]
 
 
 class TangentSigns(NamedTuple):
@@ -35,39 +29,7 @@ class TangentSigns(NamedTuple):
     inverse_sign: int
 
 
-def signs_at_equilibrium(signs: Floats, solution: ModelState) -> TangentSigns:
-    """The signs the kernels found, or all eigenvalues where the legs were not condensed.
-
-    Args:
-        signs: As the kernels keep them in a record, (3,).
-        solution: The state they are the signs of.
-    """
-    locked, free, inverse = signs.tolist()
-    if locked != SINGULAR_LEG:
-        return TangentSigns(int(locked), int(free), int(inverse))
-    robot, matrix = solution.robot, solution.tangent
-    if robot.controls_angles:  # the unknown ones among roll, pitch, yaw are columns of their own
-        turns = robot.platform_indices[:3]
-        motions = angle_motions(solution.platform_rotation)
-        matrix[:, turns] = matrix[:, turns] @ motions
-        matrix[turns] = motions.T @ matrix[turns]
-    return _dense(robot, matrix, robot.arrays.inverse_unknowns)
-
-
-def _dense(robot: Robot, tangent: Floats, columns: NDArray[np.int64]) -> TangentSigns:
-    """The same from all eigenvalues, where a leg cannot be eliminated on its own."""
-    unit, inner = robot.arrays.unit, robot.arrays.motor_index
-    scaled = tangent * unit[:, None] * unit / robot.arrays.energy_unit
-    scaled = 0.5 * (scaled + scaled.T)
-    constraints = len(robot.multiplier_indices)
-
-    def index(matrix: Floats) -> int:
-        values = linalg.eigvalsh(matrix)
-        return int(np.sum(values < -1e-11 * np.abs(values).max())) - constraints
-
-    sign = 0
-    if len(columns):
-        legs = np.arange(robot.arrays.platform_index)
-        rows = np.concatenate([legs, robot.problems["platform"][1]])
-        sign = int(np.linalg.slogdet(scaled[np.ix_(rows, np.concatenate([legs, columns]))])[0])
-    return TangentSigns(index(scaled[:inner, :inner]), index(scaled), sign)
+def tangent_signs_of(signs: NDArray[np.float64]) -> TangentSigns:
+    """The signs as a record keeps them, (3,)."""
+    values = signs.astype(int).tolist()
+    return TangentSigns(values[INDEX_LOCKED], values[INDEX_FREE], values[INVERSE_SIGN])

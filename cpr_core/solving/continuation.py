@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..description.loads import Loads
-from ..kernels.continuation_kernel import LONGEST_STEP
+from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import Equilibrium
 from ..validation import checked_time
 from .bracketing import (
@@ -173,7 +173,7 @@ class _Walker:
                 continue
             elif differ(here, there):
                 low, high = bracket_by_fraction(self.path, here, ahead)
-                regular = self.path.problem == "platform" or high is None or low.index == high.index
+                regular = self.path.problem == "pose" or high is None or low.index == high.index
                 if high is None or not regular or distance(low, high) > SAME_PLACE:
                     if self._several_cross(low):
                         return self._end(
@@ -297,7 +297,7 @@ class _Walker:
             return "bifurcation", f"another branch crosses ({change})"
         if not self.path.conservative:
             return None, ""  # the index has no meaning; that the branch goes on was to be seen
-        if low.index != high.index and self.path.problem != "platform":
+        if low.index != high.index and self.path.problem != "pose":
             return "bifurcation", f"several branches cross ({change})"
         if low.index != high.index:
             gained = "lost" if high.index > low.index else "gained"

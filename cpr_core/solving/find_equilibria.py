@@ -19,7 +19,7 @@ from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
 from ..model.equilibrium import Equilibrium
 from ..model.model_state import evaluate
-from ..model.robot import Robot
+from ..model.robot import Robot, checked_robot
 from ..validation import checked_count, checked_vector
 from .assembly import Shape, moved_shape, platform_between_tips, turned_over, with_best_multipliers
 from .geometrico_statics import solve_forward
@@ -91,6 +91,7 @@ def find_equilibria(
         InvalidRequest: Wrong number of motors, a rod length of zero or less, or no start.
         NonFiniteInput: A NaN or an infinity.
     """
+    checked_robot(robot)
     values = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
     check_rod_lengths(robot, values)
     starts, seed = checked_count("starts", starts, 1), checked_count("seed", seed, 0)

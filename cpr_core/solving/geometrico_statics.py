@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
-from ..model.robot import Robot
+from ..model.robot import Robot, checked_robot
 from .home import solve_home
 from .solve_from import solve_from
 
@@ -127,8 +127,9 @@ def checked_start(robot: Robot, start: Equilibrium | None) -> Equilibrium:
     """The start of a request; home where none is given.
 
     Raises:
-        InvalidRequest: A start of another robot.
+        InvalidRequest: No robot, or a start of another one.
     """
+    checked_robot(robot)
     if start is None:
         return solve_home(robot)
     if not isinstance(start, Equilibrium):

@@ -5,13 +5,15 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..description.robot_description import HomeGuess
-from ..errors import DescriptionError
+from ..errors import DescriptionError, DescriptionWarning
 from ..model.equilibrium import Equilibrium, spectrum
 from ..model.model_state import evaluate
 from ..model.robot import Robot
@@ -36,6 +38,8 @@ Floats = NDArray[np.float64]
 #: Eigenvalue of H_r, relative to the largest one, that counts as no stiffness, and how much of a motion
 #: without stiffness the platform has at least for it to be its own.
 _NO_STIFFNESS, _LOOSE = 1e-9, 0.1
+#: Distance from the rough pose to the home found that is no roughness any more, in rod lengths.
+_ROUGH = 0.5
 
 
 def solve_home(robot: Robot) -> Equilibrium:
@@ -44,6 +48,9 @@ def solve_home(robot: Robot) -> Equilibrium:
     Raises:
         NoForwardSolution: No equilibrium was found.
         DescriptionError: The loads cannot be borne, or a limit does not hold at home.
+
+    Warns:
+        DescriptionWarning: Home is far from the rough pose of the platform.
     """
     return robot.kept("home", lambda: _found(robot))
 
@@ -66,7 +73,23 @@ def _found(robot: Robot) -> Equilibrium:
     loose = _loose_motion(home)
     if loose:
         raise NoForwardSolution(f"{source}: home: {loose}", 0.0, None)
+    _check_distance(guess, home)
     return home
+
+
+def _check_distance(guess: HomeGuess, home: Equilibrium) -> None:
+    """Whether the rough pose of the platform was a rough one, and no other."""
+    if guess.platform_position is None:
+        return
+    distance = float(np.linalg.norm(guess.platform_position - home.platform_position))
+    if distance > _ROUGH * home.robot.mean_length:
+        position = ", ".join(f"{value:.4g}" for value in home.platform_position)
+        warnings.warn(
+            f"{home.robot.description.source}: home.platform.position: the home equilibrium found is "
+            f"{distance:.3g} m from there, at ({position}) m: give a better position, or none",
+            DescriptionWarning,
+            stacklevel=2,
+        )
 
 
 def _loaded(robot: Robot, guess: HomeGuess, unloaded: Equilibrium) -> Equilibrium:

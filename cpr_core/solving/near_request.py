@@ -5,16 +5,18 @@
 
 from __future__ import annotations
 
-from ..kernels.continuation_kernel import WATCHED
-from ..kernels.kernel_arrays import kept_factors
-from ..kernels.newton_kernel import CONTRACTION, ITERATIONS, TOLERANCE
+from ..kernels.continuation_kernel import WATCHED, Requests, Start
+from ..kernels.kept_factors import kept_factors
 from ..kernels.prepared_robot import continue_prepared
+from ..kernels.problems import PROBLEMS
+from ..kernels.square_problem import Tolerances
 from ..model.equilibrium import Equilibrium, new_record
 from .limits import grazes, margins, violated
-from .path import PROBLEMS
 from .targets import Target
 
 __all__ = ["solve_near"]
+
+_TOLERANCES = Tolerances()
 
 
 def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilibrium | None:
@@ -31,15 +33,20 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
         return None
     records, factors = new_record(robot, 1), kept_factors(robot.arrays)
     if not continue_prepared(
-        robot.prepared, start.load_arrays, PROBLEMS[target.problem], target.given(start), WATCHED,
-        TOLERANCE, ITERATIONS, CONTRACTION, start.record, start.factors, records, factors,
-    ):  # fmt: skip
+        robot.prepared,
+        start.load_arrays,
+        *Requests(PROBLEMS[target.problem], target.given(start), WATCHED),
+        *_TOLERANCES,
+        *Start(start.record, start.factors),
+        records,
+        factors,
+    ):
         return None
-    there = Equilibrium(robot, start.loads, start.load_arrays, records[0], factors)
-    return there if not robot.limited or _within_limits(start, there) else None
+    found = Equilibrium(robot, start.loads, start.load_arrays, records[0], factors)
+    return found if not robot.limited or _within_limits(start, found) else None
 
 
-def _within_limits(start: Equilibrium, there: Equilibrium) -> bool:
+def _within_limits(start: Equilibrium, found: Equilibrium) -> bool:
     """Whether limits hold at the end of a step, and did all along."""
-    after = margins(there)
-    return not violated(there.robot, after) and not grazes(margins(start), after)
+    after = margins(found)
+    return not violated(found.robot, after) and not grazes(margins(start), after)

@@ -19,28 +19,27 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from ..description.loads import Loads
-from ..kernels.continuation_kernel import FREELY, UNPREDICTED
-from ..kernels.kernel_arrays import LoadArrays, kept_factors
-from ..kernels.newton_kernel import CONTRACTION, EFFORTS, ITERATIONS, MOTORS, PLATFORM
+from ..kernels.continuation_kernel import FREELY, UNPREDICTED, Requests, Start
+from ..kernels.kept_factors import kept_factors
+from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays, interpolated_loads
+from ..kernels.natural_units import EFFORT_UNIT
 from ..kernels.prepared_robot import continue_prepared, evaluate_prepared
+from ..kernels.problems import PROBLEMS
+from ..kernels.square_problem import CONTRACTION, ITERATIONS, Tolerances
 from ..lie import angle_motions, rotation_exp
 from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
 from .limits import Limit, grazes, margins, violated
 from .targets import Imposed, Target
 
-__all__ = ["PROBLEMS", "OutOfTime", "Path", "Point", "Tangent"]
+__all__ = ["OutOfTime", "Path", "Point", "Tangent"]
 
 Floats = NDArray[np.float64]
 
-#: How the kernels number the problems.
-PROBLEMS = {"motors": MOTORS, "efforts": EFFORTS, "platform": PLATFORM}
 #: A point predicted along a tangent is at most so far from the curve, per arc length of the step.
 PREDICTION = 0.25
 #: Residual below which a point found by arc length is not corrected once more: where branches cross, an
 #: error is divided by the distance from the crossing.
 POLISHED = 1e-14
-#: Load that counts as much as a motor turned by a radian, in E J / l^2 and E J / l.
-_LOAD_UNIT = 4.0
 #: Step of the fraction by which the rate of the residual is found, central differences.
 _RATE_STEP = 1e-5
 
@@ -131,14 +130,14 @@ class Path:
         robot = start.robot
         self.start, self.iterations, self.deadline = start, 0, np.inf
         self._robot, self._target, self._loads = robot, target, loads
-        self._singularities = singularities and target.problem != "platform"
+        self._singularities = singularities and target.problem != "pose"
         self._loads_change = loads is not start.loads
         self._last_loads = robot.load_arrays(loads) if self._loads_change else start.load_arrays
         self.conservative = loads.conservative(robot.planar) and (
             not self._loads_change or start.loads.conservative(robot.planar)
         )
         self._columns, self._rows = robot.problems[target.problem]
-        self._angles = target.problem == "platform" and robot.controls_angles
+        self._angles = target.problem == "pose" and robot.controls_angles
         self._residual = np.empty(len(robot.arrays.unit))
 
     @cached_property
@@ -147,17 +146,22 @@ class Path:
 
     @cached_property
     def load_distance(self) -> float:
-        """How far the loads change, comparable to a motor in radians: in units of 4 E J / l^2."""
+        """How far the loads change, comparable to a motor in radians."""
         if not self._loads_change:
             return 0.0
         arrays, length = self._robot.arrays, self._robot.mean_length
         first, last = self.start.load_arrays, self._last_loads
-        platform = np.abs(last.platform - first.platform).max(axis=1)
-        weight, _, moment, force, moment_body, force_body = platform
+        platform = {
+            name: np.abs(last.platform[name] - first.platform[name]).max()
+            for name in PLATFORM_LOADS.names or ()
+        }
         rods = np.abs(last.distributed - first.distributed).max(initial=0.0) * length
         points = np.abs(last.point - first.point).max(initial=0.0)
-        forces = max(weight, force, force_body, rods, points) * length
-        return float(max(forces, moment, moment_body)) / (_LOAD_UNIT * arrays.energy_unit)
+        forces = max(
+            platform["weight"], platform["force_world"], platform["force_body"], rods, points
+        )
+        moments = max(platform["moment_world"], platform["moment_body"])
+        return float(max(forces * length, moments)) / (EFFORT_UNIT * arrays.energy_unit)
 
     def _check_time(self) -> None:
         if time.perf_counter() >= self.deadline:
@@ -182,11 +186,17 @@ class Path:
         robot, before = self._robot, here.equilibrium
         loads, records = self._loads_at(fraction), new_record(robot, 1)
         kept = kept_factors(robot.arrays)
+        mode = UNPREDICTED if self._loads_change else FREELY
+        given = self._given(before, fraction)[None, :]
         if not continue_prepared(
-            robot.prepared, loads, PROBLEMS[self.problem], self._given(before, fraction)[None, :],
-            UNPREDICTED if self._loads_change else FREELY, RESIDUAL_TOLERANCE, ITERATIONS,
-            CONTRACTION, before.record, before.factors, records, kept,
-        ):  # fmt: skip
+            robot.prepared,
+            loads,
+            *Requests(PROBLEMS[self.problem], given, mode),
+            *Tolerances(),
+            *Start(before.record, before.factors),
+            records,
+            kept,
+        ):
             return None
         there = Equilibrium(robot, self._loads_between(fraction), loads, records[0], kept)
         self.iterations += there.iterations
@@ -292,10 +302,8 @@ class Path:
     def _found(self, fraction: float, there: Equilibrium) -> Point:
         """A solution as a point."""
         if not self.conservative:
-            self._evaluate(
-                there.state.copy(), there.platform_rotation.copy(), there.platform_position.copy(),
-                there.load_arrays,
-            )  # fmt: skip
+            rotation, position = there.platform_rotation.copy(), there.platform_position.copy()
+            self._evaluate(there.state.copy(), rotation, position, there.load_arrays)
         return self._point(fraction, there)
 
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
@@ -304,7 +312,7 @@ class Path:
         index = signs.index_free if problem == "efforts" else signs.index_locked
         if not self.conservative:
             sign = int(np.linalg.slogdet(self._scaled_tangent(equilibrium.platform_rotation))[0])
-        elif problem == "platform":
+        elif problem == "pose":
             sign = signs.inverse_sign
         else:
             sign = -1 if index % 2 else 1
@@ -322,8 +330,7 @@ class Path:
         """Loads part of the way; all entries are linear in what is given."""
         if not self._loads_change or fraction == 1.0:
             return self._last_loads
-        pairs = zip(self.start.load_arrays, self._last_loads, strict=True)
-        return LoadArrays(*[(1.0 - fraction) * first + fraction * last for first, last in pairs])
+        return interpolated_loads(self.start.load_arrays, self._last_loads, fraction)
 
     def _loads_between(self, fraction: float) -> Loads:
         return self.start.loads.toward(self._loads, fraction) if self._loads_change else self._loads

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium, corrected, record_of
-from ..model.robot import Robot
+from ..kernels.square_problem import Tolerances
+from ..model.equilibrium import Equilibrium, corrected, record_of
+from ..model.robot import Robot, checked_robot
 from ..validation import checked_matrix, checked_vector
 from .requests import motor_vector
 
@@ -44,6 +45,7 @@ def restore_equilibrium(
         InvalidRequest: Wrong lengths, or the numbers are no equilibrium of this robot and these loads.
         NonFiniteInput: A NaN or an infinity.
     """
+    checked_robot(robot)
     state = np.zeros(len(robot.arrays.unit))
     state[robot.motor_indices] = motor_vector(robot, "motors", motors)
     for name, indices, values in (
@@ -95,7 +97,6 @@ def refine(
     Returns:
         The result, converged or not: the caller has to look.
     """
-    return corrected(
-        robot, loads, robot.load_arrays(loads), record_of(robot, state, rotation, position),
-        RESIDUAL_TOLERANCE, iterations, contraction,
-    )  # fmt: skip
+    rough = record_of(robot, state, rotation, position)
+    tolerances = Tolerances(iterations=iterations, contraction=contraction)
+    return corrected(robot, loads, robot.load_arrays(loads), rough, tolerances)

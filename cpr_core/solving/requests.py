@@ -72,7 +72,9 @@ def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
         angles[axis] = values.get(name, angles[axis])
     if start.robot.controls_angles:
         if abs(angles[1]) > 0.5 * np.pi:
-            raise InvalidRequest("pose", f"expected a pitch of at most pi/2, got {angles[1]:g}")
+            raise InvalidRequest(
+                "pose", f"expected a pitch of at most pi/2 rad, got {angles[1]:g} rad"
+            )
         rotation = rotation_from_angles(*angles)
     if "angle" in values:
         cosine, sine = np.cos(values["angle"]), np.sin(values["angle"])

@@ -8,6 +8,8 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from ..description.loads import Loads
+from ..description.plausibility import quaternion_order_doubt, request_doubt
+from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
 from ..validation import checked_time
 from .continuation import Walk, follow
@@ -22,7 +24,7 @@ from .not_reached import (
     UnstableEquilibrium,
 )
 from .requests import target_of
-from .targets import MotorTarget, Target
+from .targets import MotorTarget, PlatformTarget, Target
 
 __all__ = ["solve_from"]
 
@@ -67,13 +69,30 @@ def solve_from(
         time_limit=time_limit,
     )
     if walk.stopped is not None:
-        raise _not_reached(walk.stopped, walk, what, target, stable_only)
+        raise _not_reached(walk.stopped, walk, start, what, target, stable_only)
     check_limits(walk.last)
     return walk.last
 
 
+def _doubt(start: Equilibrium, target: Target) -> str:
+    """What looks like another unit or order of numbers in a target, in words; empty: nothing."""
+    description = start.robot.description
+    if isinstance(target, MotorTarget):
+        return request_doubt(description, target.motors, None)
+    if isinstance(target, PlatformTarget):
+        return request_doubt(description, None, target.position) or quaternion_order_doubt(
+            quaternion_from_rotation(target.rotation), start.platform_quaternion
+        )
+    return ""
+
+
 def _not_reached(
-    event: PathEvent, walk: Walk, what: str, target: Target, stable_only: bool
+    event: PathEvent,
+    walk: Walk,
+    start: Equilibrium,
+    what: str,
+    target: Target,
+    stable_only: bool,
 ) -> NotReached:
     """The error of a walk that was stopped."""
     if walk.violation is not None:
@@ -87,6 +106,8 @@ def _not_reached(
         f"{100.0 * event.fraction:.2f} % of the way, to motors ({motors}) "
         f"and platform position ({position})"
     )
+    doubt = _doubt(start, target)
+    text += f"; {doubt}" if doubt else ""
     if event.kind == "time_limit":
         return TimeLimitExceeded(text, event.fraction, walk.last, event)
     if stable_only and event.kind in ("stability", "bifurcation"):

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
+from ..kernels.natural_units import EFFORT_UNIT
 from ..lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_log
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
@@ -29,7 +30,7 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 #: Keys of ``Robot.problems``.
-ProblemName = Literal["motors", "efforts", "platform"]
+ProblemName = Literal["motors", "efforts", "pose"]
 
 
 class Imposed:
@@ -127,12 +128,12 @@ class EffortTarget:
     problem: ClassVar[ProblemName] = "efforts"
 
     def distance(self, start: Equilibrium) -> float:
-        """Largest change of an effort, 4 E J / l (torques) or E J / l^2 (forces) as a radian."""
+        """Largest change of an effort, with EFFORT_UNIT E J / l (torques) or E J / l^2 as a radian."""
         if not self.efforts.size:
             return 0.0
         robot = start.robot
         change = np.abs(self.efforts - start.efforts) * robot.motor_units
-        return float(change.max()) / (4.0 * robot.arrays.energy_unit)
+        return float(change.max()) / (EFFORT_UNIT * robot.arrays.energy_unit)
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the efforts."""
@@ -154,7 +155,7 @@ class PlatformTarget:
 
     rotation: Floats
     position: Floats
-    problem: ClassVar[ProblemName] = "platform"
+    problem: ClassVar[ProblemName] = "pose"
 
     def distance(self, start: Equilibrium) -> float:
         """Distance of the positions, or angle between the orientations where it is larger."""

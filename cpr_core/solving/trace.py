@@ -28,7 +28,7 @@ __all__ = ["Trace", "trace"]
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trace:
     """Equilibria along a path.
 
@@ -45,6 +45,13 @@ class Trace:
     equilibria: Sequence[Equilibrium]
     events: tuple[PathEvent, ...]
     stopped: PathEvent | None
+
+    def __repr__(self) -> str:
+        end = "reached" if self.stopped is None else f"stopped, {self.stopped.message}"
+        return (
+            f"<Trace of {self.robot.description.name}: {len(self.equilibria)} equilibria, "
+            f"{len(self.events)} events, {end}>"
+        )
 
     @property
     def reached(self) -> bool:

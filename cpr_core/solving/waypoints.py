@@ -15,10 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest, NonFiniteInput
-from ..kernels.continuation_kernel import SIGNS, WATCHED
-from ..kernels.kernel_arrays import Lanes, kept_factors
-from ..kernels.newton_kernel import CONTRACTION, ITERATIONS, TOLERANCE
+from ..kernels.continuation_kernel import WATCHED, Requests, Start
+from ..kernels.kept_factors import kept_factors
+from ..kernels.kernel_arrays import Lanes
 from ..kernels.prepared_robot import continue_prepared
+from ..kernels.problems import PROBLEMS
+from ..kernels.record_layout import INVERSE_SIGN, SIGNS
+from ..kernels.square_problem import Tolerances
 from ..model.equilibrium import Equilibrium, new_record
 from ..model.robot import Robot
 from ..validation import checked_time
@@ -26,7 +29,6 @@ from .continuation import follow
 from .events import PathEvent
 from .geometrico_statics import checked_start
 from .limits import grazes, margins, violated
-from .path import PROBLEMS
 from .requests import pose_meaning, target_of
 from .targets import ProblemName, check_rod_lengths
 from .trace import Trace
@@ -35,7 +37,7 @@ __all__ = ["trace_through"]
 
 Floats = NDArray[np.float64]
 
-_PROBLEM: dict[str, ProblemName] = {"motors": "motors", "poses": "platform", "efforts": "efforts"}
+_PROBLEM: dict[str, ProblemName] = {"motors": "motors", "poses": "pose", "efforts": "efforts"}
 
 
 def trace_through(
@@ -94,9 +96,13 @@ def trace_through(
             left = max(0.0, deadline - time.perf_counter())
             target = target_of(here, "pose" if what == "poses" else what, rows[done])
             walk = follow(
-                here, target, found.loads, stable_only=stable_only,
-                singularities=singularities, time_limit=left,
-            )  # fmt: skip
+                here,
+                target,
+                found.loads,
+                stable_only=stable_only,
+                singularities=singularities,
+                time_limit=left,
+            )
             happened = [_numbered(event, done, count) for event in walk.events]
             events += happened
             if walk.stopped is not None:
@@ -156,7 +162,7 @@ def _run(
     if not found.loads.conservative(robot.planar):
         return here
     problem = _PROBLEM[what]
-    if problem == "platform":
+    if problem == "pose":
         whole = len(robot.controlled_axes) == len(robot.platform_axes)
         if not whole or robot.controls_angles:
             return here  # what is not imposed is known when the step before is solved
@@ -165,10 +171,15 @@ def _run(
         given = np.array(rows[first:])
     factors, records = kept_factors(robot.arrays), found.rows[first:]
     count = continue_prepared(
-        robot.prepared, found.load_arrays, PROBLEMS[problem], given, WATCHED, TOLERANCE, ITERATIONS,
-        CONTRACTION, here.record, here.factors, records, factors,
-    )  # fmt: skip
-    quiet = _quiet(found, here, records[:count], singularities and problem != "platform")
+        robot.prepared,
+        found.load_arrays,
+        *Requests(PROBLEMS[problem], given, WATCHED),
+        *Tolerances(),
+        *Start(here.record, here.factors),
+        records,
+        factors,
+    )
+    quiet = _quiet(found, here, records[:count], singularities and problem != "pose")
     found.known += quiet
     if quiet == 0:
         return here
@@ -179,7 +190,7 @@ def _quiet(found: _Records, here: Equilibrium, records: Floats, singularities: b
     """How many steps pass no limit and, where they are watched, no inverse singularity."""
     robot, count = found.robot, len(records)
     if singularities:
-        at = robot.state_size + SIGNS + 2
+        at = robot.state_size + SIGNS + INVERSE_SIGN
         flipped = np.flatnonzero(records[:, at] != here.record[at])
         count = int(flipped[0]) if flipped.size else count
     if robot.limited:

@@ -157,15 +157,14 @@ def _reflect_onto_null_space(slopes, hessian):
 
 
 @compiled_strictly
-def smallest_singular_value(problem, tangent, rotation, columns, forward, scratch, work):
+def smallest_singular_value(problem, square, tangent, rotation, scratch, work):
     """Smallest singular value of a linear problem of Section V-C, dimensionless.
 
     Args:
         problem: CellProblem.
+        square: SquareProblem of forward or inverse problem.
         tangent: Of the model at an equilibrium, (N, N).
         rotation: Platform rotation there.
-        columns: Unknowns of the problem beside those of the legs.
-        forward: Whether this is the forward problem, where world rotations are unknown.
         scratch: Memory, (N, N).
         work: Workspace with the same tangent.
     """
@@ -173,11 +172,10 @@ def smallest_singular_value(problem, tangent, rotation, columns, forward, scratc
     for i in range(tangent.shape[0]):
         for j in range(tangent.shape[0]):
             scratch[i, j] = tangent[i, j]
-    angles = problem.angles and not forward
-    if angles:
+    if square.angles:
         _use_angles(robot, rotation, scratch)
-    rows = problem.platform_rows
-    if factor(robot, rotation, rows, columns, angles, work, work.factors) == NO_INVERSE:
+    columns = square.unknowns
+    if factor(robot, rotation, square, work, work.factors) == NO_INVERSE:
         return 0.0
     inner, motors = robot.platform_index, tangent.shape[0] - robot.motor_index
     size = inner + columns.shape[0]
@@ -205,7 +203,7 @@ def smallest_singular_value(problem, tangent, rotation, columns, forward, scratc
         for i in range(size + motors):
             basis[step, i] = vector[i] / length
             vector[i] = basis[step, i]
-        _apply_inverse_square(problem, columns, angles, effort_rows, rigid, vector, work)
+        _apply_inverse_square(robot, square, effort_rows, rigid, vector, work)
         total = 0.0
         for i in range(size + motors):
             total += vector[i] * basis[step, i]
@@ -241,7 +239,7 @@ def _length(vector):
 
 
 @compiled_strictly
-def _apply_inverse_square(problem, columns, angles, effort_rows, rigid, vector, work):
+def _apply_inverse_square(robot, square, effort_rows, rigid, vector, work):
     """Multiply by the inverse of M^T M, in place; efforts are the last entries."""
     motors, size = effort_rows.shape
     for i in range(motors):  # M^T y = c: the columns of the efforts are minus unit vectors
@@ -250,9 +248,8 @@ def _apply_inverse_square(problem, columns, angles, effort_rows, rigid, vector, 
             vector[j] -= effort_rows[i, j] * pushed
         vector[size + i] = pushed
     part = vector[:size]
-    robot, rows = problem.robot, problem.platform_rows
-    solve_transposed(robot, rows, columns, angles, part, work, work.factors)
-    solve(robot, rows, columns, angles, part, work, work.factors)
+    solve_transposed(robot, square, part, work, work.factors)
+    solve(robot, square, part, work, work.factors)
     for i in range(motors):
         total = -vector[size + i]
         for j in range(size):

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from ..kernels.kernel_decorators import compiled
 from ..kernels.model_kernel import evaluate, tangent_into
+from ..kernels.square_problem import Configuration
 from .analysis_kernel import smallest_singular_value, spectrum_of
-from .way_kernel import advance
+from .way_kernel import Way, advance
 
 __all__ = [
     "MEASURES",
@@ -75,11 +76,11 @@ def analyse_cells(problem, cells, work, analyses):
         tangent_into(problem.robot, work, tangent)
         nearest, largest, _ = spectrum_of(problem, tangent, analyses.eigenvalues[b])
         measures[0], measures[1], measures[3] = nearest, largest, np.nan
-        for number in range(2 if problem.inverse_columns.shape[0] > 0 else 1):
+        for number in range(2 if problem.inverse.unknowns.shape[0] > 0 else 1):
             forward = number == 0
-            columns = problem.platform_rows if forward else problem.inverse_columns
+            square = problem.forward if forward else problem.inverse
             measures[2 + number] = smallest_singular_value(
-                problem, tangent, rotation, columns, forward, scratch, work
+                problem, square, tangent, rotation, scratch, work
             )
 
 
@@ -99,7 +100,7 @@ def leave_cells(problem, cells, origin, targets, longest, smallest, guesses, wor
         arrivals: Result, of the W ways.
     """
     size, motor_index = cells.state.shape[1], problem.robot.motor_index
-    tangent, scratch, residual = np.zeros((size, size)), np.zeros((size, size)), np.empty(size)
+    scratch = np.zeros((size, size))
     for way in range(origin.shape[0]):
         b = origin[way]
         state, rotation = arrivals.state[way], arrivals.rotation[way]
@@ -113,10 +114,14 @@ def leave_cells(problem, cells, origin, targets, longest, smallest, guesses, wor
         for i in range(4):
             signs[i] = cells.signs[b, i]
         status, fraction, energy = advance(
-            problem, cells.coordinates[b], targets[way], longest[way], smallest[way],
-            guesses[way], state, rotation, position, signs, residual, tangent, scratch, work,
-        )  # fmt: skip
+            problem,
+            Way(cells.coordinates[b], targets[way], longest[way], smallest[way], guesses[way]),
+            Configuration(state, rotation, position),
+            signs,
+            scratch,
+            work,
+        )
         arrivals.status[way], arrivals.fraction[way] = status, fraction
         arrivals.energy[way] = energy
         for i in range(size - motor_index):
-            arrivals.efforts[way, i] = residual[motor_index + i]
+            arrivals.efforts[way, i] = work.residual[motor_index + i]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays, RobotArrays
+from ..kernels.square_problem import SquareProblem, Tolerances
 from ..model.robot import Robot
 from .grid import Grid, OrientationKind
 
@@ -32,10 +33,9 @@ class CellProblem(NamedTuple):
 
     robot: RobotArrays
     loads: LoadArrays
-    columns: Integers  # state indices of the unknowns beside those of the legs
-    rows: Integers  # state indices of the equations beside those of the legs
-    inverse_columns: Integers  # unknowns of the inverse problem; none where there is none
-    platform_rows: Integers  # equations of forward and inverse problem
+    square: SquareProblem  # what the cells are solved for: one of the next two
+    forward: SquareProblem
+    inverse: SquareProblem  # without unknowns where there is none
     moving: Integers  # state indices of leg coordinates and platform
     multipliers: Integers  # state indices of the multipliers
     lengths: Integers  # state indices of rod lengths
@@ -44,29 +44,19 @@ class CellProblem(NamedTuple):
     held: Integers  # (6,) x y z and three angles: whether a coordinate is imposed
     given_motors: bool  # whether motors are imposed, else the platform
     orientation: int  # one of ORIENTATIONS
-    angles: bool  # whether roll, pitch and yaw are the rotation coordinates of the inverse problem
-    solved_by_angles: bool  # whether they are those of this problem
     conservative: bool  # whether the loads have a potential
-    tolerance: float  # largest dimensionless residual of a solution
-    contraction: float  # largest ratio of two corrections on one branch
-    iterations: int  # Newton steps of one step at most
+    tolerances: Tolerances
 
 
-def cell_problem(
-    robot: Robot, loads: Loads, grid: Grid, *, tolerance: float, contraction: float, iterations: int
-) -> CellProblem:
+def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
     """The problem of a grid.
 
     Args:
         robot: The robot.
         loads: Loads in force everywhere.
         grid: The grid.
-        tolerance: Largest dimensionless residual of a solution.
-        contraction: Largest ratio of two corrections on one branch.
-        iterations: Newton steps of one step at most.
     """
     forward = grid.given == "motors"
-    columns, rows = robot.problems["motors" if forward else "platform"]
     has_inverse = len(robot.controlled_axes) > 0
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
     motions = np.ascontiguousarray(robot.unit_motions[np.ix_(moving, moving)])
@@ -76,13 +66,16 @@ def cell_problem(
     if not forward:
         held[:3] = np.isin([3, 4, 5], robot.controlled_axes)
         held[3:] = np.isin([0, 1, 2], robot.controlled_axes)
+    equations = robot.platform_indices
+    unknowns = robot.problems["pose"][0] if has_inverse else _NONE
+    forward_problem = SquareProblem(equations, equations, False)
+    inverse_problem = SquareProblem(equations, unknowns, bool(robot.controls_angles))
     return CellProblem(
         robot=robot.arrays,
         loads=robot.load_arrays(loads),
-        columns=columns,
-        rows=rows,
-        inverse_columns=robot.problems["platform"][0] if has_inverse else _NONE,
-        platform_rows=robot.platform_indices,
+        square=forward_problem if forward else inverse_problem,
+        forward=forward_problem,
+        inverse=inverse_problem,
         moving=moving,
         multipliers=robot.multiplier_indices,
         lengths=np.ascontiguousarray(robot.length_indices, np.int64),
@@ -91,10 +84,6 @@ def cell_problem(
         held=held,
         given_motors=forward,
         orientation=ORIENTATIONS[grid.orientation],
-        angles=robot.controls_angles,
-        solved_by_angles=robot.controls_angles and not forward,
         conservative=loads.conservative(robot.planar),
-        tolerance=tolerance,
-        contraction=contraction,
-        iterations=iterations,
+        tolerances=Tolerances(),
     )

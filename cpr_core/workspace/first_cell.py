@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.motors import MotorLimits
-from ..kernels.continuation_kernel import LONGEST_STEP
+from ..kernels.natural_units import LONGEST_STEP
 from ..lie import roll_pitch_yaw
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot

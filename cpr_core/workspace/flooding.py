@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium
+from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.continuation import Walk, follow
 from ..solving.geometrico_statics import checked_start
 from ..solving.not_reached import NoForwardSolution, NoInverseSolution
-from ..solving.path import CONTRACTION, ITERATIONS
 from .batch_kernel import MEASURES, Arrivals, Cells
 from .batches import EIGENVALUES, Cancelled, Ways, guesses_of, in_pieces, joined, leave
 from .cell_problem import cell_problem
@@ -163,10 +162,7 @@ class _Flood:
         self, robot: Robot, grid: Grid, start: Equilibrium, loads: Loads, tolerance: float
     ) -> None:
         self.robot, self.grid, self.start, self.loads = robot, grid, start, loads
-        self.problem = cell_problem(
-            robot, loads, grid, tolerance=RESIDUAL_TOLERANCE, contraction=CONTRACTION,
-            iterations=ITERATIONS,
-        )  # fmt: skip
+        self.problem = cell_problem(robot, loads, grid)
         self.free = without_limits(robot)
         self.cells = _empty_cells(robot, grid)
         self.queue = np.zeros(0, np.int64)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidRequest, NonFiniteInput
-from ..model.robot import Robot
+from ..model.robot import Robot, checked_robot
 from ..solving.home import solve_home
 
 __all__ = ["Grid", "OrientationKind", "motor_grid", "pose_grid"]
@@ -144,6 +144,7 @@ def pose_grid(
         InvalidRequest: Coordinates the robot does not control, or axes that make no grid.
         NonFiniteInput: A NaN or an infinity.
     """
+    checked_robot(robot)
     if not robot.description.controlled:
         raise InvalidRequest(
             "grid", f"{robot.description.name} has no inverse problem: map its motors instead"
@@ -179,6 +180,7 @@ def motor_grid(
         InvalidRequest: Names that are no motors, or axes that make no grid.
         NonFiniteInput: A NaN or an infinity.
     """
+    checked_robot(robot)
     names = robot.motor_names
     home = dict(zip(names, solve_home(robot).motors.tolist(), strict=True))
     axes = {name for axis in vary for name in (directions or {}).get(axis, {axis: 1.0})}

@@ -21,7 +21,7 @@ from scipy.io import netcdf_file
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..model.robot import Robot
+from ..model.robot import Robot, checked_robot
 from ..version import __version__
 from .borders import Border, BorderKind
 from .grid import Grid
@@ -137,7 +137,7 @@ def read_map(file: str | Path, robot: Robot, loads: Loads | None = None) -> Work
     Raises:
         InvalidRequest: No map, or one of another robot or other loads.
     """
-    loads = robot.default_loads if loads is None else loads
+    loads = checked_robot(robot).default_loads if loads is None else loads
     attributes, arrays = _read(file)
     if attributes.get("cpr_map_format") != FORMAT:
         raise InvalidRequest("file", f"expected a map of format {FORMAT} in {file}")

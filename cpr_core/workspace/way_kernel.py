@@ -11,24 +11,42 @@ way ends; the fraction that was reached is where the border is.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..kernels.condensation_kernel import lu_factor
-from ..kernels.inertia_kernel import SINGULAR_LEG, signs_of
+from ..kernels.inertia_kernel import signs_of
 from ..kernels.kernel_decorators import allocating_part, compiled
+from ..kernels.lu_kernel import lu_factor
 from ..kernels.model_kernel import tangent_into
 from ..kernels.newton_kernel import CONVERGED, newton
+from ..kernels.record_layout import INDEX_LOCKED, INVERSE_SIGN, POSITION, ROTATION
 from ..kernels.rotation_matrices import roll_pitch_yaw_into, rotation_from_angles_into
-from .eigenvalue_kernel import count_below, eigenvalues_of_tridiagonal, tridiagonalise
+from ..kernels.square_problem import Configuration
 
-__all__ = ["ARRIVED", "BLOCKED", "FLIPPED", "advance", "signs_at"]
+__all__ = ["ARRIVED", "BLOCKED", "FLIPPED", "Way", "advance", "signs_at"]
 
 ARRIVED = 0
 BLOCKED = 1  # Newton's method does not contract, however small the step
 FLIPPED = 2  # it does, but the sign of the problem changes
 
-_LOCKED, _FREE, _INVERSE, _BRANCH = 0, 1, 2, 3
+
+class Way(NamedTuple):
+    """A straight way from a cell."""
+
+    start: NDArray[np.float64]  # coordinates imposed there, (C,)
+    end: NDArray[np.float64]  # the same at the end, (C,)
+    longest: float  # longest step, as a fraction of the way
+    smallest: float  # steps below this fraction of the way are not tried
+    guess: NDArray[
+        np.float64
+    ]  # what is expected at the end, (N + 12,): state, rotation and position;
+    # NaN first: nothing
+
+
+#: Behind the signs of the tangent.
+_BRANCH = 3
 
 
 @compiled
@@ -68,33 +86,26 @@ def _rotation_zyz(one, two, three, rotation):
 
 
 @allocating_part
-def signs_at(problem, tangent, rotation, scratch, work, signs):
+def signs_at(problem, rotation, scratch, work, signs):
     """Stability indices, side of the inverse singularity, and the sign that tells branches apart.
 
     Args:
         problem: CellProblem.
-        tangent: Memory, (N, N), zero where the model has no entries.
         rotation: Platform rotation at an equilibrium.
-        scratch: Memory, (N, N).
+        scratch: Memory, (N, N), zero where the model has no entries.
         work: Workspace with the tangent of the model there and its factors.
         signs: Result, (4,).
     """
-    signs_of(problem.robot, rotation, work.factors, work, signs)
-    read = tangent
-    if signs[_LOCKED] == SINGULAR_LEG or not problem.conservative:
-        tangent_into(problem.robot, work, tangent)
-        if problem.angles:
-            _copy_matrix(tangent, scratch)
-            _rows_and_columns_by_angles(problem.robot, rotation, scratch)
-            read = scratch
-    if signs[_LOCKED] == SINGULAR_LEG:
-        _dense_signs(problem, read, signs)
+    signs_of(problem.robot, rotation, work, signs)
     if not problem.conservative:
-        signs[_BRANCH] = _determinant_sign(problem, read, problem.columns, problem.rows)
+        tangent_into(problem.robot, work, scratch)
+        if problem.inverse.angles:
+            _rows_and_columns_by_angles(problem.robot, rotation, scratch)
+        signs[_BRANCH] = _determinant_sign(problem.robot, problem.square, scratch)
     elif problem.given_motors:
-        signs[_BRANCH] = signs[_LOCKED]
+        signs[_BRANCH] = signs[INDEX_LOCKED]
     else:
-        signs[_BRANCH] = signs[_INVERSE]
+        signs[_BRANCH] = signs[INVERSE_SIGN]
 
 
 @allocating_part
@@ -115,141 +126,105 @@ def _rows_and_columns_by_angles(robot, rotation, tangent):
 
 
 @allocating_part
-def _copy_matrix(source, target):
-    for i in range(source.shape[0]):
-        for j in range(source.shape[1]):
-            target[i, j] = source[i, j]
-
-
-@allocating_part
-def _dense_signs(problem, tangent, signs):
-    """The same from eigenvalues, where a leg cannot be eliminated on its own (a straight one)."""
-    constraints = problem.multipliers.shape[0]
-    signs[_LOCKED] = _negative(problem.robot, tangent, problem.robot.motor_index) - constraints
-    signs[_FREE] = _negative(problem.robot, tangent, tangent.shape[0]) - constraints
-    signs[_INVERSE] = 0
-    if problem.inverse_columns.shape[0] > 0:
-        signs[_INVERSE] = _determinant_sign(
-            problem, tangent, problem.inverse_columns, problem.platform_rows
-        )
-
-
-@allocating_part
-def _negative(robot, tangent, size):
-    """Number of negative eigenvalues of a leading square."""
-    square = np.empty((size, size))
-    for i in range(size):
-        for j in range(size):
-            value = 0.5 * (tangent[i, j] + tangent[j, i])
-            square[i, j] = value * robot.unit[i] * robot.unit[j] / robot.energy_unit
-    diagonal, beside = np.empty(size), np.empty(size)
-    tridiagonalise(square, size, diagonal, beside, np.empty(size), np.empty(size))
-    ends, wanted = np.empty(2), np.empty(2, np.int64)
-    wanted[0], wanted[1] = 0, size - 1
-    eigenvalues_of_tridiagonal(diagonal, beside, size, wanted, ends)
-    return count_below(diagonal, beside, size, -1e-11 * max(abs(ends[0]), abs(ends[1])))
-
-
-@allocating_part
-def _determinant_sign(problem, tangent, columns, rows):
+def _determinant_sign(robot, square, tangent):
     """Sign of the determinant of a square problem, without symmetry."""
-    robot = problem.robot
-    inner, size = robot.platform_index, robot.platform_index + rows.shape[0]
-    square, pivots = np.empty((size, size)), np.empty(size, np.int64)
+    inner, own = robot.platform_index, square.equations.shape[0]
+    size = inner + own
+    matrix, pivots = np.empty((size, size)), np.empty(size, np.int64)
     for i in range(size):
-        row = i if i < inner else rows[i - inner]
+        row = i if i < inner else square.equations[i - inner]
         for j in range(size):
-            column = j if j < inner else columns[j - inner]
+            column = j if j < inner else square.unknowns[j - inner]
             value = tangent[row, column] * robot.unit[row] * robot.unit[column]
-            square[i, j] = value / robot.energy_unit
-    if not lu_factor(square, size, pivots, 0.0):
+            matrix[i, j] = value / robot.energy_unit
+    if not lu_factor(matrix, size, pivots, 0.0):
         return 0
     sign = 1
     for i in range(size):
-        if (square[i, i] < 0.0) != (pivots[i] != i):
+        if (matrix[i, i] < 0.0) != (pivots[i] != i):
             sign = -sign
     return sign
 
 
 @allocating_part
-def advance(
-    problem, first, last, longest, smallest, guess, state, rotation, position, signs,
-    residual, tangent, scratch, work,
-):  # fmt: skip
+def advance(problem, way, configuration, signs, scratch, work):
     """Go straight from one cell to another, in place.
 
     The whole way is tried first from a guess of its end, if there is one, and then from its start.
 
     Args:
         problem: CellProblem.
-        first: Coordinates of the start, (C,).
-        last: Coordinates of the end, (C,).
-        longest: Longest step, as a fraction of the way.
-        smallest: Steps below this fraction of the way are not tried.
-        guess: State, rotation and position expected at the end, (N + 12,); NaN first: none.
-        state: At the start, overwritten by the last point that was reached, (N,).
-        rotation: The same for the platform's rotation.
-        position: The same for its position.
+        way: Way.
+        configuration: At the start, overwritten by the last point that was reached.
         signs: The same for the signs, (4,).
-        residual: Of the model where it was reached, (N,); undefined where the way ended short.
-        tangent: Memory, (N, N), zero where the model has no entries.
-        scratch: Memory, (N, N).
-        work: Workspace.
+        scratch: Memory, (N, N), zero where the model has no entries.
+        work: Workspace; where the end was reached on return with the residual of the model there.
 
     Returns:
         ARRIVED, BLOCKED or FLIPPED, the fraction reached, and the energy there [J].
     """
-    trial_state, trial_rotation, trial_position = state.copy(), rotation.copy(), position.copy()
+    state, rotation, position = configuration
+    trial = Configuration(state.copy(), rotation.copy(), position.copy())
     found = signs.copy()
-    effort = np.zeros(state.shape[0] - problem.robot.motor_index)
-    here, step, energy = 0.0, longest, 0.0
+    longest, smallest = way.longest, way.smallest
+    reached, step, energy = 0.0, longest, 0.0
     beyond, passed = np.inf, 0  # where a step failed from farther off, and steps since then
-    guessed = longest == 1.0 and not math.isnan(guess[0])
-    while here < 1.0:
-        ahead = here + step
+    guessed = longest == 1.0 and not math.isnan(way.guess[0])
+    for i in range(work.given_efforts.shape[0]):
+        work.given_efforts[i] = 0.0
+    while reached < 1.0:
+        ahead = reached + step
         if ahead > 1.0 - 0.5 * smallest:
             ahead = 1.0
-        _begin_trial(
-            guess, guessed, state, rotation, position, trial_state, trial_rotation, trial_position
-        )
-        impose(problem, first, last, ahead, trial_state, trial_rotation, trial_position)
+        _begin_trial(way.guess, guessed, configuration, trial)
+        impose(problem, way.start, way.end, ahead, trial.state, trial.rotation, trial.position)
+        predicted = _distance(problem, state, trial.state) if guessed else 0.0
         status, _, _, energy = newton(
-            problem.robot, problem.loads, trial_state, trial_rotation, trial_position,
-            problem.columns, problem.rows, problem.solved_by_angles, effort,
-            _distance(problem, state, trial_state) if guessed else 0.0,
-            problem.tolerance, problem.iterations, problem.contraction, residual, work,
-            work.factors,
-        )  # fmt: skip
+            problem.robot,
+            problem.loads,
+            trial,
+            problem.square,
+            work.given_efforts,
+            predicted,
+            problem.tolerances,
+            work,
+        )
         ok = status == CONVERGED
         for i in range(problem.lengths.shape[0]):
-            ok = ok and trial_state[problem.lengths[i]] > 0.0
+            ok = ok and trial.state[problem.lengths[i]] > 0.0
         flipped = False
         if ok:
-            signs_at(problem, tangent, trial_rotation, scratch, work, found)
+            signs_at(problem, trial.rotation, scratch, work, found)
             flipped = found[_BRANCH] != signs[_BRANCH]
         if ok and not flipped:
-            for i in range(state.shape[0]):
-                state[i] = trial_state[i]
-            for i in range(3):
-                position[i] = trial_position[i]
-                for j in range(3):
-                    rotation[i, j] = trial_rotation[i, j]
+            _copy(trial, configuration)
             for i in range(4):
                 signs[i] = found[i]
-            here, step, passed = ahead, min(longest, 2.0 * step), passed + 1
-            if here >= beyond:
+            reached, step, passed = ahead, min(longest, 2.0 * step), passed + 1
+            if reached >= beyond:
                 beyond = np.inf
-            elif here + step >= beyond:  # at a fold it would fail again: half of that way first
-                step = beyond - here
+            elif reached + step >= beyond:  # at a fold it would fail again: half of that way first
+                step = beyond - reached
                 if passed == 1 and 0.5 * step >= smallest:
                     step *= 0.5
         elif guessed:
             guessed = False
         else:
-            beyond, step, passed = ahead, 0.5 * (ahead - here), 0
+            beyond, step, passed = ahead, 0.5 * (ahead - reached), 0
             if step < smallest:
-                return (FLIPPED if flipped else BLOCKED), here, energy
-    return ARRIVED, here, energy
+                return (FLIPPED if flipped else BLOCKED), reached, energy
+    return ARRIVED, reached, energy
+
+
+@allocating_part
+def _copy(source, target):
+    """Copy a configuration."""
+    for i in range(source.state.shape[0]):
+        target.state[i] = source.state[i]
+    for i in range(3):
+        target.position[i] = source.position[i]
+        for j in range(3):
+            target.rotation[i, j] = source.rotation[i, j]
 
 
 @allocating_part
@@ -263,14 +238,15 @@ def _distance(problem, state, trial_state):
 
 
 @allocating_part
-def _begin_trial(
-    guess, guessed, state, rotation, position, trial_state, trial_rotation, trial_position
-):
+def _begin_trial(guess, guessed, configuration, trial):
     """Write where Newton's method begins."""
-    size = state.shape[0]
+    if not guessed:
+        _copy(configuration, trial)
+        return
+    size = trial.state.shape[0]
     for i in range(size):
-        trial_state[i] = guess[i] if guessed else state[i]
+        trial.state[i] = guess[i]
     for i in range(3):
-        trial_position[i] = guess[size + 9 + i] if guessed else position[i]
+        trial.position[i] = guess[size + POSITION + i]
         for j in range(3):
-            trial_rotation[i, j] = guess[size + 3 * i + j] if guessed else rotation[i, j]
+            trial.rotation[i, j] = guess[size + ROTATION + 3 * i + j]

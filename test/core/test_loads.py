@@ -199,17 +199,17 @@ def test_a_point_takes_no_moment_a_planar_body_does(point_robot, planar_body, na
     with pytest.raises(InvalidRequest, match=rf"{name}: expected mz = 0") as caught:
         point_robot.load_arrays(loads)
     assert caught.value.argument == name
-    row = {"wrench_world": 2, "wrench_body": 4}[name]
-    assert planar_body.load_arrays(loads).platform[row].tolist() == [0.0, 0.0, 1.0]
+    moment = name.replace("wrench", "moment")
+    assert planar_body.load_arrays(loads).platform[moment][0].tolist() == [0.0, 0.0, 1.0]
 
 
 @pytest.mark.parametrize("name", ["wrench_world", "wrench_body"])
 @pytest.mark.parametrize("place", [3, 4])
 def test_forces_in_the_plane_are_taken(point_robot, planar_body, name, place):
     loads = Loads.none().with_(**{name: unit(place)})
-    row = {"wrench_world": 3, "wrench_body": 5}[name]
+    force = name.replace("wrench", "force")
     for robot in (point_robot, planar_body):
-        assert np.array_equal(robot.load_arrays(loads).platform[row], unit(place)[3:])
+        assert np.array_equal(robot.load_arrays(loads).platform[force][0], unit(place)[3:])
 
 
 def test_weight_is_that_of_what_hangs_beyond_and_of_the_platform(planar_body):
@@ -221,8 +221,8 @@ def test_weight_is_that_of_what_hangs_beyond_and_of_the_platform(planar_body):
         assert_allclose(
             arrays.distributed[leg], np.outer(per_length, beyond), rtol=1e-14, atol=1e-15
         )
-    assert_allclose(arrays.platform[0], 0.5 * gravity, rtol=1e-15)
-    assert_allclose(arrays.platform[1], [0.1, 0.2, 0.0], rtol=1e-15)
+    assert_allclose(arrays.platform["weight"][0], 0.5 * gravity, rtol=1e-15)
+    assert_allclose(arrays.platform["center_of_mass"][0], [0.1, 0.2, 0.0], rtol=1e-15)
 
 
 def test_default_loads_are_the_gravity_of_the_description():

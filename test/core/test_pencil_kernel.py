@@ -10,7 +10,7 @@ from scipy import linalg
 
 from cpr_core import load_robot, solve_home
 from cpr_core.kernels import pencil_kernel
-from cpr_core.kernels.kernel_arrays import kept_factors
+from cpr_core.kernels.kept_factors import kept_factors
 from cpr_core.kernels.pencil import pencil_of
 from cpr_core.model.stability import null_space_of
 

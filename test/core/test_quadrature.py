@@ -176,11 +176,9 @@ def planar_curvature(s):
 
 def magnus(moments, step):
     """Rotation over one step from the moments of the curvature, (moment, component)."""
-    vectors = np.full((3, 1), np.nan)
-    rotation_steps(
-        np.ascontiguousarray(np.transpose(moments))[:, :, None], np.array([step]), vectors
-    )
-    return rotation_exp(vectors[:, 0])
+    vectors = np.full((1, 3), np.nan)
+    rotation_steps(np.array([moments], float), np.array([step]), vectors)
+    return rotation_exp(vectors[0])
 
 
 def one_step(curvature, start, step):
@@ -275,10 +273,10 @@ def test_a_step_does_not_depend_on_the_axes_chosen(moments, vector):
 def test_steps_of_the_grid_lead_to_the_frames_at_the_nodes(curvature, breakpoints):
     grid = rod_grid(16, breakpoints)
     moments = MAGNUS_WEIGHTS @ [[curvature(s) for s in points] for points in grid.step_points]
-    vectors = np.full((3, len(grid.steps)), np.nan)
-    rotation_steps(np.ascontiguousarray(moments.transpose(2, 1, 0)), grid.steps, vectors)
+    vectors = np.full((len(grid.steps), 3), np.nan)
+    rotation_steps(np.ascontiguousarray(moments), grid.steps, vectors)
     rotation, frames = np.eye(3), {}
-    for node, vector in zip(grid.step_node, vectors.T, strict=True):
+    for node, vector in zip(grid.step_node, vectors, strict=True):
         rotation = rotation @ rotation_exp(vector)
         frames[node] = rotation
     for node in (0, 5, 15, len(grid.nodes) - 1):

@@ -78,7 +78,9 @@ def test_measured_motors_are_found_among_others():
 def test_legs_are_coloured_by_bending_strain_or_by_stability(rfrfr):
     outcome = rfrfr.tick()
     by_strain = leg_markers(outcome, "strain", FRAMES, Time()).markers
-    for marker, shape in zip(by_strain, leg_shapes(outcome.here.equilibrium, 24), strict=False):
+    legs = [marker for marker in by_strain if marker.ns == "legs"]
+    assert len(legs) == 2
+    for marker, shape in zip(legs, leg_shapes(outcome.here.equilibrium, 24), strict=True):
         curvature = bending_curvature(shape.curvature)
         red = [color.r - color.b for color in marker.colors]
         assert np.argmax(red) == np.argmax(curvature)

@@ -248,6 +248,7 @@ def test_a_pause_holds_and_nothing_moves_by_itself_when_it_ends(rfrfr):
         rfrfr.tick()
     rfrfr.follower.pause(True)
     held = rfrfr.here
+    assert held.equilibrium is not solve_home(rfrfr.robot)
     for _ in range(10):
         outcome = rfrfr.tick()
         assert (outcome.state, outcome.moved) == (State.PAUSED, False)

@@ -49,13 +49,14 @@ def test_speed_scale_falls_linearly_between_the_thresholds():
 def test_the_action_does_not_chatter():
     """A measure that trembles about a threshold changes the action once, not at every tremble."""
     rng = np.random.default_rng(1)
-    for threshold in (0.0, 1.0):
+    for threshold, settled in ((0.0, Action.HALT), (1.0, Action.SLOW)):
         action, changes = Action.NONE, 0
         for distance in threshold + 0.04 * rng.standard_normal(2000).clip(-2, 2):
             after = next_action(action, distance, False, hysteresis=0.1)
             changes += after != action
             action = after
-        assert changes <= 2
+        assert 1 <= changes <= 2
+        assert action == settled
 
 
 def test_an_action_is_taken_at_once_and_given_up_beyond_the_hysteresis():

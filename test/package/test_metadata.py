@@ -14,6 +14,8 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
+from cpr_ros.parameter_table import PARAMETERS
+
 ROOT = Path(__file__).parents[2]
 #: rosdep keys of Python packages.
 KEYS = {
@@ -82,13 +84,31 @@ def test_both_packages_have_the_same_version_and_licence():
     assert 'license="Apache-2.0"' in (ROOT / "setup.py").read_text()
 
 
-def test_the_interface_page_is_current():
+@pytest.mark.parametrize("tool", ["interface_page", "parameter_section"])
+def test_what_is_generated_in_the_docs_is_current(tool):
     done = subprocess.run(
-        [sys.executable, ROOT / "tools/interface_page.py", "--check"],
+        [sys.executable, ROOT / f"tools/{tool}.py", "--check"],
         capture_output=True,
         text=True,
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_the_docs_list_the_parameters_of_the_node_and_no_others():
+    """Read here, not by the tool that writes them."""
+    text = (ROOT / "docs/node.md").read_text()
+    rows = re.findall(r"^\| `(\w+)` \| (\w+) \| .* \| `(\S+)` \| (live|read-only) \|", text, re.M)
+    listed = {name: (kind, yaml.safe_load(shown), changes) for name, kind, shown, changes in rows}
+    types = {bool: "bool", int: "integer", float: "double", str: "string"}
+    assert listed == {
+        parameter.name: (
+            types[type(parameter.default)],
+            parameter.default,
+            "live" if parameter.live else "read-only",
+        )
+        for parameter in PARAMETERS
+    }
+    assert len(rows) == len(listed) >= 28
 
 
 def test_every_field_of_the_stability_stream_has_its_meaning_and_unit():
@@ -108,14 +128,15 @@ def test_parameter_files_name_parameters_of_the_node(name):
     parameters = yaml.safe_load((ROOT / f"config/node/{name}.yaml").read_text())
     given = parameters["/**"]["ros__parameters"]
     assert given["robot"] == name
-    source = (ROOT / "cpr_ros/parameters.py").read_text()
-    for key in given:
-        stem = re.sub(r"_(warning|stop)$", "", key)
-        assert f'"{stem}"' in source, key
+    declared = {parameter.name: parameter for parameter in PARAMETERS}
+    for key, value in given.items():
+        assert type(value) is type(declared[key].default), key
+        low, high = declared[key].limits or (value, value)
+        assert low <= value <= high, key
 
 
-def test_the_readme_lists_every_parameter_service_and_topic():
-    readme = (ROOT / "README.md").read_text()
+def test_the_page_of_the_node_lists_every_service_and_topic():
+    page = (ROOT / "docs/node.md").read_text()
     code = "".join((ROOT / f"cpr_ros/{name}.py").read_text() for name in ("inputs", "outputs"))
     topics = set(re.findall(r'"((?:~/|/)?[a-z_]+)", (?:10|self|LATCHED|SOME)', code))
     topics |= set(re.findall(r'\(\w+, "((?:~/)?[a-z_]+)", self', code))
@@ -123,7 +144,7 @@ def test_the_readme_lists_every_parameter_service_and_topic():
     services = re.findall(r'\(\w+, "([a-z_]+)",', (ROOT / "cpr_ros/requests.py").read_text())
     assert len(services) >= 7
     for name in [*topics, *(f"~/{service}" for service in services)]:
-        assert f"`{name}`" in readme, name
+        assert f"`{name}`" in page, name
 
 
 def test_the_view_shows_topics_the_node_has():

@@ -47,7 +47,7 @@ def test_matrices_are_those_of_the_library_with_linear_parts_first(six_rfs, give
         equilibrium=[message],
     )
     assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
-    model = cpr_core.model.kinemato_statics(equilibrium)
+    model = cpr_core.kinemato_statics(equilibrium)
     assert list(answer.motor_names) == NAMES
 
     def matrix(field, *shape):

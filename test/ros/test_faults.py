@@ -122,8 +122,10 @@ def test_a_timeout_of_zero_makes_nothing_stale(drive):
     try:
         drive.send_motors(2.64, 0.55)
         drive.spin(0.8)
-        drive.until(lambda: np.array_equal(drive.motors, [2.64, 0.55]))
         states = {metrics.state for metrics in drive.all(StabilityMetrics)}
+        assert StabilityMetrics.STATE_FOLLOWING in states
+        drive.until(lambda: np.array_equal(drive.motors, [2.64, 0.55]))
+        states |= {metrics.state for metrics in drive.all(StabilityMetrics)}
         assert StabilityMetrics.STATE_STALE not in states
     finally:
         assert drive.set_parameters(max_speed=4.0).successful
@@ -156,8 +158,10 @@ def test_a_flood_of_setpoints_at_5_khz(rfrfr, drive):
         answers += 1
     assert flood.returncode == 0
     assert answers > 10
+    states = list(drive.all(JointState))  # those of the flood; waiting forgets them
     drive.until(lambda: np.array_equal(drive.motors, [2.64, 0.5]))
-    stamps = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in drive.all(JointState)]
+    stamps = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in states]
+    assert len(stamps) > 10
     assert np.all(np.diff(stamps) > 0.0)
 
 
@@ -243,6 +247,7 @@ def test_parameter_changes_during_motion_hold_at_once(drive):
     assert drive.set_parameters(margin_warning=0.99, margin_stop=0.98).successful
     try:
         drive.until_state(StabilityMetrics.STATE_HALTED)
+        assert drive.position[1] > 0.3 + 1e-3  # on its way, not at its end
         assert drive.metrics.status == StabilityMetrics.STATUS_HALT_FOR_STABILITY
         refused = drive.set_parameters(margin_warning=0.1, margin_stop=0.3)
         assert not refused.successful

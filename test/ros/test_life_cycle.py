@@ -3,6 +3,7 @@
 
 """The managed node: transitions from another process, with and without autostart."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -142,12 +143,22 @@ def test_every_parameter_is_described_and_numbers_have_a_range(rfrfr):
             assert descriptor.floating_point_range, descriptor.name
         if descriptor.type == ParameterType.PARAMETER_INTEGER:
             assert descriptor.integer_range, descriptor.name
-    readme = (Path(__file__).parents[2] / "README.md").read_text()
-    rows = readme[readme.index("### Parameters") :].splitlines()
-    for descriptor in described:
-        row = [line for line in rows if f"`{descriptor.name}`" in line]
-        assert row, descriptor.name
-        assert row[0].endswith("read-only |") == descriptor.read_only, row[0]
+    page = (Path(__file__).parents[2] / "docs/node.md").read_text()
+    rows = re.findall(r"^\| `(\w+)` \| (\w+) \| .* \| (live|read-only) \|", page, re.M)
+    kinds = {
+        ParameterType.PARAMETER_BOOL: "bool",
+        ParameterType.PARAMETER_INTEGER: "integer",
+        ParameterType.PARAMETER_DOUBLE: "double",
+        ParameterType.PARAMETER_STRING: "string",
+    }
+    assert sorted(rows) == sorted(
+        (
+            descriptor.name,
+            kinds[descriptor.type],
+            "read-only" if descriptor.read_only else "live",
+        )
+        for descriptor in described
+    )
     fixed = {descriptor.name for descriptor in described if descriptor.read_only}
     assert {"robot", "modes", "tick_rate", "motor_source", "autostart"} <= fixed
     assert "margin_stop" not in fixed

@@ -3,10 +3,16 @@
 
 """Start and end of the node's process."""
 
+import os
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 from helpers.node_process import TIMEOUT, NodeProcess, free_domain
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
@@ -23,6 +29,31 @@ def test_sigterm_during_the_start_ends_the_node_cleanly(tmp_path):
         process.wait_for_log(text)
         assert process.stop(signal.SIGTERM) == 0, process.output()
         assert "Traceback" not in process.output()
+
+
+@pytest.mark.slow
+def test_signals_at_random_times_from_the_very_start_end_the_node_cleanly():
+    """Some without compiled kernels, some with two signals; seeds of what fails are printed."""
+    done = subprocess.run(
+        [sys.executable, ROOT / "tools/stop_at_random.py", "--starts", "40", "--seed", "1"],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=900,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_an_unknown_parameter_in_a_file_is_warned_about(tmp_path):
+    """The file may be meant for other nodes too."""
+    file = tmp_path / "parameters.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    robot: rfrfr\n    margin_stp: 0.1\n")
+    process = NodeProcess(tmp_path / "node.log", free_domain(), ["--params-file", str(file)])
+    process.wait_for_log("ready")
+    assert process.stop() == 0
+    warned = [line for line in process.output().splitlines() if "[WARN]" in line]
+    assert len(warned) == 1
+    assert "unknown parameter margin_stp: did you mean margin_stop?" in warned[0]
 
 
 @pytest.mark.parametrize(

@@ -69,6 +69,7 @@ def test_a_goal_makes_the_map_that_the_library_makes(drive, maps, tmp_path):
     assert 0 < result.stable < result.reached < result.cells
     assert 0 < result.below_threshold < result.reached
     assert [border.kind for border in result.borders] == [one.kind for one in wanted.borders]
+    assert result.borders
     for border, other in zip(result.borders, summary.borders, strict=True):
         assert border.points == other.points > 0
         np.testing.assert_allclose(border.lower, other.lower, atol=1e-9)

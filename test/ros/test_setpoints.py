@@ -90,11 +90,12 @@ def test_driving_straight_through_the_instability(drive):
 
 def test_pause_during_motion_holds_and_forgets_the_setpoint(drive):
     drive.send_platform(0.0, 0.3)
-    drive.spin(0.1)
+    drive.until(lambda: not np.array_equal(drive.motors, HOME))
     answer = drive.pause(True)
     assert answer.success
     drive.until_state(StabilityMetrics.STATE_PAUSED)
     held = drive.motors
+    assert drive.position[1] > 0.3 + 1e-3  # on its way, not at its end
     drive.send_platform(0.0, 0.5)
     drive.spin(0.3)
     np.testing.assert_array_equal(drive.motors, held)
@@ -108,7 +109,7 @@ def test_pause_during_motion_holds_and_forgets_the_setpoint(drive):
 
 def test_reset_during_motion_goes_home_and_takes_no_setpoints_on_the_way(drive):
     drive.send_platform(0.0, 0.3)
-    drive.spin(0.3)
+    drive.until(lambda: not np.array_equal(drive.motors, HOME))
     answer = drive.reset()
     assert answer.success
     drive.send_platform(0.0, 0.3)
@@ -137,6 +138,8 @@ def test_apply_during_motion_is_refused_and_at_rest_forgets_the_setpoint(drive):
 
 def test_no_command_goes_out_before_the_first_setpoint(drive):
     drive.spin(0.5)
+    assert drive.client.node.count_publishers("/cpr_node/motor_commands") == 1
+    assert drive.all(StabilityMetrics)  # it is heard
     assert not drive.all(Float64MultiArray)
 
 

@@ -24,7 +24,7 @@ from cpr_core.description.description_file import shipped_robots
 def test_metrics_are_those_of_the_library(six_rfs):
     metrics = six_rfs.client.messages(StabilityMetrics, "/cpr_node/stability", 2)[-1]
     home = solve_home(cpr_core.load_robot("six_rfs"))
-    model = cpr_core.model.kinemato_statics(home)
+    model = cpr_core.kinemato_statics(home)
     for name in ("forward", "inverse"):
         expected, told = model.singularity(name), getattr(metrics, name)
         assert told.smallest_singular_value == pytest.approx(expected.smallest, rel=1e-6)
@@ -174,6 +174,8 @@ def test_leg_markers_follow_the_legs(six_rfs):
 def test_poses_and_joint_states_are_reliable(rfrfr):
     node = rfrfr.client.node
     for topic in ("/joint_states", "/cpr_node/platform_pose", "/cpr_node/stability"):
-        for publisher in node.get_publishers_info_by_topic(topic):
-            assert publisher.qos_profile.reliability.name == "RELIABLE", topic
+        # Discovery may go on yet.
+        rfrfr.client.spin_until(lambda topic=topic: node.count_publishers(topic) > 0)
+        (publisher,) = node.get_publishers_info_by_topic(topic)
+        assert publisher.qos_profile.reliability.name == "RELIABLE", topic
     assert rfrfr.client.messages(PoseStamped, "/cpr_node/platform_pose", 1)

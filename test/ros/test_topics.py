@@ -131,6 +131,7 @@ def test_a_parameter_of_an_impossible_type_does_not_end_the_node(rfrfr):
     assert client.wait_for_service(20.0)
     wrong = Parameter(name="margin_warning", value=ParameterValue(type=77))
     client.call_async(SetParameters.Request(parameters=[wrong]))
+    rfrfr.process.wait_for_log("77 is not a valid", timeout=20.0)  # it has come
     assert next_stability(rfrfr).index_locked == 0
     assert set_thresholds(rfrfr, margin_warning=0.2, margin_stop=0.05).successful
     assert rfrfr.process.process.poll() is None

@@ -1,0 +1,132 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Delayed slots: those of a leg that cannot be eliminated with the others, and are left to the border.
+
+A straight leg cannot move its tip along itself, so its force there does not follow from the leg alone;
+nor does a strain of a rod about to buckle on its own. Multifrontal solvers call such pivots delayed. To
+the lanes a delayed slot is one the leg lacks: its rows are zero, its pivot is 1. Its couplings to the
+slots after it, which these have to eliminate, are kept beside, and what is left of it stands in the
+border behind platform and motors.
+"""
+
+from __future__ import annotations
+
+from .kernel_decorators import inlined, part
+from .lanes import absolute, broadcast, get, load, lower, put, store
+
+__all__ = [
+    "PIVOT",
+    "PIVOT_INVERSE",
+    "add_delayed",
+    "delay_small_pivots",
+    "gather_delayed",
+    "scale_of_strain",
+    "scatter_delayed",
+]
+
+#: Places of ``lane_parts`` in the workspace.
+PIVOT, PIVOT_INVERSE, _SCALE = 1, 2, 3
+#: Pivots not above this fraction of the largest strain stiffness of a leg are delayed. Multipliers are
+#: few: delaying one costs little, and spares digits.
+_SMALLEST_STRAIN_PIVOT, _SMALLEST_PIVOT = 1e-8, 1e-4
+
+
+@inlined
+def scale_of_strain(robot, number, work):
+    """Largest strain stiffness of every leg, into the workspace."""
+    scale = broadcast(work.blocks, 0.0)
+    for i in range(robot.slots.strain_count):
+        unit = load(robot.units, (number, i))
+        stiffness = absolute(unit * unit * load(work.blocks, (number, i, i)))
+        scale = -lower(-scale, -stiffness)
+    store(work.lane_parts, _SCALE, (1.0 / robot.energy_unit) * scale)
+
+
+@part
+def delay_small_pivots(robot, number, i, work, factors):
+    """Delay slot ``i`` in the legs whose pivot is too small: zero takes the place of its inverse."""
+    parts, border, delayed = work.lane_parts, factors.border, factors.delayed
+    smallest = _SMALLEST_STRAIN_PIVOT if i < robot.slots.strain_count else _SMALLEST_PIVOT
+    for lane in range(robot.slot_index.shape[2]):
+        pivot = get(parts, PIVOT, lane)
+        put(parts, PIVOT_INVERSE, lane, 1.0 / pivot)
+        there = robot.slot_index[number, i, lane] >= 0
+        if not there or abs(pivot) > smallest * get(parts, _SCALE, lane):
+            continue
+        put(parts, PIVOT_INVERSE, lane, 0.0)
+        put(factors.inverse, (number, i), lane, 1.0)
+        count = factors.delayed_count[0]
+        delayed[count, 0], delayed[count, 1], delayed[count, 2] = number, i, lane
+        at = robot.border_indices.shape[0] + count
+        for j in range(at):
+            border[at, j] = border[j, at] = 0.0
+        border[at, at] = pivot
+        factors.delayed_count[0] = count + 1
+
+
+@part
+def add_delayed(robot, number, work, factors):
+    """Eliminate the slots of a group from its delayed ones; what is left goes into the border."""
+    slots, width, delayed = robot.slots, robot.border_indices.shape[0], factors.delayed
+    upper, rows, beyond, border = factors.upper, work.rows, factors.beyond, factors.border
+    first, count = 0, factors.delayed_count[0]
+    while first < count and delayed[first, 0] < number:
+        first += 1
+    for q in range(first, count):
+        slot, lane = delayed[q, 1], delayed[q, 2]
+        for k in range(slot + 1, slots.inner_count):
+            value = get(rows, (slot, k), lane)
+            for m in range(slot + 1, k):
+                value -= get(upper, (number, m, k), lane) * beyond[q, m]
+            beyond[q, k] = value
+        for p in range(q + 1, count):
+            if delayed[p, 2] == lane:
+                border[width + q, width + p] = beyond[q, delayed[p, 1]]
+                beyond[q, delayed[p, 1]] = 0.0
+    for q in range(first, count):
+        slot, lane = delayed[q, 1], delayed[q, 2]
+        for p in range(first, q + 1):
+            if delayed[p, 2] != lane:
+                continue
+            value = border[width + p, width + q]
+            for m in range(slot + 1, slots.inner_count):
+                value -= beyond[p, m] * get(factors.inverse, (number, m), lane) * beyond[q, m]
+            border[width + p, width + q] = border[width + q, width + p] = value
+        motor = robot.groups[number].motor_index[lane]
+        for column in range(slots.first_platform, slots.total):
+            is_motor = column == slots.motor
+            if is_motor and motor < 0:
+                continue
+            begin = 0 if is_motor else slots.first_coupled
+            value = get(rows, (slot, column), lane) if slot >= begin else 0.0
+            for m in range(max(begin, slot + 1), slots.inner_count):
+                value -= beyond[q, m] * get(upper, (number, m, column), lane)
+            at = motor - robot.platform_index if is_motor else column - slots.first_platform
+            border[width + q, at] = border[at, width + q] = value
+
+
+@inlined
+def gather_delayed(robot, work, factors):
+    """What the slots after them leave of the right sides of delayed slots, into the border's vector."""
+    width, solution, beyond = robot.border_indices.shape[0], work.solution, factors.beyond
+    for q in range(factors.delayed_count[0]):
+        number, slot, lane = factors.delayed[q, 0], factors.delayed[q, 1], factors.delayed[q, 2]
+        value = get(solution, (number, slot), lane)
+        for m in range(slot + 1, robot.slots.inner_count):
+            eliminated = get(factors.inverse, (number, m), lane) * get(solution, (number, m), lane)
+            value -= beyond[q, m] * eliminated
+        work.border[width + q] = value
+
+
+@inlined
+def scatter_delayed(robot, work, factors):
+    """Delayed slots from the border's vector, and what they do to right sides of slots after them."""
+    width, solution, beyond = robot.border_indices.shape[0], work.solution, factors.beyond
+    for q in range(factors.delayed_count[0]):
+        number, slot, lane = factors.delayed[q, 0], factors.delayed[q, 1], factors.delayed[q, 2]
+        found = work.border[width + q]
+        put(solution, (number, slot), lane, found)
+        for m in range(slot + 1, robot.slots.inner_count):
+            value = get(solution, (number, m), lane) - beyond[q, m] * found
+            put(solution, (number, m), lane, value)

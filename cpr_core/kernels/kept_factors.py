@@ -1,0 +1,112 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Condensed tangents as equilibria keep them: one array of lanes, packed.
+
+    how it was factored | rows of L^T and D^-1 L^-1 B, slot by slot, D^-1 on the diagonal | border
+
+Where slots were delayed nothing but that is kept: the tangent is found again where it is needed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .condensation_kernel import CONDENSED
+from .kernel_arrays import Lanes, RobotArrays
+from .kernel_decorators import inlined, kernel
+from .lanes import get, lanes_dtype, load, put, store
+from .slots import SlotLayout
+
+__all__ = [
+    "keep",
+    "kept_count",
+    "kept_factors",
+    "kept_row",
+    "kept_status",
+    "recall",
+    "recall_border",
+]
+
+
+def kept_factors(robot: RobotArrays) -> Lanes:
+    """Memory in which factors are kept with an equilibrium."""
+    return np.empty(robot.kept_count, lanes_dtype(robot.slot_index.shape[2]))
+
+
+def kept_count(group_count: int, slots: SlotLayout, border_count: int, width: int) -> int:
+    """Lanes of it."""
+    border = -(-(border_count**2) // width)
+    return 1 + group_count * slots.inner_count * slots.total + border
+
+
+@inlined
+def kept_status(kept):
+    """How the tangent was factored."""
+    return int(get(kept, 0, 0))
+
+
+@inlined
+def kept_row(robot, number, slot):
+    """Where column 0 of a slot's row is."""
+    return 1 + (number * robot.slots.inner_count + slot) * robot.slots.total
+
+
+@inlined
+def kept_border(robot):
+    """Where the border begins: entry after entry, lane after lane."""
+    return kept_row(robot, robot.groups.shape[0], 0)
+
+
+@kernel
+def keep(robot, factors, kept):
+    """Copy factors to memory of their own (``kept_factors``)."""
+    slots, upper, width = robot.slots, factors.upper, robot.slot_index.shape[2]
+    put(kept, 0, 0, float(factors.status[0]))
+    if factors.status[0] != CONDENSED:
+        return
+    for number in range(robot.groups.shape[0]):
+        for i in range(slots.inner_count):
+            row = kept_row(robot, number, i)
+            # The unit diagonal of L^T is no news: the inverse pivots have its place.
+            store(kept, row + i, load(factors.inverse, (number, i)))
+            for j in range(i + 1, slots.total):
+                store(kept, row + j, load(upper, (number, i, j)))
+    at, lane = kept_border(robot), 0
+    count = robot.border_indices.shape[0]
+    for i in range(count):
+        for j in range(count):
+            put(kept, at, lane, factors.border[i, j])
+            lane += 1
+            if lane == width:
+                at, lane = at + 1, 0
+
+
+@kernel
+def recall(robot, kept, factors):
+    """Copy them back, where they are CONDENSED."""
+    slots, upper = robot.slots, factors.upper
+    factors.status[0] = kept_status(kept)
+    if factors.status[0] != CONDENSED:
+        return
+    factors.delayed_count[0] = 0
+    for number in range(robot.groups.shape[0]):
+        for i in range(slots.inner_count):
+            row = kept_row(robot, number, i)
+            store(factors.inverse, (number, i), load(kept, row + i))
+            for j in range(i + 1, slots.total):
+                store(upper, (number, i, j), load(kept, row + j))
+    recall_border(robot, kept, factors.border)
+
+
+@inlined
+def recall_border(robot, kept, border):
+    """Copy the border alone back."""
+    at, lane, width = kept_border(robot), 0, robot.slot_index.shape[2]
+    count = robot.border_indices.shape[0]
+    for i in range(count):
+        for j in range(count):
+            border[i, j] = get(kept, at, lane)
+            lane += 1
+            if lane == width:
+                at, lane = at + 1, 0

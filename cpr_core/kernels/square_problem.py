@@ -1,0 +1,55 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What Newton's method is given: a configuration, a square problem cut out of the model, tolerances."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "CONTRACTION",
+    "ITERATIONS",
+    "RESIDUAL",
+    "Configuration",
+    "SquareProblem",
+    "Tolerances",
+]
+
+#: Largest dimensionless residual of an equilibrium.
+RESIDUAL = 1e-10
+#: Newton steps of one path step.
+ITERATIONS = 12
+#: A correction must be smaller than this times the one before: by Kantorovich's theorem the solution
+#: then moves continuously from the last one to this one.
+CONTRACTION = 0.25
+
+
+class Configuration(NamedTuple):
+    """A configuration of a robot, in equilibrium or not."""
+
+    state: NDArray[np.float64]  # (N,); entries of the platform are not read
+    rotation: NDArray[np.float64]  # of the platform in the world, (3, 3)
+    position: NDArray[np.float64]  # (3,) [m]
+
+
+class SquareProblem(NamedTuple):
+    """What is unknown beside leg coordinates and multipliers, and what holds beside their equations."""
+
+    equations: NDArray[np.int64]  # state indices among platform and motors, (s,)
+    unknowns: NDArray[np.int64]  # as many state indices among platform and motors
+    angles: bool  # whether the rotation unknowns are roll, pitch and yaw, not world rotations
+
+
+class Tolerances(NamedTuple):
+    """When Newton's method is done, or gives up."""
+
+    residual: float = RESIDUAL  # largest dimensionless residual of a solution
+    iterations: int = ITERATIONS  # at most so many steps
+    contraction: float = CONTRACTION
+    """Below 1: full steps only, given up as soon as a correction is not smaller than this times the one
+    before; the solution then lies on the branch of the start. 1: steps are damped instead, for a start
+    that may be far away."""

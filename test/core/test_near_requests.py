@@ -1,0 +1,158 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Requests near by are served by the compiled near path, and all agree on what is near."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shipped_steps import STEPS
+from test_tangent_signs import index_by_eigenvalues
+
+from benchmarks.near_requests import is_walked, straight_stewart_gough, walk_near
+from benchmarks.walks import PROBLEMS, SOLVERS
+from cpr_core import Loads, load_robot, solve_forward, solve_home, solve_inverse
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.kernels.condensation_kernel import DELAYED
+from cpr_core.kernels.continuation_kernel import UNPREDICTED, WATCHED, Requests, Start
+from cpr_core.kernels.kept_factors import kept_factors
+from cpr_core.kernels.natural_units import EFFORT_UNIT, LONGEST_STEP
+from cpr_core.kernels.prepared_robot import continue_prepared
+from cpr_core.kernels.problems import PROBLEMS as NUMBERS
+from cpr_core.kernels.record_layout import STEPS as STEPS_TAKEN
+from cpr_core.kernels.square_problem import Tolerances
+from cpr_core.lie import rotation_exp
+from cpr_core.model.equilibrium import new_record
+from cpr_core.solving.geometrico_statics import target_of
+from cpr_core.solving.path import Path
+from cpr_core.solving.targets import EffortTarget, MotorTarget, PlatformTarget
+
+
+def walks_among(robot, problem, count):
+    """How many of random small steps are not served by the near path."""
+    walked = 0
+
+    def solve(start, request):
+        nonlocal walked
+        walked += is_walked(start, problem, request)
+        return SOLVERS[problem](robot, request, start=start)
+
+    walk_near(robot, problem, count, solve)
+    return walked
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+@pytest.mark.parametrize("modes", [3, 5, 12])
+@pytest.mark.parametrize("name", shipped_robots())
+def test_near_requests_need_no_walk(name, modes, problem):
+    assert walks_among(load_robot(name, modes=modes), problem, 40) == 0
+
+
+@pytest.fixture(scope="module", params=[3, 4, 5, 12])
+def straight(request):
+    return load_robot(straight_stewart_gough(), modes=request.param)
+
+
+def delayed(equilibrium):
+    """Whether some slot of a leg was left to the border there."""
+    return equilibrium.factors["lane"][0, 0] == DELAYED
+
+
+def test_straight_legs_need_no_walk_either(straight):
+    assert delayed(solve_home(straight))
+    assert walks_among(straight, "inverse", 100) == 0
+
+
+def test_signs_with_delayed_slots_are_those_of_the_eigenvalues(straight):
+    """Also where a load has bent the legs out, or made the robot unstable."""
+    found, force = 0, straight.arrays.energy_unit / straight.mean_length
+    for factor in (0.0, 1e-3, -1e-3, 0.1):
+        here = solve_forward(
+            straight, solve_home(straight).motors,
+            loads=Loads.none().with_(wrench_world=[0, 0, 0, factor * force, 0, 0]),
+        )  # fmt: skip
+        assert here.index_locked == index_by_eigenvalues(here) == here.spectrum_locked.index
+        assert here.index_free == here.spectrum_free.index
+        found += delayed(here)
+    assert found > 0
+
+
+def test_predictions_from_delayed_slots_are_used(straight):
+    """Half as far, a quarter is left to correct: a start that is not predicted needs more steps."""
+    home = solve_home(straight)
+    pose = np.append(home.platform_position, home.platform_quaternion)
+    pose[:3] += 1e-4 * np.array([1.0, 0.5, 0.2])
+    near = solve_inverse(straight, pose, start=home)
+    target = target_of(home, "pose", pose)
+    records, kept = new_record(straight, 1), kept_factors(straight.arrays)
+    made = continue_prepared(
+        straight.prepared,
+        home.load_arrays,
+        *Requests(NUMBERS["pose"], target.given(home), UNPREDICTED),
+        *Tolerances(),
+        *Start(home.record, home.factors),
+        records,
+        kept,
+    )
+    assert made == 0 or near.iterations < records[0, straight.state_size + STEPS_TAKEN]
+
+
+@pytest.fixture(scope="module", params=shipped_robots())
+def robot(request):
+    return load_robot(request.param)
+
+
+def taken_as_near(start, target):
+    """Whether the kernel tries a request in one watched step."""
+    robot = start.robot
+    records, kept = new_record(robot, 1), kept_factors(robot.arrays)
+    records[:] = np.nan
+    continue_prepared(
+        robot.prepared,
+        start.load_arrays,
+        *Requests(NUMBERS[target.problem], target.given(start), WATCHED),
+        *Tolerances(),
+        *Start(start.record, start.factors),
+        records,
+        kept,
+    )
+    return bool(np.isfinite(records[0, 0]))
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(0, 2**31), st.floats(0.2, 0.8))
+def test_kernel_and_targets_agree_on_what_is_near(robot, seed, distance):
+    random = np.random.default_rng(seed)
+    start, count = solve_home(robot), robot.motor_count
+    direction = random.uniform(-1.0, 1.0, count)
+    direction *= distance / np.abs(direction).max()
+    turn, moved = random.normal(size=3), random.uniform(-1.0, 1.0, 3)
+    if robot.planar:
+        turn[:2] = moved[2] = 0.0
+    turn *= random.uniform() * distance / np.linalg.norm(turn)
+    moved *= random.uniform() * distance * robot.mean_length / np.abs(moved).max()
+    efforts = EFFORT_UNIT * robot.arrays.energy_unit * direction / robot.motor_units
+    for target in (
+        MotorTarget(start.motors + robot.motor_units * direction),
+        EffortTarget(start.efforts + efforts),
+        PlatformTarget(
+            rotation_exp(turn) @ start.platform_rotation, start.platform_position + moved
+        ),
+    ):
+        if isinstance(target, PlatformTarget):  # what is not controlled is not read
+            given = target.given(start)[0]
+            target = PlatformTarget(given[:9].reshape(3, 3), given[9:])
+        far = target.distance(start)
+        if abs(far - LONGEST_STEP) > 1e-9:
+            assert taken_as_near(start, target) == (far < LONGEST_STEP), target.problem
+
+
+def test_loads_are_as_far_as_efforts_of_the_same_size(robot):
+    start, size = solve_home(robot), 0.3 * robot.arrays.energy_unit
+    effort = EffortTarget(start.efforts + size / robot.motor_units)
+    loads = start.loads.with_(wrench_world=[0.0, 0.0, size, 0.0, 0.0, 0.0])
+    if robot.description.point_platform:
+        loads = start.loads.with_(wrench_world=[0.0, 0.0, 0.0, size / robot.mean_length, 0.0, 0.0])
+    path = Path(start, MotorTarget(start.motors + STEPS[robot.description.name]), loads)
+    assert path.load_distance == pytest.approx(effort.distance(start), rel=1e-9)

@@ -1,0 +1,336 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Mistakes of newcomers: other units, other orders, words for numbers; answered in their own words."""
+
+import warnings
+
+import numpy as np
+import pytest
+import yaml
+
+from cpr_core import (
+    DescriptionError,
+    DescriptionWarning,
+    InvalidRequest,
+    Loads,
+    NotReached,
+    find_equilibria,
+    kinemato_statics,
+    load_robot,
+    restore_equilibrium,
+    solve_forward,
+    solve_forward_by_effort,
+    solve_home,
+    solve_inverse,
+    spectrum,
+    trace,
+    trace_through,
+)
+from cpr_core.description.description_file import read_description, shipped_robots
+from cpr_core.description.plausibility import quaternion_order_doubt
+from cpr_core.workspace import map_workspace, motor_grid, pose_grid
+
+MILLIMETRES, DEGREES = "looks like millimetres, expected metres", "looks like degrees"
+
+
+def content_of(name):
+    return yaml.safe_load(shipped_robots()[name].read_text())
+
+
+def put(content, path, value):
+    *parts, last = path
+    for part in parts:
+        content = content[part]
+    content[last] = value
+
+
+def soft(content):
+    """Silicone: as soft as a modulus in MPa of a metal looks."""
+    content["rod"] |= {"young_modulus": 1e5, "shear_modulus": 4e4, "density": 1070.0}
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_shipped_robots_are_beyond_doubt(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DescriptionWarning)
+        _ = solve_home(load_robot(name))
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "field", "says"),
+    [
+        (("rod", "length"), 800.0, "rod.length", f"got 800: {MILLIMETRES}"),
+        (
+            ("rod", "section", "radius"),
+            1.0,
+            "rod.section",
+            f"radius 1.0 for a rod 0.8 m long: {MILLIMETRES}",
+        ),
+        (
+            ("rod", "young_modulus"),
+            210.0,
+            "rod.young_modulus",
+            "got 210: looks like GPa, expected Pa",
+        ),
+        (
+            ("rod", "shear_modulus"),
+            82.0,
+            "rod.shear_modulus",
+            "got 82: looks like GPa, expected Pa",
+        ),
+        (("rod", "young_modulus"), 210e15, "rod.young_modulus", "no material is as stiff"),
+    ],
+)
+def test_what_cannot_be_a_rod_is_refused(path, value, field, says):
+    content = content_of("three_rfs")
+    put(content, path, value)
+    with pytest.raises(DescriptionError) as caught:
+        load_robot(content)
+    assert caught.value.field == field
+    assert says in caught.value.problem
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "says"),
+    [
+        (("rod", "length"), 45.0, f"rod.length: 45 m: {MILLIMETRES}"),
+        (("rod", "young_modulus"), 210e3, "rod.young_modulus: 210000: looks like MPa"),
+        (("rod", "density"), 7.8, r"rod.density: 7.8: looks like g/cm\^3"),
+        (("rod", "yield_strain"), 2.0, "rod.yield_strain: 2: looks like per cent"),
+        (("home", "motors"), [309.0] * 3, rf"home.motors\[0\]: 309: {DEGREES}"),
+        (("legs", 1, "motor", "limits", "position"), [-90, 90],
+         rf"legs\[1\].motor.limits.position: -90: {DEGREES}"),
+        (("legs", 1, "base", "position"), [-100.0, 173.0, 0.0], rf"base.position .*: {MILLIMETRES}"),
+        (("legs", 2, "tip", "position"), [-50.0, -86.0, 0.0], rf"legs\[2\].tip.*{MILLIMETRES}"),
+        (("platform", "center_of_mass"), [0.0, 0.0, 20.0], f"platform.center_of_mass: .*{MILLIMETRES}"),
+        (("home", "platform"), {"position": [0, 0, 700.0]}, f"home.platform.position: .*{MILLIMETRES}"),
+        (("home", "platform"), {"position": [0, 0, 0.7], "quaternion_wxyz": [0.0, 0.0, 0.28, 0.96]},
+         r"home.platform.quaternion_wxyz: .* turn by 180 degrees: looks like x y z w"),
+    ],
+)  # fmt: skip
+def test_what_looks_like_another_unit_is_said(path, value, says):
+    content = content_of("three_rfs")
+    put(content, path, value)
+    with pytest.warns(DescriptionWarning, match=says):
+        read_description(content)
+
+
+def test_rods_of_silicone_and_of_glass_fibre_are_beyond_doubt():
+    content = content_of("three_rfs")
+    soft(content)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DescriptionWarning)
+        read_description(content)
+        content["rod"]["section"]["radius"] = 5e-6
+        content["rod"]["length"] = 9.0
+        read_description(content)
+
+
+def test_extensible_legs_in_millimetres_are_said():
+    content = content_of("gough_stewart")
+    content["home"]["motors"] = [450.0] * 6
+    with pytest.warns(DescriptionWarning, match=rf"home\.motors\[0\]: 450: {MILLIMETRES}"):
+        read_description(content)
+
+
+def test_a_planar_quaternion_in_another_order_is_refused_with_the_order():
+    content = content_of("planar_body")
+    content["home"]["platform"] = {"position": [0, 0.5, 0], "quaternion_wxyz": [0, 0, 0.6, 0.8]}
+    with pytest.raises(DescriptionError, match="about z in a planar robot, w 0 0 z"):
+        read_description(content)
+
+
+# Requests.
+
+
+@pytest.mark.parametrize(
+    ("name", "solve", "values", "says"),
+    [
+        ("rfrfr", solve_forward, [148.4, 31.5], f"motor1 at 148.4 {DEGREES}"),
+        ("rfrfr", solve_inverse, [0.0, 830.0], rf"platform position \(0, 830, 0\) {MILLIMETRES}"),
+        ("gough_stewart", solve_inverse, [0, 0, 450.0, 1, 0, 0, 0], rf"\(0, 0, 450\) {MILLIMETRES}"),
+        ("rfrfr", solve_forward, [2.59, 6.5], None),
+    ],
+)  # fmt: skip
+def test_requests_in_other_units_fail_with_what_looks_wrong(name, solve, values, says):
+    content = content_of(name)
+    for leg in content["legs"]:
+        leg["motor"].pop("limits", None)
+    with pytest.raises(NotReached, match=says or "not reached") as caught:
+        solve(load_robot(content), values)
+    assert ("looks like" in str(caught.value)) == (says is not None)
+
+
+def test_quaternions_are_doubted_where_the_other_order_is_near():
+    start = np.array([0.9434, -0.0406, -0.0496, 0.3255])
+    w, x, y, z = start
+    for sign in (1.0, -1.0):
+        assert quaternion_order_doubt(sign * np.array([x, y, z, w]), start)
+    assert not quaternion_order_doubt(start, start)
+    assert not quaternion_order_doubt(np.array([0.0, 1.0, 0.0, 0.0]), start)
+
+
+def test_a_pitch_in_degrees_is_refused_in_radians():
+    with pytest.raises(InvalidRequest, match="at most pi/2 rad, got -5 rad"):
+        solve_inverse(load_robot("three_rfs"), [0.72, 10.0, -5.0])
+
+
+PUBLIC = {
+    "solve_forward": lambda robot: solve_forward(robot, [2.59, 0.55]),
+    "solve_forward_by_effort": lambda robot: solve_forward_by_effort(robot, [0.0, 0.0]),
+    "solve_inverse": lambda robot: solve_inverse(robot, [0.0, 0.8]),
+    "trace": lambda robot: trace(robot, motors=[2.6, 0.6]),
+    "trace_through": lambda robot: trace_through(robot, motors=[[2.6, 0.6]]),
+    "find_equilibria": lambda robot: find_equilibria(robot, [2.6, 0.6]),
+    "restore_equilibrium": lambda robot: restore_equilibrium(
+        robot, Loads.none(), [], [], [], np.eye(3), [0, 0, 0]
+    ),
+    "pose_grid": lambda robot: pose_grid(robot, {"x": [0.0, 0.1]}),
+    "motor_grid": lambda robot: motor_grid(robot, {"motor1": [0.0, 0.1]}),
+    "map_workspace": lambda robot: map_workspace(
+        robot, pose_grid(load_robot("rfrfr"), {"x": [0.0, 0.1], "y": [0.8, 0.9]})
+    ),
+}
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_a_name_in_place_of_a_robot_is_refused_with_how_to_load_one(name):
+    with pytest.raises(InvalidRequest, match=r"robot: .*load_robot\('rfrfr'\) loads one"):
+        PUBLIC[name]("rfrfr")
+    with pytest.raises(InvalidRequest, match=r"robot: expected a Robot, got 3\.5"):
+        PUBLIC[name](3.5)
+
+
+# Content and texts.
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_a_description_may_be_given_as_text(name):
+    text = shipped_robots()[name].read_text()
+    description = read_description(text)
+    assert (description.name, description.text) == (name, text)
+    assert load_robot(yaml.safe_dump(content_of(name), default_flow_style=True)).description.name
+
+
+@pytest.mark.parametrize("text", ["name: x\nspace: [", "just\nwords", "{name: x}"])
+def test_texts_that_are_no_description_are_refused_shortly(text):
+    with pytest.raises(DescriptionError) as caught:
+        load_robot(text + "\n" + 500 * "# more\n" if "{" not in text else text)
+    assert caught.value.source == "description"
+    assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_shipped_files_are_numbers_in_every_yaml(name):
+    content = yaml.safe_load(shipped_robots()[name].read_text())
+    assert isinstance(content["rod"]["young_modulus"], float)
+    stiff = read_description(content).legs[0].rod.young_modulus
+    for word in ("210e9", "2.1e11", "2.1E11", "+21.e10"):
+        content["rod"]["young_modulus"] = word
+        assert read_description(content).legs[0].rod.young_modulus == pytest.approx(stiff)
+    content["name"] = "1e5"
+    assert read_description(content).name == "1e5"
+    for word in ("210e9 Pa", "e9", "1e", "12", "inf"):
+        content["rod"]["young_modulus"] = word
+        with pytest.raises(DescriptionError, match=r"rod\.young_modulus: expected number"):
+            read_description(content)
+
+
+# Home.
+
+
+def test_one_vector_is_the_side_of_all_rods():
+    content = content_of("rfrfr")
+    content["home"] = {"motors": [1.7, 1.4], "bow": [1, 0, 0]}
+    one = load_robot(content)
+    content["home"]["bow"] = [[1, 0, 0], [1, 0, 0]]
+    for side, same in zip(
+        one.description.home.bow, load_robot(content).description.home.bow, strict=True
+    ):
+        np.testing.assert_array_equal(side, same)
+        assert side[0] > 0.9
+    content["home"]["bow"] = [0, 0, 1]
+    with pytest.raises(DescriptionError, match=r"home\.bow: expected z = 0"):
+        load_robot(content)
+
+
+def test_one_vector_is_the_side_of_all_rods_in_space():
+    content = content_of("gough_stewart")
+    content["home"]["bow"] = [0, 0, 1]
+    with pytest.raises(DescriptionError, match=r"home\.bow: .*across the tangent of leg1"):
+        load_robot(content)
+    content = content_of("three_rfs")
+    content["home"] = {"motors": [0.0] * 3, "bow": [0, 0, 1]}
+    for side in load_robot(content).description.home.bow:
+        np.testing.assert_allclose(side, [0, 0, 1], atol=1e-12)
+
+
+def test_a_rough_pose_far_from_home_is_said():
+    content = content_of("rfrfr")
+    content["home"]["platform"] = {"position": [0, 1.2, 0]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DescriptionWarning)
+        _ = solve_home(load_robot(content))
+    content["home"]["platform"] = {"position": [0, 3.0, 0]}
+    robot = load_robot(content)
+    with pytest.warns(
+        DescriptionWarning, match=r"home\.platform\.position: .* is 2\.16 m from there"
+    ):
+        home = solve_home(robot)
+    assert home.converged
+
+
+# What people look for.
+
+
+def test_values_are_shown_in_a_line():
+    robot = load_robot("six_rfs")
+    found = trace(robot, motors=solve_home(robot).motors + 0.01, points=3)
+    loads = robot.default_loads.with_(gravity=[0, 0, -9.81])
+    for value in (
+        robot,
+        robot.description,
+        robot.description.legs[0],
+        solve_home(robot),
+        found,
+        loads,
+    ):
+        assert len(repr(value)) < 200
+        assert "\n" not in repr(value)
+    assert "six_rfs" in repr(robot)
+    assert "3 equilibria" in repr(found)
+    assert repr(loads) == "<Loads: gravity=[0.0, 0.0, -9.81]>"
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_an_equilibrium_says_whether_it_is_stable_and_where_it_is(name):
+    home = solve_home(load_robot(name))
+    assert home.stable
+    assert home.margin == pytest.approx(spectrum(home).margin)
+    assert kinemato_statics(home).jacobian.shape == (
+        len(home.robot.platform_axes),
+        home.robot.motor_count,
+    )
+    np.testing.assert_allclose(solve_inverse(home.robot, home.pose).motors, home.motors, atol=1e-9)
+
+
+def test_no_stability_is_read_from_energy_where_there_is_none():
+    robot = load_robot("six_rfs")
+    loads = Loads.none().with_(wrench_body=[0, 0, 0, 0.01, 0, 0])
+    there = solve_forward(robot, solve_home(robot).motors, loads=loads)
+    assert there.index_locked == 0
+    assert not there.stable
+
+
+def test_loads_of_the_description_stay_where_others_are_added():
+    robot = load_robot("three_rfs")
+    wrench = [0, 0, 0, 0.1, 0, 0]
+    loads = robot.default_loads.with_(wrench_world=wrench)
+    np.testing.assert_array_equal(loads.gravity, [0, 0, -9.81])
+    np.testing.assert_array_equal(loads.wrench_world, wrench)
+    kept = solve_forward(robot, solve_home(robot).motors, loads=loads)
+    lost = solve_forward(
+        robot, solve_home(robot).motors, loads=Loads.none().with_(wrench_world=wrench)
+    )
+    assert np.linalg.norm(kept.platform_position - lost.platform_position) > 1e-3
