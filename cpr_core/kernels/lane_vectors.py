@@ -20,11 +20,8 @@ from collections.abc import Callable
 from itertools import product
 from typing import Any
 
-from numba.core import types
-from numba.core.types.containers import UniTuple
-from numba.extending import intrinsic
-
-from ..formulas import formula
+from ..numba_fence.typing_extension import intrinsic, types
+from .formulas import formula
 from .kernel_decorators import inlined
 from .lanes import broadcast, element_type, load_element, store_element, total
 
@@ -59,7 +56,7 @@ __all__ = [
 
 
 def _three(kind: Any) -> Any:
-    return UniTuple(kind, 3)
+    return types.UniTuple(kind, 3)
 
 
 @intrinsic

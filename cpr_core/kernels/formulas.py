@@ -14,11 +14,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from numba.core import types
-from numba.core.types.containers import UniTuple
-from numba.extending import intrinsic
-
-from .kernels.lanes import LanesType, generate_operation
+from ..numba_fence.typing_extension import intrinsic, types
+from .lanes import LanesType, generate_operation
 
 __all__ = ["formula"]
 
@@ -95,7 +92,7 @@ def _parts(kind: Any, value: Any = None, builder: Any = None) -> Any:
 def _type_of(parts: Any) -> Any:
     if isinstance(parts, _Part):
         return parts.kind
-    return UniTuple(_type_of(parts[0]), len(parts))
+    return types.UniTuple(_type_of(parts[0]), len(parts))
 
 
 def _value_of(context: Any, builder: Any, parts: Any) -> Any:
