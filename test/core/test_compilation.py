@@ -83,8 +83,8 @@ def run(*arguments, cache=None):
 
 def kernel_of(index):
     """Name of the kernel of a file in the cache."""
-    package = "workspace." if index.parent.name.startswith("workspace") else ""
-    return package + index.name.rpartition("-")[0]
+    package = index.parent.name.rpartition("_")[0]
+    return f"{package}.{index.name.rpartition('-')[0]}".removeprefix("cpr_core.")
 
 
 def test_importing_compiles_nothing_and_imports_nothing_heavy(tmp_path):

@@ -5,10 +5,10 @@
 
 import numpy as np
 import pytest
+from helpers.bordered_index import index_by_eigenvalues
+from helpers.shipped_steps import STEPS
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shipped_steps import STEPS
-from test_tangent_signs import index_by_eigenvalues
 
 from benchmarks.near_requests import is_walked, straight_stewart_gough, walk_near
 from benchmarks.walks import PROBLEMS, SOLVERS

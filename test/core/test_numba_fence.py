@@ -132,7 +132,7 @@ def test_what_is_missing_is_not_asked_for_and_said_once(tmp_path, hidden):
 @pytest.mark.slow
 def test_a_numba_without_any_of_them_solves_the_same(tmp_path):
     code = SOLVE.format(hidden=", ".join(map(repr, WITHOUT)), motors=MOTORS)
-    found = run(code, tmp_path, timeout=900)
+    found = run(code, tmp_path, timeout=1800)
     expected = solve_forward(load_robot("rfrfr", modes=2), MOTORS)
     np.testing.assert_allclose(found["state"], expected.state, rtol=1e-9, atol=1e-11)
     np.testing.assert_allclose(found["position"], expected.platform_position, atol=1e-11)

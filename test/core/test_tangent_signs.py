@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+from helpers.bordered_index import index_by_eigenvalues
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,23 +21,12 @@ from cpr_core import (
 )
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.inertia_kernel import eliminate
-from cpr_core.model.equilibrium import tangent_at
 
 
 def symmetric(eigenvalues, random):
     turned = np.linalg.qr(random.normal(size=(len(eigenvalues),) * 2))[0]
     matrix = turned @ np.diag(eigenvalues) @ turned.T
     return 0.5 * (matrix + matrix.T)
-
-
-def index_by_eigenvalues(here):
-    """Index with the motors locked from all eigenvalues of the bordered Hessian."""
-    robot, tangent = here.robot, tangent_at(here)
-    scaled = tangent * robot.arrays.unit[:, None] * robot.arrays.unit / robot.arrays.energy_unit
-    bordered = 0.5 * (scaled + scaled.T)[: robot.arrays.motor_index, : robot.arrays.motor_index]
-    values = np.linalg.eigvalsh(bordered)
-    negative = int(np.sum(values < -1e-11 * np.abs(values).max()))
-    return negative - len(robot.multiplier_indices)
 
 
 @settings(deadline=None, max_examples=200)

@@ -71,6 +71,7 @@ def test_every_number_of_a_cell_is_that_of_scipy(name):
         held["angle"] = roll_pitch_yaw(home.platform_rotation)[2]
     found = map_workspace(robot, pose_grid(robot, vary, held), workers=0)
     assert found.complete
+    assert found.reached.sum() > 1
     for cell in np.flatnonzero(found.reached).tolist():
         here = found.equilibrium(cell)
         assert here.converged
@@ -187,6 +188,7 @@ def test_a_long_step_is_divided():
     robot = rfrfr()
     grid = motor_grid(robot, {"motor1": [1.2, 2.59], "motor2": [0.55, 1.9]})
     found = map_workspace(robot, grid)
+    assert found.reached.sum() > 1
     for cell in np.flatnonzero(found.reached).tolist():
         direct = solve_forward(robot, found.place(cell))
         np.testing.assert_allclose(found.motors[cell], direct.motors, atol=1e-12)
@@ -256,6 +258,7 @@ def test_guesses_save_steps_and_change_nothing_else(monkeypatch):
     np.testing.assert_array_equal(found.cells.signs, plain.cells.signs)
     np.testing.assert_array_equal(found.cells.edges, plain.cells.edges)
     np.testing.assert_allclose(found.cells.state, plain.cells.state, atol=1e-7)
+    assert plain.borders
     for one, two in zip(found.borders, plain.borders, strict=True):
         np.testing.assert_allclose(one.points, two.points, atol=1e-5)
 

@@ -126,7 +126,7 @@ def test_the_tolerance_is_kept():
 def test_lines_go_through_all_points():
     border = of_kind(small_map(), "singularity")
     lines = border.polylines()
-    assert sum(len(line) - 1 for line in lines) == len(border.segments)
+    assert sum(len(line) - 1 for line in lines) == len(border.segments) > 0
     for line in lines:
         assert np.linalg.norm(np.diff(line, axis=0), axis=1).max() < 0.1 * np.sqrt(2) + 1e-9
 

@@ -1,0 +1,18 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The stability index by another way than elimination."""
+
+import numpy as np
+
+from cpr_core.model.equilibrium import tangent_at
+
+
+def index_by_eigenvalues(here):
+    """Index with the motors locked from all eigenvalues of the bordered Hessian."""
+    robot, tangent = here.robot, tangent_at(here)
+    scaled = tangent * robot.arrays.unit[:, None] * robot.arrays.unit / robot.arrays.energy_unit
+    bordered = 0.5 * (scaled + scaled.T)[: robot.arrays.motor_index, : robot.arrays.motor_index]
+    values = np.linalg.eigvalsh(bordered)
+    negative = int(np.sum(values < -1e-11 * np.abs(values).max()))
+    return negative - len(robot.multiplier_indices)
