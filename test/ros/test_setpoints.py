@@ -21,6 +21,8 @@ HOME = [2.59, 0.55]
 def test_motors_by_name_are_followed_and_commands_go_out(drive):
     drive.send_motors(0.60, 2.65, names=["motor2", "motor1"])
     drive.until(lambda: np.array_equal(drive.motors, [2.65, 0.60]))
+    # The last command may be taken after the state that comes behind it.
+    drive.client.spin_until(lambda: list(drive.all(Float64MultiArray)[-1].data) == [2.65, 0.60])
     commands = np.array([command.data for command in drive.all(Float64MultiArray)])
     np.testing.assert_array_equal(commands[-1], [2.65, 0.60])
     assert np.abs(np.diff(commands, axis=0)).max() <= 4.0 / 200.0 * (1.0 + 1e-6)
