@@ -16,8 +16,8 @@ from typing import Any
 from marked_section import ROOT, keep_current, row
 
 sys.path.insert(0, str(ROOT))
-import cpr_core  # noqa: E402  this tree's, installed or not
-import cpr_core.workspace  # noqa: E402
+import cpr_core
+import cpr_core.workspace
 
 
 def section() -> str:

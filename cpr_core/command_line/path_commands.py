@@ -37,8 +37,8 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--given",
         choices=["motors", "pose", "efforts"],
-        default="motors",
-        help="what --from and --to are: motor positions (default), controlled coordinates, efforts",
+        required=True,
+        help="what --from and --to are: motor positions, controlled coordinates or motor efforts",
     )
     parser.add_argument(
         "--points", type=int, default=51, metavar="N", help="equilibria kept, equally spaced"
