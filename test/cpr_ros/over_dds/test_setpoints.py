@@ -148,7 +148,7 @@ def test_no_command_goes_out_before_the_first_setpoint(drive):
 def test_the_parameter_file_of_a_robot_starts_a_node_that_halts_in_time(tmp_path):
     """Eight modes: the border of stability is where that of the continuous rods is."""
     domain = free_domain()
-    file = Path(__file__).parents[2] / "config/node/rfrfr.yaml"
+    file = Path(__file__).parents[3] / "config/node/rfrfr.yaml"
     arguments = ["--params-file", str(file), "-p", "max_speed:=4.0"]
     process = NodeProcess(tmp_path / "node.log", domain, arguments)
     process.wait_for_log("ready")

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from helpers.node_process import TIMEOUT, NodeProcess, free_domain
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
