@@ -4,9 +4,8 @@
 """Formulas on tuples of lanes and numbers, written out where kernels call them.
 
 A formula is a plain Python function of sums and products. It runs while the kernel that calls it is
-compiled, on parts that stand for values and emit their instructions. So it costs no function of its own
-to compile (a third of the time of the kernels would go there), takes lanes and numbers alike, and may do
-all that Python does with tuples.
+compiled, on parts that stand for values and emit their instructions. So it is no function of its
+own to compile, takes lanes and numbers alike, and may do all that Python does with tuples.
 """
 
 from __future__ import annotations
@@ -84,8 +83,8 @@ def _parts(kind: Any, value: Any = None, builder: Any = None) -> Any:
     if not isinstance(kind, types.BaseTuple):
         return _Part(kind, builder, value)
     return tuple(
-        _parts(one, builder.extract_value(value, i) if builder else None, builder)
-        for i, one in enumerate(kind)
+        _parts(component, builder.extract_value(value, i) if builder else None, builder)
+        for i, component in enumerate(kind)
     )
 
 
