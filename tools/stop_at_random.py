@@ -66,7 +66,7 @@ class End:
         status: Exit status; negative: killed by a signal.
         duration: From the first signal to the end [s].
         said: Lines that are no information of the log.
-        shared: Files of DDS in shared memory that are still there.
+        shared: Files of DDS in shared memory that it used, its own and those of other participants.
         left: Files that were left half written.
     """
 
@@ -76,13 +76,13 @@ class End:
     status: int
     duration: float
     said: tuple[str, ...]
-    shared: int
+    shared: tuple[Path, ...]
     left: int
 
     @property
     def good(self) -> bool:
         """Whether it ended as it should."""
-        return not self.taken or (self.status == 0 and not self.said and not self.shared)
+        return not self.taken or (self.status == 0 and not self.said)
 
 
 def drawn(number: int, options: argparse.Namespace, ready: float) -> Stop:
@@ -122,14 +122,14 @@ def takes_signals(process: subprocess.Popen[bytes]) -> bool:
     return bool((masks["SigCgt"] | masks["SigBlk"]) >> (signal.SIGTERM - 1) & 1)
 
 
-def shared_memory(process: subprocess.Popen[bytes]) -> list[Path]:
-    """Files of the process's own participant of DDS; ports are shared by all."""
+def shared_memory(process: subprocess.Popen[bytes]) -> tuple[Path, ...]:
+    """Files of participants of DDS that the process uses; ports are shared by all."""
     try:
         lines = Path(f"/proc/{process.pid}/maps").read_text().splitlines()
     except OSError:  # it has ended
-        return []
+        return ()
     names = {line.split()[-1] for line in lines if "/dev/shm/fastrtps_" in line}
-    return [Path(name) for name in names if "fastrtps_port" not in name]
+    return tuple(Path(name) for name in names if "fastrtps_port" not in name)
 
 
 def end_of(stop: Stop) -> End:
@@ -162,8 +162,7 @@ def end_of(stop: Stop) -> End:
         said = tuple(line for line in lines if not line.startswith("[INFO]"))
         stage = lines[-1].rpartition("]: ")[2] if lines else "nothing logged yet"
         left = sum(".tmp." in path.name for path in Path(folder).rglob("*"))
-    still = sum(path.exists() for path in shared)
-    return End(stop, taken, stage, status, duration, said, still, left)
+    return End(stop, taken, stage, status, duration, said, shared, left)
 
 
 def time_to_ready() -> float:
@@ -217,7 +216,6 @@ def report(ends: list[End]) -> str:
         stages = Counter(map(stage_of, taken))
         lines += [f"    {stage}: {count}" for stage, count in sorted(stages.items())]
         lines.append(f"  files left half written: {sum(end.left for end in taken)}")
-        lines.append(f"  files left in shared memory: {sum(end.shared for end in taken)}")
     lines.append(f"{len(early)} signals before the first line of the node: exit statuses")
     lines += [
         f"  {status:4}: {count}" for status, count in Counter(e.status for e in early).items()
@@ -255,7 +253,12 @@ def main() -> int:
             if len(ends) % 100 == 0 and len(ends) < len(stops):
                 print(f"--- {len(ends)} of {len(stops)} ---\n{report(ends)}", flush=True)
     print(report(ends))
-    return 0 if all(end.good for end in ends) and any(end.taken for end in ends) else 1
+    left = {
+        path for end in ends for path in end.shared if path.exists()
+    }  # nobody is left to use it
+    print(f"files left in shared memory: {len(left)}")
+    good = all(end.good for end in ends) and any(end.taken for end in ends)
+    return 0 if good and not left else 1
 
 
 if __name__ == "__main__":
