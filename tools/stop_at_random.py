@@ -66,6 +66,7 @@ class End:
         status: Exit status; negative: killed by a signal.
         duration: From the first signal to the end [s].
         said: Lines that are no information of the log.
+        shared: Files of DDS in shared memory that it used, its own and those of other participants.
         left: Files that were left half written.
     """
 
@@ -75,6 +76,7 @@ class End:
     status: int
     duration: float
     said: tuple[str, ...]
+    shared: tuple[Path, ...]
     left: int
 
     @property
@@ -93,7 +95,7 @@ def drawn(number: int, options: argparse.Namespace, ready: float) -> Stop:
         seed,
         cold,
         blocked=chance.random() < options.blocked,
-        delay=chance.uniform(0.0, (8.0 if cold else 2.0) * ready),
+        delay=chance.uniform(0.0, (6.0 if cold else 2.0) * ready),
         sent=tuple(chance.choice(SIGNALS) for _ in range(chance.choice((1, 1, 2)))),
         pause=chance.uniform(0.0, 0.3),
     )
@@ -120,6 +122,16 @@ def takes_signals(process: subprocess.Popen[bytes]) -> bool:
     return bool((masks["SigCgt"] | masks["SigBlk"]) >> (signal.SIGTERM - 1) & 1)
 
 
+def shared_memory(process: subprocess.Popen[bytes]) -> tuple[Path, ...]:
+    """Files of participants of DDS that the process uses; ports are shared by all."""
+    try:
+        lines = Path(f"/proc/{process.pid}/maps").read_text().splitlines()
+    except OSError:  # it has ended
+        return ()
+    names = {line.split()[-1] for line in lines if "/dev/shm/fastrtps_" in line}
+    return tuple(Path(name) for name in names if "fastrtps_port" not in name)
+
+
 def end_of(stop: Stop) -> End:
     """Start a node and stop it."""
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile("w+") as log:
@@ -133,6 +145,7 @@ def end_of(stop: Stop) -> End:
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
         time.sleep(max(0.0, begin + stop.delay - time.monotonic()))
+        shared = shared_memory(process)
         taken, first = takes_signals(process), time.monotonic()
         for position, number in enumerate(stop.sent):
             if position:
@@ -149,7 +162,7 @@ def end_of(stop: Stop) -> End:
         said = tuple(line for line in lines if not line.startswith("[INFO]"))
         stage = lines[-1].rpartition("]: ")[2] if lines else "nothing logged yet"
         left = sum(".tmp." in path.name for path in Path(folder).rglob("*"))
-    return End(stop, taken, stage, status, duration, said, left)
+    return End(stop, taken, stage, status, duration, said, shared, left)
 
 
 def time_to_ready() -> float:
@@ -225,6 +238,8 @@ def main() -> int:
     parser.add_argument("--together", type=int, default=2, help="starts at the same time")
     parser.add_argument("--only", type=int, help="repeat the start with this number")
     options = parser.parse_args()
+    # A shell that starts this in the background lets it, and whatever it starts, ignore SIGINT.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     ready = time_to_ready()
     print(f"seed {options.seed}; a node is ready after {ready:.1f} s", flush=True)
     numbers = range(options.starts) if options.only is None else [options.only]
@@ -235,10 +250,15 @@ def main() -> int:
             ends.append(end)
             if not end.good:
                 print(f"FAULT: {end}", flush=True)
-            if len(ends) % 50 == 0:
-                print(f"{len(ends)} of {len(stops)}", flush=True)
+            if len(ends) % 100 == 0 and len(ends) < len(stops):
+                print(f"--- {len(ends)} of {len(stops)} ---\n{report(ends)}", flush=True)
     print(report(ends))
-    return 0 if all(end.good for end in ends) and any(end.taken for end in ends) else 1
+    left = {
+        path for end in ends for path in end.shared if path.exists()
+    }  # nobody is left to use it
+    print(f"files left in shared memory: {len(left)}")
+    good = all(end.good for end in ends) and any(end.taken for end in ends)
+    return 0 if good and not left else 1
 
 
 if __name__ == "__main__":
