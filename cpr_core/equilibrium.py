@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .continuation_kernel import UNPREDICTED, Requests, Start
+from .continuation_kernel import UNPREDICTED
 from .errors import InvalidRequest
 from .kept_factors import kept_factors
 from .kernel_arrays import Lanes, LoadArrays
@@ -248,9 +248,12 @@ def corrected(
     found = continue_prepared(
         robot.prepared,
         load_arrays,
-        *Requests(PROBLEMS["motors"], given, UNPREDICTED),
+        PROBLEMS["motors"],
+        given,
+        UNPREDICTED,
         *tolerances,
-        *Start(record, kept),
+        record,
+        kept,
         records,
         kept,
     )

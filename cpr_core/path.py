@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from .continuation_kernel import FREELY, UNPREDICTED, Requests, Start
+from .continuation_kernel import FREELY, UNPREDICTED
 from .equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
 from .kept_factors import kept_factors
 from .kernel_arrays import LoadArrays
@@ -28,7 +28,7 @@ from .loads import Loads
 from .natural_units import EFFORT_UNIT
 from .prepared_robot import continue_prepared, evaluate_prepared
 from .problems import PROBLEMS
-from .square_problem import CONTRACTION, ITERATIONS, Tolerances
+from .square_problem import CONTRACTION, ITERATIONS
 from .targets import Imposed, Target
 
 __all__ = ["OutOfTime", "Path", "Point", "Tangent"]
@@ -186,9 +186,14 @@ class Path:
         if not continue_prepared(
             robot.prepared,
             loads,
-            *Requests(PROBLEMS[self.problem], given, mode),
-            *Tolerances(),
-            *Start(before.record, before.factors),
+            PROBLEMS[self.problem],
+            given,
+            mode,
+            RESIDUAL_TOLERANCE,
+            ITERATIONS,
+            CONTRACTION,
+            before.record,
+            before.factors,
             records,
             kept,
         ):

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .continuation import follow
-from .continuation_kernel import WATCHED, Requests, Start
+from .continuation_kernel import WATCHED
 from .equilibrium import Equilibrium, new_record
 from .errors import InvalidRequest, NonFiniteInput
 from .events import PathEvent
@@ -172,9 +172,12 @@ def _run(
     count = continue_prepared(
         robot.prepared,
         found.load_arrays,
-        *Requests(PROBLEMS[problem], given, WATCHED),
+        PROBLEMS[problem],
+        given,
+        WATCHED,
         *Tolerances(),
-        *Start(here.record, here.factors),
+        here.record,
+        here.factors,
         records,
         factors,
     )
