@@ -19,6 +19,7 @@ from ..kernels.kernel_arrays import Lanes, LoadArrays
 from ..kernels.prepared_robot import continue_prepared
 from ..kernels.problems import PROBLEMS
 from ..kernels.record_layout import (
+from .continuation_kernel import UNPREDICTED
     EFFORT,
     ENERGY,
     INDEX_FREE,
@@ -283,9 +284,12 @@ def corrected(
     found = continue_prepared(
         robot.prepared,
         load_arrays,
-        *Requests(PROBLEMS["motors"], given, UNPREDICTED),
+        PROBLEMS["motors"],
+        given,
+        UNPREDICTED,
         *tolerances,
-        *Start(record, kept),
+        record,
+        kept,
         records,
         kept,
     )

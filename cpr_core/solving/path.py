@@ -28,7 +28,9 @@ from ..kernels.problems import PROBLEMS
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, Tolerances
 from ..lie import angle_motions, rotation_exp
 from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
+from .continuation_kernel import FREELY, UNPREDICTED
 from .limits import Limit, grazes, margins, violated
+from .square_problem import CONTRACTION, ITERATIONS
 from .targets import Imposed, Target
 
 __all__ = ["OutOfTime", "Path", "Point", "Tangent"]
@@ -191,9 +193,14 @@ class Path:
         if not continue_prepared(
             robot.prepared,
             loads,
-            *Requests(PROBLEMS[self.problem], given, mode),
-            *Tolerances(),
-            *Start(before.record, before.factors),
+            PROBLEMS[self.problem],
+            given,
+            mode,
+            RESIDUAL_TOLERANCE,
+            ITERATIONS,
+            CONTRACTION,
+            before.record,
+            before.factors,
             records,
             kept,
         ):

@@ -26,6 +26,7 @@ from ..model.equilibrium import Equilibrium, new_record
 from ..model.robot import Robot
 from ..validation import checked_time
 from .continuation import follow
+from .continuation_kernel import WATCHED
 from .events import PathEvent
 from .geometrico_statics import checked_start
 from .limits import grazes, margins, violated
@@ -173,9 +174,12 @@ def _run(
     count = continue_prepared(
         robot.prepared,
         found.load_arrays,
-        *Requests(PROBLEMS[problem], given, WATCHED),
+        PROBLEMS[problem],
+        given,
+        WATCHED,
         *Tolerances(),
-        *Start(here.record, here.factors),
+        here.record,
+        here.factors,
         records,
         factors,
     )
