@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..kernels.continuation_kernel import UNPREDICTED, Requests, Start
+from ..kernels.continuation_kernel import UNPREDICTED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import Lanes, LoadArrays
 from ..kernels.prepared_robot import continue_prepared
 from ..kernels.problems import PROBLEMS
 from ..kernels.record_layout import (
-from .continuation_kernel import UNPREDICTED
     EFFORT,
     ENERGY,
     INDEX_FREE,

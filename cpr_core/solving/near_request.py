@@ -5,15 +5,13 @@
 
 from __future__ import annotations
 
-from ..kernels.continuation_kernel import WATCHED, Requests, Start
+from ..kernels.continuation_kernel import WATCHED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.prepared_robot import continue_prepared
 from ..kernels.problems import PROBLEMS
-from ..kernels.square_problem import Tolerances
+from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL
 from ..model.equilibrium import Equilibrium, new_record
-from .continuation_kernel import WATCHED
 from .limits import grazes, margins, violated
-from .square_problem import CONTRACTION, ITERATIONS, RESIDUAL
 from .targets import Target
 
 __all__ = ["solve_near"]

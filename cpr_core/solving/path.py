@@ -19,18 +19,16 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from ..description.loads import Loads
-from ..kernels.continuation_kernel import FREELY, UNPREDICTED, Requests, Start
+from ..kernels.continuation_kernel import FREELY, UNPREDICTED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays, interpolated_loads
 from ..kernels.natural_units import EFFORT_UNIT
 from ..kernels.prepared_robot import continue_prepared, evaluate_prepared
 from ..kernels.problems import PROBLEMS
-from ..kernels.square_problem import CONTRACTION, ITERATIONS, Tolerances
+from ..kernels.square_problem import CONTRACTION, ITERATIONS
 from ..lie import angle_motions, rotation_exp
 from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
-from .continuation_kernel import FREELY, UNPREDICTED
 from .limits import Limit, grazes, margins, violated
-from .square_problem import CONTRACTION, ITERATIONS
 from .targets import Imposed, Target
 
 __all__ = ["OutOfTime", "Path", "Point", "Tangent"]

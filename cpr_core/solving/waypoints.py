@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest, NonFiniteInput
-from ..kernels.continuation_kernel import WATCHED, Requests, Start
+from ..kernels.continuation_kernel import WATCHED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import Lanes
 from ..kernels.prepared_robot import continue_prepared
@@ -26,7 +26,6 @@ from ..model.equilibrium import Equilibrium, new_record
 from ..model.robot import Robot
 from ..validation import checked_time
 from .continuation import follow
-from .continuation_kernel import WATCHED
 from .events import PathEvent
 from .geometrico_statics import checked_start
 from .limits import grazes, margins, violated
