@@ -24,12 +24,15 @@ from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 NODE = [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", "-p", "robot:=rfrfr"]
 SIGNALS = (signal.SIGTERM, signal.SIGINT)
 #: Time a node may take to end before it is killed [s].
 PATIENCE = 30.0
 READY = 300.0
+#: Lines of the log after which some of the signals come, however fast the machine is.
+STAGES = ("motors motor1", "finding home", "at home", "inverse problem", "shapes", "ready")
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,8 @@ class Stop:
         seed: What everything else was drawn from.
         cold: Whether no kernel is compiled yet.
         blocked: Whether the parent has blocked the signals.
-        delay: From start to signal [s].
+        after: Line of the log from which the delay counts; empty: from the start.
+        delay: Until the first signal [s].
         sent: The signals.
         pause: Between two signals [s].
     """
@@ -50,6 +54,7 @@ class Stop:
     seed: str
     cold: bool
     blocked: bool
+    after: str
     delay: float
     sent: tuple[signal.Signals, ...]
     pause: float
@@ -90,12 +95,19 @@ def drawn(number: int, options: argparse.Namespace, ready: float) -> Stop:
     seed = f"{options.seed}-{number}"
     chance = random.Random(seed)
     cold = chance.random() < options.cold
+    if chance.random() < 0.5:
+        after, longest = "", (2.0 if cold else 1.2) * ready
+    elif cold:
+        after, longest = "finding home", 20.0  # kernels are compiled
+    else:
+        after, longest = chance.choice(STAGES), 0.5
     return Stop(
         number,
         seed,
         cold,
         blocked=chance.random() < options.blocked,
-        delay=chance.uniform(0.0, (6.0 if cold else 2.0) * ready),
+        after=after,
+        delay=chance.uniform(0.0, longest),
         sent=tuple(chance.choice(SIGNALS) for _ in range(chance.choice((1, 1, 2)))),
         pause=chance.uniform(0.0, 0.3),
     )
@@ -122,6 +134,16 @@ def takes_signals(process: subprocess.Popen[bytes]) -> bool:
     return bool((masks["SigCgt"] | masks["SigBlk"]) >> (signal.SIGTERM - 1) & 1)
 
 
+def wait_for_log(process: subprocess.Popen[bytes], log: IO[str], line: str) -> None:
+    """Wait until the node has logged something; the place in the log is the node's, too: not moved."""
+    begin = time.monotonic()
+    while line not in (text := os.pread(log.fileno(), 1 << 16, 0).decode()):
+        if process.poll() is not None or time.monotonic() - begin > READY:
+            process.kill()
+            raise RuntimeError(f"the node does not come to {line!r}:\n{text}")
+        time.sleep(0.01)
+
+
 def shared_memory(process: subprocess.Popen[bytes]) -> tuple[Path, ...]:
     """Files of participants of DDS that the process uses; ports are shared by all."""
     try:
@@ -144,6 +166,9 @@ def end_of(stop: Stop) -> End:
             )
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if stop.after:
+            wait_for_log(process, log, stop.after)
+            begin = time.monotonic()
         time.sleep(max(0.0, begin + stop.delay - time.monotonic()))
         shared = shared_memory(process)
         taken, first = takes_signals(process), time.monotonic()
@@ -171,14 +196,7 @@ def time_to_ready() -> float:
         with tempfile.TemporaryFile("w+") as log:
             begin = time.monotonic()
             process = subprocess.Popen(NODE, stdout=log, stderr=log, env=environment(0, None))
-            text = ""
-            while "]: ready" not in text:
-                if process.poll() is not None or time.monotonic() - begin > READY:
-                    process.kill()
-                    raise SystemExit(f"the node does not get ready:\n{text}")
-                time.sleep(0.02)
-                log.seek(0)
-                text = log.read()
+            wait_for_log(process, log, "ready")
             ready = time.monotonic() - begin
             process.terminate()
             process.wait(PATIENCE)
