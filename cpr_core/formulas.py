@@ -13,8 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from numba.core import types
-from numba.core.types.containers import UniTuple
+from numba.core.types.containers import BaseTuple, UniTuple
 from numba.extending import intrinsic
 
 from .lanes import LanesType, generate_operation
@@ -62,20 +61,18 @@ def formula(function: Callable[..., Any]) -> Any:
 
         return result(*arguments), generate
 
-    count = function.__code__.co_argcount
-    if count == 1:
+    def one(typing_context: Any, a: Any) -> Any:
+        return typed(a)
 
-        def define(typing_context: Any, a: Any) -> Any:
-            return typed(a)
-    elif count == 2:
+    def two(typing_context: Any, a: Any, b: Any) -> Any:
+        return typed(a, b)
 
-        def define(typing_context: Any, a: Any, b: Any) -> Any:
-            return typed(a, b)
-    else:
+    def three(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
+        return typed(a, b, c)
 
-        def define(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-            return typed(a, b, c)
-
+    # Numba reads the number of arguments off the function.
+    by_count: tuple[Any, ...] = (one, two, three)
+    define = by_count[function.__code__.co_argcount - 1]
     define.__name__, define.__doc__ = function.__name__, function.__doc__
     define.__module__, define.__qualname__ = function.__module__, function.__qualname__
     return intrinsic(define)
@@ -83,7 +80,7 @@ def formula(function: Callable[..., Any]) -> Any:
 
 def _parts(kind: Any, value: Any = None, builder: Any = None) -> Any:
     """What stands for a value: a part, or a tuple of parts."""
-    if not isinstance(kind, types.BaseTuple):
+    if not isinstance(kind, BaseTuple):
         return _Part(kind, builder, value)
     return tuple(
         _parts(component, builder.extract_value(value, i) if builder else None, builder)
