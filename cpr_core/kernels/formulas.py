@@ -59,20 +59,18 @@ def formula(function: Callable[..., Any]) -> Any:
 
         return result(*arguments), generate
 
-    count = function.__code__.co_argcount
-    if count == 1:
+    def one(typing_context: Any, a: Any) -> Any:
+        return typed(a)
 
-        def define(typing_context: Any, a: Any) -> Any:
-            return typed(a)
-    elif count == 2:
+    def two(typing_context: Any, a: Any, b: Any) -> Any:
+        return typed(a, b)
 
-        def define(typing_context: Any, a: Any, b: Any) -> Any:
-            return typed(a, b)
-    else:
+    def three(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
+        return typed(a, b, c)
 
-        def define(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-            return typed(a, b, c)
-
+    # Numba reads the number of arguments off the function.
+    by_count: tuple[Any, ...] = (one, two, three)
+    define = by_count[function.__code__.co_argcount - 1]
     define.__name__, define.__doc__ = function.__name__, function.__doc__
     define.__module__, define.__qualname__ = function.__module__, function.__qualname__
     return intrinsic(define)
