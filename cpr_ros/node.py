@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 import time
 import traceback
@@ -308,6 +309,8 @@ def run(
             executor.shutdown()
         if node is not None:
             node.destroy_node()
+        else:
+            gc.collect()  # of a node that could not be made DDS still has a part
         rclpy.try_shutdown()
     stop.finish(status)
 
