@@ -20,12 +20,12 @@ __all__ = ["motor_vector", "pose_meaning", "split_pose", "target_of"]
 Floats = NDArray[np.float64]
 
 
-def target_of(start: Equilibrium, what: str, values: ArrayLike) -> Target:
+def target_of(start: Equilibrium, problem: str, values: ArrayLike) -> Target:
     """The target a request means.
 
     Args:
         start: Equilibrium to start from.
-        what: ``motors``, ``pose`` or ``efforts``.
+        problem: ``motors``, ``pose`` or ``efforts``.
         values: Numbers of the request.
 
     Raises:
@@ -34,10 +34,10 @@ def target_of(start: Equilibrium, what: str, values: ArrayLike) -> Target:
         NonFiniteInput: A NaN or an infinity.
     """
     robot = start.robot
-    if what == "motors":
-        return MotorTarget(motor_vector(robot, what, values))
-    if what == "efforts":
-        return EffortTarget(motor_vector(robot, what, values))
+    if problem == "motors":
+        return MotorTarget(motor_vector(robot, problem, values))
+    if problem == "efforts":
+        return EffortTarget(motor_vector(robot, problem, values))
     if not robot.description.controlled:
         raise InvalidRequest(
             "pose",
