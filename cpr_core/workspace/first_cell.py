@@ -87,7 +87,7 @@ def first_cells(grid: Grid, place: Floats) -> list[int]:
     ]
     places = np.stack(np.meshgrid(*coarse, indexing="ij"), axis=-1).reshape(-1, len(coarse))
     near = np.abs((places - place) / grid.steps).max(axis=1)
-    others = [grid.nearest(one) for one in places[np.argsort(near, kind="stable")]]
+    others = [grid.nearest(nearby) for nearby in places[np.argsort(near, kind="stable")]]
     nearest = grid.nearest(place)
     return [nearest, *(cell for cell in others if cell != nearest)]
 
