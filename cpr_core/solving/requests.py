@@ -13,7 +13,7 @@ from ..lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..validation import checked_vector
-from .targets import EffortTarget, MotorTarget, PlatformTarget, Target
+from .targets import EffortTarget, MotorTarget, PoseTarget, Target
 
 __all__ = ["motor_vector", "pose_meaning", "split_pose", "target_of"]
 
@@ -45,7 +45,7 @@ def target_of(start: Equilibrium, problem: str, values: ArrayLike) -> Target:
             f"{robot.motor_count} motors for {len(robot.platform_axes)} platform coordinates",
         )
     position, rotation = split_pose(start, values)
-    return PlatformTarget(rotation, position)
+    return PoseTarget(rotation, position)
 
 
 def pose_meaning(robot: Robot) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ from .not_reached import (
     UnstableEquilibrium,
 )
 from .requests import target_of
-from .targets import MotorTarget, PlatformTarget, Target
+from .targets import MotorTarget, PoseTarget, Target
 
 __all__ = ["solve_from"]
 
@@ -79,7 +79,7 @@ def _doubt(start: Equilibrium, target: Target) -> str:
     description = start.robot.description
     if isinstance(target, MotorTarget):
         return request_doubt(description, target.motors, None)
-    if isinstance(target, PlatformTarget):
+    if isinstance(target, PoseTarget):
         return request_doubt(description, None, target.position) or quaternion_order_doubt(
             quaternion_from_rotation(target.rotation), start.platform_quaternion
         )
