@@ -437,14 +437,14 @@ class KinematoStatics:
         ratio = length / natural
         robot, unit = self.equilibrium.robot, arrays.unit.copy()
         energy_unit = arrays.energy_unit / ratio
-        for here in arrays.legs:
-            start = here["strain_index"]
-            unit[start : start + here["strain_count"]] /= ratio
-            start, forces = here["multiplier_index"], len(arrays.position_axes)
-            unit[start : start + forces] /= ratio**2
-            unit[start + forces : start + forces + here["orientation_count"]] /= ratio
-            if here["translation_index"] >= 0:
-                unit[here["translation_index"]] *= ratio
+        for row in arrays.legs:
+            first = row["strain_index"]
+            unit[first : first + row["strain_count"]] /= ratio
+            first, forces = row["multiplier_index"], len(arrays.position_axes)
+            unit[first : first + forces] /= ratio**2
+            unit[first + forces : first + forces + row["orientation_count"]] /= ratio
+            if row["translation_index"] >= 0:
+                unit[row["translation_index"]] *= ratio
         unit[robot.platform_indices[robot.platform_axes >= 3]] *= ratio
         return unit, energy_unit
 
