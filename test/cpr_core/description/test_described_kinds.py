@@ -43,7 +43,7 @@ def content_of(name):
 
 
 def test_the_schema_for_editors_is_what_the_classes_declare():
-    file = resources.files("cpr_core").joinpath("description.schema.json")
+    file = resources.files("cpr_core.description").joinpath("description.schema.json")
     assert json.loads(file.read_text("utf-8")) == description_schema(), (
         "run tools/description_schema.py"
     )
@@ -290,7 +290,7 @@ def test_the_kernels_hold_the_base_where_its_pose_says(
     held = robot.arrays.position_axes
     tip = base.position + base.length * base.rotation[:, 0]
     gap = np.array(leg.joint.position)[held] - tip[held]
-    np.testing.assert_allclose(residual[: len(held)], -gap, atol=1e-12)
+    np.testing.assert_allclose(residual[: len(held)], gap, atol=1e-12)
     orientation = [np.sum(m * base.rotation) for m in leg.joint.orientation(planar)]
     np.testing.assert_allclose(residual[len(held) :], orientation, atol=1e-12)
     for found, expected in zip(base_pose(robot, 0, state), base, strict=True):

@@ -24,8 +24,8 @@ from cpr_core.kernels.record_layout import STEPS as STEPS_TAKEN
 from cpr_core.kernels.square_problem import Tolerances
 from cpr_core.lie import rotation_exp
 from cpr_core.model.equilibrium import new_record
-from cpr_core.solving.geometrico_statics import target_of
 from cpr_core.solving.path import Path
+from cpr_core.solving.requests import target_of
 from cpr_core.solving.targets import EffortTarget, MotorTarget, PoseTarget
 
 
