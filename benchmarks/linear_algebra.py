@@ -24,11 +24,15 @@ def model_cases(modes: tuple[int, ...]) -> Iterator[Case]:
     """Residual and tangent in one call from Python, and the LU factors of the tangent."""
     for name in ROBOTS:
         for count in modes:
-            here = walk_of(name, count, "forward").start
+            start = walk_of(name, count, "forward").start
             evaluation = partial(
-                evaluate, here.robot, here.load_arrays, here.state, here.platform_rotation,
-                here.platform_position,
-            )  # fmt: skip
+                evaluate,
+                start.robot,
+                start.load_arrays,
+                start.state,
+                start.platform_rotation,
+                start.platform_position,
+            )
             yield Case(f"residual and tangent/{name}/{count}", evaluation)
             matrix = _matrix(name, count)
             yield Case(f"dense LU, scipy/{name}/{count}", partial(lu_factor, matrix))
@@ -42,9 +46,9 @@ def matrix_sizes(modes: tuple[int, ...]) -> dict[str, int]:
 
 def _matrix(name: str, modes: int) -> np.ndarray:
     """Dimensionless matrix of the forward problem, in the order LAPACK wants."""
-    here = walk_of(name, modes, "forward").start
-    arrays = here.robot.arrays
+    start = walk_of(name, modes, "forward").start
+    arrays = start.robot.arrays
     size = arrays.motor_index
     unit = arrays.unit[:size]
-    matrix = tangent_at(here)[:size, :size] * unit[:, None] * unit / arrays.energy_unit
+    matrix = tangent_at(start)[:size, :size] * unit[:, None] * unit / arrays.energy_unit
     return np.asfortranarray(matrix)

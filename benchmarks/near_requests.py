@@ -66,9 +66,11 @@ def straight_stewart_gough() -> dict[str, Any]:
         leg["base"]["tangent"] = straight.tolist()
         leg["base"]["normal"] = np.cross([0.0, 1.0, 0.0], straight).tolist()
         leg["tip"] = {
-            "type": "revolute", "position": leg["tip"]["position"],
-            "axis": straight.tolist(), "axis_in_rod": [1, 0, 0],
-        }  # fmt: skip
+            "type": "revolute",
+            "position": leg["tip"]["position"],
+            "axis": straight.tolist(),
+            "axis_in_rod": [1, 0, 0],
+        }
     content["home"] = {
         "motors": [ROD_LENGTH] * len(content["legs"]),
         "platform": {"position": [0.0, 0.0, height]},
@@ -108,14 +110,14 @@ def walk_near(
         solve: Called with start and request; returns the equilibrium there, if it is reached.
     """
     random, size, units = np.random.default_rng(0), SMALL_STEPS[problem], _units(robot, problem)
-    here: Equilibrium | None = None
+    last: Equilibrium | None = None
     for number in range(count):
-        start = solve_home(robot) if here is None or number % WALK == 0 else here
+        start = solve_home(robot) if last is None or number % WALK == 0 else last
         given = getattr(start, PROBLEMS[problem])
         request = given + size * units * random.uniform(-1.0, 1.0, len(given))
         if problem == "inverse" and "orientation" in robot.description.controlled:
             request[-4:] /= np.linalg.norm(request[-4:])  # a quaternion
-        here = solve(start, request)
+        last = solve(start, request)
 
 
 def _units(robot: Robot, problem: str) -> Floats:

@@ -34,7 +34,7 @@ def path_cases() -> Iterator[Case]:
         yield Case(f"path of 51 points/{case.name}/5", partial(_whole_path, walk))
         yield Case(f"path of 51 points in one call/{case.name}/5", partial(_trajectory, walk))
         back = walk_of(case.name, 5, "inverse", whole=True)
-        yield Case(f"inverse path of {len(back.requests) + 1} points/{case.name}/5", back.go)
+        yield Case(f"inverse path of {len(back.requests) + 1} points/{case.name}/5", back.run)
         modes, method = equally_accurate(case)
         accurate = walk_of(case.name, modes, "forward")
         ours = partial(_trajectory, accurate)
@@ -79,14 +79,15 @@ def largest_error(points: Sequence, exact: Sequence) -> float:
     """Largest distance of platform positions [m]."""
     pairs = zip(points, exact, strict=True)
     return max(
-        float(np.linalg.norm(one.platform_position - two.platform_position)) for one, two in pairs
+        float(np.linalg.norm(first.platform_position - second.platform_position))
+        for first, second in pairs
     )
 
 
 def _whole_path(walk: Walk) -> None:
     """A walk, its first point solved too: 51 points."""
     solve_forward(walk.start.robot, walk.start.motors, start=walk.start)
-    walk.go()
+    walk.run()
 
 
 def _trajectory(walk: Walk) -> None:

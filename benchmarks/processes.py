@@ -86,10 +86,10 @@ def process_figures(
         found.append(run(FIRST_SOLVE))
     names = {"import": "import cpr_core", "first solve": "first solve, warm cache"}
     for key, name in names.items():
-        figures[name] = summary_of([one[key] for one in found], "s", "wall")
-        busy = [one[f"{key} busy"] for one in found]
+        figures[name] = summary_of([process[key] for process in found], "s", "wall")
+        busy = [process[f"{key} busy"] for process in found]
         figures[f"{name}, processor time"] = summary_of(busy, "s", "processor")
-    figures["peak memory, first solve"] = summary_of([one["memory"] for one in found], "MB")
+    figures["peak memory, first solve"] = summary_of([process["memory"] for process in found], "MB")
     progress("peak memory")
     figures["peak memory, 1000 solves with 12 modes"] = summary_of([run(MEMORY)], "MB")
     progress("BLAS threads")

@@ -25,11 +25,11 @@ WALKS = 20
 def shares(robot: str, modes: int, problem: str = "forward") -> list[tuple[str, float, float]]:
     """Functions by the time in them, most first: name, share, and microseconds a solve."""
     walk = walk_of(robot, modes, problem)
-    walk.go()
+    walk.run()
     profile = cProfile.Profile()
     profile.enable()
     for _ in range(WALKS):
-        walk.go()
+        walk.run()
     profile.disable()
     # Every function (file, line, name) with calls, and time in it.
     entries = pstats.Stats(profile).stats.items()  # type: ignore[attr-defined]

@@ -21,12 +21,12 @@ class Requirement:
     """One line of the summary.
 
     Attributes:
-        what: What is demanded, in words.
+        name: What is demanded, in words.
         measured: What was found, in words.
         met: Whether it is enough.
     """
 
-    what: str
+    name: str
     measured: str
     met: bool
 
@@ -35,52 +35,56 @@ def requirements(figures: dict[str, Figure]) -> tuple[Requirement, ...]:
     """All requirements whose cases were measured."""
     found: list[Requirement] = []
 
-    def time_below(key: str, limit: float, what: str) -> None:
+    def time_below(key: str, limit: float, name: str) -> None:
         if key in figures:
             seconds = figures[key].median
             found.append(
-                Requirement(f"{what}: below {_time(limit)}", _time(seconds), seconds < limit)
+                Requirement(f"{name}: below {_time(limit)}", _time(seconds), seconds < limit)
             )
 
     def ratio(
-        over: str, under: str, what: str, at_most: float = 0.0, at_least: float = 0.0
+        over: str, under: str, name: str, at_most: float = 0.0, at_least: float = 0.0
     ) -> None:
         if over not in figures or under not in figures:
             return
         value = figures[over].median / figures[under].median
         words = f"at most {at_most:g}" if at_most else f"at least {at_least:g}"
         met = value <= at_most if at_most else value >= at_least
-        found.append(Requirement(f"{what}: {words} times", f"{value:.2f} times", met))
+        found.append(Requirement(f"{name}: {words} times", f"{value:.2f} times", met))
 
     forward = "forward/six_rfs/5"
     time_below(forward, 1e-4, "warm forward solve, 6-RFS, 5 modes")
     for library in ("scipy", "LAPACK"):
         ratio(
-            forward, f"dense LU, {library}/six_rfs/5",
-            f"the same against one dense LU of its matrix (84 x 84, {library})", at_most=2.0,
-        )  # fmt: skip
+            forward,
+            f"dense LU, {library}/six_rfs/5",
+            f"the same against one dense LU of its matrix (84 x 84, {library})",
+            at_most=2.0,
+        )
     time_below("forward/rfrfr/5", 2e-5, "warm forward solve, planar RFRFR, 5 modes")
     if "path of 51 points/six_rfs/5" in figures:
         time_below("path of 51 points/six_rfs/5", 6e-3, "path of 51 points, 6-RFS")
     ratio(
-        "at 1e-6 m, continuous shooting/six_rfs", "at 1e-6 m, this library/six_rfs",
+        "at 1e-6 m, continuous shooting/six_rfs",
+        "at 1e-6 m, this library/six_rfs",
         "compiled continuous shooting over this library, 6-RFS, both with errors up to 1e-6 m",
         at_least=5.0,
-    )  # fmt: skip
+    )
     _index_is_free(figures, found)
     ratio(
-        "forward and everything/six_rfs/5", forward,
+        "forward and everything/six_rfs/5",
+        forward,
         "solve, stability (both readings, eigenvalues) and kinemato-statics over the solve alone",
         at_most=2.5,
-    )  # fmt: skip
+    )
     time_below("inverse/gough_stewart/5", 3e-4, "inverse, six extensible legs, 1.4 mm pose steps")
     _batches(figures, found)
     _growth(figures, found)
-    for key, limit, what in (
+    for key, limit, name in (
         ("import cpr_core", 0.5, "import cpr_core"),
         ("first solve, warm cache", 1.5, "first solve in a new process, warm cache"),
     ):
-        time_below(key, limit, what)
+        time_below(key, limit, name)
     return tuple(found)
 
 
@@ -93,20 +97,20 @@ def _index_is_free(figures: dict[str, Figure], found: list[Requirement]) -> None
         return
     text = f"{100.0 * (with_index.median / alone.median - 1.0):+.1f} %"
     met = with_index.first_quartile <= alone.third_quartile
-    what = "stability index, motors locked, with the solve: nothing beyond the spread"
-    found.append(Requirement(what, text, met))
+    name = "stability index, motors locked, with the solve: nothing beyond the spread"
+    found.append(Requirement(name, text, met))
 
 
 def _batches(figures: dict[str, Figure], found: list[Requirement]) -> None:
     cores = [[key for key in figures if f", {number}/" in key] for number in ("1 core", "2 cores")]
     if not all(cores):
         return
-    one, two = (figures[keys[0]].median for keys in cores)
-    gain, rate = one / two, 1.0 / two
-    what = "batch, two cores over one: at least 1.8 times"
-    found.append(Requirement(what, f"{gain:.2f} times", gain >= 1.8))
-    what = "batch, 6-RFS, two cores: at least 15000 solves a second"
-    found.append(Requirement(what, f"{rate:.0f}", rate >= 15000))
+    one_core, two_cores = (figures[keys[0]].median for keys in cores)
+    gain, rate = one_core / two_cores, 1.0 / two_cores
+    name = "batch, two cores over one: at least 1.8 times"
+    found.append(Requirement(name, f"{gain:.2f} times", gain >= 1.8))
+    name = "batch, 6-RFS, two cores: at least 15000 solves a second"
+    found.append(Requirement(name, f"{rate:.0f}", rate >= 15000))
 
 
 def _growth(figures: dict[str, Figure], found: list[Requirement]) -> None:
@@ -119,8 +123,8 @@ def _growth(figures: dict[str, Figure], found: list[Requirement]) -> None:
         ("modes", 2, "at most quadratic"),
     ):
         slope = slopes[f"{axis}/forward solve"]
-        what = f"cost of a solve in {axis} {words}: exponent at most {power}"
-        found.append(Requirement(what, f"{slope:.2f}", slope <= power + EXPONENT_TOLERANCE))
+        name = f"cost of a solve in {axis} {words}: exponent at most {power}"
+        found.append(Requirement(name, f"{slope:.2f}", slope <= power + EXPONENT_TOLERANCE))
 
 
 def _time(seconds: float) -> str:

@@ -70,18 +70,18 @@ def experiment(name: str, problem: str, count: int, seed: int = 1) -> Outcome:
     for number in range(count):
         target = _random_target(robot, problem, random)
         try:
-            there = solve(target, start=home)
+            reached = solve(target, start=home)
             outcome.ends["reached"] += 1
         except NotReached as end:
             event = _event_of(end)
             outcome.ends[event.kind] += 1
-            there = event.equilibrium
+            reached = event.equilibrium
             if not _real(event, problem, home):
                 outcome.not_real.append(f"{number}: {end}")
-        if residual(there) > 1e-10:
+        if residual(reached) > 1e-10:
             outcome.not_equilibria += 1
         try:
-            back = solve(getattr(home, problem), start=there)
+            back = solve(getattr(home, problem), start=reached)
             outcome.worst_return = max(outcome.worst_return, distance(back, home))
         except NotReached as end:
             outcome.not_returned.append(f"{number}: {end}")
@@ -117,11 +117,11 @@ def _event_of(end: NotReached) -> PathEvent:
 
 def _real(event: PathEvent, problem: str, home: Equilibrium) -> bool:
     """Whether an event is what it says, by quantities the walk does not use."""
-    here = event.equilibrium
+    equilibrium = event.equilibrium
     if event.kind.endswith("_limit"):
-        return bool(np.abs(margins(here)).min() < 1e-6)
+        return bool(np.abs(margins(equilibrium)).min() < 1e-6)
     if event.kind in ("fold", "bifurcation"):
-        return regularity(here, problem) < 1e-2 * regularity(home, problem)
+        return regularity(equilibrium, problem) < 1e-2 * regularity(home, problem)
     return False
 
 
@@ -149,12 +149,15 @@ def residual(equilibrium: Equilibrium) -> float:
     return float(np.abs(value.residual[rows] * unit).max())
 
 
-def distance(one: Equilibrium, two: Equilibrium) -> float:
+def distance(first: Equilibrium, second: Equilibrium) -> float:
     """Largest dimensionless difference of two equilibria."""
     return max(
-        float(np.abs((one.state - two.state) / one.robot.arrays.unit).max()),
-        float(np.abs(one.platform_rotation - two.platform_rotation).max()),
-        float(np.abs(one.platform_position - two.platform_position).max() / one.robot.mean_length),
+        float(np.abs((first.state - second.state) / first.robot.arrays.unit).max()),
+        float(np.abs(first.platform_rotation - second.platform_rotation).max()),
+        float(
+            np.abs(first.platform_position - second.platform_position).max()
+            / first.robot.mean_length
+        ),
     )
 
 

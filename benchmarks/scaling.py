@@ -40,11 +40,15 @@ def scaling_cases(quick: bool = False) -> Iterator[Case]:
             robot = _robot(axis, number)
             key = f"{axis}/{number}"
             yield Case(f"scaling, forward solve/{key}", partial(_walk, robot), STEPS)
-            here = solve_home(robot)
+            home = solve_home(robot)
             evaluation = partial(
-                evaluate, robot, here.load_arrays, here.state, here.platform_rotation,
-                here.platform_position,
-            )  # fmt: skip
+                evaluate,
+                robot,
+                home.load_arrays,
+                home.state,
+                home.platform_rotation,
+                home.platform_position,
+            )
             yield Case(f"scaling, residual and tangent/{key}", evaluation)
 
 
@@ -92,9 +96,9 @@ def _curve(figures: dict[str, Figure], axis: str, measure: str) -> tuple[np.ndar
 
 
 def _walk(robot: Robot) -> None:
-    here = solve_home(robot)
+    last = solve_home(robot)
     for step in range(1, STEPS + 1):
-        here = solve_forward(robot, solve_home(robot).motors + STEP * step / STEPS, start=here)
+        last = solve_forward(robot, solve_home(robot).motors + STEP * step / STEPS, start=last)
 
 
 def _robot(axis: str, number: int) -> Robot:

@@ -36,7 +36,7 @@ def warm_cases(modes: tuple[int, ...]) -> Iterator[Case]:
         for count in modes:
             for problem in PROBLEMS:
                 walk = walk_of(name, count, problem)
-                yield Case(f"{problem}/{name}/{count}", walk.go, len(walk.requests))
+                yield Case(f"{problem}/{name}/{count}", walk.run, len(walk.requests))
 
 
 def steps_per_solve(modes: tuple[int, ...]) -> dict[str, float]:
@@ -76,11 +76,11 @@ def analysis_cases(modes: int = 5) -> Iterator[Case]:
     for name in ROBOTS:
         walk = walk_of(name, modes, "forward")
         points, count = walk.equilibria(), len(walk.requests)
-        for what, question in questions.items():
-            yield Case(f"{what}/{name}/{modes}", partial(_asked, points, question), count)
-        for what, question in {"locked index": _index, "everything": _everything}.items():
+        for asked, question in questions.items():
+            yield Case(f"{asked}/{name}/{modes}", partial(_asked, points, question), count)
+        for asked, question in {"locked index": _index, "everything": _everything}.items():
             run = partial(_solved_and_asked, walk, question)
-            yield Case(f"forward and {what}/{name}/{modes}", run, count)
+            yield Case(f"forward and {asked}/{name}/{modes}", run, count)
 
 
 def _from_home(robot: Robot, targets: Sequence[np.ndarray]) -> None:
@@ -94,30 +94,30 @@ def _asked(points: Sequence[Equilibrium], question: Callable[[Equilibrium], obje
 
 
 def _solved_and_asked(walk: Walk, question: Callable[[Equilibrium], object]) -> None:
-    here = walk.start
+    last = walk.start
     for request in walk.requests:
-        here = solve_forward(here.robot, request, start=here)
-        question(here)
+        last = solve_forward(last.robot, request, start=last)
+        question(last)
 
 
-def _index(here: Equilibrium) -> object:
-    return here.index_locked
+def _index(equilibrium: Equilibrium) -> object:
+    return equilibrium.index_locked
 
 
-def _locked(here: Equilibrium) -> tuple[float, float]:
-    found = spectrum(here, "locked")
+def _locked(equilibrium: Equilibrium) -> tuple[float, float]:
+    found = spectrum(equilibrium, "locked")
     return found.smallest, found.margin
 
 
-def _free(here: Equilibrium) -> float:
-    return spectrum(here, "free").smallest
+def _free(equilibrium: Equilibrium) -> float:
+    return spectrum(equilibrium, "free").smallest
 
 
-def _kinemato(here: Equilibrium) -> object:
-    model = kinemato_statics(here)
+def _kinemato(equilibrium: Equilibrium) -> object:
+    model = kinemato_statics(equilibrium)
     return model.jacobian, model.platform_by_wrench, model.efforts_by_motors
 
 
-def _everything(here: Equilibrium) -> object:
+def _everything(equilibrium: Equilibrium) -> object:
     """Both readings of stability with eigenvalues, and the kinemato-statics."""
-    return _locked(here), _free(here), _kinemato(here)
+    return _locked(equilibrium), _free(equilibrium), _kinemato(equilibrium)

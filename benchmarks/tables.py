@@ -50,8 +50,9 @@ def report(
         lines.append(f"- {name}: {text}")
     lines += ["", *_figures(figures, changed, about.get("steps", {}), baseline)]
     lines += ["", "## Requirements", "", "| requirement | measured | met |", "|---|---|---|"]
-    for one in requirements(figures):
-        lines.append(f"| {one.what} | {one.measured} | {'yes' if one.met else '**no**'} |")
+    for requirement in requirements(figures):
+        met = "yes" if requirement.met else "**no**"
+        lines.append(f"| {requirement.name} | {requirement.measured} | {met} |")
     return "\n".join(lines) + "\n"
 
 

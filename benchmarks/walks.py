@@ -61,12 +61,12 @@ class Walk:
     start: Equilibrium
     requests: tuple[NDArray[np.float64], ...]
 
-    def go(self) -> Equilibrium:
+    def run(self) -> Equilibrium:
         """Solve for all of them; the last equilibrium."""
-        solve, robot, here = SOLVERS[self.problem], self.start.robot, self.start
+        solve, robot, last = SOLVERS[self.problem], self.start.robot, self.start
         for request in self.requests:
-            here = solve(robot, request, start=here)
-        return here
+            last = solve(robot, request, start=last)
+        return last
 
     def equilibria(self) -> tuple[Equilibrium, ...]:
         """The same, all of them."""
@@ -99,11 +99,11 @@ def walk_of(name: str, modes: int, problem: str, whole: bool = False) -> Walk:
     requests = [getattr(place, PROBLEMS[problem]) for place in places[1:]]
     if not len(requests[0]):
         raise ValueError(f"{name} has no {problem} problem")
-    solve, here = SOLVERS[problem], places[0]
+    solve, last = SOLVERS[problem], places[0]
     reached = 0
     for request in requests:
         try:
-            here = solve(robot, request, start=here)
+            last = solve(robot, request, start=last)
         except NotReached:
             break
         reached += 1

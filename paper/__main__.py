@@ -96,6 +96,38 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
+@dataclass(frozen=True, eq=False)
+class _Errors:
+    """Errors along the paths, by modes or elements, and where inverse errors are large.
+
+    Attributes:
+        planar: Position errors of Mod. #1, RFRFR [mm].
+        straight: Inverse errors on Eq. (54).
+        finite: Position errors of Mod. #3, RFRFR [mm].
+        spatial: Position errors of Mod. #1, 6-RFS [mm].
+        angles: Orientation errors of Mod. #1, 6-RFS [deg].
+        inverse: Inverse errors of Table V.
+        other_side: The same from the inverse solution of the pose before.
+        singular: Signed smallest singular value of the inverse problem at t = 0..50.
+        crossing: t of the inverse singularity.
+    """
+
+    planar: dict[int, np.ndarray]
+    straight: dict[int, accuracy.InverseErrors]
+    finite: dict[int, np.ndarray]
+    spatial: dict[int, np.ndarray]
+    angles: dict[int, np.ndarray]
+    inverse: accuracy.InverseErrors
+    other_side: accuracy.InverseErrors
+    singular: np.ndarray
+    crossing: float
+
+    @property
+    def away(self) -> np.ndarray:
+        """Which configurations are away from the inverse singularity, (51,)."""
+        return np.abs(np.arange(51) - self.crossing) > AWAY
+
+
 def _compute(
     folder: Path, extent: Extent, bar: tqdm
 ) -> tuple[dict[str, tables.Table], list[claims.Claim], Evidence]:
@@ -109,6 +141,50 @@ def _compute(
         for case in (RFRFR, SIX_RFS)
         for point in case.continuous_path()[::10]
     )
+    errors = _errors(step)
+    planar_times, planar_notes = _times(RFRFR, extent, step)
+    spatial_times, spatial_notes = _times(SIX_RFS, extent, step)
+    dense = timing.dense_factorization(RFRFR)
+    found = {
+        **_planar_error_tables(errors),
+        "Table III": tables.table_iii(planar_times, planar_notes),
+        **_spatial_error_tables(errors),
+        "Table VI": tables.table_vi(spatial_times, spatial_notes),
+    }
+
+    lines = {}
+    for number, (case, figure) in enumerate(((RFRFR, "Fig. 7"), (SIX_RFS, "Fig. 13"))):
+        modes, points = extent.modes[number], extent.points[number]
+        lines[case.title] = stability.line_of(case.name, modes, points, partial(step, figure))
+    _draw(folder, extent, errors, lines, step)
+
+    checked = [
+        *claims.accuracy_claims(found, errors.inverse.errors[errors.away].mean(axis=0)),
+        *claims.time_claims(planar_times, spatial_times, 50),
+        *claims.stability_claims("Fig. 7", lines[RFRFR.title]),
+        *claims.stability_claims("Fig. 13", lines[SIX_RFS.title]),
+    ]
+    finite_times = planar_times["#3", 50]
+    evidence = Evidence(
+        spatial_errors=errors.spatial,
+        reference_error=reference_error,
+        straight=errors.straight,
+        home_motor_error={modes: e.errors[0].max() for modes, e in errors.straight.items()},
+        home_position_error={modes: along[0] for modes, along in errors.planar.items()},
+        home_from_position={modes: _motor_error_from_position(modes) for modes in errors.planar},
+        inverse=errors.inverse,
+        other_side=errors.other_side,
+        singular=errors.singular,
+        crossing=errors.crossing,
+        dense_step=dense,
+        finite_iterations=finite_times.iterations if finite_times else float("nan"),
+        lines=lines,
+    )
+    return found, checked, evidence
+
+
+def _errors(step: Callable[[str], None]) -> _Errors:
+    """All models against continuous rods."""
     step("Table I")
     planar = {modes: accuracy.position_errors(RFRFR, modes) for modes in accuracy.MODES}
     straight = {modes: accuracy.inverse_errors_of_rfrfr(modes) for modes in accuracy.MODES}
@@ -120,66 +196,41 @@ def _compute(
     step("Table V")
     inverse, other_side = accuracy.inverse_errors_of_six_rfs()
     singular, crossing = accuracy.inverse_singularity()
-    away = np.abs(np.arange(51) - crossing) > AWAY
+    return _Errors(
+        planar, straight, finite, spatial, angles, inverse, other_side, singular, crossing
+    )
 
-    found = {
-        "Table I": tables.table_i(planar, straight),
+
+def _planar_error_tables(errors: _Errors) -> dict[str, tables.Table]:
+    return {
+        "Table I": tables.table_i(errors.planar, errors.straight),
         "Table II": tables.error_table(
             "Table II",
             "Errors of finite differences (Mod. #3) against Mod. #2, RFRFR.",
             "Nb. of elts.",
-            {"Position error [mm]": (finite, TABLE_II, 0.05, 0.1)},
+            {"Position error [mm]": (errors.finite, TABLE_II, 0.05, 0.1)},
         ),
     }
-    planar_times, planar_notes = _times(RFRFR, extent, step)
-    spatial_times, spatial_notes = _times(SIX_RFS, extent, step)
-    dense = timing.dense_factorization(RFRFR)
-    found["Table III"] = tables.table_iii(planar_times, planar_notes)
-    found["Table IV"] = tables.error_table(
-        "Table IV",
-        "Errors against Mod. #2, 6-RFS.",
-        "Modes",
-        {
-            "Position error [mm]": (spatial, TABLE_IV_POSITION, 0.05, 0.1),
-            "Angular error [deg]": (angles, TABLE_IV_ANGLE, 0.15, 0.1),
-        },
-    )
-    found["Table V"] = tables.table_v(
-        inverse,
-        away,
-        f"those more than {AWAY:g} step from the singularity, which is at t = {crossing:.3f} of 50",
-    )
-    found["Table VI"] = tables.table_vi(spatial_times, spatial_notes)
 
-    lines = {}
-    for number, (case, figure) in enumerate(((RFRFR, "Fig. 7"), (SIX_RFS, "Fig. 13"))):
-        modes, points = extent.modes[number], extent.points[number]
-        lines[case.title] = stability.line_of(case.name, modes, points, partial(step, figure))
-    _draw(folder, extent, planar, finite, spatial, angles, lines, step)
 
-    checked = [
-        *claims.accuracy_claims(found, inverse.errors[away].mean(axis=0)),
-        *claims.time_claims(planar_times, spatial_times, 50),
-        *claims.stability_claims("Fig. 7", lines[RFRFR.title]),
-        *claims.stability_claims("Fig. 13", lines[SIX_RFS.title]),
-    ]
-    finite_times = planar_times["#3", 50]
-    evidence = Evidence(
-        spatial_errors=spatial,
-        reference_error=reference_error,
-        straight=straight,
-        home_motor_error={modes: e.errors[0].max() for modes, e in straight.items()},
-        home_position_error={modes: errors[0] for modes, errors in planar.items()},
-        home_from_position={modes: _motor_error_from_position(modes) for modes in planar},
-        inverse=inverse,
-        other_side=other_side,
-        singular=singular,
-        crossing=crossing,
-        dense_step=dense,
-        finite_iterations=finite_times.iterations if finite_times else float("nan"),
-        lines=lines,
-    )
-    return found, checked, evidence
+def _spatial_error_tables(errors: _Errors) -> dict[str, tables.Table]:
+    return {
+        "Table IV": tables.error_table(
+            "Table IV",
+            "Errors against Mod. #2, 6-RFS.",
+            "Modes",
+            {
+                "Position error [mm]": (errors.spatial, TABLE_IV_POSITION, 0.05, 0.1),
+                "Angular error [deg]": (errors.angles, TABLE_IV_ANGLE, 0.15, 0.1),
+            },
+        ),
+        "Table V": tables.table_v(
+            errors.inverse,
+            errors.away,
+            f"those more than {AWAY:g} step from the singularity, which is at "
+            f"t = {errors.crossing:.3f} of 50",
+        ),
+    }
 
 
 def _times(
@@ -230,10 +281,7 @@ def _motor_error_from_position(modes: int) -> float:
 def _draw(
     folder: Path,
     extent: Extent,
-    planar: dict[int, np.ndarray],
-    finite: dict[int, np.ndarray],
-    spatial: dict[int, np.ndarray],
-    angles: dict[int, np.ndarray],
+    errors: _Errors,
     lines: dict[str, stability.Line],
     step: Callable[[str], None],
 ) -> None:
@@ -242,18 +290,20 @@ def _draw(
         track = np.array([point.platform_position for point in case.continuous_path()])
         title = f"{case.title} robot, path of Eq. (53), 5 modes"
         figures.draw_path(folder, figure, title, case.modes_path(5, 10), track)
-    modes, elements = "modes", "elements"
-    against = "against continuous rods"
-    for figure, title, label, errors, what in (
-        ("figure_5a", f"RFRFR, strain modes {against}", "position error [mm]", planar, modes),
-        ("figure_5b", f"RFRFR, finite differences {against}", "position error [mm]", finite, elements),
-        ("figure_11a", f"6-RFS, strain modes {against}", "position error [mm]", spatial, modes),
-        ("figure_11b", f"6-RFS, strain modes {against}", "orientation error [deg]", angles, modes),
-    ):  # fmt: skip
-        figures.draw_errors(folder, figure, title, label, errors, what)
-    for number, (case, workspace, line, determinants) in enumerate(
-        ((RFRFR, "figure_6", "figure_7", "figure_8"), (SIX_RFS, "figure_12", "figure_13", "figure_14"))
-    ):  # fmt: skip
+    position, orientation = "position error [mm]", "orientation error [deg]"
+    for figure, model, label, shown, counted in (
+        ("figure_5a", "RFRFR, strain modes", position, errors.planar, "modes"),
+        ("figure_5b", "RFRFR, finite differences", position, errors.finite, "elements"),
+        ("figure_11a", "6-RFS, strain modes", position, errors.spatial, "modes"),
+        ("figure_11b", "6-RFS, strain modes", orientation, errors.angles, "modes"),
+    ):
+        title = f"{model} against continuous rods"
+        figures.draw_errors(folder, figure, title, label, shown, counted)
+    for number, case in enumerate((RFRFR, SIX_RFS)):
+        workspace, line, determinants = (
+            ("figure_6", "figure_7", "figure_8"),
+            ("figure_12", "figure_13", "figure_14"),
+        )[number]
         step(FIGURES[workspace])
         found = stability.workspace_of(case.name, 8 if number else 16, extent.spacing[number])
         title = "RFRFR workspace" if number == 0 else "6-RFS slice z = 0.635 m, ZYZ (π/8, π/3, 0)"

@@ -94,17 +94,17 @@ def inverse_errors_of_rfrfr(modes: int) -> InverseErrors:
     ends = RFRFR.continuous_path()
     first, last = ends[0].platform_position, ends[-1].platform_position
     robot = RFRFR.robot(modes)
-    exact, here = ends[0], solve_home(robot)
+    exact, found = ends[0], solve_home(robot)
     errors, indices = [], []
     for t in range(51):
         place = first + (last - first) * t / 50
         try:
             exact = follow_platform(exact, [place])[0]
-            here = solve_inverse(robot, place[:2], start=here)
+            found = solve_inverse(robot, place[:2], start=found)
         except NoSolution:
             break
-        errors.append(_millidegrees(here, exact))
-        indices.append(here.index_locked)
+        errors.append(_millidegrees(found, exact))
+        indices.append(found.index_locked)
     return InverseErrors(np.array(errors), 51, tuple(indices))
 
 
@@ -118,12 +118,12 @@ def inverse_errors_of_six_rfs(modes: int = 5) -> tuple[InverseErrors, InverseErr
     exact = SIX_RFS.continuous_path()
     sides = []
     for of_path in (True, False):
-        errors, indices, here = [], [], solve_home(SIX_RFS.robot(modes))
+        errors, indices, last = [], [], solve_home(SIX_RFS.robot(modes))
         for guess, wanted in zip(SIX_RFS.modes_path(modes), exact, strict=True):
             pose = [*wanted.platform_position, *wanted.platform_quaternion]
-            here = solve_inverse(guess.robot, pose, start=guess if of_path else here)
-            errors.append(_millidegrees(here, wanted))
-            indices.append(here.index_locked)
+            last = solve_inverse(guess.robot, pose, start=guess if of_path else last)
+            errors.append(_millidegrees(last, wanted))
+            indices.append(last.index_locked)
         sides.append(InverseErrors(np.array(errors), len(exact), tuple(indices)))
     return sides[0], sides[1]
 
@@ -140,19 +140,19 @@ def inverse_singularity() -> tuple[Floats, float]:
         determinant), and t where it changes sign.
     """
 
-    def signed(here: Equilibrium) -> float:
-        found = kinemato_statics(here).singularity("inverse")
+    def signed(equilibrium: Equilibrium) -> float:
+        found = kinemato_statics(equilibrium).singularity("inverse")
         return found.sign * found.smallest
 
     points = SIX_RFS.modes_path(12)
     values = np.array([signed(point) for point in points])
     (before,) = np.flatnonzero(values[:-1] * values[1:] < 0.0)
-    low, high, here = float(before), float(before + 1), points[before]
+    low, high, nearest = float(before), float(before + 1), points[before]
     first, last = SIX_RFS.path()[[0, -1]]
     while high - low > 1e-7:
         middle = 0.5 * (low + high)
-        here = solve_forward(here.robot, first + (last - first) * middle / 50, start=here)
-        if signed(here) * values[before] > 0.0:
+        nearest = solve_forward(nearest.robot, first + (last - first) * middle / 50, start=nearest)
+        if signed(nearest) * values[before] > 0.0:
             low = middle
         else:
             high = middle

@@ -56,10 +56,10 @@ class Case:
     def modes_path(self, modes: int, count: int = 50) -> tuple[Equilibrium, ...]:
         """Mod. #1 along the path."""
         robot = self.robot(modes)
-        here, points = solve_home(robot), []
+        last, points = solve_home(robot), []
         for motors in self.path(count):
-            here = solve_forward(robot, motors, start=here)
-            points.append(here)
+            last = solve_forward(robot, motors, start=last)
+            points.append(last)
         return tuple(points)
 
     def continuous_home(self) -> ContinuousEquilibrium:

@@ -81,7 +81,7 @@ def time_claims(
         return slow.seconds / fast.seconds if slow is not None and fast is not None else None
 
     claims = []
-    for table, measured, model, needed, what in (
+    for table, measured, model, needed, rival in (
         ("III", planar, "#3", 100.0, "#3 with 1000 elements"),
         ("VI", spatial, "#0", 1000.0, "#0"),
         ("III", planar, "#2", 3.0, "#2, equally accurate"),
@@ -90,7 +90,7 @@ def time_claims(
         ("VI", spatial, "#2 exact", 3.0, "#2 exact, the reference of all errors"),
     ):
         value = ratio(measured, model)
-        text = f"Table {table}: #1 at least {needed:.0f} times faster than {what}"
+        text = f"Table {table}: #1 at least {needed:.0f} times faster than {rival}"
         found = "not measured" if value is None else f"{value:.3g} times (n_c = {count})"
         claims.append(Claim(text, found, value is not None and value >= needed))
     return claims

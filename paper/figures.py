@@ -86,7 +86,7 @@ def draw_errors(
     title: str,
     label: str,
     errors: dict[int, Floats],
-    what: str,
+    counted: str,
 ) -> None:
     """Errors along a path, one line per model (Figs. 5 and 11)."""
     figure, axes = _new(6.0, 3.6)
@@ -97,7 +97,7 @@ def draw_errors(
             linestyle=DASHES[number],
             marker=MARKERS[number],
             markersize=3.5,
-            label=f"{key} {what}",
+            label=f"{key} {counted}",
         )
     axes.set_xlabel("t of Eq. (53), n_c = 50")
     axes.set_ylabel(label)

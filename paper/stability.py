@@ -168,11 +168,11 @@ def _at(study: _Study, start: Equilibrium, value: float) -> Equilibrium:
 
 
 def _follow(study: _Study, modes: int, values: Floats) -> list[Equilibrium]:
-    here = solve_home(study.case.robot(modes))
+    last = solve_home(study.case.robot(modes))
     points = []
     for value in values:
-        here = _at(study, here, float(value))
-        points.append(here)
+        last = _at(study, last, float(value))
+        points.append(last)
     return points
 
 

@@ -88,10 +88,10 @@ def _bow(part: Part, legs: tuple[LegDescription, ...], motors: Floats) -> tuple[
     """Sides to which the rods bow, in the world; None: straight."""
     given = part.get("bow", [None] * len(legs))
     # One side for all legs: a word, or a vector.
-    one = isinstance(given, str) or (
+    same_for_all = isinstance(given, str) or (
         len(given) == 3 and all(isinstance(entry, int | float) for entry in given)
     )
-    every = [given] * len(legs) if one else given
+    every = [given] * len(legs) if same_for_all else given
     if len(every) != len(legs):
         raise part.fail("bow", f"expected {len(legs)} sides, got {len(every)}")
     middle = np.mean([leg.base_position for leg in legs], axis=0)
@@ -101,7 +101,7 @@ def _bow(part: Part, legs: tuple[LegDescription, ...], motors: Floats) -> tuple[
         frame = leg.base_rotation
         if leg.motor_name is not None:
             frame = leg.base_at(next(positions)).rotation
-        name = "bow" if one else f"bow[{index}]"
+        name = "bow" if same_for_all else f"bow[{index}]"
         found.append(None if side is None else _side(part, name, side, leg, frame, middle))
     return tuple(found)
 

@@ -173,7 +173,9 @@ class Loads:
         ):
             if forces is None:
                 continue
-            if not isinstance(forces, Sequence) or not all(isinstance(one, kind) for one in forces):
+            if not isinstance(forces, Sequence) or not all(
+                isinstance(force, kind) for force in forces
+            ):
                 raise InvalidRequest(
                     name, f"expected a sequence of {kind.__name__}, got {forces!r:.200}"
                 )
@@ -197,13 +199,13 @@ class Loads:
             points=tuple(replace(f, force=factor * f.force) for f in self.points),
         )
 
-    def toward(self, other: Loads, fraction: float) -> Loads:
+    def toward(self, target: Loads, fraction: float) -> Loads:
         """Loads part of the way to others; forces on rods are those of both, weighed."""
-        if other is self or fraction == 0.0:
+        if target is self or fraction == 0.0:
             return self
         if fraction == 1.0:
-            return other
-        mine, theirs = self.scaled(1.0 - fraction), other.scaled(fraction)
+            return target
+        mine, theirs = self.scaled(1.0 - fraction), target.scaled(fraction)
         return Loads(
             gravity=mine.gravity + theirs.gravity,
             rod_force=mine.rod_force + theirs.rod_force,

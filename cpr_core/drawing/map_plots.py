@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..errors import InvalidRequest
 from ..model.robot import Robot
 from ..solving.limits import limits_of
+from ..workspace.grid import Grid
 from ..workspace.workspace_map import WorkspaceMap
 from .path_plots import _figure
 
@@ -129,15 +130,7 @@ def plot_map(
             keys += _draw_index(axes, found, picture, near[:, :, plane], threshold)
         else:
             limits = float(np.nanmin(values)), float(np.nanmax(values))
-            shown = axes.pcolormesh(
-                *grid.values[:2],
-                values[:, :, plane].T,
-                shading="nearest",
-                cmap="cividis",
-                vmin=limits[0],
-                vmax=limits[1],
-                rasterized=True,
-            )
+            shown = _draw_cells(axes, grid, values[:, :, plane], "cividis", limits)
         _draw_borders(axes, found, plane)
         names = [
             f"{name} [{unit}]" for name, unit in zip(grid.axis_names, grid.axis_units, strict=True)
@@ -167,6 +160,21 @@ def plot_map(
     figure.savefig(file, dpi=120)
 
 
+def _draw_cells(
+    axes: Any, grid: Grid, values: Floats, colors: Any, limits: tuple[float, float]
+) -> Any:
+    """Draw the values of one plane, a square for every cell; returns what a colour bar takes."""
+    return axes.pcolormesh(
+        *grid.values[:2],
+        values.T,
+        shading="nearest",
+        cmap=colors,
+        vmin=limits[0],
+        vmax=limits[1],
+        rasterized=True,
+    )
+
+
 def _draw_index(
     axes: Any, found: WorkspaceMap, index: Floats, near: NDArray[np.bool_], threshold: float
 ) -> list[Any]:
@@ -177,15 +185,7 @@ def _draw_index(
     grid = found.grid
     capped = np.minimum(index, 3.0)
     keys: list[Any] = []
-    axes.pcolormesh(
-        *grid.values[:2],
-        capped.T,
-        shading="nearest",
-        cmap=ListedColormap(_INDEX_COLORS),
-        vmin=-0.5,
-        vmax=3.5,
-        rasterized=True,
-    )
+    _draw_cells(axes, grid, capped, ListedColormap(_INDEX_COLORS), (-0.5, 3.5))
     for value in np.unique(capped[np.isfinite(capped)]).astype(int).tolist():
         label = (
             "index 0: stable" if value == 0 else f"index {value}{' or more' if value == 3 else ''}"

@@ -66,12 +66,12 @@ def rod_grid(
     nodes, weights = np.empty(count), np.empty(count)
     integration = np.zeros((count, count))
     for panel, (start, end) in enumerate(pairwise(edges)):
-        here = slice(panel * nodes_per_panel, (panel + 1) * nodes_per_panel)
+        inside = slice(panel * nodes_per_panel, (panel + 1) * nodes_per_panel)
         half = 0.5 * (end - start)
-        nodes[here] = start + half * (reference + 1.0)
-        weights[here] = half * reference_weights
-        integration[here, here] = half * panel_integration
-        integration[here, : here.start] = weights[: here.start]
+        nodes[inside] = start + half * (reference + 1.0)
+        weights[inside] = half * reference_weights
+        integration[inside, inside] = half * panel_integration
+        integration[inside, : inside.start] = weights[: inside.start]
 
     stops = np.array(sorted({*edges[1:], *nodes}))
     starts = np.concatenate([[0.0], stops[:-1]])

@@ -25,7 +25,7 @@ def test_walks_are_small_steps_between_equilibria(name, problem):
     points = walk.equilibria()
     assert len(points) >= 10
     assert max(point.residual for point in points) < 1e-10
-    assert walk.go().residual == points[-1].residual
+    assert walk.run().residual == points[-1].residual
     steps = np.diff([walk.start.platform_position, *[p.platform_position for p in points]], axis=0)
     assert 1e-5 < np.linalg.norm(steps, axis=1).max() < 0.2
 

@@ -70,7 +70,7 @@ def test_requirements_are_met_or_not():
         "import cpr_core": figure(0.4),
         **scaling(1.05),
     }
-    met = {one.what: one.met for one in requirements(good)}
+    met = {line.name: line.met for line in requirements(good)}
     assert len(met) == 12
     assert [what for what in met if not met[what]] == [
         "the same against one dense LU of its matrix (84 x 84, LAPACK): at most 2 times"

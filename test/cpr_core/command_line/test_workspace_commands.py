@@ -34,10 +34,9 @@ def test_a_map_from_one_command(capsys, tmp_path):
 
 
 def test_as_json_and_multiples_of_pi(capsys):
-    status, text, _ = run(
-        capsys, "six_rfs", "--modes", 3, "--slice", "x=-0.4:-0.3", "y=0:0.1", "z=0.635",
-        "phi=pi/8", "theta=pi/3", "--resolution", 0.05, "--json",
-    )  # fmt: skip
+    plane = ["x=-0.4:-0.3", "y=0:0.1", "z=0.635", "phi=pi/8", "theta=pi/3"]
+    options = ["--modes", 3, "--slice", *plane, "--resolution", 0.05, "--json"]
+    status, text, _ = run(capsys, "six_rfs", *options)
     values = json.loads(text)
     assert status == 0
     assert values["shape"] == [3, 3]
@@ -45,10 +44,9 @@ def test_as_json_and_multiples_of_pi(capsys):
 
 
 def test_motors_are_mapped_from_a_start(capsys):
-    status, text, _ = run(
-        capsys, "rfrfr", "--given", "motors", "--slice", "motor1=2.3:2.9", "motor2=0.2:0.8",
-        "--resolution", 0.2, "--from", 2.4, 0.5, "--gravity", 0, -1, 0,
-    )  # fmt: skip
+    plane = ["--given", "motors", "--slice", "motor1=2.3:2.9", "motor2=0.2:0.8"]
+    start = ["--from", 2.4, 0.5, "--gravity", 0, -1, 0]
+    status, text, _ = run(capsys, "rfrfr", *plane, "--resolution", 0.2, *start)
     assert status == 0
     assert "16 of 16 cells (4 x 4)" in text
 

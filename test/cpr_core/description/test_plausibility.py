@@ -99,16 +99,34 @@ def test_what_cannot_be_a_rod_is_refused(path, value, field, says):
         (("rod", "density"), 7.8, r"rod.density: 7.8: looks like g/cm\^3"),
         (("rod", "yield_strain"), 2.0, "rod.yield_strain: 2: looks like per cent"),
         (("home", "motors"), [309.0] * 3, rf"home.motors\[0\]: 309: {DEGREES}"),
-        (("legs", 1, "motor", "limits", "position"), [-90, 90],
-         rf"legs\[1\].motor.limits.position: -90: {DEGREES}"),
-        (("legs", 1, "base", "position"), [-100.0, 173.0, 0.0], rf"base.position .*: {MILLIMETRES}"),
+        (
+            ("legs", 1, "motor", "limits", "position"),
+            [-90, 90],
+            rf"legs\[1\].motor.limits.position: -90: {DEGREES}",
+        ),
+        (
+            ("legs", 1, "base", "position"),
+            [-100.0, 173.0, 0.0],
+            rf"base.position .*: {MILLIMETRES}",
+        ),
         (("legs", 2, "tip", "position"), [-50.0, -86.0, 0.0], rf"legs\[2\].tip.*{MILLIMETRES}"),
-        (("platform", "center_of_mass"), [0.0, 0.0, 20.0], f"platform.center_of_mass: .*{MILLIMETRES}"),
-        (("home", "platform"), {"position": [0, 0, 700.0]}, f"home.platform.position: .*{MILLIMETRES}"),
-        (("home", "platform"), {"position": [0, 0, 0.7], "quaternion_wxyz": [0.0, 0.0, 0.28, 0.96]},
-         r"home.platform.quaternion_wxyz: .* turn by 180 degrees: looks like x y z w"),
+        (
+            ("platform", "center_of_mass"),
+            [0.0, 0.0, 20.0],
+            f"platform.center_of_mass: .*{MILLIMETRES}",
+        ),
+        (
+            ("home", "platform"),
+            {"position": [0, 0, 700.0]},
+            f"home.platform.position: .*{MILLIMETRES}",
+        ),
+        (
+            ("home", "platform"),
+            {"position": [0, 0, 0.7], "quaternion_wxyz": [0.0, 0.0, 0.28, 0.96]},
+            r"home.platform.quaternion_wxyz: .* turn by 180 degrees: looks like x y z w",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_looks_like_another_unit_is_said(path, value, says):
     content = content_of("three_rfs")
     put(content, path, value)
@@ -149,10 +167,15 @@ def test_a_planar_quaternion_in_another_order_is_refused_with_the_order():
     [
         ("rfrfr", solve_forward, [148.4, 31.5], f"motor1 at 148.4 {DEGREES}"),
         ("rfrfr", solve_inverse, [0.0, 830.0], rf"platform position \(0, 830, 0\) {MILLIMETRES}"),
-        ("gough_stewart", solve_inverse, [0, 0, 450.0, 1, 0, 0, 0], rf"\(0, 0, 450\) {MILLIMETRES}"),
+        (
+            "gough_stewart",
+            solve_inverse,
+            [0, 0, 450.0, 1, 0, 0, 0],
+            rf"\(0, 0, 450\) {MILLIMETRES}",
+        ),
         ("rfrfr", solve_forward, [2.59, 6.5], None),
     ],
-)  # fmt: skip
+)
 def test_requests_in_other_units_fail_with_what_looks_wrong(name, solve, values, says):
     content = content_of(name)
     for leg in content["legs"]:

@@ -373,10 +373,12 @@ def test_loads_of_the_description_act_from_home_on():
     at = 0.7 * LENGTH
     expected = 1e-5 * at**2 * (3.0 * LENGTH - at) / (6.0 * BENDING)
     expected += 2e-5 * LENGTH**3 / (3.0 * BENDING)
-    hat = quad(
-        lambda s: (1.0 - abs(2.0 * s / LENGTH - 1.0)) * s**2 * (3.0 * LENGTH - s), 0.0, LENGTH,
+    hat, _ = quad(
+        lambda s: (1.0 - abs(2.0 * s / LENGTH - 1.0)) * s**2 * (3.0 * LENGTH - s),
+        0.0,
+        LENGTH,
         points=[0.25],
-    )[0]  # fmt: skip
+    )
     expected += 1e-4 * hat / (6.0 * BENDING)
     found = solve_home(load_robot(content)).platform_position[1]
     assert found == pytest.approx(expected, rel=1e-4)

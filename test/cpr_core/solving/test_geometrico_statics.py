@@ -279,6 +279,11 @@ def test_a_stored_rotation_of_another_shape_is_refused(rotation):
     home = solve_home(load_robot("rfrfr"))
     with pytest.raises(InvalidRequest, match="platform_rotation"):
         restore_equilibrium(
-            home.robot, home.loads, home.motors, home.leg_coordinates, home.multipliers, rotation,
+            home.robot,
+            home.loads,
+            home.motors,
+            home.leg_coordinates,
+            home.multipliers,
+            rotation,
             home.platform_position,
-        )  # fmt: skip
+        )

@@ -68,10 +68,8 @@ def test_signs_with_delayed_slots_are_those_of_the_eigenvalues(straight):
     """Also where a load has bent the legs out, or made the robot unstable."""
     found, force = 0, straight.arrays.energy_unit / straight.mean_length
     for factor in (0.0, 1e-3, -1e-3, 0.1):
-        here = solve_forward(
-            straight, solve_home(straight).motors,
-            loads=Loads.none().with_(wrench_world=[0, 0, 0, factor * force, 0, 0]),
-        )  # fmt: skip
+        loads = Loads.none().with_(wrench_world=[0, 0, 0, factor * force, 0, 0])
+        here = solve_forward(straight, solve_home(straight).motors, loads=loads)
         assert here.index_locked == index_by_eigenvalues(here) == here.spectrum_locked.index
         assert here.index_free == here.spectrum_free.index
         found += delayed(here)

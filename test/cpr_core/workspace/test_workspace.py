@@ -203,9 +203,13 @@ def test_limits_are_flags_and_have_borders():
     robot = load_robot(description)
     found = map_workspace(robot, small_grid())
     assert found.limit_names == (
-        "motor_limit motor1", "effort_limit motor1", "motor_limit motor2", "effort_limit motor2",
-        "strain_limit leg1", "strain_limit leg2",
-    )  # fmt: skip
+        "motor_limit motor1",
+        "effort_limit motor1",
+        "motor_limit motor2",
+        "effort_limit motor2",
+        "strain_limit leg1",
+        "strain_limit leg2",
+    )
     np.testing.assert_array_equal(found.reached, small_map().reached)
     for cell in np.flatnonzero(found.reached)[::9].tolist():
         here = margins(found.equilibrium(cell))
@@ -230,9 +234,11 @@ def test_usable_cells_hang_together_and_are_stable():
 def test_a_map_that_is_cancelled_is_unfinished():
     stop = threading.Event()
     found = map_workspace(
-        rfrfr(), small_grid(), progress=lambda state: state.done > 20 and stop.set(),
+        rfrfr(),
+        small_grid(),
+        progress=lambda state: state.done > 20 and stop.set(),
         cancelled=stop.is_set,
-    )  # fmt: skip
+    )
     assert not found.complete
     assert found.borders == ()
     assert 20 < found.expanded < small_map().expanded

@@ -32,9 +32,8 @@ def test_a_setpoint_beyond_the_range_is_clipped_and_named():
 @pytest.mark.parametrize("name", ["rfrfr", "planar_body", "three_rfs", "six_rfs", "gough_stewart"])
 def test_the_platform_goes_straight_in_its_controlled_coordinates(name):
     home = solve_home(robot(name))
-    away = solve_forward(home.robot, home.motors + 0.01 * home.robot.motor_units * np.sin(
-        1.0 + np.arange(home.robot.motor_count)
-    ))  # fmt: skip
+    change = 0.01 * home.robot.motor_units * np.sin(1.0 + np.arange(home.robot.motor_count))
+    away = solve_forward(home.robot, home.motors + change)
     goal = PoseGoal(home.robot, away.pose)
     assert 0.0 < goal.remaining(home) < 0.2
     part = goal.solve(home, 0.25, home.loads)

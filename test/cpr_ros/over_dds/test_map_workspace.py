@@ -63,8 +63,14 @@ def test_a_goal_makes_the_map_that_the_library_makes(drive, maps, tmp_path):
     assert list(result.shape) == [13, 9]
     assert result.cell_area == pytest.approx(0.01)
     for name in (
-        "cells", "reached", "stable", "usable", "beyond_limits", "below_threshold", "disagreements",
-    ):  # fmt: skip
+        "cells",
+        "reached",
+        "stable",
+        "usable",
+        "beyond_limits",
+        "below_threshold",
+        "disagreements",
+    ):
         assert getattr(result, name) == getattr(summary, name), name
     assert 0 < result.stable < result.reached < result.cells
     assert 0 < result.below_threshold < result.reached
@@ -206,7 +212,12 @@ def test_files_that_exist(drive, maps, tmp_path):
         ({"x": (0.0, 0.1, 0.1)}, {}, ErrorCode.INVALID_ROBOT_STATE, "at least two axes"),
         ({"x": (0.1, 0.0, 0.1), "y": (0, 1.0, 0.1)}, {}, ErrorCode.INVALID_ROBOT_STATE, "larger"),
         ({"x": (0.0, 0.1, 0.0), "y": (0, 1.0, 0.1)}, {}, ErrorCode.INVALID_ROBOT_STATE, "positive"),
-        ({"x": (0.0, 1.0, 1e-5), "y": (0, 1.0, 1e-5)}, {}, ErrorCode.INVALID_ROBOT_STATE, "at most"),
+        (
+            {"x": (0.0, 1.0, 1e-5), "y": (0, 1.0, 1e-5)},
+            {},
+            ErrorCode.INVALID_ROBOT_STATE,
+            "at most",
+        ),
         ({"x": (0.0, math.nan, 0.1), "y": (0, 1.0, 0.1)}, {}, ErrorCode.NON_FINITE_INPUT, "x"),
         ({"x": (0.0, 0.1, 0.1), "z": (0.0, 1.0, 0.1)}, {}, ErrorCode.INVALID_ROBOT_STATE, "'z'"),
         (SMALL, {"held": ["y"], "held_values": [0.1]}, ErrorCode.INVALID_ROBOT_STATE, "y is given"),
@@ -218,11 +229,13 @@ def test_files_that_exist(drive, maps, tmp_path):
         (SMALL, {"tolerance": math.nan}, ErrorCode.NON_FINITE_INPUT, "tolerance"),
         (SMALL, {"threshold": math.inf}, ErrorCode.NON_FINITE_INPUT, "threshold"),
         (
-            {"x": (5.0, 5.1, 0.1), "y": (5.0, 5.1, 0.1)}, {}, ErrorCode.NO_IK_SOLUTION,
+            {"x": (5.0, 5.1, 0.1), "y": (5.0, 5.1, 0.1)},
+            {},
+            ErrorCode.NO_IK_SOLUTION,
             "cells of the grid is reached",
         ),
     ],
-)  # fmt: skip
+)
 def test_goals_that_cannot_be_met_say_why(maps, tmp_path, axes, fields, code, text):
     axes = {name: tuple(float(value) for value in values) for name, values in axes.items()}
     status, result = maps.make(tmp_path / "map.nc", axes, **fields)
