@@ -17,7 +17,7 @@ import numpy as np
 from cpr_core import Equilibrium
 from cpr_core.workspace import motor_grid
 from cpr_core.workspace.batch_kernel import Arrivals, Cells
-from cpr_core.workspace.batches import Ways, go, in_pieces, joined
+from cpr_core.workspace.batches import Ways, arrivals_of, in_pieces, joined
 from cpr_core.workspace.cell_problem import CellProblem, cell_problem
 from cpr_core.workspace.way_kernel import ARRIVED
 
@@ -40,7 +40,7 @@ def solve_batch(
     problem: CellProblem, cells: Cells, ways: Ways, executor: Executor | None
 ) -> Arrivals:
     """All ways, in pieces where there is an executor."""
-    return joined(list(in_pieces(executor, go, problem, cells, ways)))
+    return joined(list(in_pieces(executor, arrivals_of, problem, cells, ways)))
 
 
 def _batch(count: int, modes: int) -> tuple[CellProblem, Cells, Ways]:

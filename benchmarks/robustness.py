@@ -176,7 +176,7 @@ def main() -> None:
         "ended back to home. Targets of the inverse problem and of the problem by effort are poses and "
         "efforts of equilibria that motors can reach; the straight path in the pose or in the efforts "
         "may all the same lead through folds or limits. Written by `python -m benchmarks.robustness`; "
-        "`test/core/test_robustness.py` runs the same.",
+        "`test/cpr_core/solving/test_robustness.py` runs the same.",
         "",
         f"| robot | range | given | targets | {' | '.join(kinds)} | events not real | no equilibrium "
         "| walk back stopped | farthest from home after walking back |",

@@ -92,7 +92,7 @@ def main() -> int:
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
     options, others = parser.parse_known_args()
     if options.serve:
-        return run(NodeWithEmptyService, [sys.argv[0], *others])
+        run(NodeWithEmptyService, [sys.argv[0], *others])
     os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     process = subprocess.Popen(

@@ -94,7 +94,11 @@ def _drive(process: subprocess.Popen[bytes]) -> list[Step]:
     try:
         begin = time.monotonic()
         with tqdm(
-            total=None, desc="waiting for the node", bar_format="{desc} {elapsed}", leave=False
+            total=None,
+            desc="waiting for the node",
+            bar_format="{desc} {elapsed}",
+            disable=None,
+            leave=False,
         ) as waiting:
             while not client.wait_for_service(timeout_sec=0.5):
                 waiting.refresh()
@@ -103,7 +107,7 @@ def _drive(process: subprocess.Popen[bytes]) -> list[Step]:
                 if time.monotonic() - begin > START_TIMEOUT:
                     raise CprError("the node did not offer its service in time")
         steps = []
-        for t in tqdm(range(STEPS + 1), desc="path of Eq. (53)", unit="pose"):
+        for t in tqdm(range(STEPS + 1), desc="path of Eq. (53)", unit="pose", disable=None):
             request = SolveForward.Request(
                 motors=JointState(
                     name=[f"motor{number + 1}" for number in range(len(FIRST))],

@@ -69,10 +69,10 @@ def diagnostic_array(
                         "status": told.status.name,
                         "action": told.action.name,
                         "speed scale": f"{told.speed_scale:.3f}",
-                        "margin": f"{outcome.here.margin:.6g}",
-                        "index, motors held": outcome.here.index,
+                        "margin": f"{outcome.assessment.margin:.6g}",
+                        "index, motors held": outcome.assessment.index,
                         "nearest threshold": told.nearest or "none",
-                        "solve time [ms]": f"{1e3 * outcome.here.solve_time:.3f}",
+                        "solve time [ms]": f"{1e3 * outcome.assessment.solve_time:.3f}",
                     }
                 ),
             )

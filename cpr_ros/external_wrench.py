@@ -39,13 +39,13 @@ class ExternalWrench:
         self._loads = loads
         self.watchdog.feed(now)
 
-    def loads(self, here: Loads, now: float) -> Loads:
-        """Loads that act now; ``here`` itself if nothing changed."""
+    def loads(self, known: Loads, now: float) -> Loads:
+        """Loads that act now; ``known`` itself if nothing changed."""
         if self._loads is None:
-            return here
+            return known
         if self.watchdog.stale(now):
             default = self.robot.default_loads
-            self._loads = here.with_(
+            self._loads = known.with_(
                 wrench_world=default.wrench_world, wrench_body=default.wrench_body
             )
             self.watchdog.forget()

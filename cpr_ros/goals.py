@@ -21,7 +21,7 @@ from cpr_core.solving.requests import pose_meaning
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 
-__all__ = ["Goal", "MotorGoal", "PlatformGoal", "motor_steps"]
+__all__ = ["Goal", "MotorGoal", "PoseGoal", "motor_steps"]
 
 Floats = NDArray[np.float64]
 
@@ -31,11 +31,11 @@ _ANGLES = ("roll", "pitch", "yaw")
 class Goal(Protocol):
     """Where to go, and the straight way there."""
 
-    def remaining(self, here: Equilibrium) -> float:
+    def remaining(self, start: Equilibrium) -> float:
         """Length of the way that is left, in radians and rod lengths; 0 at the goal."""
         ...
 
-    def solve(self, here: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
+    def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """The equilibrium at a fraction of the way that is left.
 
         Raises:
@@ -67,18 +67,18 @@ class MotorGoal:
         beyond = np.flatnonzero(self.motors != wanted)
         self.clipped = tuple(robot.motor_names[motor] for motor in beyond)
 
-    def remaining(self, here: Equilibrium) -> float:
+    def remaining(self, start: Equilibrium) -> float:
         """Largest way of a motor."""
-        ways = np.abs(self.motors - here.motors) / here.robot.motor_units
+        ways = np.abs(self.motors - start.motors) / start.robot.motor_units
         return float(ways.max(initial=0.0))
 
-    def solve(self, here: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
+    def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """Forward problem at the motor positions on the way."""
-        motors = (1.0 - fraction) * here.motors + fraction * self.motors
-        return solve_forward(here.robot, motors, start=here, loads=loads)
+        motors = (1.0 - fraction) * start.motors + fraction * self.motors
+        return solve_forward(start.robot, motors, start=start, loads=loads)
 
 
-class PlatformGoal:
+class PoseGoal:
     """Controlled platform coordinates, approached straight in them.
 
     Attributes:
@@ -94,44 +94,44 @@ class PlatformGoal:
         """
         self.names = pose_meaning(robot)
         if not self.names:
-            raise InvalidRequest("platform", "the inverse problem of this robot has no solution")
-        self.pose = checked_vector("platform", pose, len(self.names), " ".join(self.names))
+            raise InvalidRequest("pose", "the inverse problem of this robot has no solution")
+        self.pose = checked_vector("pose", pose, len(self.names), " ".join(self.names))
 
-    def remaining(self, here: Equilibrium) -> float:
+    def remaining(self, start: Equilibrium) -> float:
         """Larger one of distance (in rod lengths) and angle."""
         shift, turns = 0.0, [0.0]
-        for name, change in zip(self.names, self._changes(here), strict=True):
+        for name, change in zip(self.names, self._changes(start), strict=True):
             if name in ("x", "y", "z"):
                 shift += change**2
             elif not name.startswith("q"):
                 turns.append(abs(change))
         if "qw" in self.names:
-            turns.append(float(np.linalg.norm(self._turn(here))))
-        return max(float(np.sqrt(shift)) / here.robot.mean_length, *turns)
+            turns.append(float(np.linalg.norm(self._turn(start))))
+        return max(float(np.sqrt(shift)) / start.robot.mean_length, *turns)
 
-    def solve(self, here: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
+    def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """Inverse problem at the pose on the way."""
-        pose = here.pose + fraction * self._changes(here)
+        pose = start.pose + fraction * self._changes(start)
         if fraction == 1.0:
             pose = self.pose
         elif "qw" in self.names:
-            rotation = rotation_exp(fraction * self._turn(here)) @ here.platform_rotation
+            rotation = rotation_exp(fraction * self._turn(start)) @ start.platform_rotation
             pose[self._quaternion] = quaternion_from_rotation(rotation)
-        return solve_inverse(here.robot, pose, start=here, loads=loads)
+        return solve_inverse(start.robot, pose, start=start, loads=loads)
 
     @property
     def _quaternion(self) -> slice:
         first = self.names.index("qw")
         return slice(first, first + 4)
 
-    def _turn(self, here: Equilibrium) -> Floats:
+    def _turn(self, start: Equilibrium) -> Floats:
         """Rotation vector in the world that is left."""
         wanted = rotation_from_quaternion(self.pose[self._quaternion])
-        return rotation_log(wanted @ here.platform_rotation.T)
+        return rotation_log(wanted @ start.platform_rotation.T)
 
-    def _changes(self, here: Equilibrium) -> Floats:
+    def _changes(self, start: Equilibrium) -> Floats:
         """What is left in every number, angles on the short way; zero for quaternions."""
-        changes = self.pose - here.pose
+        changes = self.pose - start.pose
         for position, name in enumerate(self.names):
             if name in (*_ANGLES, "angle"):
                 changes[position] -= 2.0 * np.pi * np.round(changes[position] / (2.0 * np.pi))

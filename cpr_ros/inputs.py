@@ -24,7 +24,7 @@ from .conversions import (
     with_wrench,
 )
 from .dropped_messages import DroppedMessages
-from .goals import MotorGoal, PlatformGoal
+from .goals import MotorGoal, PoseGoal
 from .motor_messages import measured_motors, motor_setpoint
 from .session import Session
 
@@ -105,11 +105,11 @@ class Inputs:
 
     def _platform_setpoint(self, session: Session, message: PoseStamped, now: float) -> None:
         pose = pose_from_message(session.robot, message, [], self._frames)
-        session.follow(PlatformGoal(session.robot, pose), now)
+        session.follow(PoseGoal(session.robot, pose), now)
 
     def _external_wrench(self, session: Session, message: WrenchStamped, now: float) -> None:
-        here = session.solver.current.equilibrium.loads
-        session.wrench.take(with_wrench(here, message, self._frames), now)
+        loads = session.solver.current.equilibrium.loads
+        session.wrench.take(with_wrench(loads, message, self._frames), now)
 
     def _measured(self, session: Session, message: JointState, now: float) -> None:
         if session.tracker is not None:

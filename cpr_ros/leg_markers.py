@@ -41,7 +41,7 @@ def leg_markers(outcome: Outcome, by: str, frames: Frames, stamp: Time) -> Marke
         frames: Names of the frames.
         stamp: ROS time of the message.
     """
-    equilibrium = outcome.here.equilibrium
+    equilibrium = outcome.assessment.equilibrium
     robot = equilibrium.robot
     shapes = leg_shapes(equilibrium, POINTS)
     curvatures = [bending_curvature(shape.curvature) for shape in shapes]

@@ -118,9 +118,15 @@ def map_result(code: ErrorCode, file: str, summary: MapSummary | None) -> MapWor
     result.complete = summary.complete
     result.shape = list(summary.shape)
     for name in (
-        "cells", "reached", "stable", "usable", "beyond_limits", "below_threshold",
-        "disagreements", "cell_area",
-    ):  # fmt: skip
+        "cells",
+        "reached",
+        "stable",
+        "usable",
+        "beyond_limits",
+        "below_threshold",
+        "disagreements",
+        "cell_area",
+    ):
         setattr(result, name, getattr(summary, name))
     result.borders = [
         MapBorder(

@@ -46,16 +46,16 @@ class MapProcess:
         self.ended, self.death = False, ""
         self._before = _stamp(order.file)
         self._deadline: float | None = None
-        self._connection, other = multiprocessing.Pipe()
+        self._connection, worker_end = multiprocessing.Pipe()
         # The same modules as here, and none that lies by chance where the node was started.
         paths = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
-        with tempfile.TemporaryFile() as stdin, other:
+        with tempfile.TemporaryFile() as stdin, worker_end:
             pickle.dump(order, stdin)
             stdin.seek(0)
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "cpr_ros.map_worker", str(other.fileno())],
+                [sys.executable, "-P", "-m", "cpr_ros.map_worker", str(worker_end.fileno())],
                 stdin=stdin,
-                pass_fds=[other.fileno()],
+                pass_fds=[worker_end.fileno()],
                 start_new_session=True,
                 env=os.environ | {"PYTHONPATH": paths},
             )

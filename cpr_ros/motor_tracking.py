@@ -50,35 +50,35 @@ class MotorTracker:
         self._goal = MotorGoal(self.robot, motors)
         self.watchdog.feed(now)
 
-    def tick(self, here: Assessment, loads: Loads, now: float) -> Outcome:
+    def tick(self, current: Assessment, loads: Loads, now: float) -> Outcome:
         """Follow the motors; parameters as in :meth:`SetpointFollower.tick`."""
         if self._goal is None:
-            return Outcome(here, False, State.IDLE, self._judge.judge(here))
+            return Outcome(current, False, State.IDLE, self._judge.judge(current))
         if self.watchdog.stale(now):
-            told = self._judge.judge(here, stale=True)
-            return Outcome(here, False, State.STALE, told)
+            told = self._judge.judge(current, stale=True)
+            return Outcome(current, False, State.STALE, told)
         goal = self._goal
         if goal.clipped:
             refusal = Refusal("motor_range", f"{', '.join(goal.clipped)} measured beyond its range")
-            return Outcome(here, False, State.LOST, self._judge.judge(here, refusal))
-        remaining = goal.remaining(here.equilibrium)
-        if remaining <= ARRIVED and loads is here.equilibrium.loads:
-            return Outcome(here, False, State.TRACKING, self._judge.judge(here))
+            return Outcome(current, False, State.LOST, self._judge.judge(current, refusal))
+        remaining = goal.remaining(current.equilibrium)
+        if remaining <= ARRIVED and loads is current.equilibrium.loads:
+            return Outcome(current, False, State.TRACKING, self._judge.judge(current))
         fraction = min(1.0, LONGEST_STEP / max(remaining, ARRIVED))
         for part in (1.0, 0.25, 0.0625):  # where the robot is soft, in smaller steps
-            ahead = self._looked_at(here, attempt(here, goal, part * fraction, loads))
+            ahead = self._looked_at(current, attempt(current, goal, part * fraction, loads))
             if isinstance(ahead, Assessment):
                 break
         if isinstance(ahead, Refusal):
-            return Outcome(here, False, State.LOST, self._judge.judge(here, ahead))
+            return Outcome(current, False, State.LOST, self._judge.judge(current, ahead))
         return Outcome(ahead, True, State.TRACKING, self._judge.judge(ahead))
 
-    def _looked_at(self, here: Assessment, ahead: Assessment | Refusal) -> Assessment | Refusal:
+    def _looked_at(self, current: Assessment, ahead: Assessment | Refusal) -> Assessment | Refusal:
         """A step, or why it cannot be what the robot did."""
         if isinstance(ahead, Refusal):
             return ahead
-        if change_between(here.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
+        if change_between(current.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
             return Refusal("branch_jump", "the measured motors jump off the branch")
-        if ahead.index > here.index:
+        if ahead.index > current.index:
             return Refusal("margin", "no stable equilibrium is at the measured motors")
         return ahead

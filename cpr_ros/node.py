@@ -5,11 +5,12 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 import time
 import traceback
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NoReturn
 
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
@@ -93,6 +94,8 @@ class CprNode(LifecycleNode):
         if self.maps is not None:
             self.maps.close()
         super().destroy_node()
+        # rclpy leaves it, and what DDS has in shared memory, to the end of Python, which may not come.
+        self._state_machine.destroy_when_not_in_use()
 
     def active_session(self) -> Session | None:
         """The robot in operation; None while the node is not active."""
@@ -276,8 +279,8 @@ def run(
     make_node: Callable[[StopSignal], CprNode],
     arguments: list[str] | None = None,
     stop: StopSignal | None = None,
-) -> int:
-    """Run a node until SIGINT or SIGTERM; exit status 0, or 1 if it cannot start.
+) -> NoReturn:
+    """Run a node until SIGINT or SIGTERM, and end the process: status 0, or 1 if it cannot start.
 
     Args:
         make_node: Makes it.
@@ -306,8 +309,10 @@ def run(
             executor.shutdown()
         if node is not None:
             node.destroy_node()
+        else:
+            gc.collect()  # of a node that could not be made DDS still has a part
         rclpy.try_shutdown()
-    return stop.finish(status)
+    stop.finish(status)
 
 
 def _spin(node: CprNode, executor: SingleThreadedExecutor, stop: StopSignal) -> None:

@@ -119,10 +119,15 @@ def _thresholds() -> tuple[DeclaredParameter, ...]:
     """Warning and stop of every measure."""
     return tuple(
         DeclaredParameter(
-            f"{name}_{level}", default, unit, f"{meaning}: {what} below", (0.0, largest), live=True
+            f"{name}_{level}",
+            default,
+            unit,
+            f"{meaning}: {reaction} below",
+            (0.0, largest),
+            live=True,
         )
         for name, (warning, stop, largest, unit, meaning) in THRESHOLDS.items()
-        for level, default, what in (("warning", warning, "slow down"), ("stop", stop, "halt"))
+        for level, default, reaction in (("warning", warning, "slow down"), ("stop", stop, "halt"))
     )
 
 

@@ -77,12 +77,12 @@ class Session:
 
     def tick(self, now: float) -> Outcome:
         """Move on by one tick."""
-        here = self.solver.current
-        loads = self.wrench.loads(here.equilibrium.loads, now)
+        before = self.solver.current
+        loads = self.wrench.loads(before.equilibrium.loads, now)
         mover = self.follower if self.tracker is None else self.tracker
-        self.outcome = mover.tick(here, loads, now)
-        self.solver.current = self.outcome.here
-        moved = self.outcome.here.equilibrium.motors - here.equilibrium.motors
+        self.outcome = mover.tick(before, loads, now)
+        self.solver.current = self.outcome.assessment
+        moved = self.outcome.assessment.equilibrium.motors - before.equilibrium.motors
         self.velocity = moved / self.period
         return self.outcome
 

@@ -20,7 +20,7 @@ import numpy as np
 from cpr_core import Equilibrium, Loads, Robot, solve_home
 
 from .assessment import MEASURES, Assessment, Thresholds
-from .goals import Goal, MotorGoal, PlatformGoal, motor_steps
+from .goals import Goal, MotorGoal, PoseGoal, motor_steps
 from .steps import attempt, change_between, falls
 from .supervision import Action, Refusal, State, Verdict, verdict
 from .watchdog import Watchdog
@@ -62,14 +62,14 @@ class Outcome:
     """What a tick led to.
 
     Attributes:
-        here: Equilibrium after the tick.
+        assessment: Equilibrium after the tick.
         moved: Whether the motors moved.
         state: What the node does.
         verdict: What a supervisor is told.
         home_missed: Whether a return ended at the motors of home, but in another equilibrium.
     """
 
-    here: Assessment
+    assessment: Assessment
     moved: bool
     state: State
     verdict: Verdict
@@ -146,16 +146,16 @@ class SetpointFollower:
         self.drop()
         self._goal, self._returning = MotorGoal(self.robot, solve_home(self.robot).motors), True
 
-    def tick(self, here: Assessment, loads: Loads, now: float) -> Outcome:
+    def tick(self, current: Assessment, loads: Loads, now: float) -> Outcome:
         """Do one tick.
 
         Args:
-            here: Current equilibrium.
+            current: Current equilibrium.
             loads: Loads that act now; the object of the equilibrium if they have not changed.
             now: Steady time [s].
         """
-        borne, burden = self._bear(here, loads)
-        goal, moved, home_missed = self._goal, borne is not here, False
+        borne, burden = self._bear(current, loads)
+        goal, moved, home_missed = self._goal, borne is not current, False
         state = State.PAUSED if self.paused else State.IDLE
         self._under_way = False
         if goal is not None and not self.paused:
@@ -179,12 +179,12 @@ class SetpointFollower:
         return Outcome(borne, moved, state, told, home_missed)
 
     def judge(
-        self, here: Assessment, refusal: Refusal | None = None, *, stale: bool = False
+        self, current: Assessment, refusal: Refusal | None = None, *, stale: bool = False
     ) -> Verdict:
         """What a supervisor is told about an equilibrium now."""
         watched = self._watched()
         told = verdict(
-            here,
+            current,
             self.settings.thresholds,
             watched,
             previous=self._action,
@@ -198,48 +198,50 @@ class SetpointFollower:
 
     def _watched(self) -> Iterable[str]:
         """Measures that count: the inverse problem matters to platform setpoints only."""
-        if isinstance(self._goal, PlatformGoal):
+        if isinstance(self._goal, PoseGoal):
             return MEASURES
         return [name for name in MEASURES if name != "inverse_singularity"]
 
-    def _bear(self, here: Assessment, loads: Loads) -> tuple[Assessment, Refusal | None]:
+    def _bear(self, current: Assessment, loads: Loads) -> tuple[Assessment, Refusal | None]:
         """The equilibrium under the loads of now, at the same motors."""
-        if loads is here.equilibrium.loads:
-            return here, None
-        goal = MotorGoal(self.robot, here.equilibrium.motors)
-        ahead = attempt(here, goal, 1.0, loads)
+        if loads is current.equilibrium.loads:
+            return current, None
+        goal = MotorGoal(self.robot, current.equilibrium.motors)
+        ahead = attempt(current, goal, 1.0, loads)
         if isinstance(ahead, Refusal):
-            return here, Refusal(ahead.reason, f"the external wrench is not borne: {ahead.text}")
-        if ahead.index > here.index:
-            return here, Refusal("margin", "the external wrench is not borne: the robot buckles")
+            return current, Refusal(ahead.reason, f"the external wrench is not borne: {ahead.text}")
+        if ahead.index > current.index:
+            return current, Refusal("margin", "the external wrench is not borne: the robot buckles")
         return ahead, None
 
-    def _move(self, here: Assessment, goal: Goal) -> Assessment:
+    def _move(self, current: Assessment, goal: Goal) -> Assessment:
         """One step towards the goal, or the same equilibrium if it is refused."""
         for _ in range(2):
-            factor = self._reach * self._speed_scale(here, self._worsening)
-            ahead = self._step(here, goal, factor)
-            refusal = ahead if isinstance(ahead, Refusal) else self._crossing(here, ahead)
+            factor = self._reach * self._speed_scale(current, self._worsening)
+            ahead = self._step(current, goal, factor)
+            refusal = ahead if isinstance(ahead, Refusal) else self._crossing(current, ahead)
             if isinstance(ahead, Refusal) or refusal is not None:
                 if self._reach <= SMALLEST_REACH:
                     self._refusal = refusal
                 self._reach = max(SMALLEST_REACH, 0.5 * self._reach)
-                return here
-            self._worsening = self._worse(here, ahead)
-            allowed = self._speed_scale(here, self._worsening)
-            if self._steps_between(here.equilibrium, ahead.equilibrium) <= allowed * (1.0 + SLACK):
+                return current
+            self._worsening = self._worse(current, ahead)
+            allowed = self._speed_scale(current, self._worsening)
+            if self._steps_between(current.equilibrium, ahead.equilibrium) <= allowed * (
+                1.0 + SLACK
+            ):
                 self._reach = min(1.0, 2.0 * self._reach)
                 self._refusal = None
                 return ahead
             # It was not known that this way leads to a threshold: the same again, slower.
-        return here
+        return current
 
-    def _step(self, here: Assessment, goal: Goal, factor: float) -> Assessment | Refusal:
+    def _step(self, current: Assessment, goal: Goal, factor: float) -> Assessment | Refusal:
         """Solve where the motors are after a tick at a fraction of their speed."""
-        start = here.equilibrium
+        start = current.equilibrium
         if isinstance(goal, MotorGoal):
             ways = np.abs(goal.motors - start.motors) / self._motor_steps()
-            return attempt(here, goal, _whole(factor / float(ways.max())), start.loads)
+            return attempt(current, goal, _whole(factor / float(ways.max())), start.loads)
         remaining = goal.remaining(start)
         per_way = self._motor_steps_per_way
         if math.isnan(per_way):  # not known yet: feel the way
@@ -249,7 +251,7 @@ class SetpointFollower:
         length = self.settings.max_speed * self.period
         for _ in range(6):
             fraction = _whole(factor_of_way * length / remaining)
-            ahead = attempt(here, goal, fraction, start.loads)
+            ahead = attempt(current, goal, fraction, start.loads)
             if isinstance(ahead, Refusal):
                 return ahead
             steps = self._steps_between(start, ahead.equilibrium)
@@ -260,22 +262,22 @@ class SetpointFollower:
             factor_of_way = 0.9 * factor_of_way * factor / steps
         return Refusal("inverse_singularity", "the motors would have to move beyond their speed")
 
-    def _crossing(self, here: Assessment, ahead: Assessment) -> Refusal | None:
+    def _crossing(self, current: Assessment, ahead: Assessment) -> Refusal | None:
         """Why the robot must not go there, if so; a measure that cannot be had is a reason."""
         try:
-            return self._danger(here, ahead)
+            return self._danger(current, ahead)
         except Exception as error:
             return Refusal("not_converged", f"no measures ahead: {type(error).__name__}: {error}")
 
-    def _danger(self, here: Assessment, ahead: Assessment) -> Refusal | None:
-        if change_between(here.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
+    def _danger(self, current: Assessment, ahead: Assessment) -> Refusal | None:
+        if change_between(current.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
             return Refusal("branch_jump", "the next equilibrium is not near this one")
-        if ahead.index > here.index:
+        if ahead.index > current.index:
             return Refusal(
                 "margin", "halted: the next equilibrium is unstable with the motors held"
             )
         for name in self._watched():
-            first, last = here.value(name), ahead.value(name)
+            first, last = current.value(name), ahead.value(name)
             stop = self.settings.thresholds[name].stop
             if math.isnan(last) or (last < stop and falls(first, last)):
                 return Refusal(
@@ -285,17 +287,19 @@ class SetpointFollower:
                 )
         return None
 
-    def _worse(self, here: Assessment, ahead: Assessment) -> frozenset[str]:
+    def _worse(self, current: Assessment, ahead: Assessment) -> frozenset[str]:
         """Measures that fall on the way."""
         return frozenset(
-            name for name in self._watched() if falls(here.value(name), ahead.value(name))
+            name for name in self._watched() if falls(current.value(name), ahead.value(name))
         )
 
-    def _speed_scale(self, here: Assessment, worsening: Iterable[str]) -> float:
+    def _speed_scale(self, current: Assessment, worsening: Iterable[str]) -> float:
         """Factor on the speed of a motion that worsens these measures."""
         thresholds = self.settings.thresholds
         watched = set(self._watched())
-        levels = [thresholds[name].level(here.value(name)) for name in worsening if name in watched]
+        levels = [
+            thresholds[name].level(current.value(name)) for name in worsening if name in watched
+        ]
         return max(CREEP, min([1.0, *(level for level in levels if not math.isnan(level))]))
 
     def _motor_steps(self) -> np.ndarray:
@@ -305,11 +309,11 @@ class SetpointFollower:
         """Ticks at full speed the motors need from one equilibrium to another."""
         return float((np.abs(last.motors - first.motors) / self._motor_steps()).max(initial=0.0))
 
-    def _misses_home(self, here: Equilibrium) -> bool:
+    def _misses_home(self, current: Equilibrium) -> bool:
         """Whether this is another equilibrium than home, though nothing else acts."""
         home = solve_home(self.robot)
-        same_loads = here.loads is home.loads or here.loads is self.robot.default_loads
-        return same_loads and change_between(here, home) > 1e-6
+        same_loads = current.loads is home.loads or current.loads is self.robot.default_loads
+        return same_loads and change_between(current, home) > 1e-6
 
 
 def _whole(fraction: float) -> float:

@@ -50,8 +50,8 @@ class StabilityStream:
             setpoint_age: Age of the newest setpoint [s], -1 without.
             wrench_age: Age of the external wrench [s], -1 without.
         """
-        here, told = outcome.here, outcome.verdict
-        equilibrium = here.equilibrium
+        assessment, told = outcome.assessment, outcome.verdict
+        equilibrium = assessment.equilibrium
         locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
         robot = equilibrium.robot
         return StabilityMetrics(
@@ -73,18 +73,18 @@ class StabilityStream:
             margin_trend=self._trend(locked.margin, now),
             margin_warning=thresholds["margin"].warning,
             margin_stop=thresholds["margin"].stop,
-            characteristic_length=here.characteristic_length or robot.mean_length,
-            forward=singularity_message(robot, here.forward),
-            inverse=_inverse_singularity(here),
-            motor_range=here.motor_range,
-            effort_reserve=here.effort_reserve,
-            strain_reserve=here.strain_reserve,
+            characteristic_length=assessment.characteristic_length or robot.mean_length,
+            forward=singularity_message(robot, assessment.forward),
+            inverse=_inverse_singularity(assessment),
+            motor_range=assessment.motor_range,
+            effort_reserve=assessment.effort_reserve,
+            strain_reserve=assessment.strain_reserve,
             nearest_threshold=told.nearest,
             distance_to_threshold=told.distance,
-            stiffness=_stiffness(here),
+            stiffness=_stiffness(assessment),
             setpoint_age=setpoint_age,
             wrench_age=wrench_age,
-            solve_time=here.solve_time,
+            solve_time=assessment.solve_time,
         )
 
     def _trend(self, margin: float, now: float) -> float:
@@ -95,18 +95,18 @@ class StabilityStream:
         return (margin - last[0]) / (now - last[1])
 
 
-def _inverse_singularity(here: Assessment) -> SingularityMessage:
-    if here.inverse is None:
+def _inverse_singularity(assessment: Assessment) -> SingularityMessage:
+    if assessment.inverse is None:
         return SingularityMessage(
             smallest_singular_value=math.nan, inverse_condition_number=math.nan
         )
-    return singularity_message(here.equilibrium.robot, here.inverse)
+    return singularity_message(assessment.equilibrium.robot, assessment.inverse)
 
 
-def _stiffness(here: Assessment) -> np.ndarray:
+def _stiffness(assessment: Assessment) -> np.ndarray:
     """Stiffness of the platform; NaN where the compliance is singular."""
     try:
-        stiffness = here.kinemato_statics.stiffness()
+        stiffness = assessment.kinemato_statics.stiffness()
     except np.linalg.LinAlgError:
         return np.full(36, math.nan)
-    return message_matrix(here.equilibrium.robot, stiffness).ravel()
+    return message_matrix(assessment.equilibrium.robot, stiffness).ravel()

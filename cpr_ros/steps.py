@@ -18,11 +18,11 @@ from .supervision import Refusal
 __all__ = ["attempt", "change_between", "falls"]
 
 
-def attempt(here: Assessment, goal: Goal, fraction: float, loads: Loads) -> Assessment | Refusal:
+def attempt(current: Assessment, goal: Goal, fraction: float, loads: Loads) -> Assessment | Refusal:
     """Solve at a fraction of the way to a goal; cannot raise: a robot that cannot go on stays."""
     begin = time.perf_counter()
     try:
-        equilibrium = goal.solve(here.equilibrium, fraction, loads)
+        equilibrium = goal.solve(current.equilibrium, fraction, loads)
     except MotorLimitExceeded as error:
         reason = "motor_range" if error.quantity == "position" else "effort_reserve"
         return Refusal(reason, str(error))
@@ -33,7 +33,7 @@ def attempt(here: Assessment, goal: Goal, fraction: float, loads: Loads) -> Asse
     except Exception as error:
         return Refusal("not_converged", f"the solver failed: {type(error).__name__}: {error}")
     return Assessment(
-        equilibrium, here.characteristic_length, solve_time=time.perf_counter() - begin
+        equilibrium, current.characteristic_length, solve_time=time.perf_counter() - begin
     )
 
 

@@ -15,9 +15,8 @@ import sys
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from threading import Thread
     from types import FrameType
-    from typing import Any, TypeVar
+    from typing import Any, NoReturn, TypeVar
 
     Result = TypeVar("Result")
 
@@ -52,7 +51,6 @@ class StopSignal:
         """
         self.requested = False
         self._remembers = False
-        self._abandoned: Thread | None = None
         for number in _SIGNALS:
             signal.signal(number, self._handle)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _SIGNALS)
@@ -92,21 +90,20 @@ class StopSignal:
         while worker.is_alive() and not self.requested:
             worker.join(_LOOK)
         if self.requested:
-            self._abandoned = worker
             raise Stopped
         if errors:
             raise errors[0]
         return answers[0]
 
-    def finish(self, status: int) -> int:
-        """Take no signals any more, everything is cleaned up; returns the status.
+    def finish(self, status: int) -> NoReturn:
+        """End the process with this status; everything is cleaned up.
 
-        Abandoned work may be in a compiler, where Python cannot end a thread: then the process ends.
+        Python's own end would take a second, a signal that comes meanwhile kills, and work that is
+        abandoned within a compiler would be torn out of it.
         """
-        for number in _SIGNALS:
-            signal.signal(number, signal.SIG_IGN)  # kept while Python ends; handlers are not
-        if self._abandoned is not None and self._abandoned.is_alive():
-            sys.stdout.flush()
-            sys.stderr.flush()
-            os._exit(status)
-        return status
+        from contextlib import suppress
+
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError):  # whoever read it is gone
+                stream.flush()
+        os._exit(status)

@@ -130,7 +130,7 @@ def next_action(previous: Action, distance: float, blocked: bool, hysteresis: fl
 
 
 def verdict(
-    here: Assessment,
+    assessment: Assessment,
     thresholds: Thresholds,
     watched: Iterable[str],
     *,
@@ -143,7 +143,7 @@ def verdict(
     """What a supervisor is told about an equilibrium.
 
     Args:
-        here: The equilibrium and its measures.
+        assessment: The equilibrium and its measures.
         thresholds: Thresholds of the measures.
         watched: Measures that count now.
         previous: Action told before.
@@ -152,7 +152,7 @@ def verdict(
         worsening: Measures that fell in the last motion.
         stale: Whether the setpoint is too old.
     """
-    levels = {name: thresholds[name].level(here.value(name)) for name in watched}
+    levels = {name: thresholds[name].level(assessment.value(name)) for name in watched}
     # NaN comes before every number.
     nearest = min(levels, key=lambda name: (not math.isnan(levels[name]), levels[name]))
     distance = levels[nearest]
@@ -168,7 +168,7 @@ def verdict(
         status, text = Status.INVALID, f"{nearest} is not defined here"
     elif action == Action.HALT:
         status = _STATUSES[nearest][1]
-        text = f"{_described(here, nearest)} is at its stop threshold {thresholds[nearest].stop:g}"
+        text = f"{_described(assessment, nearest)} is at its stop threshold {thresholds[nearest].stop:g}"
     elif stale:
         status, text = (
             Status.STALE_COMMAND,
@@ -179,12 +179,12 @@ def verdict(
         if nearest not in worsening and status == Status.DECELERATE_FOR_APPROACHING_SINGULARITY:
             status = Status.DECELERATE_FOR_LEAVING_SINGULARITY
         text = (
-            f"{_described(here, nearest)} is at its warning threshold "
+            f"{_described(assessment, nearest)} is at its warning threshold "
             f"{thresholds[nearest].warning:g}"
         )
     else:
         status, text = Status.NO_WARNING, "stable"
-    if not here.equilibrium.spectrum_locked.energy_criterion_applies:
+    if not assessment.equilibrium.spectrum_locked.energy_criterion_applies:
         # No energy decides: be as careful as the numbers say, but never call it stable.
         text = f"non-conservative load, energy does not decide stability ({text})"
         if status == Status.NO_WARNING:
@@ -192,5 +192,5 @@ def verdict(
     return Verdict(status, text, action, scale, nearest, distance)
 
 
-def _described(here: Assessment, measure: str) -> str:
-    return f"{measure.replace('_', ' ')} {here.value(measure):.4g}"
+def _described(assessment: Assessment, measure: str) -> str:
+    return f"{measure.replace('_', ' ')} {assessment.value(measure):.4g}"

@@ -72,7 +72,8 @@ def main(arguments: list[str] | None = None) -> int:
     folder.mkdir(parents=True)
     slow_runs = 2 * len(timing.CONFIGURATIONS) + len(extent.literal_counts)
     steps = 9 + sum(extent.points) + slow_runs * extent.slow_repeats
-    with tqdm(total=steps, bar_format="{percentage:3.0f} % |{bar:30}| {elapsed}  {desc}") as bar:
+    shown = "{percentage:3.0f} % |{bar:30}| {elapsed}  {desc}"
+    with tqdm(total=steps, bar_format=shown, disable=None) as bar:
         found, checked, evidence = _compute(folder, extent, bar)
     run = {
         "date": datetime.now(UTC).strftime("%Y-%m-%d"),

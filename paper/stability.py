@@ -115,7 +115,7 @@ _STUDIES = {
 def sample(equilibrium: Equilibrium, value: float, sections: int = 200) -> Sample:
     """Both tests of stability at an equilibrium."""
     spectrum = equilibrium.spectrum_locked
-    fields = robot_fields(solve_continuous(equilibrium, "platform"))
+    fields = robot_fields(solve_continuous(equilibrium, "pose"))
     at = np.linspace(0.0, 1.0, sections, endpoint=False)
     determinants = np.array([fields.determinant(u) for u in at])
     return Sample(
@@ -190,12 +190,10 @@ def _crossing(
         return float(_at(study, before, value).spectrum_locked.eigenvalues[order])
 
     def at_base(value: float) -> float:
-        return robot_fields(solve_continuous(_at(study, before, value), "platform")).determinant(
-            0.0
-        )
+        return robot_fields(solve_continuous(_at(study, before, value), "pose")).determinant(0.0)
 
     def points(value: float) -> int:
-        return len(conjugate_points(solve_continuous(_at(study, before, value), "platform")))
+        return len(conjugate_points(solve_continuous(_at(study, before, value), "pose")))
 
     conjugate = float(brentq(at_base, low, high, xtol=1e-9))
     side = 1e-5 * float(np.sign(high - low))

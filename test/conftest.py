@@ -25,7 +25,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """One worker runs a module that starts a node for all its tests."""
     for item in items:
-        if item.path.parent.name == "ros":
+        if item.path.parent.name == "over_dds":
             item.add_marker(pytest.mark.xdist_group(item.path.stem))
 
 

@@ -24,12 +24,15 @@ from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 NODE = [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", "-p", "robot:=rfrfr"]
 SIGNALS = (signal.SIGTERM, signal.SIGINT)
 #: Time a node may take to end before it is killed [s].
 PATIENCE = 30.0
 READY = 300.0
+#: Lines of the log after which some of the signals come, however fast the machine is.
+STAGES = ("motors motor1", "finding home", "at home", "inverse problem", "shapes", "ready")
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,8 @@ class Stop:
         seed: What everything else was drawn from.
         cold: Whether no kernel is compiled yet.
         blocked: Whether the parent has blocked the signals.
-        delay: From start to signal [s].
+        after: Line of the log from which the delay counts; empty: from the start.
+        delay: Until the first signal [s].
         sent: The signals.
         pause: Between two signals [s].
     """
@@ -50,6 +54,7 @@ class Stop:
     seed: str
     cold: bool
     blocked: bool
+    after: str
     delay: float
     sent: tuple[signal.Signals, ...]
     pause: float
@@ -66,6 +71,7 @@ class End:
         status: Exit status; negative: killed by a signal.
         duration: From the first signal to the end [s].
         said: Lines that are no information of the log.
+        shared: Files of DDS in shared memory that it used, its own and those of other participants.
         left: Files that were left half written.
     """
 
@@ -75,6 +81,7 @@ class End:
     status: int
     duration: float
     said: tuple[str, ...]
+    shared: tuple[Path, ...]
     left: int
 
     @property
@@ -88,12 +95,19 @@ def drawn(number: int, options: argparse.Namespace, ready: float) -> Stop:
     seed = f"{options.seed}-{number}"
     chance = random.Random(seed)
     cold = chance.random() < options.cold
+    if chance.random() < 0.5:
+        after, longest = "", (2.0 if cold else 1.2) * ready
+    elif cold:
+        after, longest = "finding home", 20.0  # kernels are compiled
+    else:
+        after, longest = chance.choice(STAGES), 0.5
     return Stop(
         number,
         seed,
         cold,
         blocked=chance.random() < options.blocked,
-        delay=chance.uniform(0.0, (8.0 if cold else 2.0) * ready),
+        after=after,
+        delay=chance.uniform(0.0, longest),
         sent=tuple(chance.choice(SIGNALS) for _ in range(chance.choice((1, 1, 2)))),
         pause=chance.uniform(0.0, 0.3),
     )
@@ -120,6 +134,26 @@ def takes_signals(process: subprocess.Popen[bytes]) -> bool:
     return bool((masks["SigCgt"] | masks["SigBlk"]) >> (signal.SIGTERM - 1) & 1)
 
 
+def wait_for_log(process: subprocess.Popen[bytes], log: IO[str], line: str) -> None:
+    """Wait until the node has logged something; the place in the log is the node's, too: not moved."""
+    begin = time.monotonic()
+    while line not in (text := os.pread(log.fileno(), 1 << 16, 0).decode()):
+        if process.poll() is not None or time.monotonic() - begin > READY:
+            process.kill()
+            raise RuntimeError(f"the node does not come to {line!r}:\n{text}")
+        time.sleep(0.01)
+
+
+def shared_memory(process: subprocess.Popen[bytes]) -> tuple[Path, ...]:
+    """Files of participants of DDS that the process uses; ports are shared by all."""
+    try:
+        lines = Path(f"/proc/{process.pid}/maps").read_text().splitlines()
+    except OSError:  # it has ended
+        return ()
+    names = {line.split()[-1] for line in lines if "/dev/shm/fastrtps_" in line}
+    return tuple(Path(name) for name in names if "fastrtps_port" not in name)
+
+
 def end_of(stop: Stop) -> End:
     """Start a node and stop it."""
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile("w+") as log:
@@ -132,7 +166,11 @@ def end_of(stop: Stop) -> End:
             )
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if stop.after:
+            wait_for_log(process, log, stop.after)
+            begin = time.monotonic()
         time.sleep(max(0.0, begin + stop.delay - time.monotonic()))
+        shared = shared_memory(process)
         taken, first = takes_signals(process), time.monotonic()
         for position, number in enumerate(stop.sent):
             if position:
@@ -149,7 +187,7 @@ def end_of(stop: Stop) -> End:
         said = tuple(line for line in lines if not line.startswith("[INFO]"))
         stage = lines[-1].rpartition("]: ")[2] if lines else "nothing logged yet"
         left = sum(".tmp." in path.name for path in Path(folder).rglob("*"))
-    return End(stop, taken, stage, status, duration, said, left)
+    return End(stop, taken, stage, status, duration, said, shared, left)
 
 
 def time_to_ready() -> float:
@@ -158,14 +196,7 @@ def time_to_ready() -> float:
         with tempfile.TemporaryFile("w+") as log:
             begin = time.monotonic()
             process = subprocess.Popen(NODE, stdout=log, stderr=log, env=environment(0, None))
-            text = ""
-            while "]: ready" not in text:
-                if process.poll() is not None or time.monotonic() - begin > READY:
-                    process.kill()
-                    raise SystemExit(f"the node does not get ready:\n{text}")
-                time.sleep(0.02)
-                log.seek(0)
-                text = log.read()
+            wait_for_log(process, log, "ready")
             ready = time.monotonic() - begin
             process.terminate()
             process.wait(PATIENCE)
@@ -225,6 +256,8 @@ def main() -> int:
     parser.add_argument("--together", type=int, default=2, help="starts at the same time")
     parser.add_argument("--only", type=int, help="repeat the start with this number")
     options = parser.parse_args()
+    # A shell that starts this in the background lets it, and whatever it starts, ignore SIGINT.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     ready = time_to_ready()
     print(f"seed {options.seed}; a node is ready after {ready:.1f} s", flush=True)
     numbers = range(options.starts) if options.only is None else [options.only]
@@ -235,10 +268,15 @@ def main() -> int:
             ends.append(end)
             if not end.good:
                 print(f"FAULT: {end}", flush=True)
-            if len(ends) % 50 == 0:
-                print(f"{len(ends)} of {len(stops)}", flush=True)
+            if len(ends) % 100 == 0 and len(ends) < len(stops):
+                print(f"--- {len(ends)} of {len(stops)} ---\n{report(ends)}", flush=True)
     print(report(ends))
-    return 0 if all(end.good for end in ends) and any(end.taken for end in ends) else 1
+    left = {
+        path for end in ends for path in end.shared if path.exists()
+    }  # nobody is left to use it
+    print(f"files left in shared memory: {len(left)}")
+    good = all(end.good for end in ends) and any(end.taken for end in ends)
+    return 0 if good and not left else 1
 
 
 if __name__ == "__main__":

@@ -37,8 +37,8 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--given",
         choices=["motors", "pose", "efforts"],
-        default="motors",
-        help="what --from and --to are: motor positions (default), controlled coordinates, efforts",
+        required=True,
+        help="what --from and --to are: motor positions, controlled coordinates or motor efforts",
     )
     parser.add_argument(
         "--points", type=int, default=51, metavar="N", help="equilibria kept, equally spaced"
@@ -182,41 +182,42 @@ def _equilibria(robot: Robot, loads: Loads | None, options: argparse.Namespace) 
 
         plot_equilibria(found, options.plot)
     if options.json:
-        values = {"robot": robot.description.name, "equilibria": [_as_dict(one) for one in found]}
+        values = {"robot": robot.description.name, "equilibria": [_as_dict(each) for each in found]}
         return json.dumps(values, indent=2, allow_nan=False), bool(found)
     lines = [
         f"{robot.description.name}: {len(found)} equilibria, "
-        f"{sum(one.stable for one in found)} stable with the motors held",
+        f"{sum(each.stable for each in found)} stable with the motors held",
         "   energy [J]  index locked  free  starts  platform [m]",
     ]
-    for one in found:
-        here = one.equilibrium
-        place = "  ".join(f"{value:9.5f}" for value in here.platform_position)
+    for each in found:
+        equilibrium = each.equilibrium
+        place = "  ".join(f"{value:9.5f}" for value in equilibrium.platform_position)
         lines.append(
-            f"  {here.energy:11.6f}  {here.index_locked:12d}  {here.index_free:4d}  {one.starts:6d}"
-            f"  {place}{'  branch of home' if one.from_home else ''}"
+            f"  {equilibrium.energy:11.6f}  {equilibrium.index_locked:12d}"
+            f"  {equilibrium.index_free:4d}  {each.starts:6d}"
+            f"  {place}{'  branch of home' if each.from_home else ''}"
         )
     return "\n".join(lines), bool(found)
 
 
-def _as_dict(one: FoundEquilibrium) -> dict[str, Any]:
-    here = one.equilibrium
+def _as_dict(found: FoundEquilibrium) -> dict[str, Any]:
+    equilibrium = found.equilibrium
     return {
-        "energy": here.energy,
-        "index_locked": here.index_locked,
-        "index_free": here.index_free,
-        "from_home": one.from_home,
-        "starts": one.starts,
-        "platform_position": here.platform_position.tolist(),
-        "platform_quaternion_wxyz": here.platform_quaternion.tolist(),
-        "efforts": here.efforts.tolist(),
+        "energy": equilibrium.energy,
+        "index_locked": equilibrium.index_locked,
+        "index_free": equilibrium.index_free,
+        "from_home": found.from_home,
+        "starts": found.starts,
+        "platform_position": equilibrium.platform_position.tolist(),
+        "platform_quaternion_wxyz": equilibrium.platform_quaternion.tolist(),
+        "efforts": equilibrium.efforts.tolist(),
     }
 
 
 @contextmanager
-def _progress(what: str) -> Iterator[Callable[[float], None]]:
+def _progress(description: str) -> Iterator[Callable[[float], None]]:
     """A progress bar on a terminal, nothing elsewhere."""
-    with tqdm(total=100.0, unit="%", desc=what, disable=None, leave=False) as bar:
+    with tqdm(total=100.0, unit="%", desc=description, disable=None, leave=False) as bar:
 
         def show(fraction: float) -> None:
             bar.n = 100.0 * fraction

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..model.equilibrium import Equilibrium, spectrum
-from ..model.kinemato_statics import KinematoStatics, Problem
+from ..model.kinemato_statics import KinematoStatics
 from ..model.stability import MotorReading
 from ..solving.requests import pose_meaning
 
@@ -24,7 +24,6 @@ __all__ = [
     "stability_as_text",
 ]
 
-_PROBLEMS: tuple[Problem, ...] = ("forward", "inverse", "inverse_by_effort")
 _TWIST = ("omega_x", "omega_y", "omega_z", "v_x", "v_y", "v_z")
 
 
@@ -146,7 +145,7 @@ def kinemato_statics_as_dict(
     """Jacobians, compliance, stiffness and singularities; platform rows are body twists."""
     robot = model.equilibrium.robot
     singularities = {}
-    for problem in _PROBLEMS:
+    for problem in model.problems:
         found = model.singularity(problem, characteristic_length)
         singularities[problem] = {
             "smallest_singular_value": found.smallest,

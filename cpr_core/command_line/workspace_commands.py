@@ -55,9 +55,13 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
         "--resolution", type=_number, default=0.01, metavar="R", help="of all axes, default 0.01"
     )
     parser.add_argument(
-        "--from", dest="first", nargs="+", type=float, metavar="Q",
+        "--from",
+        dest="first",
+        nargs="+",
+        type=float,
+        metavar="Q",
         help="where to start: controlled coordinates, or motors; else home",
-    )  # fmt: skip
+    )
     parser.add_argument(
         "--tolerance", type=_number, default=1e-5, metavar="T", help="of borders, default 1e-5"
     )
@@ -67,9 +71,12 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
         "--field", default="index", metavar="NAME", help="what to draw, default the stability index"
     )
     parser.add_argument(
-        "--threshold", type=float, default=1e-4, metavar="C",
+        "--threshold",
+        type=float,
+        default=1e-4,
+        metavar="C",
         help="red where the inverse condition number of H_r is below, default 1e-4",
-    )  # fmt: skip
+    )
     parser.add_argument(
         "--out", type=Path, metavar="FILE", help="NetCDF file; an unfinished one is gone on with"
     )

@@ -38,9 +38,16 @@ _MOST_PANELS = 9
 def field_names(robot: Robot) -> tuple[str, ...]:
     """What can be drawn of a robot's maps."""
     names = [
-        "index", "index_free", "inverse_condition_number", "smallest_eigenvalue", "forward_margin",
-        "inverse_margin", "strain", "energy", "usable",
-    ]  # fmt: skip
+        "index",
+        "index_free",
+        "inverse_condition_number",
+        "smallest_eigenvalue",
+        "forward_margin",
+        "inverse_margin",
+        "strain",
+        "energy",
+        "usable",
+    ]
     if limits_of(robot):
         names.append("limit_margin")
     return (*names, *robot.motor_names, *(f"{name}_effort" for name in robot.motor_names))
@@ -123,9 +130,14 @@ def plot_map(
         else:
             limits = float(np.nanmin(values)), float(np.nanmax(values))
             shown = axes.pcolormesh(
-                *grid.values[:2], values[:, :, plane].T, shading="nearest", cmap="cividis",
-                vmin=limits[0], vmax=limits[1], rasterized=True,
-            )  # fmt: skip
+                *grid.values[:2],
+                values[:, :, plane].T,
+                shading="nearest",
+                cmap="cividis",
+                vmin=limits[0],
+                vmax=limits[1],
+                rasterized=True,
+            )
         _draw_borders(axes, found, plane)
         names = [
             f"{name} [{unit}]" for name, unit in zip(grid.axis_names, grid.axis_units, strict=True)
@@ -137,8 +149,8 @@ def plot_map(
             place = found.place(plane)[2:]
             axes.set_title(
                 ", ".join(
-                    f"{name} = {one:.4g}"
-                    for name, one in zip(grid.axis_names[2:], place, strict=True)
+                    f"{name} = {coordinate:.4g}"
+                    for name, coordinate in zip(grid.axis_names[2:], place, strict=True)
                 )
             )
         keys += axes.get_legend_handles_labels()[0]
@@ -166,9 +178,14 @@ def _draw_index(
     capped = np.minimum(index, 3.0)
     keys: list[Any] = []
     axes.pcolormesh(
-        *grid.values[:2], capped.T, shading="nearest", cmap=ListedColormap(_INDEX_COLORS),
-        vmin=-0.5, vmax=3.5, rasterized=True,
-    )  # fmt: skip
+        *grid.values[:2],
+        capped.T,
+        shading="nearest",
+        cmap=ListedColormap(_INDEX_COLORS),
+        vmin=-0.5,
+        vmax=3.5,
+        rasterized=True,
+    )
     for value in np.unique(capped[np.isfinite(capped)]).astype(int).tolist():
         label = (
             "index 0: stable" if value == 0 else f"index {value}{' or more' if value == 3 else ''}"
@@ -200,14 +217,17 @@ def _draw_borders(axes: Any, found: WorkspaceMap, plane: int) -> None:
             continue
         if flat:
             lines = LineCollection(
-                list(border.points[border.segments]), colors=color, linestyles=style,
-                linewidths=1.6, label=label,
-            )  # fmt: skip
+                list(border.points[border.segments]),
+                colors=color,
+                linestyles=style,
+                linewidths=1.6,
+                label=label,
+            )
             axes.add_collection(lines)
             continue
-        here = np.all(border.cells % depth == plane, axis=1)
-        if np.any(here):
-            axes.plot(*border.points[here, :2].T, ".", color=color, markersize=2.5, label=label)
+        shown = np.all(border.cells % depth == plane, axis=1)
+        if np.any(shown):
+            axes.plot(*border.points[shown, :2].T, ".", color=color, markersize=2.5, label=label)
 
 
 def _held_text(found: WorkspaceMap) -> str:

@@ -40,9 +40,9 @@ def plot_trace(found: Trace, file: Path) -> None:
     views = figure.add_subplot(2, 2, 1, projection="3d" if spatial else None)
     count = len(found.equilibria)
     for number in np.unique(np.linspace(0, count - 1, min(count, 6)).astype(int)):
-        here = found.equilibria[number]
-        color = _BLUE if here.index_locked == 0 else _RED
-        draw_equilibrium(views, here, color=color)
+        equilibrium = found.equilibria[number]
+        color = _BLUE if equilibrium.index_locked == 0 else _RED
+        draw_equilibrium(views, equilibrium, color=color)
     set_equal_scale(views)
     views.set_title("the robot on its way (red: unstable, motors held)")
 
@@ -80,25 +80,25 @@ def plot_equilibria(found: Sequence[FoundEquilibrium], file: Path, most: int = 2
         file: Picture to write; its ending tells the format.
         most: Draw at most so many, those of lowest energy.
     """
-    shown = sorted(found, key=lambda one: not one.stable)[:most]
+    shown = sorted(found, key=lambda each: not each.stable)[:most]
     columns = min(6, len(shown))
     rows = -(-len(shown) // columns)
     figure = _figure((3.0 * columns, 3.2 * rows + 0.6))
     planar = shown[0].equilibrium.robot.planar
-    for place, one in enumerate(shown, start=1):
+    for place, each in enumerate(shown, start=1):
         axes = figure.add_subplot(rows, columns, place, projection=None if planar else "3d")
-        draw_equilibrium(axes, one.equilibrium, color=_BLUE if one.stable else _GREY)
+        draw_equilibrium(axes, each.equilibrium, color=_BLUE if each.stable else _GREY)
         set_equal_scale(axes)
         axes.set(xlabel="", ylabel="", xticklabels=[], yticklabels=[])
         if not planar:
             axes.set(zlabel="", zticklabels=[])
-        kind = "stable" if one.stable else f"index {one.equilibrium.index_locked}"
-        home = ", branch of home" if one.from_home else ""
+        kind = "stable" if each.stable else f"index {each.equilibrium.index_locked}"
+        home = ", branch of home" if each.from_home else ""
         axes.set_title(
-            f"{one.equilibrium.energy:.4f} J\n{kind}{home}",
+            f"{each.equilibrium.energy:.4f} J\n{kind}{home}",
             fontsize="small",
-            fontweight="bold" if one.stable else "normal",
-            color=_BLUE if one.stable else _BLACK,
+            fontweight="bold" if each.stable else "normal",
+            color=_BLUE if each.stable else _BLACK,
         )
     left = len(found) - len(shown)
     name = found[0].equilibrium.robot.description.name

@@ -31,7 +31,7 @@ from .delayed_kernel import (
     scale_of_strain,
     scatter_delayed,
 )
-from .kernel_decorators import inlined, kernel
+from .kernel_decorators import inlined, kernel, part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 from .lu_kernel import lu_factor, lu_solve, lu_solve_transposed
 
@@ -63,20 +63,25 @@ _SMALLEST_PIVOT = 1e-14
 @inlined
 def condense(robot, work, factors):
     """Eliminate the legs from the tangent in the workspace."""
-    delaying = False
-    while True:
-        factors.delayed_count[0] = 0
-        _begin_border(robot, work, factors)
-        regular = True
-        for number in range(robot.groups.shape[0]):
-            regular = _eliminate(robot, number, delaying, work, factors) and regular
-            _add_border(robot, number, work, factors)
-            if delaying:
-                add_delayed(robot, number, work, factors)
-        if regular or delaying:
-            break
-        delaying = True
-    factors.status[0] = DELAYED if delaying else CONDENSED
+    factors.status[0], factors.delayed_count[0] = CONDENSED, 0
+    _begin_border(robot, work, factors)
+    regular = True
+    for number in range(robot.groups.shape[0]):
+        regular = _eliminate(robot, number, False, work, factors) and regular
+        _add_border(robot, number, work, factors)
+    if not regular:
+        _condense_delaying(robot, work, factors)
+
+
+@part
+def _condense_delaying(robot, work, factors):
+    """The same where some pivots are too small: called seldom, and apart from what is called often."""
+    factors.status[0] = DELAYED
+    _begin_border(robot, work, factors)
+    for number in range(robot.groups.shape[0]):
+        _eliminate(robot, number, True, work, factors)
+        _add_border(robot, number, work, factors)
+        add_delayed(robot, number, work, factors)
 
 
 @inlined
@@ -232,8 +237,8 @@ def factor_border(robot, problem, work, factors):
     size = own + factors.delayed_count[0]
     for i in range(size):
         row = equations[i] - inner if i < own else count + i - own
-        for j in range(size):
-            column = unknowns[j] - inner if j < own else count + j - own
+        for j in range(own):
+            column = unknowns[j] - inner
             if angles and column < 3:
                 value = 0.0
                 for n in range(3):
@@ -241,6 +246,8 @@ def factor_border(robot, problem, work, factors):
                 square[i, j] = value
             else:
                 square[i, j] = border[row, column]
+        for j in range(own, size):
+            square[i, j] = border[row, count + j - own]
     return lu_factor(square, size, work.pivots, _SMALLEST_PIVOT)
 
 

@@ -4,9 +4,8 @@
 """Formulas on tuples of lanes and numbers, written out where kernels call them.
 
 A formula is a plain Python function of sums and products. It runs while the kernel that calls it is
-compiled, on parts that stand for values and emit their instructions. So it costs no function of its own
-to compile (a third of the time of the kernels would go there), takes lanes and numbers alike, and may do
-all that Python does with tuples.
+compiled, on parts that stand for values and emit their instructions. So it is no function of its
+own to compile, takes lanes and numbers alike, and may do all that Python does with tuples.
 """
 
 from __future__ import annotations
@@ -60,20 +59,18 @@ def formula(function: Callable[..., Any]) -> Any:
 
         return result(*arguments), generate
 
-    count = function.__code__.co_argcount
-    if count == 1:
+    def one(typing_context: Any, a: Any) -> Any:
+        return typed(a)
 
-        def define(typing_context: Any, a: Any) -> Any:
-            return typed(a)
-    elif count == 2:
+    def two(typing_context: Any, a: Any, b: Any) -> Any:
+        return typed(a, b)
 
-        def define(typing_context: Any, a: Any, b: Any) -> Any:
-            return typed(a, b)
-    else:
+    def three(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
+        return typed(a, b, c)
 
-        def define(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-            return typed(a, b, c)
-
+    # Numba reads the number of arguments off the function.
+    by_count: tuple[Any, ...] = (one, two, three)
+    define = by_count[function.__code__.co_argcount - 1]
     define.__name__, define.__doc__ = function.__name__, function.__doc__
     define.__module__, define.__qualname__ = function.__module__, function.__qualname__
     return intrinsic(define)
@@ -84,8 +81,8 @@ def _parts(kind: Any, value: Any = None, builder: Any = None) -> Any:
     if not isinstance(kind, types.BaseTuple):
         return _Part(kind, builder, value)
     return tuple(
-        _parts(one, builder.extract_value(value, i) if builder else None, builder)
-        for i, one in enumerate(kind)
+        _parts(component, builder.extract_value(value, i) if builder else None, builder)
+        for i, component in enumerate(kind)
     )
 
 

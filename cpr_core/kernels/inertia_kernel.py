@@ -122,9 +122,11 @@ def signs_of(robot, rotation, work, signs):
     if inverse_unknowns.shape[0] == platform:
         rotation_unknowns(rotation, angles, work.motions)
         for i in range(first):
-            for j in range(first):
-                column = inverse_unknowns[j - delayed] - inner if j >= delayed else j - delayed
-                if angles and 0 <= column < 3:
+            for j in range(delayed):
+                square[i, j] = left[i, j]
+            for j in range(delayed, first):
+                column = inverse_unknowns[j - delayed] - inner
+                if angles and column < 3:
                     value = 0.0
                     for n in range(3):
                         value += left[i, delayed + n] * work.motions[n, column]
@@ -161,9 +163,11 @@ def _symmetric_border(robot, factors, result):
     largest = 0.0
     for i in range(delayed + count):
         row = count + i if i < delayed else i - delayed
-        for j in range(i + 1):
-            column = count + j if j < delayed else j - delayed
-            value = 0.5 * (matrix[row, column] + matrix[column, row])
+        for j in range(min(i + 1, delayed)):
+            result[i, j] = result[j, i] = matrix[row, count + j]  # these are symmetric
+            largest = max(largest, abs(result[i, j]))
+        for j in range(delayed, i + 1):
+            value = 0.5 * (matrix[row, j - delayed] + matrix[j - delayed, row])
             result[i, j] = result[j, i] = value
             largest = max(largest, abs(value))
     return largest

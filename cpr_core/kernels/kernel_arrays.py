@@ -190,8 +190,8 @@ class Workspace(NamedTuple):
     length_field: Lanes  # (K + 1, 3) its integral to the tip: what the length does to m
     stretched: Lanes  # (S,) K_e q_e
     geometric: Lanes  # (S, S) what loads take from the stiffness
-    pairs: Lanes  # (K, 4) four rows of N
-    partial: Lanes  # (S, K) N times shape functions
+    pairs: Lanes  # (K, 4) four rows of P
+    partial: Lanes  # (S, K) P times shape functions
     mode_turn: Lanes  # (S, 3) Theta_a where a panel begins
     mode_growth: Lanes  # (S, 3) what it grows by in the panel
     mode_carried: Lanes  # (S, 3) int_panel phi_a Q omega
@@ -232,10 +232,10 @@ class Workspace(NamedTuple):
 def interpolated_loads(first: LoadArrays, last: LoadArrays, fraction: float) -> LoadArrays:
     """Loads between two."""
 
-    def between(one: NDArray[Any], other: NDArray[Any]) -> NDArray[Any]:
-        if one.dtype.names:
-            return between(one.view("f8"), other.view("f8")).view(one.dtype)
-        return (1.0 - fraction) * one + fraction * other
+    def between(start: NDArray[Any], end: NDArray[Any]) -> NDArray[Any]:
+        if start.dtype.names:
+            return between(start.view("f8"), end.view("f8")).view(start.dtype)
+        return (1.0 - fraction) * start + fraction * end
 
     return LoadArrays(*[between(*pair) for pair in zip(first, last, strict=True)])
 

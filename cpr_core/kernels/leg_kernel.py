@@ -62,6 +62,13 @@ class Elastic(NamedTuple):
     relaxed: Any  # q_e^T h
 
 
+class Section(NamedTuple):
+    """What a cross-section carries."""
+
+    field: Any  # F = D - N
+    force: Any  # n
+
+
 @inlined
 def evaluate_group(
     robot, loads, loaded, number, state, platform_rotation, platform_position, work
@@ -269,24 +276,26 @@ def _strain_coordinates(robot, number, tip, work):
 def _base_coordinates(robot, number, base, tip, rods, elastic, loaded, work):
     """Rows and columns of the coordinates of the base: the motor, and the passive one."""
     group, slots = robot.groups[number], robot.slots
-    field = _field(tip, base.length, loaded, robot.weights.shape[0], work)
-    n = add(tip.force, add_scaled(rods.point, base.length, rods.distributed))
+    section = Section(
+        _field(tip, base.length, loaded, robot.weights.shape[0], work),
+        add(tip.force, add_scaled(rods.point, base.length, rods.distributed)),
+    )
     motor = motor_motion(group)
-    _base_coordinate(robot, number, slots.motor, motor, base, field, n, tip, work)
+    _base_coordinate(robot, number, slots.motor, motor, base, section, tip, work)
     if robot.passive:
         passive = passive_motion(group)
-        _base_coordinate(robot, number, slots.passive, passive, base, field, n, tip, work)
+        _base_coordinate(robot, number, slots.passive, passive, base, section, tip, work)
     if robot.extensible:
         _extension(robot, number, base.length, tip, rods, elastic, loaded, work)
 
 
 @inlined
-def _base_coordinate(robot, number, slot, motion, base, field, n, tip, work):
+def _base_coordinate(robot, number, slot, motion, base, section, tip, work):
     """Balance, tip motion and second derivative of a coordinate that turns, shifts or feeds the rod."""
     chord = load_vector(work.arm, robot.weights.shape[0])
-    value = -(dot(motion.turn, axial(field)) + dot(motion.shift, n))
+    value = -(dot(motion.turn, axial(section.field)) + dot(motion.shift, section.force))
     store(work.residuals, (number, slot), value)
-    second = -dot(motion.turn, matrix_vector(less_trace(field), motion.turn))
+    second = -dot(motion.turn, matrix_vector(less_trace(section.field), motion.turn))
     store(work.blocks, (number, slot, slot), second)
     moved = add(cross(motion.turn, scaled(base.length, chord)), motion.shift)
     couple_tip(robot, number, slot, add_scaled(moved, motion.extension, chord), work)

@@ -72,7 +72,7 @@ def evaluate_here(robot, loads, state, platform_rotation, platform_position, res
     )
     for row in range(robot.platform_axes.shape[0]):
         residual[robot.platform_index + row] = platform_residual[robot.platform_axes[row]]
-    motor = work.residuals.shape[1] - 1
+    motor = robot.slots.motor
     for number in range(robot.groups.shape[0]):
         index, motors = robot.slot_index[number], robot.groups[number].motor_index
         for lane in range(index.shape[1]):
@@ -88,9 +88,9 @@ def evaluate_here(robot, loads, state, platform_rotation, platform_position, res
 @kernel
 def tangent_into(robot, work, tangent):
     """The tangent by states, (N, N), from the slots; entries that are always zero are not written."""
-    inner, platform = robot.slot_index.shape[1], robot.platform_index
+    inner, platform = robot.slots.inner_count, robot.platform_index
     axes = robot.platform_axes
-    motor = work.blocks.shape[1] - 1
+    motor = robot.slots.motor
     for row in range(axes.shape[0]):
         for column in range(axes.shape[0]):
             value = work.platform_tangent[axes[row], axes[column]]

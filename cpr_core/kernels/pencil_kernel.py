@@ -30,8 +30,8 @@ __all__ = ["eliminate_pencil", "recall_pencil", "smallest_eigenvalue", "squared_
 #: What the condensation has left of platform and motors, dimensionless: entries beyond this (a leg
 #: nearly straight) hide too many digits of others.
 _LARGEST_BORDER = 5e6
-#: A leg is put together again if no pivot is below this fraction of its largest strain stiffness: the
-#: condensation refuses more of them, here the digits that are lost are not needed.
+#: A leg is put together again from its factors if no pivot is below this fraction of its largest strain
+#: stiffness: beyond, too many digits of the rest are lost.
 _SMALLEST_LEG_PIVOT = 1e-8
 #: Pivots of the platform nearer to zero are moved away from it.
 _SMALLEST_PIVOT = 1e-18

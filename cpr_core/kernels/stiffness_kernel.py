@@ -7,9 +7,9 @@ With the densities ``omega_a = l_0 phi_a d_c`` of modes and ``Theta_a = int_0^s 
 part is ``int Theta_a . Q omega_b`` and its transpose. At the nodes, with the weights I_jk of node j in
 the integral up to node k and ``t_c = l_0 w Q d_c`` (``turned``), modes of components c and d meet in
 
-    l_0 F_c N F_d^T,    N_jk = I_jk d_c(j) . t_d(k) + I_kj d_d(k) . t_c(j).
+    l_0 Phi_c P Phi_d^T,    P_jk = I_jk d_c(j) . t_d(k) + I_kj d_d(k) . t_c(j).
 
-N is the same for all modes. I is full within a panel only; of earlier panels Theta_a at their end is
+P is the same for all modes. I is full within a panel only; of earlier panels Theta_a at their end is
 enough.
 """
 
@@ -56,9 +56,9 @@ def strain_block(robot, number, length, work):
 
 @inlined
 def _multiply_pairs(robot, number, c, d, first, work):
-    """N F_d^T of one panel: of a component with itself half of N, to be mirrored.
+    """P Phi_d^T of one panel: of a component with itself half of P, to be mirrored.
 
-    Four rows of N and two modes at a time: a pair of nodes serves two modes, a mode four nodes.
+    Four rows of P and two modes at a time: a pair of nodes serves two modes, a mode four nodes.
     """
     start, zero = robot.component_start[d], broadcast(work.pairs, 0.0)
     count = robot.component_start[d + 1] - start
@@ -86,7 +86,7 @@ def _multiply_pairs(robot, number, c, d, first, work):
 
 @inlined
 def _multiply_partial(robot, number, c, d, first, work):
-    """Add F_c times N F_d^T of one panel to the stiffness; two modes by two at a time."""
+    """Add Phi_c times P Phi_d^T of one panel to the stiffness; two modes by two at a time."""
     row_start, column_start = robot.component_start[c], robot.component_start[d]
     rows = robot.component_start[c + 1] - row_start
     columns = robot.component_start[d + 1] - column_start
@@ -154,7 +154,7 @@ def _add_four(sums, factor, values):
 
 @inlined
 def _pairs_of_nodes(robot, c, d, j, first, end, work):
-    """Four rows of N, from node j on, for the nodes from ``first`` up to ``end``; two at a time."""
+    """Four rows of P, from node j on, for the nodes from ``first`` up to ``end``; two at a time."""
     frames, turned, integration = work.frames, work.turned, robot.integration
     for row in range(0, 4, 2):
         i, next_i = j + row, j + row + 1

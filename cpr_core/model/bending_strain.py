@@ -24,12 +24,12 @@ def bending_strains(equilibrium: Equilibrium) -> Floats:
     """
     robot, state = equilibrium.robot, equilibrium.state
     largest = np.empty(len(robot.description.legs))
-    for number, (here, leg, values, rest) in enumerate(
+    for number, (row, leg, values, rest) in enumerate(
         zip(robot.arrays.legs, robot.description.legs, *robot.curvature_stations, strict=True)
     ):
-        strain = state[here["strain_index"] : here["strain_index"] + here["strain_count"]]
+        strain = state[row["strain_index"] : row["strain_index"] + row["strain_count"]]
         curvature = np.einsum("pcm,m->pc", values, strain) - rest
-        if here["extensible"]:
-            curvature *= here["length"] / state[here["translation_index"]]
+        if row["extensible"]:
+            curvature *= row["length"] / state[row["translation_index"]]
         largest[number] = leg.rod.section.bending_strain(curvature[:, 1], curvature[:, 2]).max()
     return largest

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..kernels.continuation_kernel import UNPREDICTED, Requests, Start
+from ..kernels.continuation_kernel import UNPREDICTED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import Lanes, LoadArrays
 from ..kernels.prepared_robot import continue_prepared
@@ -283,9 +283,12 @@ def corrected(
     found = continue_prepared(
         robot.prepared,
         load_arrays,
-        *Requests(PROBLEMS["motors"], given, UNPREDICTED),
+        PROBLEMS["motors"],
+        given,
+        UNPREDICTED,
         *tolerances,
-        *Start(record, kept),
+        record,
+        kept,
         records,
         kept,
     )

@@ -322,6 +322,13 @@ class KinematoStatics:
         right = np.vstack([null_space.T @ loads, np.zeros((len(jacobian), loads.shape[1]))])
         return stacked[:, :n], stacked[:, last:], stacked[:, n:last], right
 
+    @property
+    def problems(self) -> tuple[Problem, ...]:
+        """Linear problems of this robot: ``inverse`` with as many controlled coordinates as motors."""
+        robot = self.equilibrium.robot
+        square = len(robot.controlled_axes) == robot.motor_count
+        return tuple(p for p in get_args(Problem) if p != "inverse" or square)
+
     def singularity(
         self, problem: Problem, characteristic_length: float | None = None
     ) -> Singularity:
@@ -364,6 +371,12 @@ class KinematoStatics:
                 "problem", f"expected {', '.join(get_args(Problem))}, got {problem!r:.200}"
             )
         robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
+        if problem not in self.problems:
+            raise InvalidRequest(
+                "problem",
+                f"{robot.description.name} has no inverse problem with a single solution: it has {n} "
+                f"motors for {len(robot.controlled_axes)} controlled coordinates",
+            )
         a, p, e, w = self.matrices(characteristic_length)
         unit, _ = self._units(characteristic_length)
         lengths = unit[robot.platform_indices]
@@ -424,14 +437,14 @@ class KinematoStatics:
         ratio = length / natural
         robot, unit = self.equilibrium.robot, arrays.unit.copy()
         energy_unit = arrays.energy_unit / ratio
-        for here in arrays.legs:
-            start = here["strain_index"]
-            unit[start : start + here["strain_count"]] /= ratio
-            start, forces = here["multiplier_index"], len(arrays.position_axes)
-            unit[start : start + forces] /= ratio**2
-            unit[start + forces : start + forces + here["orientation_count"]] /= ratio
-            if here["translation_index"] >= 0:
-                unit[here["translation_index"]] *= ratio
+        for row in arrays.legs:
+            first = row["strain_index"]
+            unit[first : first + row["strain_count"]] /= ratio
+            first, forces = row["multiplier_index"], len(arrays.position_axes)
+            unit[first : first + forces] /= ratio**2
+            unit[first + forces : first + forces + row["orientation_count"]] /= ratio
+            if row["translation_index"] >= 0:
+                unit[row["translation_index"]] *= ratio
         unit[robot.platform_indices[robot.platform_axes >= 3]] *= ratio
         return unit, energy_unit
 

@@ -126,7 +126,7 @@ class Robot:
 
         The integrands are products of shape functions and of the tangent field, whose spectrum decays
         a few orders beyond the highest mode. Rods that twist too are bent in three dimensions, where
-        rotations have errors of their own. test/core/test_quadrature.py measures both.
+        rotations have errors of their own. test/cpr_core/rods/test_quadrature.py measures both.
         """
         counts = np.array([leg.modes.counts for leg in self.description.legs])
         modes, twisted = int(counts.max()), bool(counts[:, 0].any())

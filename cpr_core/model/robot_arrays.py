@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 
 from ..description.robot_description import LegDescription, RobotDescription
 from ..kernels.kept_factors import kept_count
-from ..kernels.kernel_arrays import LEG, RobotArrays, group_dtype
+from ..kernels.kernel_arrays import LEG, Lanes, RobotArrays, group_dtype
 from ..kernels.lanes import WIDTH, zeros_lanes
-from ..kernels.slots import slot_layout
+from ..kernels.slots import SlotLayout, slot_layout
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid
 from .platform_coordinates import PlatformCoordinates
 
@@ -34,6 +35,29 @@ def robot_arrays(
         coordinates: Motions of its platform.
     """
     return _Builder(description, grid, coordinates).build()
+
+
+@dataclass(frozen=True, eq=False)
+class _SlotArrays:
+    """Arrays by slots and lanes, filled leg by leg; as ``RobotArrays`` has them."""
+
+    slots: SlotLayout
+    component_start: NDArray[np.int64]
+    function: NDArray[np.int64]
+    groups: NDArray[np.void]
+    index: NDArray[np.int64]
+    units: Lanes
+    functions: Lanes
+    step_functions: Lanes
+    elastic: Lanes
+    rest_moment: Lanes
+
+    def mode_slots(self, leg: LegDescription) -> NDArray[np.int64]:
+        """Slots of the strain modes of a leg."""
+        starts = self.component_start[:3]
+        return np.concatenate(
+            [start + np.arange(n) for start, n in zip(starts, leg.modes.counts, strict=True)]
+        )
 
 
 class _Builder:
@@ -90,29 +114,29 @@ class _Builder:
         )
 
     def _number_states(self, number: int, leg: LegDescription) -> None:
-        here = self.legs[number]
-        here["length"] = leg.rod.length
-        for kind, axis, name, natural in (
+        numbers = self.legs[number]
+        numbers["length"] = leg.rod.length
+        for kind, axis, coordinate, natural in (
             ("turn", leg.motor.turn_axis(leg.base_rotation), "rotation", 1.0),
             ("shift", leg.motor.shift_axis, "translation", self.length_unit),
         ):
-            here[f"{name}_index"] = -1
+            numbers[f"{coordinate}_index"] = -1
             if axis is None:
                 continue
-            here[f"{name}_axis"] = axis
+            numbers[f"{coordinate}_axis"] = axis
             if leg.motor.actuated == kind:
-                self.motors.append((number, name, natural))
+                self.motors.append((number, coordinate, natural))
             else:
-                here[f"{name}_index"] = len(self.unit)
+                numbers[f"{coordinate}_index"] = len(self.unit)
                 self.unit.append(natural)
-        here["extensible"] = leg.motor.extensible
-        here["strain_index"] = len(self.unit)
-        here["strain_count"] = leg.modes.total
+        numbers["extensible"] = leg.motor.extensible
+        numbers["strain_index"] = len(self.unit)
+        numbers["strain_count"] = leg.modes.total
         self.unit += [1.0 / self.length_unit] * leg.modes.total
-        here["orientation_count"] = len(leg.joint.orientation(self.planar))
-        here["multiplier_index"] = len(self.unit)
+        numbers["orientation_count"] = len(leg.joint.orientation(self.planar))
+        numbers["multiplier_index"] = len(self.unit)
         self.unit += [self.energy_unit / self.length_unit] * len(self.position_axes)
-        self.unit += [self.energy_unit] * here["orientation_count"]
+        self.unit += [self.energy_unit] * numbers["orientation_count"]
 
     def _inverse_unknowns(self, platform_index: int, motor_index: int) -> NDArray[np.int64]:
         if not len(self.coordinates.controlled):
@@ -131,107 +155,128 @@ class _Builder:
 
     def _slots(self, motor_index: int) -> dict[str, Any]:
         """What the kernels read by slots and lanes."""
-        grid, legs = self.grid, self.legs
-        width, count = WIDTH, -(-len(legs) // WIDTH)
-        counts = np.array([leg.modes.counts for leg in self.described])
-        start = np.concatenate([[0], np.cumsum(counts.max(axis=0))])
+        arrays = self._empty_slots(motor_index)
+        slots, count = arrays.slots, len(arrays.groups)
+        for lane_number in range(count * WIDTH):
+            group, lane = divmod(lane_number, WIDTH)
+            # A lane without leg repeats the last one, without tip, force or motor.
+            number = min(lane_number, len(self.legs) - 1)
+            self._fill_rod(arrays, number, group, lane)
+            if lane_number < len(self.legs):
+                self._fill_leg(arrays, number, group, lane)
+                self._fill_base(arrays, number, group, lane, motor_index)
+        unit = np.array(self.unit)
+        used = arrays.index >= 0
+        arrays.units["lane"][:, : slots.inner_count] = np.where(used, unit[arrays.index], 0.0)
+        columns = np.arange(slots.platform_count)
+        platform = unit[motor_index - slots.platform_count + columns]
+        arrays.units["lane"][:, slots.first_platform + columns] = platform[:, None]
+        missing = zeros_lanes(WIDTH, count, slots.inner_count)
+        missing["lane"][:] = ~used
+        border = len(self.unit) - motor_index + slots.platform_count
+        return {
+            "slots": slots,
+            "kept_count": kept_count(count, slots, border, WIDTH),
+            "groups": arrays.groups,
+            "slot_index": arrays.index,
+            "units": arrays.units,
+            "missing": missing,
+            "component_start": arrays.component_start,
+            "function": arrays.function,
+            "functions": arrays.functions,
+            "step_functions": arrays.step_functions,
+            "elastic": arrays.elastic,
+            "rest_moment": arrays.rest_moment,
+            "passive": int(slots.passive >= 0),
+            "shifted": int(any(leg.motor.shift_axis is not None for leg in self.described)),
+            "extensible": int(self.legs["extensible"].any()),
+        }
+
+    def _empty_slots(self, motor_index: int) -> _SlotArrays:
+        """How many slots there are, and room for what is in them."""
+        legs, nodes, steps = self.legs, len(self.grid.nodes), len(self.grid.steps)
+        count = -(-len(legs) // WIDTH)
+        most_modes = np.array([leg.modes.counts for leg in self.described]).max(axis=0)
+        start = np.concatenate([[0], np.cumsum(most_modes)])
         free = np.stack([legs["rotation_index"], legs["translation_index"]])
-        is_passive = (free >= 0) & (free < motor_index)
         slots = slot_layout(
             strain_count=int(start[-1]),
             position_count=len(self.position_axes),
             orientation_count=int(legs["orientation_count"].max()),
-            passive=bool(is_passive.any()),
+            passive=bool(((free >= 0) & (free < motor_index)).any()),
             platform_count=len(self.coordinates.axes),
         )
-        strains, inner = slots.strain_count, slots.inner_count
-
-        index = np.full((count, inner, width), -1)
-        units = zeros_lanes(width, count, slots.total)
-        missing = zeros_lanes(width, count, inner)
-        groups = np.zeros(count, group_dtype(width))
-        function, names = _functions(self.described, start)
-        functions = zeros_lanes(width, count, len(names), len(grid.nodes))
-        step_functions = zeros_lanes(width, count, len(grid.steps), len(names), 3)
-        elastic = zeros_lanes(width, count, strains, strains)
-        rest_moment = zeros_lanes(width, count, strains)
+        groups = np.zeros(count, group_dtype(WIDTH))
         for name in ("turn_index", "shift_index", "motor_index"):
             groups[name] = -1
+        function, names = _functions(self.described, start)
+        return _SlotArrays(
+            slots=slots,
+            component_start=start,
+            function=function,
+            groups=groups,
+            index=np.full((count, slots.inner_count, WIDTH), -1),
+            units=zeros_lanes(WIDTH, count, slots.total),
+            functions=zeros_lanes(WIDTH, count, len(names), nodes),
+            step_functions=zeros_lanes(WIDTH, count, steps, len(names), 3),
+            elastic=zeros_lanes(WIDTH, count, slots.strain_count, slots.strain_count),
+            rest_moment=zeros_lanes(WIDTH, count, slots.strain_count),
+        )
 
-        for lane_number in range(count * width):
-            group, lane = divmod(lane_number, width)
-            exists = lane_number < len(legs)
-            # A lane without leg repeats the last one, without tip, force or motor.
-            number = min(lane_number, len(legs) - 1)
-            leg, here, fields = self.described[number], legs[number], groups[group]
-            fields["length"][lane] = leg.rod.length
-            fields["base_rotation"][..., lane] = leg.base_rotation
-            fields["base_position"][..., lane] = leg.base_position
-            values = leg.modes.values(grid.nodes)
-            step_values = leg.modes.values(grid.step_points.ravel())
-            moments = MAGNUS_WEIGHTS @ step_values.reshape(*grid.step_points.shape, -1)
-            modes = np.concatenate([start[c] + np.arange(counts[number, c]) for c in range(3)])
-            for mode, slot in enumerate(modes):
-                at = function[slot]
-                functions["lane"][group, at, :, lane] = values[:, mode]
-                step_functions["lane"][group, :, at, :, lane] = moments[..., mode]
-            if not exists:
+    def _fill_rod(self, arrays: _SlotArrays, number: int, group: int, lane: int) -> None:
+        """Length, base and strain modes of a leg: what every lane has."""
+        leg, fields, grid = self.described[number], arrays.groups[group], self.grid
+        fields["length"][lane] = leg.rod.length
+        fields["base_rotation"][..., lane] = leg.base_rotation
+        fields["base_position"][..., lane] = leg.base_position
+        values = leg.modes.values(grid.nodes)
+        step_values = leg.modes.values(grid.step_points.ravel())
+        moments = MAGNUS_WEIGHTS @ step_values.reshape(*grid.step_points.shape, -1)
+        for mode, slot in enumerate(arrays.mode_slots(leg)):
+            function = arrays.function[slot]
+            arrays.functions["lane"][group, function, :, lane] = values[:, mode]
+            arrays.step_functions["lane"][group, :, function, :, lane] = moments[..., mode]
+
+    def _fill_leg(self, arrays: _SlotArrays, number: int, group: int, lane: int) -> None:
+        """Elasticity, tip and multipliers of a leg."""
+        leg, numbers, fields = self.described[number], self.legs[number], arrays.groups[group]
+        fields["exists"][lane] = 1.0
+        fields["rest_energy"][lane] = leg.rod.rest_energy(self.grid)
+        fields["extensible"][lane] = leg.motor.extensible
+        fields["tip_position"][..., lane] = leg.joint.position
+        conditions = leg.joint.orientation(self.planar)
+        for row, condition in enumerate(conditions):
+            fields["orientation"][row, ..., lane] = leg.joint.rotation() @ condition
+        modes = arrays.mode_slots(leg)
+        arrays.index[group, modes, lane] = numbers["strain_index"] + np.arange(len(modes))
+        multipliers = np.arange(arrays.slots.position_count + len(conditions))
+        first = arrays.slots.first_multiplier
+        arrays.index[group, first + multipliers, lane] = numbers["multiplier_index"] + multipliers
+        stiffness = leg.rod.stiffness(leg.modes, self.grid)
+        arrays.elastic["lane"][group, modes[:, None], modes, lane] = stiffness
+        arrays.rest_moment["lane"][group, modes, lane] = leg.rod.rest_moment(leg.modes, self.grid)
+
+    def _fill_base(
+        self, arrays: _SlotArrays, number: int, group: int, lane: int, motor_index: int
+    ) -> None:
+        """Coordinates of the base of a leg, moved by a motor or passive."""
+        leg, numbers, fields = self.described[number], self.legs[number], arrays.groups[group]
+        for axis, name, coordinate in (
+            (leg.motor.turn_axis(leg.base_rotation), "turn", "rotation"),
+            (leg.motor.shift_axis, "shift", "translation"),
+        ):
+            if axis is None:
                 continue
-            fields["exists"][lane] = 1.0
-            fields["rest_energy"][lane] = leg.rod.rest_energy(grid)
-            fields["extensible"][lane] = leg.motor.extensible
-            fields["tip_position"][..., lane] = leg.joint.position
-            conditions = leg.joint.orientation(self.planar)
-            for row, condition in enumerate(conditions):
-                fields["orientation"][row, ..., lane] = leg.joint.rotation() @ condition
-            for axis, name, own in (
-                (leg.motor.turn_axis(leg.base_rotation), "turn", "rotation"),
-                (leg.motor.shift_axis, "shift", "translation"),
-            ):
-                if axis is None:
-                    continue
-                at = here[f"{own}_index"]
-                fields[f"{own}_axis"][..., lane] = axis
-                fields[f"{name}_index"][lane] = at
-                fields[f"{name}_motor"][lane] = at >= motor_index
-                fields[f"{name}_passive"][lane] = at < motor_index
-                if at >= motor_index:
-                    fields["motor_index"][lane] = at
-                    units["lane"][group, slots.motor, lane] = self.unit[at]
-                else:
-                    index[group, slots.passive, lane] = at
-            index[group, modes, lane] = here["strain_index"] + np.arange(len(modes))
-            multipliers = np.arange(slots.position_count + len(conditions))
-            first = slots.first_multiplier
-            index[group, first + multipliers, lane] = here["multiplier_index"] + multipliers
-            elastic["lane"][group, modes[:, None], modes, lane] = leg.rod.stiffness(leg.modes, grid)
-            rest_moment["lane"][group, modes, lane] = leg.rod.rest_moment(leg.modes, grid)
-        unit = np.array(self.unit)
-        there = index >= 0
-        units["lane"][:, :inner] = np.where(there, unit[index], 0.0)
-        columns = np.arange(slots.platform_count)
-        own = unit[motor_index - slots.platform_count + columns]
-        units["lane"][:, slots.first_platform + columns] = own[:, None]
-        missing["lane"][:] = ~there
-        return {
-            "slots": slots,
-            "kept_count": kept_count(
-                count, slots, len(self.unit) - motor_index + slots.platform_count, width
-            ),
-            "groups": groups,
-            "slot_index": index,
-            "units": units,
-            "missing": missing,
-            "component_start": start,
-            "function": function,
-            "functions": functions,
-            "step_functions": step_functions,
-            "elastic": elastic,
-            "rest_moment": rest_moment,
-            "passive": int(slots.passive >= 0),
-            "shifted": int(any(leg.motor.shift_axis is not None for leg in self.described)),
-            "extensible": int(legs["extensible"].any()),
-        }
+            index = numbers[f"{coordinate}_index"]
+            fields[f"{coordinate}_axis"][..., lane] = axis
+            fields[f"{name}_index"][lane] = index
+            fields[f"{name}_motor"][lane] = index >= motor_index
+            fields[f"{name}_passive"][lane] = index < motor_index
+            if index >= motor_index:
+                fields["motor_index"][lane] = index
+                arrays.units["lane"][group, arrays.slots.motor, lane] = self.unit[index]
+            else:
+                arrays.index[group, arrays.slots.passive, lane] = index
 
 
 def _functions(

@@ -73,9 +73,9 @@ def _shapes(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
     sigma = np.concatenate([[0.0], grid.nodes, [1.0]])
     shapes = []
     for number, leg in enumerate(robot.description.legs):
-        here = robot.arrays.legs[number]
+        row = robot.arrays.legs[number]
         rotation, base, length = base_pose(robot, number, state)
-        strain = state[here["strain_index"] :][: leg.modes.total]
+        strain = state[row["strain_index"] :][: leg.modes.total]
         one_hot = np.eye(3)[leg.modes.directions]
         nominal = leg.rod.length
         curvature = (leg.modes.values(grid.step_points.ravel()) * strain) @ one_hot

@@ -147,13 +147,13 @@ def _elastic_hessian(solution: ModelState) -> Floats:
     elastic = np.zeros((len(state), len(state)))
     for leg, stiffness in zip(arrays.legs, arrays.stiffness, strict=True):
         count, first, shift = leg["strain_count"], leg["strain_index"], leg["translation_index"]
-        here = slice(first, first + count)
-        elastic[here, here] = stiffness[:count, :count]
+        strains = slice(first, first + count)
+        elastic[strains, strains] = stiffness[:count, :count]
         if leg["extensible"]:
-            length, strain = state[shift], state[here]
+            length, strain = state[shift], state[strains]
             couple = stiffness[:count, :count] @ strain
             ratio = leg["length"] / length
-            elastic[here, here] *= ratio
-            elastic[here, shift] = elastic[shift, here] = -ratio / length * couple
+            elastic[strains, strains] *= ratio
+            elastic[strains, shift] = elastic[shift, strains] = -ratio / length * couple
             elastic[shift, shift] = ratio / length**2 * couple @ strain
     return elastic

@@ -140,11 +140,11 @@ def robot_fields(solution: ContinuousEquilibrium) -> JacobiFields:
     terminal = np.zeros((12 * count, 6 + 6 * count))
     for number, leg in enumerate(legs):
         x, y, z = rotation @ leg.joint.position
-        first, here = 12 * number, 3 * number
+        first, variation = 12 * number, 3 * number
         terminal[first : first + 3, :3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
         terminal[first : first + 3, 3:6] = np.eye(3)
-        terminal[first + 9 : first + 12, 6 + here : 9 + here] = np.eye(3)
-        turn = 6 + 3 * count + here
+        terminal[first + 9 : first + 12, 6 + variation : 9 + variation] = np.eye(3)
+        turn = 6 + 3 * count + variation
         terminal[first + 3 : first + 6, turn : turn + 3] = np.eye(3)
     balance = np.zeros((6, 6 + 6 * count))
     balance[:, : 6 + 3 * count] = balance_rows(

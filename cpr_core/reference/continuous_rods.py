@@ -169,7 +169,7 @@ def solve_continuous_rough(
 
 def solve_continuous(
     equilibrium: Equilibrium,
-    held: Literal["motors", "platform"] = "motors",
+    held: Literal["motors", "pose"] = "motors",
     *,
     method: ShootingMethod = ACCURATE,
 ) -> ContinuousEquilibrium:
@@ -180,7 +180,7 @@ def solve_continuous(
     Args:
         equilibrium: Where the shooting starts.
         held: What stays. With the motors held the Jacobian is singular where stability is lost with
-            motors locked (it is b(0)), so hold the platform there; it needs a motor for each of its
+            motors locked (it is b(0)), so hold the pose there; it needs a motor for each of its
             coordinates.
         method: Integration and tolerance.
 
@@ -190,7 +190,7 @@ def solve_continuous(
     """
     robot, loads = equilibrium.robot, equilibrium.loads
     check_robot(robot, loads)
-    if held == "platform":
+    if held == "pose":
         check_square(robot)
     axes = robot.arrays.position_axes
     tip_forces = np.zeros((robot.motor_count, 3))

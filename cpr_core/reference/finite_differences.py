@@ -238,23 +238,23 @@ def follow_finite_differences(
         NonFiniteInput: A NaN or an infinity.
         NoForwardSolution: The branch does not reach that far.
     """
-    model, here, points = start.model, start, []
+    model, last, points = start.model, start, []
     for target in np.asarray(motors):
         goal = checked_vector("motors", target, len(start.motors))
-        change = goal - here.motors
+        change = goal - last.motors
         longest = 1.0 / max(1.0, float(np.abs(change).max()) / LONGEST_STEP)
-        first, reached, step, total = here.motors, 0.0, longest, 0
+        first, reached, step, total = last.motors, 0.0, longest, 0
         while reached < 1.0:
             ahead = min(1.0, reached + step)
             imposed = (1.0 - ahead) * first + ahead * goal
-            found, largest, used = model.newton(imposed, here.unknowns, tolerance, CONTRACTION)
+            found, largest, used = model.newton(imposed, last.unknowns, tolerance, CONTRACTION)
             total += used
             if largest < tolerance:
-                here = FiniteDifferenceEquilibrium(model, imposed, found, largest, total)
+                last = FiniteDifferenceEquilibrium(model, imposed, found, largest, total)
                 step, reached = min(longest, 2.0 * (ahead - reached)), ahead
                 continue
             step = 0.5 * (ahead - reached)
             if step < SMALLEST_STEP * longest:
                 raise NoForwardSolution("finite differences: no equilibrium near", reached, None)
-        points.append(here)
+        points.append(last)
     return tuple(points)

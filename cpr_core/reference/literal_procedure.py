@@ -349,11 +349,11 @@ def follow_literally(
         NonFiniteInput: A NaN or an infinity.
         NoForwardSolution: The method of Levenberg and Marquardt does not reach the tolerance.
     """
-    here, points = start, []
+    last, points = start, []
     for target in np.asarray(motors):
         goal = checked_vector("motors", target, len(start.motors))
-        jacobian, by_motors = here.jacobian
-        step = -linalg.solve(jacobian, by_motors @ (goal - here.motors))
-        here = _levenberg_marquardt(replace(_moved(here, step), motors=goal), tolerance)
-        points.append(here)
+        jacobian, by_motors = last.jacobian
+        step = -linalg.solve(jacobian, by_motors @ (goal - last.motors))
+        last = _levenberg_marquardt(replace(_moved(last, step), motors=goal), tolerance)
+        points.append(last)
     return tuple(points)

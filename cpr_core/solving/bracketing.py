@@ -45,23 +45,23 @@ def differ(low: Point, high: Point) -> bool:
     )
 
 
-def along(path: Path, here: Point, tangent: Tangent, arc: float) -> Point | None:
+def along(path: Path, point: Point, tangent: Tangent, arc: float) -> Point | None:
     """The point at an arc length, with its tangent; None where the branch turns too much."""
-    there = path.along(here, tangent, arc)
-    if there is None:
+    found = path.along(point, tangent, arc)
+    if found is None:
         return None
-    onward = path.tangent(there, tangent)
+    onward = path.tangent(found, tangent)
     if tangent.cosine(onward) < STRAIGHT:
         return None
-    return replace(there, tangent=onward)
+    return replace(found, tangent=onward)
 
 
-def landing(path: Path, here: Point, tangent: Tangent, arc: float, end: float) -> float | None:
+def landing(path: Path, point: Point, tangent: Tangent, arc: float, end: float) -> float | None:
     """Arc length, up to the given one, at which the branch is at a fraction; None if it is not found."""
 
     def beyond(arc_length: float) -> float:
-        there = path.along(here, tangent, arc_length) if arc_length > 0.0 else here
-        return np.nan if there is None else there.fraction - end
+        found = path.along(point, tangent, arc_length) if arc_length > 0.0 else point
+        return np.nan if found is None else found.fraction - end
 
     try:
         return float(scipy.optimize.brentq(beyond, 0.0, arc, xtol=1e-13))
@@ -77,22 +77,22 @@ def bracket_by_fraction(path: Path, low: Point, last: float) -> tuple[Point, Poi
     """
     while last - low.fraction > LOCATION:
         middle = 0.5 * (low.fraction + last)
-        there = path.at(low, middle)
-        if there is None or differ(low, there):
+        point = path.at(low, middle)
+        if point is None or differ(low, point):
             last = middle
         else:
-            low = there
+            low = point
     return low, path.at(low, last)
 
 
 def bracket_by_arc_length(
-    path: Path, here: Point, tangent: Tangent, last: float, high: Point
+    path: Path, point: Point, tangent: Tangent, last: float, high: Point
 ) -> tuple[Point, Point, Point] | None:
     """The same along the tangent of a point, with the direction of the branch on both sides.
 
     Args:
         path: The path.
-        here: Point before the change.
+        point: Point before the change.
         tangent: Its tangent.
         last: Arc length from there of a point behind the change.
         high: That point.
@@ -101,32 +101,32 @@ def bracket_by_arc_length(
         The two points, and one a little farther on, where tangents can be trusted again; None if they
         are not on one branch.
     """
-    low, first = here, 0.0
+    low, first = point, 0.0
     while last - first > LOCATION:
         middle = 0.5 * (first + last)
-        there = along(path, here, tangent, middle)
-        if there is None or distance(low, there) > 2.0 * (middle - first):
+        between = along(path, point, tangent, middle)
+        if between is None or distance(low, between) > 2.0 * (middle - first):
             break  # next to a crossing of branches the solution is not known any better
-        if differ(low, there):
-            high, last = there, middle
+        if differ(low, between):
+            high, last = between, middle
         else:
-            low, first = there, middle
+            low, first = between, middle
     if last - first > SAME_PLACE or distance(low, high) > max(SAME_PLACE, 2.0 * (last - first)):
         return None
     if low.sign != high.sign:
         low = replace(low, fraction=path.crossing(low, high))
-    before = along(path, here, tangent, first - ASIDE) or low
-    beyond = along(path, here, tangent, last + ASIDE) or high
+    before = along(path, point, tangent, first - ASIDE) or low
+    beyond = along(path, point, tangent, last + ASIDE) or high
     low = replace(low, tangent=before.tangent, sign=before.sign, index=before.index)
     return low, replace(high, tangent=beyond.tangent, sign=beyond.sign, index=beyond.index), beyond
 
 
 def distance(low: Point, high: Point) -> float:
     """Largest dimensionless change of the state between two points."""
-    one, two = low.equilibrium, high.equilibrium
+    first, second = low.equilibrium, high.equilibrium
     changes = (
-        (one.state - two.state) / one.robot.arrays.unit,
-        one.platform_rotation - two.platform_rotation,
-        (one.platform_position - two.platform_position) / one.robot.mean_length,
+        (first.state - second.state) / first.robot.arrays.unit,
+        first.platform_rotation - second.platform_rotation,
+        (first.platform_position - second.platform_position) / first.robot.mean_length,
     )
     return max(float(np.abs(change).max(initial=0.0)) for change in changes)

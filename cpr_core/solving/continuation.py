@@ -84,6 +84,8 @@ def follow(
 ) -> Walk:
     """Follow the branch of an equilibrium until a target is met or an event stops the way.
 
+    The parameters after the loads are independent options, given by name.
+
     Args:
         start: Equilibrium to start from.
         target: What to impose.
@@ -103,10 +105,8 @@ def follow(
         InvalidRequest: A time limit that is negative or no number.
     """
     allowed = checked_time(time_limit)
-    return _Walker(
-        Path(start, target, loads, singularities), target, stable_only, past_folds, keep, allowed,
-        progress,
-    ).walk()  # fmt: skip
+    path = Path(start, target, loads, singularities)
+    return _Walker(path, target, stable_only, past_folds, keep, allowed, progress).walk()
 
 
 class _Walker:
@@ -133,98 +133,99 @@ class _Walker:
 
     def walk(self) -> Walk:
         """Go until the end."""
-        here = self.path.begin()
-        self._keep(here)
+        start = self.path.begin()
+        self._keep(start)
         if not self.steps <= MOST_STEPS:
-            return self._end(here, "lost", "it is too far away to be followed there")
-        if self.stable_only and (here.index > 0 or not self.path.conservative):
+            return self._end(start, "lost", "it is too far away to be followed there")
+        if self.stable_only and (start.index > 0 or not self.path.conservative):
             text = (
-                f"the start is unstable, index {here.index}"
-                if here.index > 0
+                f"the start is unstable, index {start.index}"
+                if start.index > 0
                 else "stability is not decided by energy under these loads"
             )
-            return self._end(here, "stability", text)
+            return self._end(start, "stability", text)
         try:
             if not self.past_folds:
-                return self._by_fraction(here)
-            end = self._by_arc_length(here)
+                return self._by_fraction(start)
+            end = self._by_arc_length(start)
             return end if isinstance(end, Walk) else self._done(end)
         except OutOfTime:
-            return self._end(self.here, "time_limit", "the time allowed was over")
+            return self._end(self.reached, "time_limit", "the time allowed was over")
 
-    def _by_fraction(self, here: Point) -> Walk:
+    def _by_fraction(self, point: Point) -> Walk:
         """Steps at given fractions; by arc length where they fail."""
         longest = 1.0 / max(1.0, self.steps)
         step = longest
-        while here.fraction < 1.0:
+        while point.fraction < 1.0:
             stop = self.keep[0] if self.keep else 1.0
-            ahead = min(1.0, stop, here.fraction + step)
-            there = self.path.at(here, ahead)
-            if there is None or there.sign != here.sign:  # a fold's other arm may be very near
-                step = 0.5 * (ahead - here.fraction)
+            ahead = min(1.0, stop, point.fraction + step)
+            next_point = self.path.at(point, ahead)
+            # A changed sign may be a fold's other arm, very near.
+            if next_point is None or next_point.sign != point.sign:
+                step = 0.5 * (ahead - point.fraction)
                 if step >= SMALLEST_STEP * longest:
                     continue
-                onward = self._by_arc_length(here)
+                onward = self._by_arc_length(point)
                 if isinstance(onward, Walk):
                     return onward
-                here, step = onward, 10.0 * SMALLEST_STEP * longest
-            elif here.grazes(there) and not differ(here, there):
-                step = 0.5 * (ahead - here.fraction)
+                point, step = onward, 10.0 * SMALLEST_STEP * longest
+            elif point.grazes(next_point) and not differ(point, next_point):
+                step = 0.5 * (ahead - point.fraction)
                 continue
-            elif differ(here, there):
-                low, high = bracket_by_fraction(self.path, here, ahead)
+            elif differ(point, next_point):
+                low, high = bracket_by_fraction(self.path, point, ahead)
                 regular = self.path.problem == "pose" or high is None or low.index == high.index
                 if high is None or not regular or distance(low, high) > SAME_PLACE:
                     if self._several_cross(low):
                         return self._end(
-                            replace(low, equilibrium=here.equilibrium), "bifurcation", SEVERAL
+                            replace(low, equilibrium=point.equilibrium), "bifurcation", SEVERAL
                         )
-                    onward = self._by_arc_length(here)  # the step had jumped over something
+                    onward = self._by_arc_length(point)  # the step had jumped over something
                     if isinstance(onward, Walk):
                         return onward
-                    here = onward
+                    point = onward
                 else:
                     if self._passed(low, high):
                         return self._stopped(low)
-                    here = high
-                step = min(step, 10.0 * max(here.fraction - low.fraction, SMALLEST_STEP * longest))
+                    point = high
+                step = min(step, 10.0 * max(point.fraction - low.fraction, SMALLEST_STEP * longest))
             else:
-                step = min(longest, 2.0 * max(ahead - here.fraction, step))
-                here = there
-            self._keep(here)
-        return self._done(here)
+                step = min(longest, 2.0 * max(ahead - point.fraction, step))
+                point = next_point
+            self._keep(point)
+        return self._done(point)
 
     def _several_cross(self, low: Point) -> bool:
         """Whether more than two branches meet, as on symmetric paths of symmetric robots."""
         return bool(np.sum(self.path.singular_values(low) < SINGULAR) > 1)
 
-    def _by_arc_length(self, here: Point) -> Walk | Point:
+    def _by_arc_length(self, point: Point) -> Walk | Point:
         """Steps by arc length, from a point beyond which no step at a fraction succeeds.
 
         Returns:
             The walk if it ends, else the point from where steps at fractions can go on.
         """
-        path, first = self.path, here
-        tangent = path.tangent(here)
+        path, first = self.path, point
+        tangent = path.tangent(point)
         arc = FIRST_ARC
         most = MOST_ARCS_PAST_FOLDS if self.past_folds else MOST_ARCS
         for _ in range(most):
-            there, end = along(path, here, tangent, arc), None
-            if there is not None and not 0.0 <= there.fraction < 1.0:
-                end = 1.0 if there.fraction >= 1.0 else 0.0
-                onto = landing(path, here, tangent, arc, end)
-                there = None if onto is None else along(path, here, tangent, onto)
-            if there is None:
+            next_point, end = along(path, point, tangent, arc), None
+            if next_point is not None and not 0.0 <= next_point.fraction < 1.0:
+                end = 1.0 if next_point.fraction >= 1.0 else 0.0
+                onto = landing(path, point, tangent, arc, end)
+                next_point = None if onto is None else along(path, point, tangent, onto)
+            if next_point is None:
                 arc *= 0.5
                 if arc < SMALLEST_ARC:
-                    return self._lost(first, here)
+                    return self._lost(first, point)
                 continue
-            if differ(here, there):
-                found = bracket_by_arc_length(path, here, tangent, arc, there)
+            if differ(point, next_point):
+                found = bracket_by_arc_length(path, point, tangent, arc, next_point)
                 if found is None:  # the step had jumped to another branch
                     arc *= 0.25
                     if arc < SMALLEST_ARC:
-                        return self._lost(first, here)
+                        return self._lost(first, point)
                     continue
                 low, high, beyond = found
                 if low.fraction > 1.0 and arc > SMALLEST_ARC:
@@ -232,36 +233,36 @@ class _Walker:
                     continue
                 if low.index != high.index and self._several_cross(low):
                     return self._end(
-                        replace(low, equilibrium=here.equilibrium), "bifurcation", SEVERAL
+                        replace(low, equilibrium=point.equilibrium), "bifurcation", SEVERAL
                     )
                 if self._passed(low, high):
                     return self._stopped(low)
-                if differ(high, there):  # something more happens within the step
-                    there, end = beyond, None
-            here, tangent = there, there.tangent or path.tangent(there, tangent)
-            self._keep(here, every=self.past_folds)
+                if differ(high, next_point):  # something more happens within the step
+                    next_point, end = beyond, None
+            point, tangent = next_point, next_point.tangent or path.tangent(next_point, tangent)
+            self._keep(point, every=self.past_folds)
             arc = min(LONGEST_ARC, 1.5 * arc)
             if end is not None:
-                here = path.at(here, end) or here
+                point = path.at(point, end) or point
                 if end == 0.0:
-                    return self._end(here, "fold", "the branch leads back to where the way began")
+                    return self._end(point, "fold", "the branch leads back to where the way began")
                 if self.past_folds:
-                    self.points[-1] = here
-                return here
+                    self.points[-1] = point
+                return point
             if (
                 not self.past_folds
-                and here.fraction > first.fraction
-                and self._regular(here, tangent)
+                and point.fraction > first.fraction
+                and self._regular(point, tangent)
             ):
-                return here
-        return self._end(here, "lost", f"it is farther than {most} steps along the branch")
+                return point
+        return self._end(point, "lost", f"it is farther than {most} steps along the branch")
 
-    def _regular(self, here: Point, tangent: Tangent) -> bool:
+    def _regular(self, point: Point, tangent: Tangent) -> bool:
         """Whether a step at a fraction is possible again, as long as the one that had failed."""
         longest = 1.0 / max(1.0, self.steps)
-        ahead = min(1.0, here.fraction + 10.0 * SMALLEST_STEP * longest)
-        there = self.path.at(here, ahead) if tangent.fraction > 0.0 else None
-        return there is not None and not differ(here, there)
+        ahead = min(1.0, point.fraction + 10.0 * SMALLEST_STEP * longest)
+        next_point = self.path.at(point, ahead) if tangent.fraction > 0.0 else None
+        return next_point is not None and not differ(point, next_point)
 
     def _passed(self, low: Point, high: Point) -> bool:
         """Note what happens between two neighbours; whether it stops the walk."""
@@ -287,7 +288,7 @@ class _Walker:
     def _kind(self, low: Point, high: Point) -> tuple[EventKind | None, str]:
         new = high.violated - low.violated
         if new:
-            violation = min(new, key=lambda one: (one.number, one.kind))
+            violation = min(new, key=lambda limit: (limit.number, limit.kind))
             self.violation = violation, high.equilibrium
             return violation.kind, str(limit_error(high.equilibrium, violation))
         change = f"index {low.index} -> {high.index}"
@@ -306,34 +307,34 @@ class _Walker:
             return "singularity", "an inverse singularity is passed"
         return None, ""
 
-    def _keep(self, here: Point, every: bool = False) -> None:
+    def _keep(self, point: Point, every: bool = False) -> None:
         """Keep a point that was asked for, and tell how far it is."""
-        self.here = here
-        if every or (self.keep and here.fraction >= self.keep[0] - 1e-15):
-            self.points.append(here)
-            while self.keep and self.keep[0] <= here.fraction + 1e-15:
+        self.reached = point
+        if every or (self.keep and point.fraction >= self.keep[0] - 1e-15):
+            self.points.append(point)
+            while self.keep and self.keep[0] <= point.fraction + 1e-15:
                 self.keep.pop(0)
         if self.progress is not None:
-            self.progress(here.fraction)
+            self.progress(point.fraction)
 
-    def _lost(self, first: Point, here: Point) -> Walk:
+    def _lost(self, first: Point, last: Point) -> Walk:
         """End where no step succeeds; at a crossing with the last equilibrium that is well known."""
-        if self.path.singular_values(here)[0] > SINGULAR:
-            return self._end(here, "lost", "no equilibrium is near the last one on the way")
+        if self.path.singular_values(last)[0] > SINGULAR:
+            return self._end(last, "lost", "no equilibrium is near the last one on the way")
         text = "branches cross, none of them goes straight on"
-        return self._end(replace(here, equilibrium=first.equilibrium), "bifurcation", text)
+        return self._end(replace(last, equilibrium=first.equilibrium), "bifurcation", text)
 
-    def _end(self, here: Point, kind: EventKind, text: str) -> Walk:
+    def _end(self, last: Point, kind: EventKind, text: str) -> Walk:
         self.events.append(
-            PathEvent(kind, here.fraction, here.equilibrium, here.index, here.index, text)
+            PathEvent(kind, last.fraction, last.equilibrium, last.index, last.index, text)
         )
-        return self._stopped(here)
+        return self._stopped(last)
 
-    def _stopped(self, here: Point) -> Walk:
-        return replace(self._done(here), last=self.events[-1].equilibrium, stopped=self.events[-1])
+    def _stopped(self, last: Point) -> Walk:
+        return replace(self._done(last), last=self.events[-1].equilibrium, stopped=self.events[-1])
 
-    def _done(self, here: Point) -> Walk:
-        last = here.equilibrium
+    def _done(self, point: Point) -> Walk:
+        last = point.equilibrium
         if last.iterations != self.path.iterations:
             last = last.with_iterations(self.path.iterations)
         return Walk(

@@ -117,12 +117,12 @@ def _trace(
         raise InvalidRequest(
             "equilibrium", f"expected a stable one, its smallest eigenvalue is {smallest:.3g} J"
         )
-    low, here, beyond, high = value, start, "", np.inf
+    low, last, beyond, high = value, start, "", np.inf
     while high - low > _TOLERANCE * max(abs(low), step * 1e-3):
         target = min(low + step, limit) if np.isinf(high) else 0.5 * (low + high)
         try:
-            there = solve_forward(robot, start.motors, start=here, loads=loads(target))
-            eigenvalue = spectrum(there, motors_are).smallest
+            next_equilibrium = solve_forward(robot, start.motors, start=last, loads=loads(target))
+            eigenvalue = spectrum(next_equilibrium, motors_are).smallest
         except NoSolution:
             high, beyond = target, "fold"
             continue
@@ -136,5 +136,5 @@ def _trace(
             step *= (
                 2.0 if eigenvalue > 0.8 * smallest else 0.7 if eigenvalue < 0.5 * smallest else 1.0
             )
-        low, here, smallest = target, there, eigenvalue
-    return CriticalLoad(value=0.5 * (low + high), equilibrium=here, kind=beyond)
+        low, last, smallest = target, next_equilibrium, eigenvalue
+    return CriticalLoad(value=0.5 * (low + high), equilibrium=last, kind=beyond)

@@ -138,8 +138,8 @@ def _searched(
     state = np.zeros(len(arrays.unit))
     state[robot.motor_indices] = motors
     bending = np.exp(random.uniform(*np.log(_BENDING)))
-    for here, leg in zip(arrays.legs, robot.description.legs, strict=True):
-        first, count = here["strain_index"], here["strain_count"]
+    for row, leg in zip(arrays.legs, robot.description.legs, strict=True):
+        first, count = row["strain_index"], row["strain_count"]
         orders = np.concatenate([np.arange(count) for count in leg.modes.counts])
         spread = bending / leg.rod.length / (1.0 + orders)
         state[first : first + count] = random.normal(size=count) * spread

@@ -216,15 +216,15 @@ def _worst_gap(robot: Robot, shape: Shape) -> str:
         shape.platform_position,
     ).residual
     held, worst, text = len(robot.arrays.position_axes), -1.0, ""
-    for here, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
-        first = here["multiplier_index"]
+    for row, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
+        first = row["multiplier_index"]
         gap = float(np.linalg.norm(residual[first : first + held]))
         turn = float(
-            np.linalg.norm(residual[first + held : first + held + here["orientation_count"]])
+            np.linalg.norm(residual[first + held : first + held + row["orientation_count"]])
         )
         if gap / leg.rod.length + turn > worst:
             worst = gap / leg.rod.length + turn
             text = f"there {leg.name} misses its tip joint by {gap:.3g} m"
-            if here["orientation_count"]:
+            if row["orientation_count"]:
                 text += f" and {turn:.3g} (sine) in orientation"
     return text

@@ -134,4 +134,4 @@ def check_limits(equilibrium: Equilibrium) -> None:
     """
     found = violated(equilibrium.robot, margins(equilibrium))
     if found:
-        raise limit_error(equilibrium, min(found, key=lambda one: (one.number, one.kind)))
+        raise limit_error(equilibrium, min(found, key=lambda limit: (limit.number, limit.kind)))

@@ -5,18 +5,16 @@
 
 from __future__ import annotations
 
-from ..kernels.continuation_kernel import WATCHED, Requests, Start
+from ..kernels.continuation_kernel import WATCHED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.prepared_robot import continue_prepared
 from ..kernels.problems import PROBLEMS
-from ..kernels.square_problem import Tolerances
+from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL
 from ..model.equilibrium import Equilibrium, new_record
 from .limits import grazes, margins, violated
 from .targets import Target
 
 __all__ = ["solve_near"]
-
-_TOLERANCES = Tolerances()
 
 
 def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilibrium | None:
@@ -35,9 +33,14 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
     if not continue_prepared(
         robot.prepared,
         start.load_arrays,
-        *Requests(PROBLEMS[target.problem], target.given(start), WATCHED),
-        *_TOLERANCES,
-        *Start(start.record, start.factors),
+        PROBLEMS[target.problem],
+        target.given(start),
+        WATCHED,
+        RESIDUAL,
+        ITERATIONS,
+        CONTRACTION,
+        start.record,
+        start.factors,
         records,
         factors,
     ):

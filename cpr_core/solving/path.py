@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from ..description.loads import Loads
-from ..kernels.continuation_kernel import FREELY, UNPREDICTED, Requests, Start
+from ..kernels.continuation_kernel import FREELY, UNPREDICTED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays, interpolated_loads
 from ..kernels.natural_units import EFFORT_UNIT
 from ..kernels.prepared_robot import continue_prepared, evaluate_prepared
 from ..kernels.problems import PROBLEMS
-from ..kernels.square_problem import CONTRACTION, ITERATIONS, Tolerances
+from ..kernels.square_problem import CONTRACTION, ITERATIONS
 from ..lie import angle_motions, rotation_exp
 from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
 from .limits import Limit, grazes, margins, violated
@@ -60,9 +60,9 @@ class Tangent:
     unknowns: Floats
     fraction: float
 
-    def cosine(self, other: Tangent) -> float:
+    def cosine(self, second: Tangent) -> float:
         """Cosine of the angle between two tangents."""
-        return float(self.unknowns @ other.unknowns) + self.fraction * other.fraction
+        return float(self.unknowns @ second.unknowns) + self.fraction * second.fraction
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,9 +95,9 @@ class Point:
         """Whether the branch leads on to larger fractions here."""
         return self.tangent is None or self.tangent.fraction > 0.0
 
-    def grazes(self, other: Point) -> bool:
+    def grazes(self, next_point: Point) -> bool:
         """Whether a limit may be passed, and be kept again, between this point and another."""
-        return grazes(self.margins, other.margins)
+        return grazes(self.margins, next_point.margins)
 
     @property
     def side(self) -> int:
@@ -176,14 +176,14 @@ class Path:
         """The start as a point of the path."""
         return self._found(0.0, self.start)
 
-    def at(self, here: Point, fraction: float) -> Point | None:
+    def at(self, near: Point, fraction: float) -> Point | None:
         """The solution at a fraction, by Newton's method from a point nearby.
 
         Returns:
             None if a correction did not contract: then the fraction is too far from the point.
         """
         self._check_time()
-        robot, before = self._robot, here.equilibrium
+        robot, before = self._robot, near.equilibrium
         loads, records = self._loads_at(fraction), new_record(robot, 1)
         kept = kept_factors(robot.arrays)
         mode = UNPREDICTED if self._loads_change else FREELY
@@ -191,20 +191,25 @@ class Path:
         if not continue_prepared(
             robot.prepared,
             loads,
-            *Requests(PROBLEMS[self.problem], given, mode),
-            *Tolerances(),
-            *Start(before.record, before.factors),
+            PROBLEMS[self.problem],
+            given,
+            mode,
+            RESIDUAL_TOLERANCE,
+            ITERATIONS,
+            CONTRACTION,
+            before.record,
+            before.factors,
             records,
             kept,
         ):
             return None
-        there = Equilibrium(robot, self._loads_between(fraction), loads, records[0], kept)
-        self.iterations += there.iterations
-        return self._found(fraction, there)
+        found = Equilibrium(robot, self._loads_between(fraction), loads, records[0], kept)
+        self.iterations += found.iterations
+        return self._found(fraction, found)
 
-    def _given(self, here: Equilibrium, fraction: float) -> Floats:
+    def _given(self, near: Equilibrium, fraction: float) -> Floats:
         """What is imposed at a fraction, as the kernels take it."""
-        state, rotation, position, efforts = self._imposed(here, fraction)
+        state, rotation, position, efforts = self._imposed(near, fraction)
         if self.problem == "motors":
             return state[self._robot.arrays.motor_index :]
         return efforts if self.problem == "efforts" else np.append(rotation, position)
@@ -218,18 +223,18 @@ class Path:
         weight = 1.0 / (1.0 + np.exp(min(700.0, logarithms[1] - logarithms[0])))
         return low.fraction + weight * (high.fraction - low.fraction)
 
-    def singular_values(self, here: Point) -> Floats:
+    def singular_values(self, point: Point) -> Floats:
         """Of the dimensionless matrix of the problem at a point, ascending."""
-        return np.asarray(linalg.svdvals(self._linearised(here)[0])[::-1])
+        return np.asarray(linalg.svdvals(self._linearised(point)[0])[::-1])
 
-    def tangent(self, here: Point, before: Tangent | None = None) -> Tangent:
+    def tangent(self, point: Point, before: Tangent | None = None) -> Tangent:
         """Tangent of the curve at a point.
 
         Args:
-            here: A point.
+            point: A point.
             before: Tangent at the point before, which tells the direction; default to larger fractions.
         """
-        matrix, rate = self._linearised(here)
+        matrix, rate = self._linearised(point)
         if before is None:
             last = np.zeros(len(rate) + 1)
             last[-1] = 1.0
@@ -247,7 +252,7 @@ class Path:
             found *= 1.0 if found @ last >= 0.0 else -1.0
         return Tangent(found[:-1], float(found[-1]))
 
-    def along(self, here: Point, tangent: Tangent, arc_length: float) -> Point | None:
+    def along(self, point: Point, tangent: Tangent, arc_length: float) -> Point | None:
         """The solution at an arc length from a point, in the plane across its tangent.
 
         Returns:
@@ -255,12 +260,12 @@ class Path:
         """
         self._check_time()
         robot = self._robot
-        state = here.equilibrium.state.copy()
-        rotation = here.equilibrium.platform_rotation.copy()
-        position = here.equilibrium.platform_position.copy()
+        state = point.equilibrium.state.copy()
+        rotation = point.equilibrium.platform_rotation.copy()
+        position = point.equilibrium.platform_position.copy()
         across = np.append(tangent.unknowns, tangent.fraction)
         moved = arc_length * across  # since the point
-        fraction = here.fraction + moved[-1]
+        fraction = point.fraction + moved[-1]
         self._move(state, rotation, position, moved[:-1])
         polished = False
         last = 2.0 * PREDICTION * abs(arc_length)
@@ -277,8 +282,8 @@ class Path:
                 return None
             if largest < POLISHED or (largest < RESIDUAL_TOLERANCE and polished):
                 asked = self._loads_between(fraction)
-                there = described(robot, asked, loads, state, rotation, position, iteration)
-                return self._found(fraction, there)
+                found = described(robot, asked, loads, state, rotation, position, iteration)
+                return self._found(fraction, found)
             polished = largest < RESIDUAL_TOLERANCE
             matrix = self._scaled_tangent(rotation)
             rate = self._rate(state, rotation, position, fraction)
@@ -295,16 +300,17 @@ class Path:
                 return None
             last = length
             moved += change
-            fraction = here.fraction + moved[-1]
+            fraction = point.fraction + moved[-1]
             self._move(state, rotation, position, change[:-1])
         return None
 
-    def _found(self, fraction: float, there: Equilibrium) -> Point:
+    def _found(self, fraction: float, equilibrium: Equilibrium) -> Point:
         """A solution as a point."""
         if not self.conservative:
-            rotation, position = there.platform_rotation.copy(), there.platform_position.copy()
-            self._evaluate(there.state.copy(), rotation, position, there.load_arrays)
-        return self._point(fraction, there)
+            state, rotation = equilibrium.state.copy(), equilibrium.platform_rotation.copy()
+            position = equilibrium.platform_position.copy()
+            self._evaluate(state, rotation, position, equilibrium.load_arrays)
+        return self._point(fraction, equilibrium)
 
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
         signs, problem = equilibrium.signs, self._target.problem
@@ -335,10 +341,10 @@ class Path:
     def _loads_between(self, fraction: float) -> Loads:
         return self.start.loads.toward(self._loads, fraction) if self._loads_change else self._loads
 
-    def _imposed(self, here: Equilibrium, fraction: float) -> tuple[Floats, Floats, Floats, Floats]:
+    def _imposed(self, near: Equilibrium, fraction: float) -> tuple[Floats, Floats, Floats, Floats]:
         """State, rotation and position with what is imposed at a fraction, and imposed efforts."""
-        state = here.state.copy()
-        rotation, position = here.platform_rotation.copy(), here.platform_position.copy()
+        state = near.state.copy()
+        rotation, position = near.platform_rotation.copy(), near.platform_position.copy()
         return state, rotation, position, self._impose(state, rotation, position, fraction)
 
     def _impose(self, state: Floats, rotation: Floats, position: Floats, fraction: float) -> Floats:
@@ -379,11 +385,11 @@ class Path:
             scaled * arrays.unit[rows, None] * arrays.unit[columns] / arrays.energy_unit
         )
 
-    def _linearised(self, here: Point) -> tuple[Floats, Floats]:
+    def _linearised(self, point: Point) -> tuple[Floats, Floats]:
         """Matrix of the problem at a point and rate of its residual with the fraction."""
-        state, rotation, position, _ = self._imposed(here.equilibrium, here.fraction)
-        rate = self._rate(state, rotation, position, here.fraction)
-        self._evaluate(state, rotation, position, here.equilibrium.load_arrays)
+        state, rotation, position, _ = self._imposed(point.equilibrium, point.fraction)
+        rate = self._rate(state, rotation, position, point.fraction)
+        self._evaluate(state, rotation, position, point.equilibrium.load_arrays)
         return self._scaled_tangent(rotation), rate
 
     def _rate(self, state: Floats, rotation: Floats, position: Floats, fraction: float) -> Floats:

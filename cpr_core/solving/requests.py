@@ -13,19 +13,19 @@ from ..lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..validation import checked_vector
-from .targets import EffortTarget, MotorTarget, PlatformTarget, Target
+from .targets import EffortTarget, MotorTarget, PoseTarget, Target
 
 __all__ = ["motor_vector", "pose_meaning", "split_pose", "target_of"]
 
 Floats = NDArray[np.float64]
 
 
-def target_of(start: Equilibrium, what: str, values: ArrayLike) -> Target:
+def target_of(start: Equilibrium, problem: str, values: ArrayLike) -> Target:
     """The target a request means.
 
     Args:
         start: Equilibrium to start from.
-        what: ``motors``, ``pose`` or ``efforts``.
+        problem: ``motors``, ``pose`` or ``efforts``.
         values: Numbers of the request.
 
     Raises:
@@ -34,10 +34,10 @@ def target_of(start: Equilibrium, what: str, values: ArrayLike) -> Target:
         NonFiniteInput: A NaN or an infinity.
     """
     robot = start.robot
-    if what == "motors":
-        return MotorTarget(motor_vector(robot, what, values))
-    if what == "efforts":
-        return EffortTarget(motor_vector(robot, what, values))
+    if problem == "motors":
+        return MotorTarget(motor_vector(robot, problem, values))
+    if problem == "efforts":
+        return EffortTarget(motor_vector(robot, problem, values))
     if not robot.description.controlled:
         raise InvalidRequest(
             "pose",
@@ -45,7 +45,7 @@ def target_of(start: Equilibrium, what: str, values: ArrayLike) -> Target:
             f"{robot.motor_count} motors for {len(robot.platform_axes)} platform coordinates",
         )
     position, rotation = split_pose(start, values)
-    return PlatformTarget(rotation, position)
+    return PoseTarget(rotation, position)
 
 
 def pose_meaning(robot: Robot) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ from .not_reached import (
     UnstableEquilibrium,
 )
 from .requests import target_of
-from .targets import MotorTarget, PlatformTarget, Target
+from .targets import MotorTarget, PoseTarget, Target
 
 __all__ = ["solve_from"]
 
@@ -34,7 +34,7 @@ _ONE_STEP = 0.01
 
 def solve_from(
     start: Equilibrium,
-    what: str,
+    problem: str,
     values: ArrayLike,
     *,
     loads: Loads | None = None,
@@ -45,7 +45,7 @@ def solve_from(
 
     Args:
         start: Equilibrium whose branch is followed.
-        what: ``motors``, ``pose`` or ``efforts``.
+        problem: ``motors``, ``pose`` or ``efforts``.
         values: Numbers of the request.
         loads: Loads; default those of the start.
         stable_only: Refuse to pass or reach an unstable equilibrium.
@@ -55,7 +55,7 @@ def solve_from(
         InvalidRequest: Wrong number of values, or loads that do not fit the robot.
         NotReached: As in ``solve_forward``.
     """
-    target = target_of(start, what, values)
+    target = target_of(start, problem, values)
     near = loads is None or loads is start.loads
     if near and (time_limit is None or checked_time(time_limit) > _ONE_STEP):
         found = solve_near(start, target, stable_only)
@@ -69,7 +69,7 @@ def solve_from(
         time_limit=time_limit,
     )
     if walk.stopped is not None:
-        raise _not_reached(walk.stopped, walk, start, what, target, stable_only)
+        raise _not_reached(walk.stopped, walk, start, problem, target, stable_only)
     check_limits(walk.last)
     return walk.last
 
@@ -79,7 +79,7 @@ def _doubt(start: Equilibrium, target: Target) -> str:
     description = start.robot.description
     if isinstance(target, MotorTarget):
         return request_doubt(description, target.motors, None)
-    if isinstance(target, PlatformTarget):
+    if isinstance(target, PoseTarget):
         return request_doubt(description, None, target.position) or quaternion_order_doubt(
             quaternion_from_rotation(target.rotation), start.platform_quaternion
         )
@@ -90,7 +90,7 @@ def _not_reached(
     event: PathEvent,
     walk: Walk,
     start: Equilibrium,
-    what: str,
+    problem: str,
     target: Target,
     stable_only: bool,
 ) -> NotReached:
@@ -102,7 +102,7 @@ def _not_reached(
     motors = ", ".join(f"{value:.4g}" for value in walk.last.motors)
     position = ", ".join(f"{value:.4g}" for value in walk.last.platform_position)
     text = (
-        f"{what}: not reached from the start, {event.message}: its branch could be followed over "
+        f"{problem}: not reached from the start, {event.message}: its branch could be followed over "
         f"{100.0 * event.fraction:.2f} % of the way, to motors ({motors}) "
         f"and platform position ({position})"
     )
@@ -112,5 +112,5 @@ def _not_reached(
         return TimeLimitExceeded(text, event.fraction, walk.last, event)
     if stable_only and event.kind in ("stability", "bifurcation"):
         return UnstableEquilibrium(text, event.fraction, walk.last, event)
-    failure = NoInverseSolution if what == "pose" else NoForwardSolution
+    failure = NoInverseSolution if problem == "pose" else NoForwardSolution
     return failure(text, event.fraction, walk.last, event)

@@ -21,7 +21,7 @@ __all__ = [
     "EffortTarget",
     "Imposed",
     "MotorTarget",
-    "PlatformTarget",
+    "PoseTarget",
     "ProblemName",
     "Target",
     "check_rod_lengths",
@@ -145,7 +145,7 @@ class EffortTarget:
 
 
 @dataclass(frozen=True, eq=False)
-class PlatformTarget:
+class PoseTarget:
     """Controlled platform coordinates: the inverse problem.
 
     Attributes:

@@ -66,22 +66,22 @@ class Trace:
     @cached_property
     def motors(self) -> Floats:
         """Motor positions, (P, n) [rad or m]."""
-        return np.array([here.motors for here in self.equilibria])
+        return np.array([equilibrium.motors for equilibrium in self.equilibria])
 
     @cached_property
     def efforts(self) -> Floats:
         """Motor efforts, (P, n) [N m or N]."""
-        return np.array([here.efforts for here in self.equilibria])
+        return np.array([equilibrium.efforts for equilibrium in self.equilibria])
 
     @cached_property
     def platform_positions(self) -> Floats:
         """Platform positions, (P, 3) [m]."""
-        return np.array([here.platform_position for here in self.equilibria])
+        return np.array([equilibrium.platform_position for equilibrium in self.equilibria])
 
     @cached_property
     def platform_quaternions(self) -> Floats:
         """Platform orientations w x y z, (P, 4), without jumps of sign."""
-        found = np.array([here.platform_quaternion for here in self.equilibria])
+        found = np.array([equilibrium.platform_quaternion for equilibrium in self.equilibria])
         turns = np.sign(np.sum(found[1:] * found[:-1], axis=1))
         found[1:] *= np.cumprod(np.where(turns == 0.0, 1.0, turns))[:, None]
         return found
@@ -89,27 +89,29 @@ class Trace:
     @cached_property
     def energies(self) -> Floats:
         """Potential energies, (P,) [J]."""
-        return np.array([here.energy for here in self.equilibria])
+        return np.array([equilibrium.energy for equilibrium in self.equilibria])
 
     @cached_property
     def eigenvalues_locked(self) -> Floats:
         """Up to six smallest eigenvalues of H_r with the motors held, ascending, (P, k) [J]."""
-        return np.array([here.spectrum_locked.eigenvalues[:6] for here in self.equilibria])
+        return np.array(
+            [equilibrium.spectrum_locked.eigenvalues[:6] for equilibrium in self.equilibria]
+        )
 
     @cached_property
     def indices_locked(self) -> NDArray[np.int64]:
         """Stability indices with the motors held, (P,)."""
-        return np.array([here.index_locked for here in self.equilibria])
+        return np.array([equilibrium.index_locked for equilibrium in self.equilibria])
 
     @cached_property
     def indices_free(self) -> NDArray[np.int64]:
         """Stability indices with the motors at constant effort, (P,)."""
-        return np.array([here.index_free for here in self.equilibria])
+        return np.array([equilibrium.index_free for equilibrium in self.equilibria])
 
     @cached_property
     def bending_strains(self) -> Floats:
         """Largest bending strain of every leg, (P, L)."""
-        return np.array([bending_strains(here) for here in self.equilibria])
+        return np.array([bending_strains(equilibrium) for equilibrium in self.equilibria])
 
 
 def trace(
@@ -130,7 +132,7 @@ def trace(
     """Follow the branch of an equilibrium along a straight path, and keep what is on the way.
 
     Exactly one of ``motors``, ``pose`` and ``efforts`` says where to; with none of them the motors stay
-    and the loads change.
+    and the loads change. All parameters but the robot are independent options, given by name.
 
     Args:
         robot: The robot.
@@ -163,10 +165,10 @@ def trace(
             "target", f"expected one of motors, pose and efforts, or loads, got {named}"
         )
     points = checked_count("points", points, 2)
-    what, values = given[0] if given else ("motors", start.motors)
+    problem, values = given[0] if given else ("motors", start.motors)
     walk = follow(
         start,
-        target_of(start, what, values),
+        target_of(start, problem, values),
         start.loads if loads is None else loads,
         stable_only=stable_only,
         past_folds=past_folds,

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest, NonFiniteInput
-from ..kernels.continuation_kernel import WATCHED, Requests, Start
+from ..kernels.continuation_kernel import WATCHED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import Lanes
 from ..kernels.prepared_robot import continue_prepared
@@ -56,7 +56,8 @@ def trace_through(
 
     The same as a loop of ``solve_forward``, ``solve_inverse`` or ``solve_forward_by_effort``, faster:
     as long as steps are short and nothing happens, no Python is run between them, and each prediction
-    learns from the ones before. Exactly one of ``motors``, ``poses`` and ``efforts`` is given.
+    learns from the ones before. Exactly one of ``motors``, ``poses`` and ``efforts`` is given; all
+    parameters but the robot are given by name.
 
     Args:
         robot: The robot.
@@ -83,20 +84,20 @@ def trace_through(
     if len(given) != 1:
         named = " and ".join(name for name, _ in given) or "none"
         raise InvalidRequest("requests", f"expected one of motors, poses and efforts, got {named}")
-    what, rows = given[0][0], _checked_rows(robot, *given[0])
+    kind, rows = given[0][0], _checked_rows(robot, *given[0])
     deadline = time.perf_counter() + checked_time(time_limit)
-    here, count = start, len(rows)
+    last, count = start, len(rows)
     found, events, stopped = _Records(start, loads, count), [], None
     while len(found) < count and stopped is None:
         done = len(found)
-        if here.loads is found.loads and not (stable_only and here.index_locked):
-            here = _run(found, here, what, rows, singularities)
+        if last.loads is found.loads and not (stable_only and last.index_locked):
+            last = _run(found, last, kind, rows, singularities)
             done = len(found)
         if done < count:
             left = max(0.0, deadline - time.perf_counter())
-            target = target_of(here, "pose" if what == "poses" else what, rows[done])
+            target = target_of(last, _PROBLEM[kind], rows[done])
             walk = follow(
-                here,
+                last,
                 target,
                 found.loads,
                 stable_only=stable_only,
@@ -108,8 +109,8 @@ def trace_through(
             if walk.stopped is not None:
                 stopped = happened[-1]
             else:
-                here = walk.last
-                found.add(here)
+                last = walk.last
+                found.add(last)
     return Trace(
         robot=robot,
         fractions=np.arange(1.0, len(found) + 1.0) / count,
@@ -148,53 +149,56 @@ class _Records(Sequence[Equilibrium]):
         """An equilibrium."""
         return Equilibrium(self.robot, self.loads, self.load_arrays, self.rows[row], factors)
 
-    def add(self, here: Equilibrium) -> None:
+    def add(self, equilibrium: Equilibrium) -> None:
         """One more."""
-        self.rows[self.known] = here.record
+        self.rows[self.known] = equilibrium.record
         self.known += 1
 
 
 def _run(
-    found: _Records, here: Equilibrium, what: str, rows: Floats, singularities: bool
+    found: _Records, start: Equilibrium, kind: str, rows: Floats, singularities: bool
 ) -> Equilibrium:
     """Go on in compiled code as far as nothing happens; the last equilibrium."""
     robot, first = found.robot, len(found)
     if not found.loads.conservative(robot.planar):
-        return here
-    problem = _PROBLEM[what]
+        return start
+    problem = _PROBLEM[kind]
     if problem == "pose":
         whole = len(robot.controlled_axes) == len(robot.platform_axes)
         if not whole or robot.controls_angles:
-            return here  # what is not imposed is known when the step before is solved
-        given = np.concatenate([target_of(here, "pose", row).given(here) for row in rows[first:]])
+            return start  # what is not imposed is known when the step before is solved
+        given = np.concatenate([target_of(start, "pose", row).given(start) for row in rows[first:]])
     else:
         given = np.array(rows[first:])
     factors, records = kept_factors(robot.arrays), found.rows[first:]
     count = continue_prepared(
         robot.prepared,
         found.load_arrays,
-        *Requests(PROBLEMS[problem], given, WATCHED),
+        PROBLEMS[problem],
+        given,
+        WATCHED,
         *Tolerances(),
-        *Start(here.record, here.factors),
+        start.record,
+        start.factors,
         records,
         factors,
     )
-    quiet = _quiet(found, here, records[:count], singularities and problem != "pose")
+    quiet = _quiet(found, start, records[:count], singularities and problem != "pose")
     found.known += quiet
     if quiet == 0:
-        return here
+        return start
     return found.value(len(found) - 1, factors if quiet == len(given) else None)
 
 
-def _quiet(found: _Records, here: Equilibrium, records: Floats, singularities: bool) -> int:
+def _quiet(found: _Records, start: Equilibrium, records: Floats, singularities: bool) -> int:
     """How many steps pass no limit and, where they are watched, no inverse singularity."""
     robot, count = found.robot, len(records)
     if singularities:
         at = robot.state_size + SIGNS + INVERSE_SIGN
-        flipped = np.flatnonzero(records[:, at] != here.record[at])
+        flipped = np.flatnonzero(records[:, at] != start.record[at])
         count = int(flipped[0]) if flipped.size else count
     if robot.limited:
-        before = margins(here)
+        before = margins(start)
         for number in range(count):
             after = margins(found.value(len(found) + number))
             if violated(robot, after) or grazes(before, after):
@@ -203,14 +207,14 @@ def _quiet(found: _Records, here: Equilibrium, records: Floats, singularities: b
     return count
 
 
-def _checked_rows(robot: Robot, what: str, values: ArrayLike) -> Floats:
+def _checked_rows(robot: Robot, kind: str, values: ArrayLike) -> Floats:
     """Requests as an array.
 
     Raises:
         InvalidRequest: No rows, or rows of the wrong length.
         NonFiniteInput: A NaN or an infinity.
     """
-    names = pose_meaning(robot) if what == "poses" else robot.motor_names
+    names = pose_meaning(robot) if kind == "poses" else robot.motor_names
     expected = f"expected rows of {len(names)} numbers ({' '.join(names)})"
     try:
         given = np.asarray(values)
@@ -218,15 +222,15 @@ def _checked_rows(robot: Robot, what: str, values: ArrayLike) -> Floats:
             raise TypeError
         rows = given.astype(float)
     except (TypeError, ValueError, OverflowError):
-        raise InvalidRequest(what, f"{expected}, got {values!r:.200}") from None
+        raise InvalidRequest(kind, f"{expected}, got {values!r:.200}") from None
     if rows.ndim != 2 or rows.shape[1] != len(names) or not len(rows):
-        raise InvalidRequest(what, f"{expected}, got an array of shape {rows.shape}")
-    if what == "motors":
+        raise InvalidRequest(kind, f"{expected}, got an array of shape {rows.shape}")
+    if kind == "motors":
         for row in rows:
             check_rod_lengths(robot, row)
     wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
     if wrong.size:
-        raise NonFiniteInput(what, f"{expected}, all finite, row {wrong[0]} is {rows[wrong[0]]}")
+        raise NonFiniteInput(kind, f"{expected}, all finite, row {wrong[0]} is {rows[wrong[0]]}")
     return rows
 
 

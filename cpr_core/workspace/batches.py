@@ -15,8 +15,20 @@ from numpy.typing import NDArray
 from ..kernels.kernel_arrays import workspace
 from .batch_kernel import MEASURES, Analyses, Arrivals, Cells, analyse_cells, leave_cells
 from .cell_problem import CellProblem
+from .grid import Grid
+from .workspace_map import CellArrays
 
-__all__ = ["EIGENVALUES", "Cancelled", "Ways", "go", "guesses_of", "in_pieces", "joined", "leave"]
+__all__ = [
+    "EIGENVALUES",
+    "Cancelled",
+    "Ways",
+    "analyses_and_arrivals",
+    "arrivals_of",
+    "cells_at",
+    "guesses_of",
+    "in_pieces",
+    "joined",
+]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -42,15 +54,17 @@ class Ways(NamedTuple):
     guesses: Floats  # (W, N + 12) state, rotation and position expected at the ends; NaN: no guess
 
 
-def leave(problem: CellProblem, cells: Cells, ways: Ways) -> tuple[Analyses, Arrivals]:
+def analyses_and_arrivals(
+    problem: CellProblem, cells: Cells, ways: Ways
+) -> tuple[Analyses, Arrivals]:
     """Analyse cells and go from them to their neighbours; a task of an executor."""
     count = len(cells.state)
     analyses = Analyses(np.empty((count, EIGENVALUES)), np.empty((count, len(MEASURES))))
     analyse_cells(problem, cells, workspace(problem.robot), analyses)
-    return analyses, go(problem, cells, ways)
+    return analyses, arrivals_of(problem, cells, ways)
 
 
-def go(problem: CellProblem, cells: Cells, ways: Ways) -> Arrivals:
+def arrivals_of(problem: CellProblem, cells: Cells, ways: Ways) -> Arrivals:
     """Go from cells to targets; a task of an executor."""
     count, size = len(ways.origin), cells.state.shape[1]
     arrivals = Arrivals(
@@ -64,9 +78,16 @@ def go(problem: CellProblem, cells: Cells, ways: Ways) -> Arrivals:
         energy=np.empty(count),
     )
     leave_cells(
-        problem, cells, ways.origin, ways.targets, ways.longest, ways.smallest,
-        ways.guesses, workspace(problem.robot), arrivals,
-    )  # fmt: skip
+        problem,
+        cells,
+        ways.origin,
+        ways.targets,
+        ways.longest,
+        ways.smallest,
+        ways.guesses,
+        workspace(problem.robot),
+        arrivals,
+    )
     return arrivals
 
 
@@ -105,6 +126,17 @@ def in_pieces(
             future.cancel()
 
 
+def cells_at(grid: Grid, known: CellArrays, numbers: Integers) -> Cells:
+    """Some cells of a map as the kernels read them."""
+    return Cells(
+        grid.kernel_coordinates(grid.places(numbers)),
+        known.state[numbers],
+        known.rotation[numbers],
+        known.position[numbers],
+        known.signs[numbers],
+    )
+
+
 def guesses_of(state: Floats, rotation: Floats, position: Floats) -> Floats:
     """What is expected at the ends of ways, as ``leave_cells`` reads it, (W, N + 12)."""
     return np.concatenate([state, rotation.reshape(-1, 9), position], axis=1)
@@ -124,16 +156,18 @@ def _wait(future: Future[Result]) -> None:
 
 def _piece(cells: Cells, ways: Ways, first: int, last: int) -> tuple[Cells, Ways]:
     """Some of the cells, and the ways that start there; the ways are in the order of their cells."""
-    origin = ways.origin
-    one, two = np.searchsorted(origin, [first, last])
+    begin, end = np.searchsorted(ways.origin, [first, last])
     part = Cells(
-        cells.coordinates[first:last], cells.state[first:last], cells.rotation[first:last],
-        cells.position[first:last], cells.signs[first:last],
-    )  # fmt: skip
+        cells.coordinates[first:last],
+        cells.state[first:last],
+        cells.rotation[first:last],
+        cells.position[first:last],
+        cells.signs[first:last],
+    )
     return part, Ways(
-        origin[one:two] - first,
-        ways.targets[one:two],
-        ways.longest[one:two],
-        ways.smallest[one:two],
-        ways.guesses[one:two],
+        ways.origin[begin:end] - first,
+        ways.targets[begin:end],
+        ways.longest[begin:end],
+        ways.smallest[begin:end],
+        ways.guesses[begin:end],
     )

@@ -47,9 +47,9 @@ class Border:
     def polylines(self) -> tuple[Floats, ...]:
         """The segments joined to lines, each (Q, 2); closed ones end where they begin."""
         beside: dict[int, list[int]] = {}
-        for one, two in self.segments.tolist():
-            beside.setdefault(one, []).append(two)
-            beside.setdefault(two, []).append(one)
+        for first, second in self.segments.tolist():
+            beside.setdefault(first, []).append(second)
+            beside.setdefault(second, []).append(first)
         lines = []
         for ends_first in (True, False):  # open lines from their ends, then what is closed
             for begin in sorted(beside):

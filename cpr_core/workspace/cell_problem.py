@@ -23,8 +23,12 @@ Integers = NDArray[np.int64]
 
 #: How the kernels number the ways to impose an orientation.
 ORIENTATIONS: dict[OrientationKind, int] = {
-    "none": 0, "zyz": 1, "roll_pitch_yaw": 2, "single_angles": 3, "planar": 4,
-}  # fmt: skip
+    "none": 0,
+    "zyz": 1,
+    "roll_pitch_yaw": 2,
+    "single_angles": 3,
+    "planar": 4,
+}
 _NONE = np.zeros(0, np.int64)
 
 

@@ -17,7 +17,7 @@ from ..lie import roll_pitch_yaw
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.path import Path
-from ..solving.targets import MotorTarget, PlatformTarget, Target
+from ..solving.targets import MotorTarget, PoseTarget, Target
 from .cell_problem import CellProblem
 from .grid import Grid
 from .way_kernel import impose
@@ -87,7 +87,7 @@ def first_cells(grid: Grid, place: Floats) -> list[int]:
     ]
     places = np.stack(np.meshgrid(*coarse, indexing="ij"), axis=-1).reshape(-1, len(coarse))
     near = np.abs((places - place) / grid.steps).max(axis=1)
-    others = [grid.nearest(one) for one in places[np.argsort(near, kind="stable")]]
+    others = [grid.nearest(nearby) for nearby in places[np.argsort(near, kind="stable")]]
     nearest = grid.nearest(place)
     return [nearest, *(cell for cell in others if cell != nearest)]
 
@@ -99,7 +99,7 @@ def target_of_cell(grid: Grid, problem: CellProblem, cell: int, start: Equilibri
         return MotorTarget(values)
     rotation, position = start.platform_rotation.copy(), start.platform_position.copy()
     impose(problem, values, values, 1.0, start.state.copy(), rotation, position)
-    return PlatformTarget(rotation, position)
+    return PoseTarget(rotation, position)
 
 
 def signs_at_equilibrium(problem: CellProblem, found: Equilibrium) -> Integers:
@@ -108,7 +108,7 @@ def signs_at_equilibrium(problem: CellProblem, found: Equilibrium) -> Integers:
         target: Target = (
             MotorTarget(found.motors)
             if problem.given_motors
-            else PlatformTarget(found.platform_rotation, found.platform_position)
+            else PoseTarget(found.platform_rotation, found.platform_position)
         )
         branch = Path(found, target, found.loads).begin().sign
     else:

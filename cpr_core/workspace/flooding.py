@@ -24,8 +24,17 @@ from ..model.robot import Robot
 from ..solving.continuation import Walk, follow
 from ..solving.geometrico_statics import checked_start
 from ..solving.not_reached import NoForwardSolution, NoInverseSolution
-from .batch_kernel import MEASURES, Arrivals, Cells
-from .batches import EIGENVALUES, Cancelled, Ways, guesses_of, in_pieces, joined, leave
+from .batch_kernel import MEASURES, Arrivals
+from .batches import (
+    EIGENVALUES,
+    Cancelled,
+    Ways,
+    analyses_and_arrivals,
+    cells_at,
+    guesses_of,
+    in_pieces,
+    joined,
+)
 from .cell_problem import cell_problem
 from .first_cell import (
     first_cells,
@@ -87,7 +96,8 @@ def map_workspace(
     Newton correction contracts and the sign of the problem stays; where only the sign changes the walk
     of ``solve_inverse`` and ``solve_forward`` decides. All pairs of neighbours are tried, so that most
     cells are reached by several ways, which have to agree. Unstable equilibria and such beyond limits
-    are mapped too. The result does not depend on how many workers there are, or where they are.
+    are mapped too. The result does not depend on how many workers there are, or where they are. All
+    parameters but robot and grid are independent options, given by name.
 
     Args:
         robot: The robot.
@@ -208,8 +218,10 @@ class _Flood:
             f"start: none of {tried} cells of the grid is reached from it, the last because "
             f"{event.message} at {100.0 * event.fraction:.1f} % of the way; give a start nearer to "
             "the grid, or move the grid",
-            event.fraction, walk.last, event,
-        )  # fmt: skip
+            event.fraction,
+            walk.last,
+            event,
+        )
 
     def leave_some(self, executor: Executor | None, cancelled: Callable[[], bool] | None) -> None:
         """Analyse the next cells and go from them to all neighbours not tried yet."""
@@ -219,18 +231,18 @@ class _Flood:
         origin, column = np.nonzero(wanted)
         target = neighbours[origin, column]
         ways = Ways(
-            origin, self.grid.kernel_coordinates(self.grid.places(target)),
-            self.longest[column // 2], self.smallest[column // 2],
-            self._guesses(batch, origin, column, target),
-        )  # fmt: skip
-        pieces = list(
-            in_pieces(executor, leave, self.problem, self._as_cells(batch), ways, cancelled)
+            origin=origin,
+            targets=self.grid.kernel_coordinates(self.grid.places(target)),
+            longest=self.longest[column // 2],
+            smallest=self.smallest[column // 2],
+            guesses=self._guesses(batch, origin, column, target),
         )
-        analyses = [one for one, _ in pieces]
-        self.cells.eigenvalues[batch] = np.concatenate([one.eigenvalues for one in analyses])
-        self.cells.measures[batch] = np.concatenate([one.measures for one in analyses])
-        arrivals = joined([one for _, one in pieces])
-        self._arrive(batch[origin], column, target, arrivals)
+        cells = cells_at(self.grid, self.cells, batch)
+        pieces = in_pieces(executor, analyses_and_arrivals, self.problem, cells, ways, cancelled)
+        analyses, arrivals = zip(*pieces, strict=True)
+        self.cells.eigenvalues[batch] = np.concatenate([part.eigenvalues for part in analyses])
+        self.cells.measures[batch] = np.concatenate([part.measures for part in analyses])
+        self._arrive(batch[origin], column, target, joined(list(arrivals)))
         self.done += len(batch)
 
     def _guesses(
@@ -240,23 +252,23 @@ class _Flood:
         mine = self.cells
         found = np.full((len(origin), mine.state.shape[1] + 12), np.nan)
         along = np.flatnonzero(mine.edges[batch[origin], column ^ 1] == EdgeState.PASSED)
-        here = batch[origin[along]]
-        behind = self.grid.neighbours[here, column[along] ^ 1]
+        source = batch[origin[along]]
+        behind = self.grid.neighbours[source, column[along] ^ 1]
         axis = column[along] // 2
-        places = [self.grid.places(cells) for cells in (behind, here, target[along])]
+        places = [self.grid.places(cells) for cells in (behind, source, target[along])]
         before, after = (
             np.take_along_axis(last - first, axis[:, None], axis=1)
             for first, last in itertools.pairwise(places)
         )
         factor = after / before
-        turn = _transposed(mine.rotation[behind]) @ mine.rotation[here]
-        ahead = mine.rotation[here] @ turn
+        turn = _transposed(mine.rotation[behind]) @ mine.rotation[source]
+        ahead = mine.rotation[source] @ turn
         # The rounding of three factors would triple from cell to cell: one step back to a rotation.
         ahead = 0.5 * ahead @ (3.0 * np.eye(3) - _transposed(ahead) @ ahead)
         found[along] = guesses_of(
-            mine.state[here] + factor * (mine.state[here] - mine.state[behind]),
+            mine.state[source] + factor * (mine.state[source] - mine.state[behind]),
             ahead,
-            mine.position[here] + factor * (mine.position[here] - mine.position[behind]),
+            mine.position[source] + factor * (mine.position[source] - mine.position[behind]),
         )
         return found
 
@@ -275,11 +287,11 @@ class _Flood:
         makers = new[np.sort(first)]
         self._accept(target[makers], arrivals, makers)
         same = self._distance(target[arrived], arrivals, arrived) < _SAME
-        passed, other = arrived[same], arrived[~same]
+        passed, differing = arrived[same], arrived[~same]
         edges[source[passed], column[passed]] = EdgeState.PASSED
         edges[target[passed], back[passed]] = EdgeState.PASSED
         self.cells.edge_fraction[target[passed], back[passed]] = 1.0
-        edges[source[other], column[other]] = EdgeState.DISAGREES
+        edges[source[differing], column[differing]] = EdgeState.DISAGREES
         for way in np.flatnonzero(arrivals.status == FLIPPED).tolist():
             if self.cells.order[target[way]] < 0:
                 self._walk(int(source[way]), int(column[way]), int(target[way]))
@@ -308,11 +320,15 @@ class _Flood:
     def _accept_walk(self, cell: int, last: Equilibrium) -> None:
         """A cell that a walk reached."""
         arrivals = Arrivals(
-            status=np.array([ARRIVED]), fraction=np.ones(1), state=last.state[None],
-            rotation=last.platform_rotation[None], position=last.platform_position[None],
-            signs=signs_at_equilibrium(self.problem, last)[None], efforts=last.efforts[None],
+            status=np.array([ARRIVED]),
+            fraction=np.ones(1),
+            state=last.state[None],
+            rotation=last.platform_rotation[None],
+            position=last.platform_position[None],
+            signs=signs_at_equilibrium(self.problem, last)[None],
+            efforts=last.efforts[None],
             energy=np.array([last.energy]),
-        )  # fmt: skip
+        )
         self._accept(np.array([cell]), arrivals, np.array([0]))
 
     def _distance(self, cells: Integers, arrivals: Arrivals, ways: Integers) -> Floats:
@@ -324,13 +340,6 @@ class _Flood:
             (mine.position[cells] - arrivals.position[ways]) / self.robot.mean_length,
         )
         return np.max([np.abs(part).max(axis=1) for part in parts], axis=0)
-
-    def _as_cells(self, cells: Integers) -> Cells:
-        mine = self.cells
-        return Cells(
-            self.grid.kernel_coordinates(self.grid.places(cells)), mine.state[cells],
-            mine.rotation[cells], mine.position[cells], mine.signs[cells],
-        )  # fmt: skip
 
     def as_map(self) -> WorkspaceMap:
         """What was found so far."""

@@ -82,7 +82,7 @@ class Grid:
         """Numbers along the axes of cells, (B, D), by their flat numbers (last axis fastest)."""
         along = np.unravel_index(cells, self.shape)
         return np.stack(
-            [values[one] for values, one in zip(self.values, along, strict=True)], axis=1
+            [values[numbers] for values, numbers in zip(self.values, along, strict=True)], axis=1
         )
 
     def coordinates(self, places: Floats) -> Floats:
@@ -113,8 +113,8 @@ class Grid:
     def nearest(self, place: Floats) -> int:
         """Flat number of the cell nearest to a place."""
         along = [
-            int(np.abs(values - one).argmin())
-            for values, one in zip(self.values, place, strict=True)
+            int(np.abs(values - number).argmin())
+            for values, number in zip(self.values, place, strict=True)
         ]
         return int(np.ravel_multi_index(along, self.shape))
 
@@ -156,7 +156,8 @@ def pose_grid(
     names, orientation = _pose_names(robot, used)
     units = tuple("m" if name in "xyz" else "rad" for name in names)
     index = np.array([_place_of(name) for name in names])
-    return _grid("pose", names, units, orientation, index, vary, held, resolution, directions)
+    imposed = _Imposed("pose", names, units, orientation, index)
+    return _grid(imposed, vary, held, resolution, directions)
 
 
 def motor_grid(
@@ -186,10 +187,8 @@ def motor_grid(
     axes = {name for axis in vary for name in (directions or {}).get(axis, {axis: 1.0})}
     held = {**{name: value for name, value in home.items() if name not in axes}, **(held or {})}
     units = tuple(leg.motor.unit for leg in robot.description.legs if leg.motor_name is not None)
-    index = np.arange(len(names))
-    return _grid(
-        "motors", names, units, "none", index, vary, held, resolution, dict(directions or {})
-    )
+    imposed = _Imposed("motors", names, units, "none", np.arange(len(names)))
+    return _grid(imposed, vary, held, resolution, dict(directions or {}))
 
 
 def _pose_names(robot: Robot, used: set[str]) -> tuple[tuple[str, ...], OrientationKind]:
@@ -220,17 +219,26 @@ def _place_of(name: str) -> int:
     raise ValueError(name)
 
 
+@dataclass(frozen=True, eq=False)
+class _Imposed:
+    """The coordinates that the cells of a grid impose, as ``Grid`` has them."""
+
+    given: Literal["pose", "motors"]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    orientation: OrientationKind
+    index: Integers
+
+
 def _grid(
-    given: Literal["pose", "motors"],
-    names: tuple[str, ...],
-    units: tuple[str, ...],
-    orientation: OrientationKind,
-    index: Integers,
+    imposed: _Imposed,
     vary: Mapping[str, ArrayLike],
     held: Mapping[str, float],
     resolution: float | Mapping[str, float] | None,
     directions: Mapping[str, Mapping[str, float]],
 ) -> Grid:
+    """The grid of some coordinates, every axis checked."""
+    names, units = imposed.names, imposed.units
     if len(vary) < 2:
         raise InvalidRequest("grid", f"expected at least two axes, got {len(vary)}")
     origin, rows, axis_units = np.zeros(len(names)), [], []
@@ -250,24 +258,24 @@ def _grid(
         raise InvalidRequest("grid", "expected axes in independent directions")
     values = tuple(
         _axis_values(
-            name, one, resolution.get(name) if isinstance(resolution, Mapping) else resolution
+            name, given, resolution.get(name) if isinstance(resolution, Mapping) else resolution
         )
-        for name, one in vary.items()
+        for name, given in vary.items()
     )
-    size = math.prod(len(one) for one in values)
+    size = math.prod(len(along) for along in values)
     if size > MOST_CELLS:
         raise InvalidRequest("grid", f"expected at most {MOST_CELLS:,} cells, got {size:,}")
     return Grid(
-        given=given,
+        given=imposed.given,
         names=names,
         units=units,
-        orientation=orientation,
+        orientation=imposed.orientation,
         origin=origin,
         directions=np.array(rows),
         axis_names=tuple(vary),
         axis_units=tuple(axis_units),
         values=values,
-        index=index,
+        index=imposed.index,
     )
 
 

@@ -26,15 +26,15 @@ def map_strains(robot: Robot, states: Floats) -> Floats:
         states: (M, N); NaN where there is none.
     """
     strains = np.full((len(states), len(robot.description.legs)), np.nan)
-    for number, (here, leg, values, rest) in enumerate(
+    for number, (row, leg, values, rest) in enumerate(
         zip(robot.arrays.legs, robot.description.legs, *robot.curvature_stations, strict=True)
     ):
-        first, count = here["strain_index"], here["strain_count"]
+        first, count = row["strain_index"], row["strain_count"]
         for begin in range(0, len(states), _AT_ONCE):
             some = states[begin : begin + _AT_ONCE]
             curvature = np.einsum("pcm,bm->bpc", values, some[:, first : first + count]) - rest
-            if here["extensible"]:
-                curvature *= (here["length"] / some[:, here["translation_index"]])[:, None, None]
+            if row["extensible"]:
+                curvature *= (row["length"] / some[:, row["translation_index"]])[:, None, None]
             bending = leg.rod.section.bending_strain(curvature[..., 1], curvature[..., 2])
             strains[begin : begin + _AT_ONCE, number] = bending.max(axis=1)
     return strains

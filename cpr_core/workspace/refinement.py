@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch_kernel import Arrivals, Cells
-from .batches import Ways, go, guesses_of, in_pieces, joined
+from .batches import Ways, arrivals_of, cells_at, guesses_of, in_pieces, joined
 from .borders import Border, BorderKind
 from .cell_problem import CellProblem
 from .map_limits import limit_margins
@@ -79,46 +79,44 @@ def _by_bisection(
     grid, cells = found.grid, found.cells
     values = _value(found, kind, cells.signs, cells.state, cells.efforts)
     cell, column = np.nonzero(cells.edges[:, 1::2] == EdgeState.PASSED)
-    other = grid.neighbours[cell, 2 * column + 1]
-    crossed = values[cell] != values[other]
-    cell, other = cell[crossed], other[crossed]
+    neighbour = grid.neighbours[cell, 2 * column + 1]
+    crossed = values[cell] != values[neighbour]
+    cell, neighbour = cell[crossed], neighbour[crossed]
     points: list[Floats] = []
     sides: list[Integers] = []
     before: list[Integers] = []
     after: list[Integers] = []
     first = values[cell]
     low = np.zeros(len(cell))  # fraction of the last point known on the near side
-    near, far = _cells_of(found, cell), _cells_of(found, other)
+    near, far = cells_at(grid, cells, cell), cells_at(grid, cells, neighbour)
     for _ in range(_MOST_CROSSINGS):
         if not len(cell):
             break
-        length = np.linalg.norm(grid.places(other) - grid.places(cell), axis=1)
-        high, beyond = np.ones(len(cell)), values[other].copy()
+        length = np.linalg.norm(grid.places(neighbour) - grid.places(cell), axis=1)
+        high, beyond = np.ones(len(cell)), values[neighbour].copy()
         while np.any((high - low) * length > tolerance):
             middle = 0.5 * (low + high)
-            arrivals = _solved_at(
-                found, problem, near, far, cell, other, middle, executor, cancelled
-            )
+            coordinates = grid.kernel_coordinates(_between(found, cell, neighbour, middle))
+            arrivals = _solved_at(problem, near, far, coordinates, executor, cancelled)
             value = _value(found, kind, arrivals.signs, arrivals.state, arrivals.efforts)
             same = (arrivals.status == ARRIVED) & (value == first)
             solved = (arrivals.status == ARRIVED) & ~same
-            coordinates = grid.kernel_coordinates(_between(found, cell, other, middle))
-            there = Cells(
+            between = Cells(
                 coordinates, arrivals.state, arrivals.rotation, arrivals.position, arrivals.signs
             )
-            near = _chosen(same, there, near)
-            far = _chosen(solved, there, far)
+            near = _chosen(same, between, near)
+            far = _chosen(solved, between, far)
             low, high = np.where(same, middle, low), np.where(same, high, middle)
             beyond = np.where(solved, value, beyond)
-        points.append(_between(found, cell, other, 0.5 * (low + high)))
-        sides.append(np.stack([cell, other], axis=1))
+        points.append(_between(found, cell, neighbour, 0.5 * (low + high)))
+        sides.append(np.stack([cell, neighbour], axis=1))
         before.append(first)
         after.append(beyond)
-        more = beyond != values[other]
+        more = beyond != values[neighbour]
         near = Cells(*(array[more] for array in far))
         first, low = beyond[more], high[more]
-        cell, other = cell[more], other[more]
-        far = _cells_of(found, other)
+        cell, neighbour = cell[more], neighbour[more]
+        far = cells_at(grid, cells, neighbour)
     size = len(grid.shape)
     found_points = np.concatenate(points) if points else np.empty((0, size))
     pairs = np.concatenate(sides) if sides else np.empty((0, 2), np.int64)
@@ -132,16 +130,8 @@ def _by_bisection(
     )
 
 
-def _cells_of(found: WorkspaceMap, cells: Integers) -> Cells:
-    mine = found.cells
-    return Cells(
-        found.grid.kernel_coordinates(found.grid.places(cells)), mine.state[cells],
-        mine.rotation[cells], mine.position[cells], mine.signs[cells],
-    )  # fmt: skip
-
-
-def _between(found: WorkspaceMap, cell: Integers, other: Integers, fraction: Floats) -> Floats:
-    first, last = found.grid.places(cell), found.grid.places(other)
+def _between(found: WorkspaceMap, cell: Integers, neighbour: Integers, fraction: Floats) -> Floats:
+    first, last = found.grid.places(cell), found.grid.places(neighbour)
     return first + fraction[:, None] * (last - first)
 
 
@@ -149,34 +139,33 @@ def _chosen(which: NDArray[np.bool_], these: Cells, those: Cells) -> Cells:
     """Rows of one batch where it is chosen, of another elsewhere."""
     return Cells(
         *(
-            np.where(which.reshape(-1, *[1] * (one.ndim - 1)), one, two)
-            for one, two in zip(these, those, strict=True)
+            np.where(which.reshape(-1, *[1] * (chosen.ndim - 1)), chosen, otherwise)
+            for chosen, otherwise in zip(these, those, strict=True)
         )
     )
 
 
 def _solved_at(
-    found: WorkspaceMap,
     problem: CellProblem,
     near: Cells,
     far: Cells,
-    cell: Integers,
-    other: Integers,
-    fraction: Floats,
+    coordinates: Floats,
     executor: Executor | None,
     cancelled: Cancel,
 ) -> Arrivals:
-    """Equilibria at fractions of the ways, between points nearby."""
-    count = len(cell)
+    """Equilibria at coordinates between two points nearby."""
+    count = len(coordinates)
     guesses = guesses_of(
         0.5 * (near.state + far.state), near.rotation, 0.5 * (near.position + far.position)
     )
     ways = Ways(
-        np.arange(count), found.grid.kernel_coordinates(_between(found, cell, other, fraction)),
-        np.full(count, 1.0), np.full(count, 1e-3), guesses,
-    )  # fmt: skip
-    pieces = list(in_pieces(executor, go, problem, near, ways, cancelled))
-    return joined(pieces)
+        origin=np.arange(count),
+        targets=coordinates,
+        longest=np.full(count, 1.0),
+        smallest=np.full(count, 1e-3),
+        guesses=guesses,
+    )
+    return joined(list(in_pieces(executor, arrivals_of, problem, near, ways, cancelled)))
 
 
 def _singular(found: WorkspaceMap) -> Border:
@@ -184,11 +173,11 @@ def _singular(found: WorkspaceMap) -> Border:
     grid, cells = found.grid, found.cells
     stopped = (cells.edges == EdgeState.BLOCKED) | (cells.edges == EdgeState.FLIPPED)
     cell, column = np.nonzero(stopped)
-    other = grid.neighbours[cell, column]
-    open_ = cells.edges[other, column ^ 1] != EdgeState.PASSED  # no way leads there from behind
-    cell, column, other = cell[open_], column[open_], other[open_]
-    pairs = np.stack([cell, other], axis=1)
-    points = _between(found, cell, other, cells.edge_fraction[cell, column])
+    neighbour = grid.neighbours[cell, column]
+    open_ = cells.edges[neighbour, column ^ 1] != EdgeState.PASSED  # no way leads there from behind
+    cell, column, neighbour = cell[open_], column[open_], neighbour[open_]
+    pairs = np.stack([cell, neighbour], axis=1)
+    points = _between(found, cell, neighbour, cells.edge_fraction[cell, column])
     return Border(
         kind="singularity",
         points=points,

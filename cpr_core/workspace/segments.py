@@ -48,7 +48,7 @@ def segments_of(grid: Grid, points: Floats, cells: Integers) -> Integers:
             steps = points[left] / grid.steps
             distance = np.linalg.norm(steps[:, None] - steps[None], axis=2)
             distance[np.tril_indices(len(left))] = np.inf
-            one, two = np.unravel_index(int(distance.argmin()), distance.shape)
-            segments.append((left[one], left[two]))
-            left = [number for place, number in enumerate(left) if place not in (one, two)]
+            first, second = np.unravel_index(int(distance.argmin()), distance.shape)
+            segments.append((left[first], left[second]))
+            left = [number for place, number in enumerate(left) if place not in (first, second)]
     return np.array(segments, np.int64).reshape(-1, 2)

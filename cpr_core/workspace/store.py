@@ -64,7 +64,8 @@ def as_dataset(found: WorkspaceMap) -> xarray.Dataset:
     import xarray
 
     whole = {
-        name: (one.dims, one.values, one.attributes) for name, one in _variables(found).items()
+        name: (variable.dims, variable.values, variable.attributes)
+        for name, variable in _variables(found).items()
     }
     coordinates = {name: whole.pop(name) for name in found.grid.axis_names}
     return xarray.Dataset(whole, coordinates, _attributes(found))
@@ -106,14 +107,14 @@ def write_map(found: WorkspaceMap, file: str | Path) -> None:
         with netcdf_file(beside, "w", version=2) as target:
             for name, value in _attributes(found).items():
                 setattr(target, name, np.int32(value) if isinstance(value, int) else value.encode())
-            for name, one in variables.items():
-                for dim, length in zip(one.dims, one.values.shape, strict=True):
+            for name, variable in variables.items():
+                for dim, length in zip(variable.dims, variable.values.shape, strict=True):
                     if dim not in target.dimensions:
                         target.createDimension(dim, length)
-                made = target.createVariable(name, one.values.dtype, one.dims)
-                made[:] = one.values
-                for attribute, text in one.attributes.items():
-                    setattr(made, attribute, text.encode())
+                stored = target.createVariable(name, variable.values.dtype, variable.dims)
+                stored[:] = variable.values
+                for attribute, text in variable.attributes.items():
+                    setattr(stored, attribute, text.encode())
         with beside.open("rb+") as written:
             os.fsync(written.fileno())
         beside.replace(file)
@@ -192,11 +193,24 @@ def read_flood(file: Path, robot: Robot, loads: Loads, grid: Grid) -> WorkspaceM
 
 #: Variables a map is read from; the others follow from them.
 _STORED = (
-    "order", "state", "platform_rotation", "platform_position", "index_locked", "index_free",
-    "inverse_side", "branch_sign", "efforts", "energy", "eigenvalues_locked",
-    "smallest_eigenvalue_size", "largest_eigenvalue_size", "forward_margin", "inverse_margin",
-    "edges", "edge_fraction",
-)  # fmt: skip
+    "order",
+    "state",
+    "platform_rotation",
+    "platform_position",
+    "index_locked",
+    "index_free",
+    "inverse_side",
+    "branch_sign",
+    "efforts",
+    "energy",
+    "eigenvalues_locked",
+    "smallest_eigenvalue_size",
+    "largest_eigenvalue_size",
+    "forward_margin",
+    "inverse_margin",
+    "edges",
+    "edge_fraction",
+)
 
 
 def _variables(found: WorkspaceMap) -> dict[str, _Variable]:
@@ -255,7 +269,7 @@ def _read(file: str | Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
                 name: value.decode() if isinstance(value, bytes) else value
                 for name, value in source._attributes.items()
             }
-            arrays = {name: one.data for name, one in source.variables.items()}
+            arrays = {name: variable.data for name, variable in source.variables.items()}
     except (OSError, TypeError, ValueError, IndexError) as error:
         raise InvalidRequest("file", f"expected a NetCDF file, {file} is none: {error}") from None
     return attributes, arrays
@@ -319,7 +333,7 @@ def _grid_of(text: str) -> Grid:
         values[name] = np.array(values[name], float)
     for name in ("names", "units", "axis_names", "axis_units"):
         values[name] = tuple(values[name])
-    values["values"] = tuple(np.array(one, float) for one in values["values"])
+    values["values"] = tuple(np.array(axis, float) for axis in values["values"])
     values["index"] = np.array(values["index"], np.int64)
     return Grid(**values)
 
@@ -343,7 +357,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, dict):
-        return {str(name): _plain(one) for name, one in value.items()}
+        return {str(name): _plain(part) for name, part in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
+        return [_plain(part) for part in value]
     return value

@@ -154,10 +154,11 @@ class WorkspaceMap:
         if not good[self.first]:
             return np.zeros_like(good)
         cell, column = np.nonzero(self.cells.edges == EdgeState.PASSED)
-        other = self.grid.neighbours[cell, column]
-        both = good[cell] & good[other]
+        neighbour = self.grid.neighbours[cell, column]
+        both = good[cell] & good[neighbour]
         graph = coo_array(
-            (np.ones(both.sum(), np.int8), (cell[both], other[both])), shape=(len(good), len(good))
+            (np.ones(both.sum(), np.int8), (cell[both], neighbour[both])),
+            shape=(len(good), len(good)),
         )
         labels = connected_components(graph, directed=False)[1]
         return good & (labels == labels[self.first])
@@ -209,6 +210,10 @@ class WorkspaceMap:
 def equilibrium_of(robot: Robot, loads: Loads, cells: CellArrays, cell: int) -> Equilibrium:
     """The equilibrium of a cell."""
     return described(
-        robot, loads, robot.load_arrays(loads), cells.state[cell], cells.rotation[cell],
+        robot,
+        loads,
+        robot.load_arrays(loads),
+        cells.state[cell],
+        cells.rotation[cell],
         cells.position[cell],
-    )  # fmt: skip
+    )

@@ -5,7 +5,6 @@
 
 import os
 import signal
-import sys
 
 from cpr_ros import node
 from cpr_ros.stop_signal import Stopped
@@ -21,4 +20,4 @@ class DeafNode(node.CprNode):
 
 
 if __name__ == "__main__":
-    sys.exit(node.run(DeafNode))
+    node.run(DeafNode)

@@ -49,7 +49,7 @@ class Drive:
     def __init__(self, robot: cpr_core.Robot, **settings) -> None:
         self.robot = robot
         self.follower = SetpointFollower(robot, PERIOD, replace(SETTINGS, **settings))
-        self.here = Assessment(solve_home(robot))
+        self.current = Assessment(solve_home(robot))
         self.loads = solve_home(robot).loads
         self.now = 0.0
         self.outcomes = []
@@ -59,8 +59,8 @@ class Drive:
 
     def tick(self):
         self.now += PERIOD
-        outcome = self.follower.tick(self.here, self.loads, self.now)
-        self.here = outcome.here
+        outcome = self.follower.tick(self.current, self.loads, self.now)
+        self.current = outcome.assessment
         self.outcomes.append(outcome)
         return outcome
 
@@ -76,8 +76,8 @@ class Drive:
 
     @property
     def position(self):
-        return self.here.equilibrium.platform_position
+        return self.current.equilibrium.platform_position
 
     @property
     def motors(self):
-        return self.here.equilibrium.motors
+        return self.current.equilibrium.motors

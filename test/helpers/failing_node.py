@@ -3,8 +3,6 @@
 
 """A cpr_node whose solver can be made to fail: services /fail and /work."""
 
-import sys
-
 from std_srvs.srv import Trigger
 
 from cpr_ros import goals, node, solver
@@ -43,4 +41,4 @@ class FailingNode(node.CprNode):
 
 
 if __name__ == "__main__":
-    sys.exit(node.run(FailingNode))
+    node.run(FailingNode)

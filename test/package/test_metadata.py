@@ -84,7 +84,7 @@ def test_both_packages_have_the_same_version_and_licence():
     assert 'license="Apache-2.0"' in (ROOT / "setup.py").read_text()
 
 
-@pytest.mark.parametrize("tool", ["interface_page", "parameter_section"])
+@pytest.mark.parametrize("tool", ["api_section", "interface_page", "parameter_section"])
 def test_what_is_generated_in_the_docs_is_current(tool):
     done = subprocess.run(
         [sys.executable, ROOT / f"tools/{tool}.py", "--check"],

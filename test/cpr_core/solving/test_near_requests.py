@@ -26,7 +26,7 @@ from cpr_core.lie import rotation_exp
 from cpr_core.model.equilibrium import new_record
 from cpr_core.solving.geometrico_statics import target_of
 from cpr_core.solving.path import Path
-from cpr_core.solving.targets import EffortTarget, MotorTarget, PlatformTarget
+from cpr_core.solving.targets import EffortTarget, MotorTarget, PoseTarget
 
 
 def walks_among(robot, problem, count):
@@ -136,13 +136,11 @@ def test_kernel_and_targets_agree_on_what_is_near(robot, seed, distance):
     for target in (
         MotorTarget(start.motors + robot.motor_units * direction),
         EffortTarget(start.efforts + efforts),
-        PlatformTarget(
-            rotation_exp(turn) @ start.platform_rotation, start.platform_position + moved
-        ),
+        PoseTarget(rotation_exp(turn) @ start.platform_rotation, start.platform_position + moved),
     ):
-        if isinstance(target, PlatformTarget):  # what is not controlled is not read
+        if isinstance(target, PoseTarget):  # what is not controlled is not read
             given = target.given(start)[0]
-            target = PlatformTarget(given[:9].reshape(3, 3), given[9:])
+            target = PoseTarget(given[:9].reshape(3, 3), given[9:])
         far = target.distance(start)
         if abs(far - LONGEST_STEP) > 1e-9:
             assert taken_as_near(start, target) == (far < LONGEST_STEP), target.problem

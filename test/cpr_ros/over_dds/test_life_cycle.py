@@ -143,7 +143,7 @@ def test_every_parameter_is_described_and_numbers_have_a_range(rfrfr):
             assert descriptor.floating_point_range, descriptor.name
         if descriptor.type == ParameterType.PARAMETER_INTEGER:
             assert descriptor.integer_range, descriptor.name
-    page = (Path(__file__).parents[2] / "docs/node.md").read_text()
+    page = (Path(__file__).parents[3] / "docs/node.md").read_text()
     rows = re.findall(r"^\| `(\w+)` \| (\w+) \| .* \| (live|read-only) \|", page, re.M)
     kinds = {
         ParameterType.PARAMETER_BOOL: "bool",

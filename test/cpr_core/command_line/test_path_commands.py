@@ -41,7 +41,9 @@ def test_trace_prints_events_and_end(capsys):
 
 
 def test_trace_as_json(capsys):
-    status, text, _ = run(capsys, "trace", "rfrfr", "--to", 5.76, 3.67, "--points", 5, "--json")
+    status, text, _ = run(
+        capsys, "trace", "rfrfr", "--given", "motors", "--to", 5.76, 3.67, "--points", 5, "--json"
+    )
     values = json.loads(text)
     assert status == 0
     assert values["reached"] is True
@@ -70,10 +72,12 @@ def test_a_stopped_trace_says_so(capsys):
 
 
 def test_bad_targets_are_refused(capsys):
-    status, _, error = run(capsys, "trace", "rfrfr", "--to", 1.0)
+    status, _, error = run(capsys, "trace", "rfrfr", "--given", "motors", "--to", 1.0)
     assert status == 2
     assert "motors: expected 2 numbers" in error
-    status, _, error = run(capsys, "trace", "rfrfr", "--to", 1, 2, "--points", 1)
+    status, _, error = run(
+        capsys, "trace", "rfrfr", "--given", "motors", "--to", 1, 2, "--points", 1
+    )
     assert status == 2
     assert "points: expected at least 2" in error
 
@@ -109,7 +113,19 @@ def test_pictures(capsys, tmp_path, kind):
         assert file.stat().st_size > 10_000
     spatial = tmp_path / f"spatial.{kind}"
     motors = [5.9, 5.5, 5.9, 5.4, 5.9, 5.2]
-    run(capsys, "trace", "six_rfs", "--to", *motors, "--points", 3, "--plot", spatial)
+    run(
+        capsys,
+        "trace",
+        "six_rfs",
+        "--given",
+        "motors",
+        "--to",
+        *motors,
+        "--points",
+        3,
+        "--plot",
+        spatial,
+    )
     assert spatial.stat().st_size > 10_000
 
 
@@ -142,7 +158,7 @@ def test_a_path_past_folds_is_drawn_by_steps(capsys, tmp_path):
 )
 def test_pictures_that_cannot_be_drawn_are_refused_at_once(capsys, arguments, text):
     with pytest.raises(SystemExit) as caught:
-        main(["trace", "rfrfr", "--to", "3.0", "0.9", *arguments])
+        main(["trace", "rfrfr", "--given", "motors", "--to", "3.0", "0.9", *arguments])
     assert caught.value.code == 2
     assert text in capsys.readouterr().err
 

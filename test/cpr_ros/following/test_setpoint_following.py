@@ -13,16 +13,16 @@ from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, Drive, changed_robot, ro
 from cpr_core import Equilibrium, load_robot, solve_home
 from cpr_ros.assessment import Threshold
 from cpr_ros.external_wrench import ExternalWrench
-from cpr_ros.goals import MotorGoal, PlatformGoal
+from cpr_ros.goals import MotorGoal, PoseGoal
 from cpr_ros.supervision import Action, State, Status
 
 
 def to(drive, *pose):
-    drive.follow(PlatformGoal(drive.robot, pose))
+    drive.follow(PoseGoal(drive.robot, pose))
 
 
 def steps_of(drive):
-    motors = np.array([outcome.here.equilibrium.motors for outcome in drive.outcomes])
+    motors = np.array([outcome.assessment.equilibrium.motors for outcome in drive.outcomes])
     return np.abs(np.diff(motors, axis=0))
 
 
@@ -31,7 +31,7 @@ def test_idle_stays_at_home(rfrfr):
         outcome = rfrfr.tick()
         assert not outcome.moved
         assert (outcome.state, outcome.verdict.status) == (State.IDLE, Status.NO_WARNING)
-    assert rfrfr.here.equilibrium is solve_home(rfrfr.robot)
+    assert rfrfr.current.equilibrium is solve_home(rfrfr.robot)
 
 
 def test_motors_reach_a_setpoint_at_their_speed(rfrfr):
@@ -54,13 +54,13 @@ def test_the_newest_setpoint_wins(rfrfr):
 def test_the_platform_goes_straight_and_no_motor_beyond_its_speed(six_rfs):
     first = six_rfs.position.copy()
     last = first + [0.03, -0.02, -0.04]
-    to(six_rfs, *last, *six_rfs.here.equilibrium.platform_quaternion)
+    to(six_rfs, *last, *six_rfs.current.equilibrium.platform_quaternion)
     six_rfs.until_state(State.IDLE)
     np.testing.assert_allclose(six_rfs.position, last, atol=1e-9)
     assert steps_of(six_rfs).max() <= PERIOD * (1.0 + 1e-6)
     along = (last - first) / np.linalg.norm(last - first)
     for outcome in six_rfs.outcomes:
-        way = outcome.here.equilibrium.platform_position - first
+        way = outcome.assessment.equilibrium.platform_position - first
         assert np.linalg.norm(way - (way @ along) * along) < 1e-8
     # The motors are used: it does not take much longer than the slowest of them needs.
     needed = np.abs(six_rfs.motors - solve_home(six_rfs.robot).motors).max() / PERIOD
@@ -78,17 +78,17 @@ def test_straight_through_an_instability_it_slows_halts_before_and_returns(modes
     assert halted.verdict.status == Status.HALT_FOR_STABILITY
     assert (halted.verdict.action, halted.verdict.speed_scale) == (Action.HALT, 0.0)
     assert 0.0357 < rfrfr.position[1] < 0.06
-    assert THRESHOLDS["margin"].stop <= rfrfr.here.margin < 1.02 * THRESHOLDS["margin"].stop
-    assert all(outcome.here.index == 0 for outcome in rfrfr.outcomes)
+    assert THRESHOLDS["margin"].stop <= rfrfr.current.margin < 1.02 * THRESHOLDS["margin"].stop
+    assert all(outcome.assessment.index == 0 for outcome in rfrfr.outcomes)
     statuses = [outcome.verdict.status for outcome in rfrfr.outcomes]
     assert statuses.index(Status.DECELERATE_FOR_STABILITY) < statuses.index(
         Status.HALT_FOR_STABILITY
     )
     # It stays there however long it is pushed ...
-    there = rfrfr.here
+    there = rfrfr.current
     for _ in range(100):
         assert rfrfr.tick().state == State.HALTED
-    assert rfrfr.here is there
+    assert rfrfr.current is there
     # ... and is not trapped.
     to(rfrfr, 0.0, 0.8)
     rfrfr.until_state(State.IDLE)
@@ -101,8 +101,10 @@ def test_speed_falls_with_the_margin_on_the_way_in_and_not_on_the_way_out(rfrfr)
         """Largest motor step by speed scale before it, where the margin warns."""
         pairs = []
         for before, after in pairwise(outcomes):
-            step = np.abs(after.here.equilibrium.motors - before.here.equilibrium.motors).max()
-            level = THRESHOLDS["margin"].level(before.here.margin)
+            step = np.abs(
+                after.assessment.equilibrium.motors - before.assessment.equilibrium.motors
+            ).max()
+            level = THRESHOLDS["margin"].level(before.assessment.margin)
             if 0.1 < level < 0.9:
                 pairs.append((step / PERIOD, level))
         return np.array(pairs)
@@ -125,15 +127,15 @@ def test_a_setpoint_stream_into_the_instability_does_not_get_through(rfrfr):
         to(rfrfr, 0.0, -0.2)
         rfrfr.tick()
     assert rfrfr.outcomes[-1].state == State.HALTED
-    assert all(outcome.here.index == 0 for outcome in rfrfr.outcomes)
-    assert rfrfr.here.margin >= THRESHOLDS["margin"].stop
+    assert all(outcome.assessment.index == 0 for outcome in rfrfr.outcomes)
+    assert rfrfr.current.margin >= THRESHOLDS["margin"].stop
 
 
 def test_motors_straight_through_an_instability_are_halted_as_well(rfrfr):
     rfrfr.follow(MotorGoal(rfrfr.robot, rfrfr.motors + [4.0, -4.0]))
     halted = rfrfr.until_state(State.HALTED)
     assert halted.verdict.status == Status.HALT_FOR_STABILITY
-    assert rfrfr.here.margin >= THRESHOLDS["margin"].stop
+    assert rfrfr.current.margin >= THRESHOLDS["margin"].stop
 
 
 def test_what_is_below_the_stop_threshold_already_may_get_better_and_not_worse(rfrfr):
@@ -142,14 +144,14 @@ def test_what_is_below_the_stop_threshold_already_may_get_better_and_not_worse(r
     rfrfr.until_state(State.IDLE)
     thresholds = THRESHOLDS | {"margin": Threshold(0.9, 0.8)}
     rfrfr.follower.settings = replace(SETTINGS, thresholds=thresholds)
-    margin = rfrfr.here.margin
+    margin = rfrfr.current.margin
     assert margin < 0.8
     to(rfrfr, 0.0, 0.1)
     rfrfr.until_state(State.HALTED)
-    assert rfrfr.here.margin == margin
+    assert rfrfr.current.margin == margin
     to(rfrfr, 0.0, 0.8)
     rfrfr.until_state(State.IDLE)
-    assert rfrfr.here.margin > 0.9
+    assert rfrfr.current.margin > 0.9
 
 
 def test_it_halts_before_an_inverse_singularity_on_a_platform_way_only():
@@ -159,14 +161,14 @@ def test_it_halts_before_an_inverse_singularity_on_a_platform_way_only():
     to(drive, 0.0, 1.1)
     halted = drive.until_state(State.HALTED)
     assert halted.verdict.status == Status.HALT_FOR_SINGULARITY
-    assert 0.015 <= drive.here.inverse_singularity < 0.016
+    assert 0.015 <= drive.current.inverse_singularity < 0.016
     assert 0.9 < drive.position[1] < 0.98
     statuses = {outcome.verdict.status for outcome in drive.outcomes}
     assert Status.DECELERATE_FOR_APPROACHING_SINGULARITY in statuses
     # Motors know no inverse problem.
     drive.follow(MotorGoal(drive.robot, drive.motors + [-0.1, 0.1]))
     drive.until_state(State.IDLE)
-    assert drive.here.inverse_singularity < 0.015
+    assert drive.current.inverse_singularity < 0.015
     drive.outcomes.clear()
     to(drive, 0.0, 0.8)
     drive.until_state(State.IDLE)
@@ -207,7 +209,7 @@ def test_it_halts_before_the_effort_of_a_motor_is_reached():
     to(drive, 0.0, 0.3)
     halted = drive.until_state(State.HALTED)
     assert halted.verdict.status == Status.JOINT_BOUND
-    assert 0.9 < np.abs(drive.here.equilibrium.efforts).max() <= 0.98 + 1e-9
+    assert 0.9 < np.abs(drive.current.equilibrium.efforts).max() <= 0.98 + 1e-9
 
 
 def test_it_halts_before_a_rod_yields():
@@ -218,7 +220,9 @@ def test_it_halts_before_a_rod_yields():
     to(drive, 0.0, 0.3)
     halted = drive.until_state(State.HALTED)
     assert halted.verdict.status == Status.STRAIN_BOUND
-    assert drive.here.strain_reserve == pytest.approx(THRESHOLDS["strain_reserve"].stop, abs=0.01)
+    assert drive.current.strain_reserve == pytest.approx(
+        THRESHOLDS["strain_reserve"].stop, abs=0.01
+    )
 
 
 def test_a_stale_setpoint_is_not_followed_further():
@@ -227,9 +231,9 @@ def test_a_stale_setpoint_is_not_followed_further():
     outcome = drive.until_state(State.STALE)
     assert outcome.verdict.status == Status.STALE_COMMAND
     assert drive.now == pytest.approx(0.055, abs=0.006)
-    held = drive.here
+    held = drive.current
     drive.tick()
-    assert drive.here is held
+    assert drive.current is held
     to(drive, 0.0, 0.5)
     assert drive.tick().state == State.FOLLOWING
 
@@ -247,14 +251,14 @@ def test_a_pause_holds_and_nothing_moves_by_itself_when_it_ends(rfrfr):
     for _ in range(10):
         rfrfr.tick()
     rfrfr.follower.pause(True)
-    held = rfrfr.here
+    held = rfrfr.current
     assert held.equilibrium is not solve_home(rfrfr.robot)
     for _ in range(10):
         outcome = rfrfr.tick()
         assert (outcome.state, outcome.moved) == (State.PAUSED, False)
     rfrfr.follower.pause(False)
     assert rfrfr.tick().state == State.IDLE
-    assert rfrfr.here is held
+    assert rfrfr.current is held
 
 
 def test_a_reset_walks_home_along_the_branch(rfrfr):
@@ -293,7 +297,7 @@ def test_a_solver_that_fails_holds_the_robot_and_it_goes_on_when_it_works_again(
     halted = rfrfr.until_state(State.HALTED, ticks=20)
     assert halted.verdict.status == Status.NOT_CONVERGED
     assert "ZeroDivisionError: forced" in halted.verdict.text
-    assert rfrfr.here.equilibrium is solve_home(rfrfr.robot)
+    assert rfrfr.current.equilibrium is solve_home(rfrfr.robot)
     goal.broken = False
     rfrfr.until_state(State.IDLE)
     np.testing.assert_array_equal(rfrfr.motors, goal.motors)
@@ -310,7 +314,7 @@ def test_measures_that_cannot_be_had_hold_the_robot(rfrfr, monkeypatch):
     halted = rfrfr.until_state(State.HALTED, ticks=20)
     assert halted.verdict.status == Status.NOT_CONVERGED
     assert "LinAlgError: forced" in halted.verdict.text
-    assert rfrfr.here.equilibrium is solve_home(rfrfr.robot)
+    assert rfrfr.current.equilibrium is solve_home(rfrfr.robot)
 
 
 def test_a_solver_that_jumps_is_not_believed(rfrfr):
@@ -320,17 +324,17 @@ def test_a_solver_that_jumps_is_not_believed(rfrfr):
 
     class Jumping(MotorGoal):
         def solve(self, here, fraction, loads):
-            return elsewhere.here.equilibrium
+            return elsewhere.current.equilibrium
 
     rfrfr.follow(Jumping(rfrfr.robot, rfrfr.motors + 0.05))
     halted = rfrfr.until_state(State.HALTED, ticks=20)
     assert halted.verdict.status == Status.BRANCH_JUMP
-    assert rfrfr.here.equilibrium is solve_home(rfrfr.robot)
+    assert rfrfr.current.equilibrium is solve_home(rfrfr.robot)
 
 
 def test_the_platform_is_held_against_a_wrench(six_rfs):
     wrench = ExternalWrench(six_rfs.robot, timeout=0.0)
-    pose = [*(six_rfs.position + [0, 0, -0.01]), *six_rfs.here.equilibrium.platform_quaternion]
+    pose = [*(six_rfs.position + [0, 0, -0.01]), *six_rfs.current.equilibrium.platform_quaternion]
     to(six_rfs, *pose)
     six_rfs.until_state(State.IDLE)
     motors = six_rfs.motors
@@ -348,6 +352,6 @@ def test_a_wrench_that_is_not_borne_halts_and_changes_nothing(rfrfr):
     outcome = rfrfr.tick()
     assert outcome.verdict.action == Action.HALT
     assert "external wrench is not borne" in outcome.verdict.text
-    assert rfrfr.here.equilibrium is solve_home(rfrfr.robot)
+    assert rfrfr.current.equilibrium is solve_home(rfrfr.robot)
     rfrfr.loads = solve_home(rfrfr.robot).loads
     assert rfrfr.tick().verdict.status == Status.NO_WARNING

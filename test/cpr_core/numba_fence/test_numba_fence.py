@@ -21,7 +21,7 @@ from cpr_core import load_robot, numba_fence, solve_forward
 from cpr_core.numba_fence import cache_stamp
 
 PACKAGE = Path(cpr_core.__file__).parent
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 MOTORS = [2.62, 0.52]
 #: What takes the place of an interface, by what is asked of numba for a kernel.
 WITHOUT = {

@@ -121,7 +121,7 @@ def mixtures():
             yield name, (count - numbers) * (True,) + numbers * (False,)
 
 
-@pytest.mark.parametrize(("name", "of_lanes"), mixtures())
+@pytest.mark.parametrize(("name", "of_lanes"), list(mixtures()))
 def test_operations_are_those_of_numpy(name, of_lanes):
     kinds, kept, expected = OPERATIONS[name]
     given = [random_array(*pair) for pair in zip(kinds, of_lanes, strict=True)]

@@ -25,7 +25,7 @@ def judged(y, previous=Action.NONE, **given):
 
 @pytest.mark.parametrize("numbers", [Status, Action, State])
 def test_numbers_are_those_of_the_message(numbers):
-    text = Path(__file__).parents[2].joinpath("msg_defs/msg/StabilityMetrics.msg").read_text()
+    text = Path(__file__).parents[3].joinpath("msg_defs/msg/StabilityMetrics.msg").read_text()
     prefix = numbers.__name__.upper()
     constants = {
         name: int(value)

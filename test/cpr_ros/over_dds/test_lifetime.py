@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from helpers.node_process import TIMEOUT, NodeProcess, free_domain
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
@@ -29,6 +29,52 @@ def test_sigterm_during_the_start_ends_the_node_cleanly(tmp_path):
         process.wait_for_log(text)
         assert process.stop(signal.SIGTERM) == 0, process.output()
         assert "Traceback" not in process.output()
+
+
+LEFT = """
+import signal, sys
+from pathlib import Path
+from cpr_ros import node
+from cpr_ros.stop_signal import StopSignal
+
+def shared():
+    maps = Path("/proc/self/maps").read_text().splitlines()
+    return {line.split()[-1] for line in maps if "/dev/shm/fastrtps_" in line and "_port" not in line}
+
+class Node(node.CprNode):
+    def __init__(self, stop):
+        super().__init__(stop)
+        assert shared()
+        how = sys.argv[1]
+        if how == "stopped":
+            signal.raise_signal(signal.SIGTERM)
+        elif how == "broken":
+            raise node.CprError("broken")
+
+finish = StopSignal.finish
+def looking(stop, status):
+    print("left:", *shared())
+    finish(stop, status)
+
+StopSignal.finish = looking
+node.run(Node, ["cpr_node", "--ros-args", "-p", "robot:=" + sys.argv[2]])
+"""
+
+
+@pytest.mark.parametrize(
+    ("how", "robot", "status"),
+    [("stopped", "rfrfr", 0), ("broken", "rfrfr", 1), ("", "no_such_robot", 1)],
+)
+def test_a_node_that_ends_leaves_nothing_in_shared_memory(how, robot, status):
+    """What DDS has there would stay until the machine is started again."""
+    done = subprocess.run(
+        [sys.executable, "-c", LEFT, how, robot],
+        env=os.environ | {"ROS_DOMAIN_ID": str(free_domain()), "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert (done.returncode, done.stdout) == (status, "left:\n"), done.stderr
 
 
 @pytest.mark.slow

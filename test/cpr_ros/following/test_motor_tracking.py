@@ -18,14 +18,14 @@ class Tracking:
         self.robot = robot(name)
         judge = SetpointFollower(self.robot, 0.005, SETTINGS)
         self.tracker = MotorTracker(self.robot, timeout, judge)
-        self.here, self.now = Assessment(solve_home(self.robot)), 0.0
+        self.current, self.now = Assessment(solve_home(self.robot)), 0.0
 
     def tick(self, motors=None):
         self.now += 0.005
         if motors is not None:
             self.tracker.take(motors, self.now)
-        outcome = self.tracker.tick(self.here, self.here.equilibrium.loads, self.now)
-        self.here = outcome.here
+        outcome = self.tracker.tick(self.current, self.current.equilibrium.loads, self.now)
+        self.current = outcome.assessment
         return outcome
 
 
@@ -37,17 +37,17 @@ def test_the_equilibrium_is_at_the_measured_motors():
         for _ in range(3):
             outcome = tracking.tick(motors)
         assert outcome.state == State.TRACKING
-        np.testing.assert_array_equal(tracking.here.equilibrium.motors, motors)
+        np.testing.assert_array_equal(tracking.current.equilibrium.motors, motors)
 
 
 def test_motors_far_from_home_are_walked_to():
     tracking = Tracking("rfrfr")
     motors = solve_home(tracking.robot).motors + [1.0, -1.0]
     ticks = 0
-    while np.any(tracking.here.equilibrium.motors != motors):
-        before = tracking.here.equilibrium.motors
+    while np.any(tracking.current.equilibrium.motors != motors):
+        before = tracking.current.equilibrium.motors
         tracking.tick(motors)
-        step = np.abs(tracking.here.equilibrium.motors - before).max()
+        step = np.abs(tracking.current.equilibrium.motors - before).max()
         assert step <= LONGEST_STEP * (1.0 + 1e-9)
         ticks += 1
         assert ticks < 20
@@ -58,7 +58,7 @@ def test_a_margin_that_vanishes_is_told_and_not_refused():
     for turn in np.linspace(1.02, 4.16, 200):  # symmetric, down to y = 0.042
         outcome = tracking.tick([0.5 * np.pi + turn, 0.5 * np.pi - turn])
         assert outcome.state == State.TRACKING
-    assert tracking.here.margin < 0.05
+    assert tracking.current.margin < 0.05
     assert outcome.verdict.status == Status.HALT_FOR_STABILITY
 
 
@@ -68,7 +68,7 @@ def test_motors_no_stable_equilibrium_explains_are_lost_until_they_come_back():
         outcome = tracking.tick([2.59 + shift, 0.55 - shift])
     assert outcome.state == State.LOST
     assert outcome.verdict.action == Action.HALT
-    assert tracking.here.index == 0
+    assert tracking.current.index == 0
     for shift in np.linspace(4.0, 0.5, 200):
         outcome = tracking.tick([2.59 + shift, 0.55 - shift])
     assert outcome.state == State.TRACKING

@@ -9,7 +9,7 @@ from helpers.drive import robot
 
 from cpr_core import solve_forward, solve_home
 from cpr_core.lie import rotation_log
-from cpr_ros.goals import MotorGoal, PlatformGoal, motor_steps
+from cpr_ros.goals import MotorGoal, PoseGoal, motor_steps
 
 
 def test_motors_go_straight_and_arrive_exactly():
@@ -35,7 +35,7 @@ def test_the_platform_goes_straight_in_its_controlled_coordinates(name):
     away = solve_forward(home.robot, home.motors + 0.01 * home.robot.motor_units * np.sin(
         1.0 + np.arange(home.robot.motor_count)
     ))  # fmt: skip
-    goal = PlatformGoal(home.robot, away.pose)
+    goal = PoseGoal(home.robot, away.pose)
     assert 0.0 < goal.remaining(home) < 0.2
     part = goal.solve(home, 0.25, home.loads)
     assert goal.remaining(part) == pytest.approx(0.75 * goal.remaining(home), rel=1e-6)
@@ -47,7 +47,7 @@ def test_the_platform_goes_straight_in_its_controlled_coordinates(name):
 def test_the_orientation_turns_about_one_axis():
     home = solve_home(robot("six_rfs"))
     away = solve_forward(home.robot, home.motors + [0.1, -0.1, 0.05, 0.0, -0.05, 0.1])
-    goal = PlatformGoal(home.robot, away.pose)
+    goal = PoseGoal(home.robot, away.pose)
     whole = rotation_log(away.platform_rotation @ home.platform_rotation.T)
     part = goal.solve(home, 0.3, home.loads)
     turned = rotation_log(part.platform_rotation @ home.platform_rotation.T)
@@ -59,7 +59,7 @@ def test_angles_take_the_short_way():
     pose = planar.pose
     names = list(planar.robot.description.controlled)
     pose[names.index("angle")] += 2.0 * np.pi - 0.05
-    assert PlatformGoal(planar.robot, pose).remaining(planar) == pytest.approx(0.05)
+    assert PoseGoal(planar.robot, pose).remaining(planar) == pytest.approx(0.05)
 
 
 def test_a_motor_keeps_its_own_speed_limit():

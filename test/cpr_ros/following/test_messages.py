@@ -80,7 +80,7 @@ def test_legs_are_coloured_by_bending_strain_or_by_stability(rfrfr):
     by_strain = leg_markers(outcome, "strain", FRAMES, Time()).markers
     legs = [marker for marker in by_strain if marker.ns == "legs"]
     assert len(legs) == 2
-    for marker, shape in zip(legs, leg_shapes(outcome.here.equilibrium, 24), strict=True):
+    for marker, shape in zip(legs, leg_shapes(outcome.assessment.equilibrium, 24), strict=True):
         curvature = bending_curvature(shape.curvature)
         red = [color.r - color.b for color in marker.colors]
         assert np.argmax(red) == np.argmax(curvature)
@@ -121,4 +121,4 @@ def test_a_robot_without_an_inverse_problem_has_a_stream():
     )
     assert np.isnan(message.inverse.smallest_singular_value)
     assert message.forward.smallest_singular_value > 0.0
-    assert outcome.here.inverse_singularity == np.inf
+    assert outcome.assessment.inverse_singularity == np.inf

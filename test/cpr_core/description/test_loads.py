@@ -14,6 +14,7 @@ from numpy.testing import assert_allclose
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.loads import Loads, checked_vector
 from cpr_core.errors import CprError, InvalidRequest, NonFiniteInput
+from cpr_core.kernels.kernel_arrays import PLATFORM_LOADS, interpolated_loads
 from cpr_core.model.robot import load_robot
 
 FIELDS = {"gravity": 3, "rod_force": 3, "wrench_world": 6, "wrench_body": 6}
@@ -234,3 +235,20 @@ def test_default_loads_are_the_gravity_of_the_description():
     assert not np.any(loads.rod_force)
     assert not np.any(loads.wrench_world)
     assert not np.any(loads.wrench_body)
+
+
+@pytest.mark.parametrize("fraction", [0.0, 0.3, 1.0])
+def test_loads_between_are_those_of_what_is_given_between(spatial_robot, fraction):
+    first = Loads.none().with_(gravity=[0.0, 1.0, -9.0], wrench_world=np.arange(6.0))
+    last = Loads.none().with_(rod_force=[0.1, 0.2, 0.3], wrench_body=np.arange(6.0, 12.0))
+    mixed = {
+        name: (1.0 - fraction) * np.array(getattr(first, name)) + fraction * getattr(last, name)
+        for name in ("gravity", "rod_force", "wrench_world", "wrench_body")
+    }
+    arrays = [spatial_robot.load_arrays(loads) for loads in (first, last)]
+    found = interpolated_loads(*arrays, fraction)
+    expected = spatial_robot.load_arrays(Loads.none().with_(**mixed))
+    for name in PLATFORM_LOADS.names:
+        assert_allclose(found.platform[name], expected.platform[name], rtol=0.0, atol=1e-14)
+    assert_allclose(found.distributed, expected.distributed, rtol=0.0, atol=1e-14)
+    assert_allclose(found.point, expected.point, rtol=0.0, atol=1e-14)

@@ -222,7 +222,7 @@ def test_continuous_rods_under_loads_agree_with_twelve_modes(mass, loads):
     assert_allclose(rods.efforts, modes.efforts, atol=1e-8)
     if loads.conservative(planar=False):
         assert len(conjugate_points(rods)) == modes.index_locked
-    held = solve_continuous(modes, "platform")
+    held = solve_continuous(modes, "pose")
     assert_allclose(held.platform_position, modes.platform_position, atol=0.0)
     assert_allclose(held.motors, modes.motors, atol=1e-7)
 
@@ -238,7 +238,7 @@ def test_continuous_rods_under_loads_agree_with_twelve_modes(mass, loads):
 def test_as_many_conjugate_points_as_negative_eigenvalues(name, ends, heavy):
     seen = set()
     for equilibrium in path(name, heavy, np.linspace(*ends, 50)):
-        rods = solve_continuous(equilibrium, "platform")
+        rods = solve_continuous(equilibrium, "pose")
         # Truncation, worst where the legs bend most: 6e-5, 2e-5, 5e-6 with 12, 14, 16 modes.
         assert_allclose(rods.motors, equilibrium.motors, atol=1e-4)
         fields = robot_fields(rods)
@@ -267,16 +267,14 @@ def test_a_conjugate_point_reaches_the_base_where_stability_is_lost(name, expect
         return solve_inverse(start.robot, pose, start=start)
 
     def determinant(value):
-        return robot_fields(solve_continuous(equilibrium(value), "platform")).determinant(0.0)
+        return robot_fields(solve_continuous(equilibrium(value), "pose")).determinant(0.0)
 
     crossing = brentq(determinant, *bracket, xtol=1e-9)
     assert crossing == pytest.approx(expected, abs=1e-5)
     side = 1e-4 * np.sign(bracket[1] - bracket[0])
     before, after = equilibrium(crossing - side), equilibrium(crossing + side)
     assert after.index_locked == before.index_locked + 1
-    stable, lost = (
-        conjugate_points(solve_continuous(here, "platform")) for here in (before, after)
-    )
+    stable, lost = (conjugate_points(solve_continuous(here, "pose")) for here in (before, after))
     assert len(lost) == len(stable) + 1
     assert lost[0] < 1e-2  # the new one has just come in at the base
 

@@ -83,7 +83,7 @@ def test_results_and_errors_of_what_takes_long_come_back():
 def test_what_cannot_be_interrupted_does_not_hold_up_the_end(name):
     """A call of C that lasts half a minute, and clean-up that is told to stop once more."""
     script = f"""
-        import ctypes, signal, sys, threading, time
+        import ctypes, signal, threading, time
         from cpr_ros.stop_signal import Stopped, StopSignal
 
         stop = StopSignal()
@@ -93,10 +93,9 @@ def test_what_cannot_be_interrupted_does_not_hold_up_the_end(name):
         try:
             stop.wait_for(lambda: ctypes.CDLL(None).sleep(30))
         except Stopped:
-            begin = time.monotonic()
             signal.raise_signal(signal.{name})
             print("cleaned up")
-            sys.exit(stop.finish(0))
+            stop.finish(0)
     """
     begin = time.monotonic()
     ended = done(script)
@@ -105,23 +104,28 @@ def test_what_cannot_be_interrupted_does_not_hold_up_the_end(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_signal_while_python_ends_changes_nothing(name):
+def test_signals_that_come_all_the_time_do_not_disturb_the_end(name):
     script = f"""
-        import atexit, signal, sys
+        import signal, threading, time
         from cpr_ros.stop_signal import StopSignal
-
-        class Last:
-            def __del__(self, kill=signal.raise_signal, number=signal.{name}):
-                kill(number)
 
         stop = StopSignal()
         stop.remember()
-        sys.last = Last()  # lives until the modules are taken down
-        atexit.register(signal.raise_signal, signal.{name})
-        sys.exit(stop.finish(0))
+        main = threading.main_thread().ident
+
+        def send():
+            while True:
+                signal.pthread_kill(main, signal.{name})
+                time.sleep(1e-4)
+
+        threading.Thread(target=send, daemon=True).start()
+        while not stop.requested:
+            pass
+        print("kept", end="")
+        stop.finish(3)
     """
     ended = done(script)
-    assert (ended.returncode, ended.stderr) == (0, "")
+    assert (ended.returncode, ended.stdout, ended.stderr) == (3, "kept", "")
 
 
 @pytest.mark.parametrize("name", NAMES)

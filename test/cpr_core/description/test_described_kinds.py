@@ -31,7 +31,7 @@ from cpr_core.rods.rod import StrainModes
 from cpr_core.rods.sections import SECTIONS, RectangularSection, Section
 from cpr_core.rods.strain_basis import STRAIN_BASES, DescribedBasis
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 FAMILIES = {"motor": MOTORS, "tip": JOINTS, "section": SECTIONS, "strain": STRAIN_BASES}
 
 

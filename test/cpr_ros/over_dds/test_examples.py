@@ -15,7 +15,7 @@ from cpr_msgs.msg import StabilityMetrics
 from helpers.driver import Driver
 from helpers.node_process import TIMEOUT
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
 def started(running, name, *arguments):

@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Writes the public functions and values into docs/api.md from their docstrings; `--check`: current?"""
+
+from __future__ import annotations
+
+import enum
+import inspect
+import re
+import sys
+from functools import cached_property
+from typing import Any
+
+from marked_section import ROOT, keep_current, row
+
+sys.path.insert(0, str(ROOT))
+import cpr_core
+import cpr_core.workspace
+
+
+def section() -> str:
+    """All public names: functions with their arguments, values with their attributes, errors."""
+    functions, values, errors = [], [], []
+    for package in (cpr_core, cpr_core.workspace):
+        for name in package.__all__:
+            member = getattr(package, name)
+            shown = f"{package.__name__.removeprefix('cpr_core.')}.{name}"
+            shown = name if package is cpr_core else shown
+            if inspect.isfunction(member):
+                functions.append((shown, member))
+            elif inspect.isclass(member) and issubclass(member, (Exception, Warning)):
+                errors.append((shown, member))
+            elif inspect.isclass(member) and not issubclass(member, enum.Enum):
+                values.append((shown, member))
+    lines = ["### Functions", ""]
+    for name, function in functions:
+        lines += [f"**`{name}{_arguments(function)}`**  ", _first(function), ""]
+        lines += _arguments_table(function)
+    lines += ["### Values", ""]
+    for name, kind in values:
+        lines += [f"**`{name}`**  ", _first(kind), ""]
+        lines += _attributes(kind)
+    lines += ["### Errors and warnings", "", row("name", "code", "meaning"), "|---|---|---|"]
+    for name, error in errors:
+        code = f"`{error.code}`" if hasattr(error, "code") else ""
+        lines.append(row(f"`{name}`", code, _first(error)))
+    return "\n".join(lines)
+
+
+def _arguments(function: Any) -> str:
+    shown = []
+    for name, argument in inspect.signature(function).parameters.items():
+        if argument.kind is inspect.Parameter.KEYWORD_ONLY and "*" not in shown:
+            shown.append("*")
+        default = "" if argument.default is inspect.Parameter.empty else f"={argument.default!r}"
+        shown.append(f"{name}{default}")
+    return f"({', '.join(shown)})"
+
+
+def _first(member: Any) -> str:
+    """First paragraph of a docstring."""
+    return " ".join((inspect.getdoc(member) or "").split("\n\n")[0].split())
+
+
+def _listed(member: Any, heading: str) -> list[tuple[str, str]]:
+    """Entries under a heading of a docstring."""
+    text = inspect.getdoc(member) or ""
+    found = re.search(rf"^{heading}:\n((?:[ ]{{4}}.*\n?|\n)+)", text, re.MULTILINE)
+    entries: list[tuple[str, str]] = []
+    for line in (found[1] if found else "").splitlines():
+        begin = re.match(r"    (\w+): (.*)", line)
+        if begin:
+            entries.append((begin[1], begin[2]))
+        elif line.strip() and entries:
+            entries[-1] = (entries[-1][0], f"{entries[-1][1]} {line.strip()}")
+    return entries
+
+
+def _arguments_table(function: Any) -> list[str]:
+    entries = _listed(function, "Args")
+    if not entries:
+        return []
+    lines = [row("argument", "meaning"), "|---|---|"]
+    return [*lines, *(row(f"`{name}`", meaning) for name, meaning in entries), ""]
+
+
+def _attributes(kind: type) -> list[str]:
+    """Attributes, properties and methods of a value, in the order of their definition."""
+    entries = dict(_listed(kind, "Attributes"))
+    for name, member in vars(kind).items():
+        if name.startswith("_") or name in entries:
+            continue
+        if isinstance(member, property):
+            entries[name] = _first(member.fget)
+        elif isinstance(member, cached_property):
+            entries[name] = _first(member.func)
+        elif inspect.isfunction(member) or isinstance(member, (classmethod, staticmethod)):
+            function = member if inspect.isfunction(member) else member.__func__
+            entries[f"{name}()"] = _first(function)
+    if not entries:
+        return []
+    lines = [row("attribute", "meaning"), "|---|---|"]
+    return [*lines, *(row(f"`{name}`", meaning) for name, meaning in entries.items()), ""]
+
+
+if __name__ == "__main__":
+    sys.exit(keep_current("api_section.py", "docs/api.md", "api", section))
