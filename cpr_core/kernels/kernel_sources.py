@@ -4,7 +4,8 @@
 """Which sources the kernels are made from: found by what they import, wherever they are.
 
 Machine code is made from the modules with kernels, from what these import (other kernels, constants that
-are frozen in it, the way of compiling), and for memory of lanes, which other modules lay out.
+are frozen in it, the way of compiling), and for the values that kernels are given: named tuples of
+modules beside them, in the same folder.
 """
 
 from __future__ import annotations
@@ -51,19 +52,22 @@ def kernel_modules(sources: Mapping[str, bytes]) -> list[str]:
 
 def kernel_sources(sources: Mapping[str, bytes]) -> list[str]:
     """Modules on which the machine code of the kernels depends."""
-    found = set[str]()
-    waiting = kernel_modules(sources)
-    waiting += [
+    kernels = kernel_modules(sources)
+    folders = {module.rpartition(".")[0] for module in kernels}
+    values = {
         module
         for module, source in sources.items()
-        if b"(NamedTuple):" in source and _LANES.search(source)
-    ]
+        if module.rpartition(".")[0] in folders and b"(NamedTuple):" in source
+    }
+    # Of values only the layout counts; where it is of lanes, it is made of other modules' too.
+    waiting = [*kernels, *(module for module in values if _LANES.search(sources[module]))]
+    found = set[str]()
     while waiting:
         module = waiting.pop()
         if module not in found:
             found.add(module)
             waiting += _imported(module, sources)
-    return sorted(found)
+    return sorted(found | values)
 
 
 def stamp_of(sources: Mapping[str, bytes]) -> tuple[str, int]:
