@@ -182,20 +182,23 @@ def _equilibria(robot: Robot, loads: Loads | None, options: argparse.Namespace) 
 
         plot_equilibria(found, options.plot)
     if options.json:
-        values = {"robot": robot.description.name, "equilibria": [_as_dict(each) for each in found]}
+        values = {
+            "robot": robot.description.name,
+            "equilibria": [_as_dict(entry) for entry in found],
+        }
         return json.dumps(values, indent=2, allow_nan=False), bool(found)
     lines = [
         f"{robot.description.name}: {len(found)} equilibria, "
-        f"{sum(each.stable for each in found)} stable with the motors held",
+        f"{sum(entry.stable for entry in found)} stable with the motors held",
         "   energy [J]  index locked  free  starts  platform [m]",
     ]
-    for each in found:
-        equilibrium = each.equilibrium
+    for entry in found:
+        equilibrium = entry.equilibrium
         place = "  ".join(f"{value:9.5f}" for value in equilibrium.platform_position)
         lines.append(
             f"  {equilibrium.energy:11.6f}  {equilibrium.index_locked:12d}"
-            f"  {equilibrium.index_free:4d}  {each.starts:6d}"
-            f"  {place}{'  branch of home' if each.from_home else ''}"
+            f"  {equilibrium.index_free:4d}  {entry.starts:6d}"
+            f"  {place}{'  branch of home' if entry.from_home else ''}"
         )
     return "\n".join(lines), bool(found)
 

@@ -80,25 +80,25 @@ def plot_equilibria(found: Sequence[FoundEquilibrium], file: Path, most: int = 2
         file: Picture to write; its ending tells the format.
         most: Draw at most so many, those of lowest energy.
     """
-    shown = sorted(found, key=lambda each: not each.stable)[:most]
+    shown = sorted(found, key=lambda entry: not entry.stable)[:most]
     columns = min(6, len(shown))
     rows = -(-len(shown) // columns)
     figure = _figure((3.0 * columns, 3.2 * rows + 0.6))
     planar = shown[0].equilibrium.robot.planar
-    for place, each in enumerate(shown, start=1):
+    for place, entry in enumerate(shown, start=1):
         axes = figure.add_subplot(rows, columns, place, projection=None if planar else "3d")
-        draw_equilibrium(axes, each.equilibrium, color=_BLUE if each.stable else _GREY)
+        draw_equilibrium(axes, entry.equilibrium, color=_BLUE if entry.stable else _GREY)
         set_equal_scale(axes)
         axes.set(xlabel="", ylabel="", xticklabels=[], yticklabels=[])
         if not planar:
             axes.set(zlabel="", zticklabels=[])
-        kind = "stable" if each.stable else f"index {each.equilibrium.index_locked}"
-        home = ", branch of home" if each.from_home else ""
+        kind = "stable" if entry.stable else f"index {entry.equilibrium.index_locked}"
+        home = ", branch of home" if entry.from_home else ""
         axes.set_title(
-            f"{each.equilibrium.energy:.4f} J\n{kind}{home}",
+            f"{entry.equilibrium.energy:.4f} J\n{kind}{home}",
             fontsize="small",
-            fontweight="bold" if each.stable else "normal",
-            color=_BLUE if each.stable else _BLACK,
+            fontweight="bold" if entry.stable else "normal",
+            color=_BLUE if entry.stable else _BLACK,
         )
     left = len(found) - len(shown)
     name = found[0].equilibrium.robot.description.name
