@@ -64,7 +64,7 @@ _SMALLEST_PIVOT = 1e-14
 def condense(robot, work, factors):
     """Eliminate the legs from the tangent in the workspace."""
     factors.status[0], factors.delayed_count[0] = CONDENSED, 0
-    _begin_border(robot, work, factors)
+    _begin_border(robot, work.platform_tangent, factors.border)
     regular = True
     for number in range(robot.groups.shape[0]):
         regular = _eliminate(robot, number, False, work, factors) and regular
@@ -75,27 +75,28 @@ def condense(robot, work, factors):
 
 @part
 def _condense_delaying(robot, work, factors):
-    """The same where some pivots are too small: called seldom, and apart from what is called often."""
+    """The same where some pivots are too small; apart, for what is called often has to be short."""
     factors.status[0] = DELAYED
-    _begin_border(robot, work, factors)
+    _begin_border(robot, work.platform_tangent, factors.border)
+    inner, count = robot.platform_index, robot.border_indices.shape[0]
     for number in range(robot.groups.shape[0]):
         _eliminate(robot, number, True, work, factors)
         _add_border(robot, number, work, factors)
-        add_delayed(robot, number, work, factors)
+        motors = robot.groups[number].motor_index
+        add_delayed(robot.slots, motors, inner, count, number, work.rows, factors)
 
 
 @inlined
-def _begin_border(robot, work, factors):
+def _begin_border(robot, platform_tangent, border):
     """What the platform has of its own; nothing else."""
-    border, unit, inner = factors.border, robot.unit, robot.platform_index
-    per_energy, axes = 1.0 / robot.energy_unit, robot.platform_axes
-    count = robot.border_indices.shape[0]
+    unit, inner, axes = robot.unit, robot.platform_index, robot.platform_axes
+    per_energy, count = 1.0 / robot.energy_unit, robot.border_indices.shape[0]
     for i in range(count):
         for j in range(count):
             border[i, j] = 0.0
     for i in range(axes.shape[0]):
         for j in range(axes.shape[0]):
-            value = work.platform_tangent[axes[i], axes[j]]
+            value = platform_tangent[axes[i], axes[j]]
             border[i, j] = value * per_energy * unit[inner + i] * unit[inner + j]
 
 
@@ -109,7 +110,9 @@ def _eliminate(robot, number, delaying, work, factors):
     smallest = broadcast(units, np.inf)
     first = slots.first_coupled  # entries of the platform before stay zero
     if delaying:
-        scale_of_strain(robot, number, work)
+        scale_of_strain(
+            robot.units, work.blocks, number, slots.strain_count, per_energy, work.lane_parts
+        )
     for i in range(inner):
         scale = per_energy * load(units, (number, i))
         diagonal = scale * load(units, (number, i)) * load(blocks, (number, i, i))
@@ -128,7 +131,10 @@ def _eliminate(robot, number, delaying, work, factors):
         store(factors.inverse, (number, i), inverse)
         if delaying:
             store(work.lane_parts, PIVOT, diagonal)
-            delay_small_pivots(robot, number, i, work, factors)
+            index, is_strain = robot.slot_index[number, i], i < slots.strain_count
+            delay_small_pivots(
+                index, is_strain, number, i, robot.border_indices.shape[0], work.lane_parts, factors
+            )
             inverse = load(work.lane_parts, PIVOT_INVERSE)
         _eliminate_row(robot, number, i, 0, i + 1, inner, scale, inverse, work, factors)
         if i >= first:
@@ -273,9 +279,18 @@ def solve(robot, problem, vector, work, factors):
 @inlined
 def solve_here(robot, problem, vector, work, factors):
     """``solve`` as a part of what calls it."""
-    _eliminate_right_side(robot, problem.equations, vector, work, factors)
+    border, count, slots = work.border, robot.border_indices.shape[0], robot.slots
+    for i in range(count):
+        border[i] = 0.0
+    for i in range(problem.equations.shape[0]):
+        border[problem.equations[i] - robot.platform_index] = vector[robot.platform_index + i]
+    for number in range(robot.groups.shape[0]):
+        _forward(robot, number, vector, work, factors)
+    gather_delayed(slots, count, work.solution, border, factors)
     _solve_border(robot, problem, vector, work, factors)
-    _substitute_border(robot, vector, work, factors)
+    scatter_delayed(slots, count, work.solution, border, factors)
+    for number in range(robot.groups.shape[0]):
+        _backward(robot, number, vector, work, factors)
 
 
 @kernel
@@ -288,7 +303,11 @@ def solve_transposed(robot, problem, vector, work, factors):
         equations.shape[0],
         factors.delayed_count[0],
     )
-    _eliminate_right_side(robot, equations[:0], vector, work, factors)
+    for i in range(count):
+        border[i] = 0.0
+    for number in range(robot.groups.shape[0]):
+        _forward(robot, number, vector, work, factors)
+    gather_delayed(robot.slots, count, work.solution, border, factors)
     for i in range(own):
         column = unknowns[i] - inner
         part[i] = vector[inner + i]
@@ -306,7 +325,9 @@ def solve_transposed(robot, problem, vector, work, factors):
         border[equations[i] - inner] = vector[inner + i] = part[i]
     for i in range(delayed):
         border[count + i] = part[own + i]
-    _substitute_border(robot, vector, work, factors)
+    scatter_delayed(robot.slots, count, work.solution, border, factors)
+    for number in range(robot.groups.shape[0]):
+        _backward(robot, number, vector, work, factors)
 
 
 @kernel
@@ -341,29 +362,10 @@ def predict(robot, problem, known, efforts, vector, work, factors):
     _solve_border(robot, problem, vector, work, factors)
     for i in range(count):
         border[i] += known[i]
-    _substitute_border(robot, vector, work, factors)
-    return True
-
-
-@inlined
-def _eliminate_right_side(robot, equations, vector, work, factors):
-    """``L^-1 r`` of all legs into the workspace, and ``r_b - B^T S^-1 r`` of the border."""
-    border, inner = work.border, robot.platform_index
-    for i in range(robot.border_indices.shape[0]):
-        border[i] = 0.0
-    for i in range(equations.shape[0]):
-        border[equations[i] - inner] = vector[inner + i]
-    for number in range(robot.groups.shape[0]):
-        _forward(robot, number, vector, work, factors)
-    gather_delayed(robot, work, factors)
-
-
-@inlined
-def _substitute_border(robot, vector, work, factors):
-    """Unknowns of all legs from those of the border, into the vector."""
-    scatter_delayed(robot, work, factors)
+    scatter_delayed(robot.slots, count, work.solution, border, factors)
     for number in range(robot.groups.shape[0]):
         _backward(robot, number, vector, work, factors)
+    return True
 
 
 @inlined

@@ -69,6 +69,8 @@ class Start(NamedTuple):
 def continue_equilibria(robot, loads, requests, tolerances, start, records, kept, work):
     """From one equilibrium to the next, as long as Newton's method converges.
 
+    Long, as every part that is cut out takes a second more to compile.
+
     Args:
         robot: RobotArrays.
         loads: LoadArrays at the ends of the steps.
@@ -83,9 +85,25 @@ def continue_equilibria(robot, loads, requests, tolerances, start, records, kept
         Number of steps that were made.
     """
     problem, given, watched = requests.problem, requests.given, requests.mode == WATCHED
-    square = _square_problem(robot, problem)
-    size = robot.unit.shape[0]
-    _begin(robot, loads, requests.mode, start, square, work)
+    border, size = robot.border_indices, robot.unit.shape[0]
+    equations = border if problem == Problem.EFFORTS else border[: robot.slots.platform_count]
+    unknowns = robot.inverse_unknowns if problem == Problem.POSE else equations
+    angles = problem == Problem.POSE and robot.controls_angles == 1
+    square = SquareProblem(equations, unknowns, angles)
+    work.bends[0], work.factors.status[0] = 0, UNKNOWN
+    if requests.mode != UNPREDICTED:
+        recall(robot, start.kept, work.factors)
+    if work.factors.status[0] == DELAYED:  # these are not kept: the tangent is evaluated again
+        _read_pose(robot, start.record, work)
+        for i in range(size):
+            work.simplified[i] = start.record[i]
+        configuration = Configuration(work.simplified, work.rotation, work.position)
+        anywhere = Tolerances(math.inf, 0, 1.0)
+        status, _, _, _ = newton(
+            robot, loads, configuration, square, work.given_efforts, 0.0, anywhere, work
+        )
+        if status != CONVERGED:
+            work.factors.status[0] = UNKNOWN
     for row in range(given.shape[0]):
         before = start.record if row == 0 else records[row - 1]
         if watched and not _is_near(robot, problem, given[row], before):
@@ -113,38 +131,6 @@ def continue_equilibria(robot, loads, requests, tolerances, start, records, kept
             return row
     keep(robot, work.factors, kept)
     return given.shape[0]
-
-
-@inlined
-def _square_problem(robot, problem):
-    """The square problem that belongs to what is imposed."""
-    border = robot.border_indices
-    equations = border if problem == Problem.EFFORTS else border[: robot.slots.platform_count]
-    unknowns = robot.inverse_unknowns if problem == Problem.POSE else equations
-    angles = problem == Problem.POSE and robot.controls_angles == 1
-    return SquareProblem(equations, unknowns, angles)
-
-
-@inlined
-def _begin(robot, loads, mode, start, square, work):
-    """The factors of the tangent at the start, where it is predicted from, into the workspace."""
-    work.bends[0] = 0
-    work.factors.status[0] = UNKNOWN
-    if mode == UNPREDICTED:
-        return
-    recall(robot, start.kept, work.factors)
-    if work.factors.status[0] == DELAYED:  # these are not kept: the tangent is evaluated again
-        _read_pose(robot, start.record, work)
-        state = work.simplified
-        for i in range(state.shape[0]):
-            state[i] = start.record[i]
-        anywhere = Tolerances(math.inf, 0, 1.0)
-        configuration = Configuration(state, work.rotation, work.position)
-        status, _, _, _ = newton(
-            robot, loads, configuration, square, work.given_efforts, 0.0, anywhere, work
-        )
-        if status != CONVERGED:
-            work.factors.status[0] = UNKNOWN
 
 
 @inlined

@@ -8,11 +8,14 @@ nor does a strain of a rod about to buckle on its own. Multifrontal solvers call
 the lanes a delayed slot is one the leg lacks: its rows are zero, its pivot is 1. Its couplings to the
 slots after it, which these have to eliminate, are kept beside, and what is left of it stands in the
 border behind platform and motors.
+
+These functions are given what they read, not a robot and a workspace: every function that takes
+those two takes a second to compile.
 """
 
 from __future__ import annotations
 
-from .kernel_decorators import inlined, part
+from .kernel_decorators import inlined
 from .lanes import absolute, broadcast, get, load, lower, put, store
 
 __all__ = [
@@ -33,43 +36,62 @@ _SMALLEST_STRAIN_PIVOT, _SMALLEST_PIVOT = 1e-8, 1e-4
 
 
 @inlined
-def scale_of_strain(robot, number, work):
-    """Largest strain stiffness of every leg, into the workspace."""
-    scale = broadcast(work.blocks, 0.0)
-    for i in range(robot.slots.strain_count):
-        unit = load(robot.units, (number, i))
-        stiffness = absolute(unit * unit * load(work.blocks, (number, i, i)))
+def scale_of_strain(units, blocks, number, strain_count, per_energy, parts):
+    """Largest strain stiffness of every leg of a group, into ``lane_parts``."""
+    scale = broadcast(blocks, 0.0)
+    for i in range(strain_count):
+        unit = load(units, (number, i))
+        stiffness = absolute(unit * unit * load(blocks, (number, i, i)))
         scale = -lower(-scale, -stiffness)
-    store(work.lane_parts, _SCALE, (1.0 / robot.energy_unit) * scale)
+    store(parts, _SCALE, per_energy * scale)
 
 
-@part
-def delay_small_pivots(robot, number, i, work, factors):
-    """Delay slot ``i`` in the legs whose pivot is too small: zero takes the place of its inverse."""
-    parts, border, delayed = work.lane_parts, factors.border, factors.delayed
-    smallest = _SMALLEST_STRAIN_PIVOT if i < robot.slots.strain_count else _SMALLEST_PIVOT
-    for lane in range(robot.slot_index.shape[2]):
+@inlined
+def delay_small_pivots(index, is_strain, number, i, border_count, parts, factors):
+    """Delay slot ``i`` in the legs whose pivot is too small: zero takes the place of its inverse.
+
+    Args:
+        index: State indices of the slot, leg by leg; -1: a leg lacks it.
+        is_strain: Whether it is a strain coordinate.
+        number: The group.
+        i: The slot.
+        border_count: Rows of the border without delayed slots.
+        parts: ``lane_parts``, with the pivots.
+        factors: Factors.
+    """
+    border, delayed = factors.border, factors.delayed
+    smallest = _SMALLEST_STRAIN_PIVOT if is_strain else _SMALLEST_PIVOT
+    for lane in range(index.shape[0]):
         pivot = get(parts, PIVOT, lane)
         put(parts, PIVOT_INVERSE, lane, 1.0 / pivot)
-        there = robot.slot_index[number, i, lane] >= 0
+        there = index[lane] >= 0
         if not there or abs(pivot) > smallest * get(parts, _SCALE, lane):
             continue
         put(parts, PIVOT_INVERSE, lane, 0.0)
         put(factors.inverse, (number, i), lane, 1.0)
         count = factors.delayed_count[0]
         delayed[count, 0], delayed[count, 1], delayed[count, 2] = number, i, lane
-        at = robot.border_indices.shape[0] + count
+        at = border_count + count
         for j in range(at):
             border[at, j] = border[j, at] = 0.0
         border[at, at] = pivot
         factors.delayed_count[0] = count + 1
 
 
-@part
-def add_delayed(robot, number, work, factors):
-    """Eliminate the slots of a group from its delayed ones; what is left goes into the border."""
-    slots, width, delayed = robot.slots, robot.border_indices.shape[0], factors.delayed
-    upper, rows, beyond, border = factors.upper, work.rows, factors.beyond, factors.border
+@inlined
+def add_delayed(slots, motors, platform_index, width, number, rows, factors):
+    """Eliminate the slots of a group from its delayed ones; what is left goes into the border.
+
+    Args:
+        slots: SlotLayout.
+        motors: State indices of the motors of the group's legs.
+        platform_index: State index of the first platform coordinate.
+        width: Rows of the border without delayed slots.
+        number: The group.
+        rows: Rows of its D L^T.
+        factors: Factors.
+    """
+    upper, beyond, border, delayed = factors.upper, factors.beyond, factors.border, factors.delayed
     first, count = 0, factors.delayed_count[0]
     while first < count and delayed[first, 0] < number:
         first += 1
@@ -93,7 +115,7 @@ def add_delayed(robot, number, work, factors):
             for m in range(slot + 1, slots.inner_count):
                 value -= beyond[p, m] * get(factors.inverse, (number, m), lane) * beyond[q, m]
             border[width + p, width + q] = border[width + q, width + p] = value
-        motor = robot.groups[number].motor_index[lane]
+        motor = motors[lane]
         for column in range(slots.first_platform, slots.total):
             is_motor = column == slots.motor
             if is_motor and motor < 0:
@@ -102,31 +124,31 @@ def add_delayed(robot, number, work, factors):
             value = get(rows, (slot, column), lane) if slot >= begin else 0.0
             for m in range(max(begin, slot + 1), slots.inner_count):
                 value -= beyond[q, m] * get(upper, (number, m, column), lane)
-            at = motor - robot.platform_index if is_motor else column - slots.first_platform
+            at = motor - platform_index if is_motor else column - slots.first_platform
             border[width + q, at] = border[at, width + q] = value
 
 
 @inlined
-def gather_delayed(robot, work, factors):
+def gather_delayed(slots, width, solution, border, factors):
     """What the slots after them leave of the right sides of delayed slots, into the border's vector."""
-    width, solution, beyond = robot.border_indices.shape[0], work.solution, factors.beyond
+    beyond = factors.beyond
     for q in range(factors.delayed_count[0]):
         number, slot, lane = factors.delayed[q, 0], factors.delayed[q, 1], factors.delayed[q, 2]
         value = get(solution, (number, slot), lane)
-        for m in range(slot + 1, robot.slots.inner_count):
+        for m in range(slot + 1, slots.inner_count):
             eliminated = get(factors.inverse, (number, m), lane) * get(solution, (number, m), lane)
             value -= beyond[q, m] * eliminated
-        work.border[width + q] = value
+        border[width + q] = value
 
 
 @inlined
-def scatter_delayed(robot, work, factors):
+def scatter_delayed(slots, width, solution, border, factors):
     """Delayed slots from the border's vector, and what they do to right sides of slots after them."""
-    width, solution, beyond = robot.border_indices.shape[0], work.solution, factors.beyond
+    beyond = factors.beyond
     for q in range(factors.delayed_count[0]):
         number, slot, lane = factors.delayed[q, 0], factors.delayed[q, 1], factors.delayed[q, 2]
-        found = work.border[width + q]
+        found = border[width + q]
         put(solution, (number, slot), lane, found)
-        for m in range(slot + 1, robot.slots.inner_count):
+        for m in range(slot + 1, slots.inner_count):
             value = get(solution, (number, m), lane) - beyond[q, m] * found
             put(solution, (number, m), lane, value)

@@ -47,15 +47,15 @@ def kept_status(kept):
 
 
 @inlined
-def kept_row(robot, number, slot):
+def kept_row(slots, number, slot):
     """Where column 0 of a slot's row is."""
-    return 1 + (number * robot.slots.inner_count + slot) * robot.slots.total
+    return 1 + (number * slots.inner_count + slot) * slots.total
 
 
 @inlined
-def kept_border(robot):
+def kept_border(slots, group_count):
     """Where the border begins: entry after entry, lane after lane."""
-    return kept_row(robot, robot.groups.shape[0], 0)
+    return kept_row(slots, group_count, 0)
 
 
 @kernel
@@ -67,12 +67,12 @@ def keep(robot, factors, kept):
         return
     for number in range(robot.groups.shape[0]):
         for i in range(slots.inner_count):
-            row = kept_row(robot, number, i)
+            row = kept_row(slots, number, i)
             # The unit diagonal of L^T is no news: the inverse pivots have its place.
             store(kept, row + i, load(factors.inverse, (number, i)))
             for j in range(i + 1, slots.total):
                 store(kept, row + j, load(upper, (number, i, j)))
-    at, lane = kept_border(robot), 0
+    at, lane = kept_border(slots, robot.groups.shape[0]), 0
     count = robot.border_indices.shape[0]
     for i in range(count):
         for j in range(count):
@@ -92,18 +92,18 @@ def recall(robot, kept, factors):
     factors.delayed_count[0] = 0
     for number in range(robot.groups.shape[0]):
         for i in range(slots.inner_count):
-            row = kept_row(robot, number, i)
+            row = kept_row(slots, number, i)
             store(factors.inverse, (number, i), load(kept, row + i))
             for j in range(i + 1, slots.total):
                 store(upper, (number, i, j), load(kept, row + j))
-    recall_border(robot, kept, factors.border)
+    begin, count = kept_border(slots, robot.groups.shape[0]), robot.border_indices.shape[0]
+    recall_border(kept, begin, count, robot.slot_index.shape[2], factors.border)
 
 
 @inlined
-def recall_border(robot, kept, border):
-    """Copy the border alone back."""
-    at, lane, width = kept_border(robot), 0, robot.slot_index.shape[2]
-    count = robot.border_indices.shape[0]
+def recall_border(kept, at, count, width, border):
+    """Copy the border alone back, from where it begins; ``width`` lanes."""
+    lane = 0
     for i in range(count):
         for j in range(count):
             border[i, j] = get(kept, at, lane)

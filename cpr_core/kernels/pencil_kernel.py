@@ -21,7 +21,7 @@ import math
 import numpy as np
 
 from .condensation_kernel import CONDENSED
-from .kept_factors import kept_row, kept_status, recall_border
+from .kept_factors import kept_border, kept_row, kept_status, recall_border
 from .kernel_decorators import part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 
@@ -59,7 +59,7 @@ def recall_pencil(robot, kept, pencil):
     doubt = broadcast(rows, -1.0)
     if kept_status(kept) != CONDENSED:
         return False
-    recall_border(robot, kept, condensed)
+    recall_border(kept, kept_border(slots, groups), condensed.shape[0], lanes, condensed)
     for i in range(condensed.shape[0]):
         for j in range(condensed.shape[0]):
             if not abs(condensed[i, j]) < _LARGEST_BORDER:
@@ -71,7 +71,7 @@ def recall_pencil(robot, kept, pencil):
         largest, smallest = broadcast(rows, 0.0), broadcast(rows, np.inf)
         for i in range(inner):
             # Stored in place of the unit diagonal: the inverse pivot.
-            row = kept_row(robot, number, i)
+            row = kept_row(slots, number, i)
             pivot = 1.0 / load(kept, row + i)
             store(rows, (i, i), pivot)
             smallest = lower(smallest, absolute(pivot))
@@ -83,7 +83,7 @@ def recall_pencil(robot, kept, pencil):
                 begin = 0 if j < inner or j == extent - 1 else first
                 value = broadcast(rows, 0.0)
                 for k in range(begin, i):
-                    value += load(kept, kept_row(robot, number, k) + i) * load(rows, (k, j))
+                    value += load(kept, kept_row(slots, number, k) + i) * load(rows, (k, j))
                 if i >= begin:
                     value += load(rows, (i, j))
                 at = j if j < inner else (j + 1 if j < extent - 1 else inner)
@@ -93,7 +93,7 @@ def recall_pencil(robot, kept, pencil):
             for j in range(i, width):
                 value = broadcast(rows, 0.0)
                 for k in range(first, inner):
-                    left = load(kept, kept_row(robot, number, k) + inner + i)
+                    left = load(kept, kept_row(slots, number, k) + inner + i)
                     value += left * load(rows, (k, inner + j))
                 corner[i, j] += total(value)
         # The motors' rows, with what the legs had taken from them.
@@ -101,7 +101,7 @@ def recall_pencil(robot, kept, pencil):
             value = broadcast(rows, 0.0)
             begin = first if j < width else 0
             for k in range(begin, inner):
-                left = load(kept, kept_row(robot, number, k) + inner + j)
+                left = load(kept, kept_row(slots, number, k) + inner + j)
                 value += left * load(rows, (k, extent - 1))
             column = inner + 1 + j if j < width else inner
             store(blocks, (number, inner, column), value)
