@@ -201,15 +201,15 @@ class Equilibrium:
     @cached_property
     def spectrum_locked(self) -> Spectrum:
         """Spectrum of H_r with the motors held."""
-        return Spectrum("locked", self._solution, self.linearisation)
+        return Spectrum("locked", self.model_state, self.linearisation)
 
     @cached_property
     def spectrum_free(self) -> Spectrum:
         """Spectrum of H_r with the motors at constant effort, Eq. (48)."""
-        return Spectrum("free", self._solution, self.linearisation)
+        return Spectrum("free", self.model_state, self.linearisation)
 
     @cached_property
-    def _solution(self) -> ModelState:
+    def model_state(self) -> ModelState:
         """The state of the model this is."""
         return ModelState(
             self.robot,
@@ -344,4 +344,4 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
 
 def tangent_at(equilibrium: Equilibrium) -> Floats:
     """Tangent of the model at an equilibrium, in the state order of the robot, (N, N)."""
-    return equilibrium._solution.tangent
+    return equilibrium.model_state.tangent

@@ -114,10 +114,11 @@ class Robot:
     @cached_property
     def platform_axes(self) -> Integers:
         """Components of the world twist [omega; v] the platform has."""
-        return self._coordinates.axes
+        return self.platform_coordinates.axes
 
     @cached_property
-    def _coordinates(self) -> PlatformCoordinates:
+    def platform_coordinates(self) -> PlatformCoordinates:
+        """Motions of the platform, and which of them are controlled."""
         return platform_coordinates(self.description)
 
     @cached_property
@@ -151,7 +152,7 @@ class Robot:
     @cached_property
     def arrays(self) -> RobotArrays:
         """The robot as the kernels see it."""
-        return robot_arrays(self.description, self.grid, self._coordinates)
+        return robot_arrays(self.description, self.grid, self.platform_coordinates)
 
     @cached_property
     def state_size(self) -> int:
@@ -166,7 +167,7 @@ class Robot:
             return memory.prepared
         except AttributeError:
             memory.prepared = prepare(
-                self.arrays, workspace(self.arrays), pencil_of(self.arrays, self._grams)
+                self.arrays, workspace(self.arrays), pencil_of(self.arrays, self.strain_grams)
             )
             return memory.prepared
 
@@ -278,12 +279,12 @@ class Robot:
 
         With ``controls_angles`` the first three stand for roll, pitch and yaw.
         """
-        return self._coordinates.controlled
+        return self.platform_coordinates.controlled
 
     @cached_property
     def controls_angles(self) -> bool:
         """Whether single angles of Rz(yaw) Ry(pitch) Rx(roll) are controlled."""
-        return self._coordinates.controls_angles
+        return self.platform_coordinates.controls_angles
 
     @cached_property
     def problems(self) -> dict[str, tuple[Integers, Integers]]:
@@ -306,14 +307,14 @@ class Robot:
         strain basis.
         """
         motions = np.diag(self.arrays.unit)
-        for leg, gram in zip(self.arrays.legs, self._grams, strict=True):
+        for leg, gram in zip(self.arrays.legs, self.strain_grams, strict=True):
             span = slice(leg["strain_index"], leg["strain_index"] + leg["strain_count"])
             orthonormal = np.linalg.inv(np.linalg.cholesky(gram)).T
             motions[span, span] = motions[span, span] @ orthonormal
         return motions
 
     @cached_property
-    def _grams(self) -> tuple[Floats, ...]:
+    def strain_grams(self) -> tuple[Floats, ...]:
         """Integrals of products of the strain modes, leg by leg, (m, m)."""
         return tuple(leg.modes.gram(self.grid) for leg in self.description.legs)
 

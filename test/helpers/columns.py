@@ -53,4 +53,6 @@ def column(motor, joint, *, planar=True, modes=8, robot=Robot):
 class Guided(Robot):
     """Its platform slides along x only."""
 
-    platform_axes = np.array([3])
+    @property
+    def platform_coordinates(self):
+        return super().platform_coordinates._replace(axes=np.array([3]))

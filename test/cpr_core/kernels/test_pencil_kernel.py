@@ -38,7 +38,10 @@ class Whole:
 
     def __init__(self, name, modes=3):
         self.robot = load_robot(name, modes=modes)
-        self.arrays, self.pencil = self.robot.arrays, pencil_of(self.robot)
+        self.arrays, self.pencil = (
+            self.robot.arrays,
+            pencil_of(self.robot.arrays, self.robot.strain_grams),
+        )
         self.strains = self.arrays.slots.strain_count
         self.legs = len(self.arrays.legs)
         self.rows, self.width = self.pencil.weights.shape[1], len(self.pencil.corner)
@@ -148,13 +151,15 @@ def test_factors_are_put_together_to_what_they_were_factored_from(name):
 def test_a_leg_nearly_straight_is_refused():
     """Three modes can hardly shorten these legs: their stiffness hides all other."""
     home = solve_home(load_robot("gough_stewart", modes=3))
-    assert not recall_pencil(home.robot.arrays, home.factors, pencil_of(home.robot))
+    assert not recall_pencil(
+        home.robot.arrays, home.factors, pencil_of(home.robot.arrays, home.robot.strain_grams)
+    )
     assert home.spectrum_free.smallest == home.spectrum_free.eigenvalues[0]
 
 
 def test_a_leg_without_stiffness_is_refused():
     robot = load_robot("rfrfr", modes=3)
-    kept, pencil = kept_factors(robot.arrays), pencil_of(robot)
+    kept, pencil = kept_factors(robot.arrays), pencil_of(robot.arrays, robot.strain_grams)
     kept[:] = solve_home(robot).factors
     kept["lane"][1, 1] *= 1e9  # an inverse pivot
     assert not recall_pencil(robot.arrays, kept, pencil)

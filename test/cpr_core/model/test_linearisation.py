@@ -48,7 +48,9 @@ def assert_same(here):
     for motors_are, value in (("locked", found.smallest_locked), ("free", found.smallest_free)):
         dense = spectrum(here, motors_are).eigenvalues
         assert value == pytest.approx(dense[0], rel=1e-10, abs=1e-10 * np.abs(dense).max())
-    assert found.margin == pytest.approx(_Dense(here, "locked").margin(), rel=1e-9, abs=1e-9)
+    assert found.margin == pytest.approx(
+        _Dense(here.model_state, "locked").margin(), rel=1e-9, abs=1e-9
+    )
     model, n = kinemato_statics(here), here.robot.motor_count
     moved, efforts = model._dense_response
     platform = moved[here.robot.platform_indices]
@@ -119,7 +121,7 @@ def test_it_is_computed_once_and_kept_as_long_as_the_equilibrium():
     home = solve_home(load_robot("rfrfr"))
     assert home.linearisation is home.linearisation
     with pytest.raises(ValueError, match="read-only"):
-        home.first_order.response.jacobian[0, 0] = 0.0
+        home.linearisation.response.jacobian[0, 0] = 0.0
 
 
 def test_nothing_that_was_asked_keeps_an_equilibrium_alive():

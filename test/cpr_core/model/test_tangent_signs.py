@@ -61,7 +61,7 @@ def test_indices_are_those_of_the_spectra_and_signs_those_of_the_determinant(nam
     """Also where the robot is unstable: poses far down are reached through stability crossings."""
     robot, random = load_robot(name), np.random.default_rng(3)
     home, seen = solve_home(robot), set()
-    same_side = kinemato_statics(home).singularity("inverse").sign * home.inertia.inverse_sign
+    same_side = kinemato_statics(home).singularity("inverse").sign * home.signs.inverse_sign
     load = 3.0 * robot.arrays.energy_unit / robot.mean_length
     for _ in range(60):
         away = random.uniform(-1.0, 1.0, robot.motor_count) * RANGES[name]
@@ -102,7 +102,7 @@ def test_straight_legs_are_counted_all_the_same():
     from cpr_core.description import joints, motors
 
     home = solve_home(column(motors.Welded(), joints.Fixed(AT_TIP)))
-    assert home.inertia.index_locked == 0
+    assert home.signs.index_locked == 0
     pushed = solve_forward(
         home.robot, [], loads=Loads.none().with_(wrench_world=[0, 0, 0, 1e-3, 0, 0])
     )
