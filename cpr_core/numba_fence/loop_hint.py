@@ -4,7 +4,7 @@
 """Numba's compiler, told to leave the loops of kernels as they are written.
 
 Kernels unroll by hand where it pays. What the compiler unrolls on top of that makes them several times
-as long: a Newton step no longer fits the instruction cache, which cost a fifth of a solve and a third of
+as long: a Newton step no longer fits the instruction cache, which cost a tenth of a solve and a third of
 compiling. LLVM takes a hint where a loop jumps back; numba has no option for it.
 """
 
