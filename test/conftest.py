@@ -23,10 +23,10 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """One worker runs a module that starts a node for all its tests."""
+    """One worker runs all tests that start nodes: two nodes at work leave no core to those who watch."""
     for item in items:
         if item.path.parent.name == "over_dds":
-            item.add_marker(pytest.mark.xdist_group(item.path.stem))
+            item.add_marker(pytest.mark.xdist_group("nodes"))
 
 
 @pytest.fixture(scope="session")
