@@ -23,6 +23,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from cpr_core import CprError, load_robot
 
+from .core_log import core_log_in
 from .inputs import Inputs
 from .map_action import MapAction
 from .node_arguments import closest
@@ -296,9 +297,10 @@ def run(
         if not stop.requested:
             node = make_node(stop)
             executor.add_node(node)
-            if node.parameters.autostart:
-                node.start()
-            _spin(node, executor, stop)
+            with core_log_in(node.get_logger()):
+                if node.parameters.autostart:
+                    node.start()
+                _spin(node, executor, stop)
     except Exception as error:
         if not stop.requested:
             expected = isinstance(error, CprError | ParameterException) or not rclpy.ok()

@@ -70,7 +70,7 @@ class End:
         stage: Last line of the log.
         status: Exit status; negative: killed by a signal.
         duration: From the first signal to the end [s].
-        said: Lines that are no information of the log.
+        said: Lines that are not of its log, or tell an error.
         shared: Files of DDS in shared memory that it used, its own and those of other participants.
         left: Files that were left half written.
     """
@@ -184,7 +184,7 @@ def end_of(stop: Stop) -> End:
         duration = time.monotonic() - first
         log.seek(0)
         lines = [line.rstrip() for line in log if line.strip()]
-        said = tuple(line for line in lines if not line.startswith("[INFO]"))
+        said = tuple(line for line in lines if not line.startswith(("[INFO]", "[WARN]")))
         stage = lines[-1].rpartition("]: ")[2] if lines else "nothing logged yet"
         left = sum(".tmp." in path.name for path in Path(folder).rglob("*"))
     return End(stop, taken, stage, status, duration, said, shared, left)

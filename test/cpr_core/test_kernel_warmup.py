@@ -56,7 +56,7 @@ solvers = {
 with watch_compilation(compiled.append):
     for name in shipped_robots():
         robot = cpr_core.load_robot(name)
-        home = robot.home
+        home = cpr_core.solve_home(robot)
         for what, solve in solvers.items():
             values = getattr(home, what)
             if len(values):

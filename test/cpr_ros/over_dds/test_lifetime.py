@@ -102,6 +102,19 @@ def test_an_unknown_parameter_in_a_file_is_warned_about(tmp_path):
     assert "unknown parameter margin_stp: did you mean margin_stop?" in warned[0]
 
 
+def test_a_number_that_looks_like_another_unit_is_told_in_the_log(tmp_path):
+    file = tmp_path / "robot.yaml"
+    shipped = (ROOT / "config/rfrfr.yaml").read_text()
+    file.write_text(shipped.replace("density: 7800 ", "density: 7.8 "))
+    process = NodeProcess(tmp_path / "node.log", free_domain(), ["-p", f"robot:={file}"])
+    process.wait_for_log("ready")
+    assert process.stop() == 0
+    told = [line for line in process.output().splitlines() if "looks like g/cm^3" in line]
+    assert len(told) == 1
+    assert told[0].startswith("[WARN]")
+    assert "rod.density" in told[0]
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
