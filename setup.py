@@ -55,6 +55,7 @@ setup(
     install_requires=[
         "numpy",
         "scipy",
+        "threadpoolctl",
         "numba>=0.58,<0.69",  # of which private interfaces are used: cpr_core/numba_fence
         "pyyaml",
         "jsonschema",

@@ -54,7 +54,7 @@ def fill_kinemato_statics(
     stiffness = list(request.motor_stiffness) or None
     compliance = model.compliance(stiffness)
     response.motor_names = list(robot.motor_names)
-    response.platform_by_motors = _rows(robot, model.jacobian).ravel().tolist()
+    response.jacobian = _rows(robot, model.jacobian).ravel().tolist()
     response.efforts_by_motors = model.efforts_by_motors.ravel().tolist()
     response.efforts_by_wrench = _rows(robot, model.efforts_by_wrench.T).T.ravel().tolist()
     response.compliance = message_matrix(robot, compliance).ravel().tolist()

@@ -49,7 +49,16 @@ def _missing(error: ModuleNotFoundError) -> str:
         how = (
             "build ./msg_defs of the clone: pip install ./msg_defs, or colcon build, and source it"
         )
-    elif name in ("numpy", "scipy", "numba", "yaml", "jsonschema", "tqdm", "cpr_core"):
+    elif name in (
+        "numpy",
+        "scipy",
+        "numba",
+        "yaml",
+        "jsonschema",
+        "threadpoolctl",
+        "tqdm",
+        "cpr_core",
+    ):
         how = "install cpr_ros with what it needs: pip install . in the clone"
     else:
         how = (

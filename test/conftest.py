@@ -5,28 +5,44 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 import pytest
+from helpers.everything import EVERYTHING
 from helpers.room import Room
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the kernels once, before workers start that would all do it."""
-    if getattr(session.config.option, "numprocesses", None):
-        subprocess.run([sys.executable, "-m", "cpr_core.command_line", "compile"], check=True)
+    """Compile the kernels once, before workers start that would all do it.
+
+    Whatever else had to be compiled afterwards, `cpr compile` has forgotten; tests would fill the gap.
+    """
+    if not getattr(session.config.option, "numprocesses", None):
+        return
+    compiling = [sys.executable, "-m", "cpr_core.command_line", "compile"]
+    told = subprocess.run(compiling, check=True, stdout=subprocess.PIPE, text=True).stdout
+    if "kernels compiled in" in told:
+        everything = [sys.executable, "-c", EVERYTHING]
+        left = subprocess.run(everything, check=True, stdout=subprocess.PIPE, text=True).stdout
+        assert json.loads(left) == [], f"`cpr compile` has left out {left}"
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """One worker runs all tests that start nodes: two nodes at work leave no core to those who watch."""
+    """One worker runs all tests that start nodes: two nodes at work leave no core to those who watch.
+
+    It begins with those that are to be alone: the tests that others begin with are short to wait for.
+    """
     for item in items:
         if item.path.parent.name == "over_dds":
             item.add_marker(pytest.mark.xdist_group("nodes"))
+    alone = {item.path for item in items if item.get_closest_marker("alone")}
+    items.sort(key=lambda item: item.path not in alone)
 
 
 @pytest.fixture(scope="session")

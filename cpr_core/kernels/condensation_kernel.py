@@ -31,7 +31,7 @@ from .delayed_kernel import (
     scale_of_strain,
     scatter_delayed,
 )
-from .kernel_decorators import inlined, kernel, part
+from .kernel_decorators import inlined, part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 from .lu_kernel import lu_factor, lu_solve, lu_solve_transposed
 
@@ -145,7 +145,10 @@ def _eliminate(robot, number, delaying, work, factors):
 
 @inlined
 def _eliminate_row(robot, number, i, first, start, end, scale, inverse, work, factors):
-    """Columns of row i, less what rows from ``first`` on have to do with them."""
+    """Columns of row i, less what rows from ``first`` on have to do with them.
+
+    The innermost loop of every solve: what it needs is handed on as numbers, ten of them.
+    """
     blocks, units, upper, rows = work.blocks, robot.units, factors.upper, work.rows
     j = start
     while j + 4 <= end:
@@ -209,7 +212,7 @@ def _add_border(robot, number, work, factors):
                     border[m, m] = get(work.lane_parts, 0, lane)
 
 
-@kernel
+@part
 def factor(robot, rotation, problem, work, factors):
     """Factor the tangent of a square problem, from the slots in the workspace.
 
@@ -257,7 +260,7 @@ def factor_border(robot, problem, work, factors):
     return lu_factor(square, size, work.pivots, _SMALLEST_PIVOT)
 
 
-@kernel
+@part
 def rotation_unknowns(rotation, angles, motions):
     """World rotations of the rotation unknowns, (3, 3): themselves, or roll, pitch and yaw rates."""
     for i in range(3):
@@ -270,7 +273,7 @@ def rotation_unknowns(rotation, angles, motions):
         motions[0, 1], motions[1, 1] = -math.sin(yaw), math.cos(yaw)
 
 
-@kernel
+@part
 def solve(robot, problem, vector, work, factors):
     """Solve in place: legs first, border last, in the order of the equations and the unknowns."""
     solve_here(robot, problem, vector, work, factors)
@@ -293,7 +296,7 @@ def solve_here(robot, problem, vector, work, factors):
         _backward(robot, number, vector, work, factors)
 
 
-@kernel
+@part
 def solve_transposed(robot, problem, vector, work, factors):
     """Solve with the transpose, in place: in the order of the unknowns and the equations."""
     inner, border, part = robot.platform_index, work.border, work.part
@@ -330,7 +333,7 @@ def solve_transposed(robot, problem, vector, work, factors):
         _backward(robot, number, vector, work, factors)
 
 
-@kernel
+@part
 def predict(robot, problem, known, efforts, vector, work, factors):
     """Change of the unknowns, to first order, with what is imposed.
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from .condensation_kernel import rotation_unknowns
-from .kernel_decorators import kernel
+from .kernel_decorators import kernel, part
 from .lanes import get
 from .lu_kernel import lu_factor
 from .record_layout import INDEX_FREE, INDEX_LOCKED, INVERSE_SIGN
@@ -83,7 +83,7 @@ def eliminate(matrix, first, last, size, smallest):
     return negative, 0
 
 
-@kernel
+@part
 def _exchange(matrix, size, one, two):
     """Exchange two rows and the same columns."""
     if one == two:
@@ -94,7 +94,7 @@ def _exchange(matrix, size, one, two):
         matrix[i, one], matrix[i, two] = matrix[i, two], matrix[i, one]
 
 
-@kernel
+@part
 def signs_of(robot, rotation, work, signs):
     """Count negative directions and find the sign of the inverse problem's determinant.
 
@@ -156,7 +156,7 @@ def signs_of(robot, rotation, work, signs):
     signs[INDEX_FREE] = below + free - robot.constraint_count
 
 
-@kernel
+@part
 def _symmetric_border(robot, factors, result):
     """Symmetric part of the border, delayed slots before the platform; returns its largest entry."""
     matrix, count, delayed = factors.border, robot.border_indices.shape[0], factors.delayed_count[0]

@@ -241,7 +241,7 @@ def interpolated_loads(first: LoadArrays, last: LoadArrays, fraction: float) -> 
 
 
 def workspace(robot: RobotArrays) -> Workspace:
-    """Memory for one thread."""
+    """Memory for one thread; long, for every field has its line."""
     width = robot.slot_index.shape[2]
     groups, slots, inner = len(robot.groups), robot.slots.total, robot.slots.inner_count
     size = len(robot.unit)

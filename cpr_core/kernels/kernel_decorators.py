@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from ..numba_fence import compile_kernel
 from .kernel_sources import read_sources, stamp_of
 
-__all__ = ["allocating_part", "compiled", "compiled_strictly", "inlined", "kernel", "part"]
+__all__ = ["allocating_part", "compiled", "inlined", "kernel", "part", "strict_part"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -67,10 +67,12 @@ def inlined(function: Function) -> Function:
     )
 
 
-def compiled_strictly(function: Function) -> Function:
-    """Compile a kernel whose sums are not reordered.
+def strict_part(function: Function) -> Function:
+    """A part whose sums are not reordered.
 
     Its result is the same to the last bit whether it was just compiled or loaded from disk: the linker
     may take either of two copies of a function, which were optimised differently.
     """
-    return compile_kernel(function, _STAMP, fastmath=False)
+    return compile_kernel(
+        function, _STAMP, fastmath=False, no_cpython_wrapper=True, no_cfunc_wrapper=True
+    )

@@ -10,7 +10,14 @@ import math
 from .kernel_decorators import part
 from .lanes import load, store
 from .lu_kernel import lu_factor, lu_solve
-from .pencil_kernel import eliminate_pencil, recall_pencil, smallest_eigenvalue, squared_size
+from .pencil_kernel import (
+    Measure,
+    eliminate_pencil,
+    is_diagonal,
+    recall_pencil,
+    smallest_eigenvalue,
+    squared_size,
+)
 from .record_layout import ROTATION
 
 __all__ = ["linearise"]
@@ -44,18 +51,22 @@ def linearise(robot, kept, record, eigenvalues, response, pencil):
     if not recall_pencil(robot, kept, pencil):
         return False
     scale, gram, elastic = robot.energy_unit, pencil.gram, pencil.elastic
+    orthogonal = is_diagonal(gram)
     # Constants would be compiled for once each.
     held, released = robot.motor_index < 0, robot.motor_index >= 0
-    locked = smallest_eigenvalue(robot, pencil, gram, 1.0, held, math.nan)
+    locked_motions = Measure(gram, orthogonal, 1.0, held)
+    locked = smallest_eigenvalue(robot, pencil, locked_motions, math.nan)
     if robot.slots.passive < 0:  # the passive coordinate of a base stores no energy
         _put_elastic(robot, record, elastic)
-        if _definite(robot, pencil, elastic):
+        strain_energy = Measure(elastic, is_diagonal(elastic), 0.0, held)
+        if _definite(robot, pencil, strain_energy):
             # The softest motion is nearly the same in both measures.
-            guess = locked * squared_size(pencil, gram, 1.0, held)
-            guess /= squared_size(pencil, elastic, 0.0, held)
-            eigenvalues[2] = smallest_eigenvalue(robot, pencil, elastic, 0.0, held, guess)
+            guess = locked * squared_size(pencil, locked_motions)
+            guess /= squared_size(pencil, strain_energy)
+            eigenvalues[2] = smallest_eigenvalue(robot, pencil, strain_energy, guess)
     eigenvalues[0] = scale * locked
-    eigenvalues[1] = scale * smallest_eigenvalue(robot, pencil, gram, 1.0, released, math.nan)
+    free_motions = Measure(gram, orthogonal, 1.0, released)
+    eigenvalues[1] = scale * smallest_eigenvalue(robot, pencil, free_motions, math.nan)
     return _respond(robot, record, response, pencil)
 
 
@@ -83,10 +94,10 @@ def _put_elastic(robot, record, elastic):
 
 
 @part
-def _definite(robot, pencil, elastic):
+def _definite(robot, pencil, strain_energy):
     """Whether every admissible motion with the motors held costs elastic energy."""
     left = pencil.left
-    if eliminate_pencil(robot, pencil, elastic, 0.0, False, -_ALL_ELASTIC) != 0:
+    if eliminate_pencil(robot, pencil, strain_energy, -_ALL_ELASTIC) != 0:
         return False
     smallest, largest = math.inf, 0.0
     for i in range(left.shape[0]):

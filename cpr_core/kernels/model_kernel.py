@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from .kernel_decorators import inlined, kernel, part
+from .kernel_decorators import inlined, part
 from .lane_vectors import (
     add,
     axial,
@@ -85,7 +85,7 @@ def evaluate_here(robot, loads, state, platform_rotation, platform_position, res
     return energy
 
 
-@kernel
+@part
 def tangent_into(robot, work, tangent):
     """The tangent by states, (N, N), from the slots; entries that are always zero are not written."""
     inner, platform = robot.slots.inner_count, robot.platform_index

@@ -45,7 +45,6 @@ class Pencil(NamedTuple):
     border: Floats  # (b,)
     loaded: Lanes  # (G, r) M times the vector
     border_loaded: Floats  # (b,)
-    diagonal: NDArray[np.int64]  # (1,) 1: M is diagonal in the strain coordinates
     basis: Lanes  # (T, G, r) of Lanczos' method
     border_basis: Floats  # (T, b)
     tridiagonal: Floats  # (4, T)
@@ -98,7 +97,6 @@ def pencil_of(arrays: RobotArrays, grams: Sequence[Floats]) -> Pencil:
         border=np.empty(platform),
         loaded=zeros_lanes(width, groups, rows),
         border_loaded=np.empty(platform),
-        diagonal=np.zeros(1, np.int64),
         basis=empty(_STEPS, groups, rows),
         border_basis=np.empty((_STEPS, platform)),
         tridiagonal=np.empty((4, _STEPS)),

@@ -17,15 +17,23 @@ platform's beside them.
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .condensation_kernel import CONDENSED
 from .kept_factors import kept_border, kept_row, kept_status, recall_border
-from .kernel_decorators import part
+from .kernel_decorators import inlined, part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 
-__all__ = ["eliminate_pencil", "recall_pencil", "smallest_eigenvalue", "squared_size"]
+__all__ = [
+    "Measure",
+    "eliminate_pencil",
+    "is_diagonal",
+    "recall_pencil",
+    "smallest_eigenvalue",
+    "squared_size",
+]
 
 #: What the condensation has left of platform and motors, dimensionless: entries beyond this (a leg
 #: nearly straight) hide too many digits of others.
@@ -43,6 +51,15 @@ _ITERATIONS = 6
 _LANCZOS_RESIDUAL = 1e-3
 
 
+class Measure(NamedTuple):
+    """M of a pencil: what the size of a motion is, and which motions there are."""
+
+    strain: Any  # M on strain coordinates, (G, S, S)
+    diagonal: Any  # whether that is diagonal (orthogonal bases)
+    lumped: Any  # M on every other moving coordinate: 1 or 0
+    free: Any  # whether the motors move
+
+
 @part
 def recall_pencil(robot, kept, pencil):
     """K from the kept factors of a tangent: what was eliminated is put together again.
@@ -52,11 +69,9 @@ def recall_pencil(robot, kept, pencil):
     Returns:
         Whether enough digits are left.
     """
-    blocks, rows, corner, condensed = pencil.blocks, pencil.rows, pencil.corner, pencil.condensed
+    corner, condensed = pencil.corner, pencil.condensed
     slots, lanes, groups = robot.slots, robot.slot_index.shape[2], robot.groups.shape[0]
-    inner, width, extent = slots.inner_count, slots.platform_count, slots.total
-    first = slots.first_coupled
-    doubt = broadcast(rows, -1.0)
+    doubt = broadcast(pencil.rows, -1.0)
     if kept_status(kept) != CONDENSED:
         return False
     recall_border(kept, kept_border(slots, groups), condensed.shape[0], lanes, condensed)
@@ -64,125 +79,108 @@ def recall_pencil(robot, kept, pencil):
         for j in range(condensed.shape[0]):
             if not abs(condensed[i, j]) < _LARGEST_BORDER:
                 return False
-    for i in range(width):
-        for j in range(width):
+    for i in range(slots.platform_count):
+        for j in range(slots.platform_count):
             corner[i, j] = 0.5 * (condensed[i, j] + condensed[j, i])
     for number in range(groups):
-        largest, smallest = broadcast(rows, 0.0), broadcast(rows, np.inf)
-        for i in range(inner):
-            # Stored in place of the unit diagonal: the inverse pivot.
-            row = kept_row(slots, number, i)
-            pivot = 1.0 / load(kept, row + i)
-            store(rows, (i, i), pivot)
-            smallest = lower(smallest, absolute(pivot))
-            if i < slots.strain_count:
-                largest = -lower(-largest, -absolute(pivot))
-            for j in range(i + 1, extent):
-                store(rows, (i, j), pivot * load(kept, row + j))
-            for j in range(i, extent):
-                begin = 0 if j < inner or j == extent - 1 else first
-                value = broadcast(rows, 0.0)
-                for k in range(begin, i):
-                    value += load(kept, kept_row(slots, number, k) + i) * load(rows, (k, j))
-                if i >= begin:
-                    value += load(rows, (i, j))
-                at = j if j < inner else (j + 1 if j < extent - 1 else inner)
-                store(blocks, (number, i, at), value)
-        doubt = -lower(-doubt, smallest - _SMALLEST_LEG_PIVOT * largest)
-        for i in range(width):
-            for j in range(i, width):
-                value = broadcast(rows, 0.0)
-                for k in range(first, inner):
-                    left = load(kept, kept_row(slots, number, k) + inner + i)
-                    value += left * load(rows, (k, inner + j))
-                corner[i, j] += total(value)
-        # The motors' rows, with what the legs had taken from them.
-        for j in range(width + 1):
-            value = broadcast(rows, 0.0)
-            begin = first if j < width else 0
-            for k in range(begin, inner):
-                left = load(kept, kept_row(slots, number, k) + inner + j)
-                value += left * load(rows, (k, extent - 1))
-            column = inner + 1 + j if j < width else inner
-            store(blocks, (number, inner, column), value)
-        for lane in range(lanes):
-            motor = robot.groups[number].motor_index[lane]
-            if motor < 0:
-                put(blocks, (number, inner, inner), lane, 1.0)
-                continue
-            m = motor - robot.platform_index
-            for j in range(width + 1):
-                column = inner + 1 + j if j < width else inner
-                value = get(blocks, (number, inner, column), lane)
-                value += condensed[m, j if j < width else m]
-                put(blocks, (number, inner, column), lane, value)
+        doubt = -lower(-doubt, _recall_leg_rows(slots, number, kept, pencil))
+        _recall_platform(slots, number, kept, pencil)
+        _recall_motor_rows(robot, number, kept, pencil)
     return highest(doubt) < 0.0
 
 
+@inlined
+def _recall_leg_rows(slots, number, kept, pencil):
+    """Rows of the inner slots of a group; returns what is positive where too few digits are left."""
+    blocks, rows = pencil.blocks, pencil.rows
+    inner, extent, first = slots.inner_count, slots.total, slots.first_coupled
+    largest, smallest = broadcast(rows, 0.0), broadcast(rows, np.inf)
+    for i in range(inner):
+        # Stored in place of the unit diagonal: the inverse pivot.
+        row = kept_row(slots, number, i)
+        pivot = 1.0 / load(kept, row + i)
+        store(rows, (i, i), pivot)
+        smallest = lower(smallest, absolute(pivot))
+        if i < slots.strain_count:
+            largest = -lower(-largest, -absolute(pivot))
+        for j in range(i + 1, extent):
+            store(rows, (i, j), pivot * load(kept, row + j))
+        for j in range(i, extent):
+            begin = 0 if j < inner or j == extent - 1 else first
+            value = broadcast(rows, 0.0)
+            for k in range(begin, i):
+                value += load(kept, kept_row(slots, number, k) + i) * load(rows, (k, j))
+            if i >= begin:
+                value += load(rows, (i, j))
+            at = j if j < inner else (j + 1 if j < extent - 1 else inner)
+            store(blocks, (number, i, at), value)
+    return smallest - _SMALLEST_LEG_PIVOT * largest
+
+
+@inlined
+def _recall_platform(slots, number, kept, pencil):
+    """Give back to the platform what a group had taken from it."""
+    inner, width = slots.inner_count, slots.platform_count
+    for i in range(width):
+        for j in range(i, width):
+            value = broadcast(pencil.rows, 0.0)
+            for k in range(slots.first_coupled, inner):
+                left = load(kept, kept_row(slots, number, k) + inner + i)
+                value += left * load(pencil.rows, (k, inner + j))
+            pencil.corner[i, j] += total(value)
+
+
+@inlined
+def _recall_motor_rows(robot, number, kept, pencil):
+    """Rows of the motors of a group, with what the legs had taken from them."""
+    slots, blocks, rows = robot.slots, pencil.blocks, pencil.rows
+    inner, width, extent = slots.inner_count, slots.platform_count, slots.total
+    for j in range(width + 1):
+        value = broadcast(rows, 0.0)
+        begin = slots.first_coupled if j < width else 0
+        for k in range(begin, inner):
+            left = load(kept, kept_row(slots, number, k) + inner + j)
+            value += left * load(rows, (k, extent - 1))
+        column = inner + 1 + j if j < width else inner
+        store(blocks, (number, inner, column), value)
+    for lane in range(robot.slot_index.shape[2]):
+        motor = robot.groups[number].motor_index[lane]
+        if motor < 0:
+            put(blocks, (number, inner, inner), lane, 1.0)
+            continue
+        m = motor - robot.platform_index
+        for j in range(width + 1):
+            column = inner + 1 + j if j < width else inner
+            value = get(blocks, (number, inner, column), lane)
+            value += pencil.condensed[m, j if j < width else m]
+            put(blocks, (number, inner, column), lane, value)
+
+
 @part
-def eliminate_pencil(robot, pencil, mass, lumped, free, shift):
+def eliminate_pencil(robot, pencil, measure, shift):
     """Eliminate all of ``K - shift M``.
 
     Args:
         robot: RobotArrays.
         pencil: Pencil.
-        mass: M on strain coordinates, (G, S, S).
-        lumped: M on every other moving coordinate: 1 or 0.
-        free: Whether the motors move.
+        measure: Measure.
         shift: Number.
 
     Returns:
         Number of eigenvalues below the shift; -1 where a pivot of a leg was zero.
     """
-    blocks, upper, inverses = pencil.blocks, pencil.upper, pencil.inverse
-    rows, weights, left = pencil.rows, pencil.weights, pencil.left
-    slots = robot.slots
-    inner, width, extent = slots.inner_count, slots.platform_count, slots.total
-    strains, first = slots.strain_count, slots.first_coupled
-    size = inner + 1 if free else inner
-    others = shift * lumped
+    blocks, left, width = pencil.blocks, pencil.left, robot.slots.platform_count
     for i in range(width):
         for j in range(i, width):
             left[i, j] = pencil.corner[i, j]
-        left[i, i] -= others
-    signs = broadcast(weights, 0.0)
+        left[i, i] -= shift * measure.lumped
+    signs = broadcast(pencil.weights, 0.0)
     for number in range(blocks.shape[0]):
-        for i in range(size):
-            value = load(blocks, (number, i, i)) - others * load(weights, (number, i))
-            if i < strains:
-                value -= shift * load(mass, (number, i, i))
-            for k in range(i):
-                value -= load(upper, (number, k, i)) * load(rows, (k, i))
-            inverse = 1.0 / value
-            signs += absolute(value) * inverse
-            store(inverses, (number, i), inverse)
-            for j in range(i + 1, size):
-                value = load(blocks, (number, i, j))
-                if j < strains:
-                    value -= shift * load(mass, (number, i, j))
-                for k in range(i):
-                    value -= load(upper, (number, k, i)) * load(rows, (k, j))
-                store(rows, (i, j), value)
-                store(upper, (number, i, j), inverse * value)
-            if i < first:
-                continue
-            for j in range(inner + 1, extent):
-                value = load(blocks, (number, i, j))
-                for k in range(first, i):
-                    value -= load(upper, (number, k, i)) * load(rows, (k, j))
-                store(rows, (i, j), value)
-                store(upper, (number, i, j), inverse * value)
-        for i in range(width):
-            for j in range(i, width):
-                value = broadcast(weights, 0.0)
-                for k in range(first, size):
-                    value += load(upper, (number, k, inner + 1 + i)) * load(
-                        rows, (k, inner + 1 + j)
-                    )
-                left[i, j] -= total(value)
+        signs += _eliminate_legs(robot.slots, number, measure, shift, pencil)
     balance = total(signs)
     if not math.isfinite(balance):
         return -1
+    size = robot.slots.inner_count + (1 if measure.free else 0)
     pivots = blocks.shape[0] * robot.slot_index.shape[2] * size
     negative = round(0.5 * (pivots - balance)) - robot.constraint_count
     for k in range(width):
@@ -198,6 +196,47 @@ def eliminate_pencil(robot, pencil, mass, lumped, free, shift):
     return negative
 
 
+@inlined
+def _eliminate_legs(slots, number, measure, shift, pencil):
+    """Eliminate a group, and take it off the platform's part; returns the sum of its pivots' signs."""
+    blocks, upper, rows, weights = pencil.blocks, pencil.upper, pencil.rows, pencil.weights
+    inner, width, strains = slots.inner_count, slots.platform_count, slots.strain_count
+    first, size = slots.first_coupled, inner + (1 if measure.free else 0)
+    others, signs = shift * measure.lumped, broadcast(weights, 0.0)
+    for i in range(size):
+        value = load(blocks, (number, i, i)) - others * load(weights, (number, i))
+        if i < strains:
+            value -= shift * load(measure.strain, (number, i, i))
+        for k in range(i):
+            value -= load(upper, (number, k, i)) * load(rows, (k, i))
+        inverse = 1.0 / value
+        signs += absolute(value) * inverse
+        store(pencil.inverse, (number, i), inverse)
+        for j in range(i + 1, size):
+            value = load(blocks, (number, i, j))
+            if j < strains:
+                value -= shift * load(measure.strain, (number, i, j))
+            for k in range(i):
+                value -= load(upper, (number, k, i)) * load(rows, (k, j))
+            store(rows, (i, j), value)
+            store(upper, (number, i, j), inverse * value)
+        if i < first:
+            continue
+        for j in range(inner + 1, slots.total):
+            value = load(blocks, (number, i, j))
+            for k in range(first, i):
+                value -= load(upper, (number, k, i)) * load(rows, (k, j))
+            store(rows, (i, j), value)
+            store(upper, (number, i, j), inverse * value)
+    for i in range(inner + 1, inner + 1 + width):
+        for j in range(i, inner + 1 + width):
+            value = broadcast(weights, 0.0)
+            for k in range(first, size):
+                value += load(upper, (number, k, i)) * load(rows, (k, j))
+            pencil.left[i - inner - 1, j - inner - 1] -= total(value)
+    return signs
+
+
 @part
 def _solve(upper, inverses, left, first, free, vector, border):
     """Solve with what was eliminated, in place."""
@@ -205,9 +244,9 @@ def _solve(upper, inverses, left, first, free, vector, border):
     size = inner + 1 if free else inner
     for number in range(upper.shape[0]):
         for k in range(size - 1):
-            here = load(vector, (number, k))
+            eliminated = load(vector, (number, k))
             for i in range(k + 1, size):
-                value = load(vector, (number, i)) - load(upper, (number, k, i)) * here
+                value = load(vector, (number, i)) - load(upper, (number, k, i)) * eliminated
                 store(vector, (number, i), value)
         for j in range(width):
             value = broadcast(vector, 0.0)
@@ -233,31 +272,32 @@ def _solve(upper, inverses, left, first, free, vector, border):
                 value -= load(upper, (number, i, inner + 1 + j)) * border[j]
             store(vector, (number, i), value)
         for j in range(size - 1, 0, -1):
-            here = load(vector, (number, j))
+            found = load(vector, (number, j))
             for i in range(j):
-                value = load(vector, (number, i)) - load(upper, (number, i, j)) * here
+                value = load(vector, (number, i)) - load(upper, (number, i, j)) * found
                 store(vector, (number, i), value)
 
 
 @part
-def _multiply(mass, diagonal, weights, lumped, free, vector, border, result, border_result):
+def _multiply(measure, weights, vector, border, result, border_result):
     """``result = M vector``."""
-    inner, strains = vector.shape[1] - 1, mass.shape[1]
+    mass, inner = measure.strain, vector.shape[1] - 1
+    strains = mass.shape[1]
     for number in range(vector.shape[0]):
         for i in range(strains):
             value = load(mass, (number, i, i)) * load(vector, (number, i))
-            if not diagonal:
+            if not measure.diagonal:
                 for j in range(i):
                     value += load(mass, (number, j, i)) * load(vector, (number, j))
                 for j in range(i + 1, strains):
                     value += load(mass, (number, i, j)) * load(vector, (number, j))
             store(result, (number, i), value)
         for i in range(strains, inner + 1):
-            weight = lumped if i < inner or free else 0.0
+            weight = measure.lumped if i < inner or measure.free else 0.0
             value = load(weights, (number, i)) * load(vector, (number, i))
             store(result, (number, i), weight * value)
     for i in range(border.shape[0]):
-        border_result[i] = lumped * border[i]
+        border_result[i] = measure.lumped * border[i]
 
 
 @part
@@ -294,7 +334,7 @@ def _put_multiple(factor, one, border, result, border_result):
 
 
 @part
-def smallest_eigenvalue(robot, pencil, mass, lumped, free, guess):
+def smallest_eigenvalue(robot, pencil, measure, guess):
     """Smallest eigenvalue of the pencil, M being positive definite on the admissible motions.
 
     Lanczos' method on ``(K - low M)^-1 M`` with no eigenvalue below ``low``, then inverse iteration;
@@ -304,24 +344,21 @@ def smallest_eigenvalue(robot, pencil, mass, lumped, free, guess):
     Args:
         robot: RobotArrays.
         pencil: Pencil; on return its vector is the eigenvector.
-        mass: M on strain coordinates, (G, S, S).
-        lumped: M on every other moving coordinate: 1 or 0.
-        free: Whether the motors move.
+        measure: Measure.
         guess: Rayleigh quotient of the vector of the pencil, from which inverse iteration is tried
             first; NaN: none.
 
     Returns:
         The eigenvalue, dimensionless; NaN where it was not found.
     """
-    pencil.diagonal[0] = _is_diagonal(mass)
     vector, border = pencil.vector, pencil.border
     if math.isfinite(guess):
-        value, certain = _settle(robot, pencil, mass, lumped, free, guess - _NEAR)
+        value, certain = _settle(robot, pencil, measure, guess - _NEAR)
         if certain:
             return value
     low, step, high = 0.0, 1.0, math.inf
     while True:
-        below = eliminate_pencil(robot, pencil, mass, lumped, free, low)
+        below = eliminate_pencil(robot, pencil, measure, low)
         if below == 0:
             break
         high = low
@@ -330,29 +367,29 @@ def smallest_eigenvalue(robot, pencil, mass, lumped, free, guess):
             return math.nan
     _put_multiple(1.0, pencil.start, border, vector, border)
     for i in range(border.shape[0]):
-        border[i] = lumped * (1.0 + 0.5 * math.sin(1.7 * i + 0.3))
+        border[i] = measure.lumped * (1.0 + 0.5 * math.sin(1.7 * i + 0.3))
     for _ in range(60):
-        _lanczos(robot, pencil, mass, lumped, free)
-        value = _iterate(robot, pencil, mass, lumped, free, low)
-        value, certain = _settle(robot, pencil, mass, lumped, free, value - _NEAR)
+        _lanczos(robot, pencil, measure)
+        value = _iterate(robot, pencil, measure, low)
+        value, certain = _settle(robot, pencil, measure, value - _NEAR)
         if certain or not math.isfinite(value):
             return value
         high = min(high, value)
         if high - low <= _CERTAIN:
             return high
         middle = 0.5 * (low + high)
-        if eliminate_pencil(robot, pencil, mass, lumped, free, middle) == 0:
+        if eliminate_pencil(robot, pencil, measure, middle) == 0:
             low = middle
         else:
             high = middle
-            eliminate_pencil(robot, pencil, mass, lumped, free, low)
+            eliminate_pencil(robot, pencil, measure, low)
         for i in range(border.shape[0]):
-            border[i] += lumped * math.sin(2.9 * i + 100.0 * high)
+            border[i] += measure.lumped * math.sin(2.9 * i + 100.0 * high)
     return math.nan
 
 
 @part
-def _is_diagonal(mass):
+def is_diagonal(mass):
     """Whether M is diagonal in the strain coordinates (orthogonal bases)."""
     beside = broadcast(mass, 0.0)
     for number in range(mass.shape[0]):
@@ -363,16 +400,16 @@ def _is_diagonal(mass):
 
 
 @part
-def squared_size(pencil, mass, lumped, free):
+def squared_size(pencil, measure):
     """``v^T M v`` of the vector of the pencil."""
     vector, border = pencil.vector, pencil.border
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
-    _multiply(mass, False, pencil.weights, lumped, free, vector, border, loaded, border_loaded)
+    _multiply(measure, pencil.weights, vector, border, loaded, border_loaded)
     return _inner_product(vector, border, loaded, border_loaded)
 
 
 @part
-def _settle(robot, pencil, mass, lumped, free, shift):
+def _settle(robot, pencil, measure, shift):
     """Inverse iteration from the vector, first with this shift, until none is left below.
 
     Returns:
@@ -380,10 +417,10 @@ def _settle(robot, pencil, mass, lumped, free, shift):
     """
     value = math.nan
     for k in range(_ITERATIONS):
-        below = eliminate_pencil(robot, pencil, mass, lumped, free, shift)
+        below = eliminate_pencil(robot, pencil, measure, shift)
         if k > 0 and below == 0:
             return value, True
-        value = _iterate(robot, pencil, mass, lumped, free, shift)
+        value = _iterate(robot, pencil, measure, shift)
         if not math.isfinite(value):
             break
         shift = value - _CERTAIN
@@ -391,24 +428,24 @@ def _settle(robot, pencil, mass, lumped, free, shift):
 
 
 @part
-def _iterate(robot, pencil, mass, lumped, free, shift):
+def _iterate(robot, pencil, measure, shift):
     """One step of inverse iteration, in place; returns the Rayleigh quotient of the new vector."""
     vector, border, weights = pencil.vector, pencil.border, pencil.weights
-    loaded, border_loaded, diagonal = pencil.loaded, pencil.border_loaded, pencil.diagonal[0]
+    loaded, border_loaded = pencil.loaded, pencil.border_loaded
     first = robot.slots.first_coupled
-    _multiply(mass, diagonal, weights, lumped, free, vector, border, loaded, border_loaded)
+    _multiply(measure, weights, vector, border, loaded, border_loaded)
     old = _inner_product(vector, border, loaded, border_loaded)
     scale = 1.0 / math.sqrt(old)
     _put_multiple(scale, loaded, border_loaded, vector, border)
-    _solve(pencil.upper, pencil.inverse, pencil.left, first, free, vector, border)
+    _solve(pencil.upper, pencil.inverse, pencil.left, first, measure.free, vector, border)
     work = scale * _inner_product(vector, border, loaded, border_loaded)
-    _multiply(mass, diagonal, weights, lumped, free, vector, border, loaded, border_loaded)
+    _multiply(measure, weights, vector, border, loaded, border_loaded)
     length = _inner_product(vector, border, loaded, border_loaded)
     return shift + work / length
 
 
 @part
-def _lanczos(robot, pencil, mass, lumped, free):
+def _lanczos(robot, pencil, measure):
     """Replace the vector by one near the eigenvector of the smallest eigenvalue above the shift.
 
     Vectors are made orthogonal to the two before only: those further back they meet again when a Ritz
@@ -419,11 +456,11 @@ def _lanczos(robot, pencil, mass, lumped, free):
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
     along, beside = pencil.tridiagonal[0], pencil.tridiagonal[1]
     parts, pivots = pencil.tridiagonal[2], pencil.tridiagonal[3]
-    first, diagonal = robot.slots.first_coupled, pencil.diagonal[0]
+    first = robot.slots.first_coupled
     most = basis.shape[0]
     largest = 0.0
     for step in range(most + 1):
-        _multiply(mass, diagonal, weights, lumped, free, vector, border, loaded, border_loaded)
+        _multiply(measure, weights, vector, border, loaded, border_loaded)
         length = math.sqrt(max(_inner_product(vector, border, loaded, border_loaded), 0.0))
         if step > 0:
             beside[step - 1] = length
@@ -438,7 +475,7 @@ def _lanczos(robot, pencil, mass, lumped, free):
         inverse = 1.0 / length
         _put_multiple(inverse, vector, border, basis[step], border_basis[step])
         _put_multiple(inverse, loaded, border_loaded, vector, border)
-        _solve(pencil.upper, pencil.inverse, pencil.left, first, free, vector, border)
+        _solve(pencil.upper, pencil.inverse, pencil.left, first, measure.free, vector, border)
         if step > 0:
             _add(-length, basis[step - 1], border_basis[step - 1], vector, border)
         along[step] = inverse * _inner_product(vector, border, loaded, border_loaded)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
+from ..blas_threads import on_one_blas_thread
 from ..errors import InvalidRequest
 from ..lie import angle_motions
 from ..validation import checked_number, checked_vector
@@ -116,6 +117,7 @@ class KinematoStatics:
         return Response(matrix, robot.motor_count)
 
     @cached_property
+    @on_one_blas_thread
     def _dense_response(self) -> tuple[Floats, Floats]:
         """Leg, multiplier and platform increments, and efforts, per motor and per wrench increment."""
         robot = self.equilibrium.robot

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from ..blas_threads import on_one_blas_thread
 from .linearisation import Linearisation
 from .model_state import ModelState
 
@@ -102,6 +103,7 @@ class Spectrum:
 class _Dense:
     """H_r as a matrix, for whoever wants all of it."""
 
+    @on_one_blas_thread
     def __init__(self, solution: ModelState, motors_are: MotorReading) -> None:
         robot = solution.robot
         self.solution = solution
@@ -115,6 +117,7 @@ class _Dense:
         hessian = tangent[np.ix_(self.moving, self.moving)]
         self.reduced = self.null_space.T @ (0.5 * (hessian + hessian.T)) @ self.null_space
 
+    @on_one_blas_thread
     def modes(self) -> tuple[Floats, Floats]:
         """Eigenvalues and motions."""
         eigenvalues, directions = np.linalg.eigh(self.reduced)  # takes an empty one as well
@@ -122,6 +125,7 @@ class _Dense:
         whole[self.moving] = self.null_space @ directions
         return eigenvalues, whole
 
+    @on_one_blas_thread
     def margin(self) -> float:
         """Smallest eigenvalue relative to the elastic stiffness."""
         elastic = _elastic_hessian(self.solution)[np.ix_(self.moving, self.moving)]

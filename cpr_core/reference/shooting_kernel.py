@@ -39,8 +39,10 @@ SMALLEST_STEP = 1e-4
 #: Newton corrections of a step; each must be smaller than this times the one before.
 CORRECTIONS = 12
 CONTRACTION = 0.5
-#: Columns of the variations: three by the base moment, three by the base force, the motor, a filler.
-COLUMNS = 8
+#: Columns of the variations: three by the base moment, three by the base force, the motor, a filler;
+#: in the plane by moment, force and motor. Before them are p, t and m, or x, y, angle and m.
+COLUMNS, FIRST = 8, 9
+PLANAR_COLUMNS, PLANAR_FIRST = 4, 4
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -124,7 +126,7 @@ def _spatial_slope(y, compliance, nx, ny, nz, slope):
     slope[6] = ny * tz - nz * ty
     slope[7] = nz * tx - nx * tz
     slope[8] = nx * ty - ny * tx
-    for c in range(9, 9 + COLUMNS):
+    for c in range(FIRST, FIRST + COLUMNS):
         ax, ay, az = y[c + 3 * COLUMNS], y[c + 4 * COLUMNS], y[c + 5 * COLUMNS]  # dt
         bx, by, bz = y[c + 6 * COLUMNS], y[c + 7 * COLUMNS], y[c + 8 * COLUMNS]  # dm
         slope[c] = ax
@@ -136,7 +138,7 @@ def _spatial_slope(y, compliance, nx, ny, nz, slope):
         slope[c + 6 * COLUMNS] = ny * az - nz * ay
         slope[c + 7 * COLUMNS] = nz * ax - nx * az
         slope[c + 8 * COLUMNS] = nx * ay - ny * ax
-    x, y_row, z = 9 + 6 * COLUMNS, 9 + 7 * COLUMNS, 9 + 8 * COLUMNS
+    x, y_row, z = FIRST + 6 * COLUMNS, FIRST + 7 * COLUMNS, FIRST + 8 * COLUMNS
     slope[y_row + 3] -= tz
     slope[z + 3] += ty
     slope[x + 4] += tz
@@ -166,7 +168,7 @@ def _planar_slope(y, compliance, nx, ny, slope):
 @kernel
 def _integrate(robot, number, force, state, inner, slopes):
     """One rod from base to tip, in place."""
-    size = 20 if robot.planar else 9 + 9 * COLUMNS
+    size = PLANAR_FIRST * (1 + PLANAR_COLUMNS) if robot.planar else FIRST * (1 + COLUMNS)
     stages = robot.weights.shape[0]
     step = robot.length[number] / robot.steps
     compliance = 1.0 / robot.stiffness[number]
@@ -311,74 +313,98 @@ def balance(loads, tips, rotation, forces, residual, rows):
 
 
 @kernel
+def _start_rod(robot, number, motor, wrench, tangent, rod):
+    """A rod at its base, and how that varies with the base wrench and the motor."""
+    axis = robot.motor_axis[number]
+    _turn(axis * motor, robot.base_tangent[number].copy().reshape(3, 1), tangent)
+    rod[:] = 0.0
+    if robot.planar:
+        rod[0], rod[1] = robot.base_position[number, 0], robot.base_position[number, 1]
+        rod[2] = math.atan2(tangent[1, 0], tangent[0, 0])
+        rod[3] = wrench[2]
+        rod[PLANAR_FIRST + 3 * PLANAR_COLUMNS] = 1.0
+        rod[PLANAR_FIRST + 2 * PLANAR_COLUMNS + 3] = axis[2]
+    else:
+        for i in range(3):
+            rod[i] = robot.base_position[number, i]
+            rod[3 + i] = tangent[i, 0]
+            rod[6 + i] = wrench[i]
+            rod[FIRST + (6 + i) * COLUMNS + i] = 1.0
+        _add_cross(1.0, axis, tangent[:, 0], rod[FIRST + 3 * COLUMNS + 6 :: COLUMNS][:3])
+
+
+@kernel
 def _evaluate(robot, state, linear):
     """Linearise at a state; returns the largest gap or imbalance."""
-    planar, legs, free = robot.planar, len(robot.length), len(robot.axes)
-    block = 3 if planar else 6
-    stride = 4 if planar else COLUMNS
-    first = 4 if planar else 9
+    legs, free = len(robot.length), len(robot.axes)
     rod = np.empty(81)
     inner, slopes = np.empty(81), np.empty((len(robot.weights), 81))
-    matrix, forces = np.empty((6, 6)), np.empty((legs, 3))
-    tangent, arm, along = np.empty((3, 1)), np.empty(3), np.zeros((3, 6))
+    forces = np.empty((legs, 3))
+    tangent, arm = np.empty((3, 1)), np.empty(3)
     largest, total = 0.0, 0.0  # a maximum passes over a NaN, a sum does not
     for number in range(legs):
-        wrench, axis = state.wrenches[number], robot.motor_axis[number]
-        _turn(axis * state.motors[number], robot.base_tangent[number].copy().reshape(3, 1), tangent)
-        rod[:] = 0.0
-        if planar:
-            rod[0], rod[1] = robot.base_position[number, 0], robot.base_position[number, 1]
-            rod[2] = math.atan2(tangent[1, 0], tangent[0, 0])
-            rod[3] = wrench[2]
-            rod[first + 3 * stride] = 1.0
-            rod[first + 2 * stride + 3] = axis[2]
-        else:
-            for i in range(3):
-                rod[i] = robot.base_position[number, i]
-                rod[3 + i] = tangent[i, 0]
-                rod[6 + i] = wrench[i]
-                rod[first + (6 + i) * stride + i] = 1.0
-            _add_cross(1.0, axis, tangent[:, 0], rod[first + 3 * stride + 6 :: stride][:3])
+        wrench = state.wrenches[number]
+        _start_rod(robot, number, state.motors[number], wrench, tangent, rod)
         _integrate(robot, number, wrench[3:], rod, inner, slopes)
-
         for i in range(3):
             arm[i] = 0.0
             for j in range(3):
                 arm[i] += state.rotation[i, j] * robot.tip_position[number, j]
             forces[number, i] = wrench[3 + i] - robot.length[number] * robot.distributed[number, i]
-        along[:] = 0.0  # derivative of the gap by the platform's twist
-        _add_skew(1.0, arm, along[:, :3])
-        for i in range(3):
-            along[i, 3 + i] = -1.0
-        right = linear.legs[number]
-        right[:] = 0.0
-        moments = 1 if planar else 3
-        gaps = block - moments
-        for row in range(block):
-            if row < gaps:
-                source = row
-                gap = rod[row] - state.position[row] - arm[row]
-                for column in range(free):
-                    right[row, 1 + column] = along[row, robot.axes[column]]
-            else:
-                source = 3 if planar else 6 + row - gaps
-                gap = rod[source]
-            for column in range(block):
-                matrix[row, column] = rod[first + source * stride + column]
-            right[row, 1 + free] = rod[first + source * stride + block]
-            right[row, 0] = gap
-            largest = max(largest, abs(gap))
-            total += gap
-        _eliminate(matrix, right, block, 2 + free)
+        gap, sum_of_gaps = _close_leg(robot, state.position, arm, rod, linear.legs[number])
+        largest, total = max(largest, gap), total + sum_of_gaps
 
     residual, rows = np.empty(6), np.empty((6, 6 + 3 * legs))
     balance(robot.platform_loads, robot.tip_position, state.rotation, forces, residual, rows)
-    force_rows = 2 if planar else 3
+    for i in range(free):
+        largest = max(largest, abs(residual[robot.axes[i]]))
+        total += residual[robot.axes[i]]
+    _condense(robot, residual, rows, linear)
+    return largest if math.isfinite(total) else math.inf
+
+
+@kernel
+def _close_leg(robot, position, arm, rod, right):
+    """Increments of the base wrench (``_Linear.legs``); returns the largest gap and the sum of gaps."""
+    planar, free = robot.planar, len(robot.axes)
+    block = 3 if planar else 6
+    stride = PLANAR_COLUMNS if planar else COLUMNS
+    first = PLANAR_FIRST if planar else FIRST
+    matrix = np.empty((6, 6))
+    along = np.zeros((3, 6))  # derivative of the gap by the platform's twist
+    _add_skew(1.0, arm, along[:, :3])
+    for i in range(3):
+        along[i, 3 + i] = -1.0
+    right[:] = 0.0
+    gaps = block - (1 if planar else 3)
+    largest, total = 0.0, 0.0
+    for row in range(block):
+        if row < gaps:
+            source = row
+            gap = rod[row] - position[row] - arm[row]
+            for column in range(free):
+                right[row, 1 + column] = along[row, robot.axes[column]]
+        else:
+            source = 3 if planar else 6 + row - gaps
+            gap = rod[source]
+        for column in range(block):
+            matrix[row, column] = rod[first + source * stride + column]
+        right[row, 1 + free] = rod[first + source * stride + block]
+        right[row, 0] = gap
+        largest = max(largest, abs(gap))
+        total += gap
+    _eliminate(matrix, right, block, 2 + free)
+    return largest, total
+
+
+@kernel
+def _condense(robot, residual, rows, linear):
+    """Balance of the platform with the legs eliminated, from what ``balance`` gives."""
+    legs, free = len(robot.length), len(robot.axes)
+    block, force_rows = (3, 2) if robot.planar else (6, 3)
     for i in range(free):
         row = robot.axes[i]
         linear.gap[i] = residual[row]
-        largest = max(largest, abs(residual[row]))
-        total += residual[row]
         for j in range(free):
             linear.motion[i, j] = rows[row, robot.axes[j]]
         for number in range(legs):
@@ -390,7 +416,6 @@ def _evaluate(robot, state, linear):
                 for j in range(free):
                     linear.motion[i, j] -= by_force * leg[1 + j]
                 linear.turns[i, number] -= by_force * leg[1 + free]
-    return largest if math.isfinite(total) else math.inf
 
 
 @kernel

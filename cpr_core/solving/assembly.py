@@ -17,6 +17,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
 from ..lie import rotation_exp
@@ -208,6 +209,7 @@ def _with_springs(
     return value.energy / arrays.energy_unit + 0.5 * stiffness * float(gaps @ gaps), value
 
 
+@on_one_blas_thread
 def _descended(
     robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float, moving: NDArray[np.int64]
 ) -> Shape:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.continuation_kernel import FREELY, UNPREDICTED
 from ..kernels.kept_factors import kept_factors
@@ -214,6 +215,7 @@ class Path:
             return state[self._robot.arrays.motor_index :]
         return efforts if self.problem == "efforts" else np.append(rotation, position)
 
+    @on_one_blas_thread
     def crossing(self, low: Point, high: Point) -> float:
         """Fraction where the determinant of the problem vanishes between two neighbours, linearly."""
         logarithms = []
@@ -223,10 +225,12 @@ class Path:
         weight = 1.0 / (1.0 + np.exp(min(700.0, logarithms[1] - logarithms[0])))
         return low.fraction + weight * (high.fraction - low.fraction)
 
+    @on_one_blas_thread
     def singular_values(self, point: Point) -> Floats:
         """Of the dimensionless matrix of the problem at a point, ascending."""
         return np.asarray(linalg.svdvals(self._linearised(point)[0])[::-1])
 
+    @on_one_blas_thread
     def tangent(self, point: Point, before: Tangent | None = None) -> Tangent:
         """Tangent of the curve at a point.
 
@@ -252,6 +256,7 @@ class Path:
             found *= 1.0 if found @ last >= 0.0 else -1.0
         return Tangent(found[:-1], float(found[-1]))
 
+    @on_one_blas_thread
     def along(self, point: Point, tangent: Tangent, arc_length: float) -> Point | None:
         """The solution at an arc length from a point, in the plane across its tangent.
 

@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from ..kernels.condensation_kernel import NO_INVERSE, factor, solve, solve_transposed
-from ..kernels.kernel_decorators import compiled_strictly
+from ..kernels.kernel_decorators import strict_part
 from ..kernels.rotation_matrices import roll_pitch_yaw_into
 from .eigenvalue_kernel import (
     count_below,
@@ -36,7 +36,7 @@ _LANCZOS_CHECK = 4
 _RITZ_PRECISION = 1e-10
 
 
-@compiled_strictly
+@strict_part
 def spectrum_of(problem, tangent, values):
     """Eigenvalues of H_r with the motors held, orthonormal basis of the admissible motions.
 
@@ -100,7 +100,7 @@ def spectrum_of(problem, tangent, values):
     return nearest, largest, negative
 
 
-@compiled_strictly
+@strict_part
 def _reflect_onto_null_space(slopes, hessian):
     """Reflect so that the last coordinates span the null space of ``slopes``; returns the rank.
 
@@ -156,7 +156,7 @@ def _reflect_onto_null_space(slopes, hessian):
     return min(count, size)
 
 
-@compiled_strictly
+@strict_part
 def smallest_singular_value(problem, square, tangent, rotation, scratch, work):
     """Smallest singular value of a linear problem of Section V-C, dimensionless.
 
@@ -177,19 +177,11 @@ def smallest_singular_value(problem, square, tangent, rotation, scratch, work):
     columns = square.unknowns
     if factor(robot, rotation, square, work, work.factors) == NO_INVERSE:
         return 0.0
-    inner, motors = robot.platform_index, tangent.shape[0] - robot.motor_index
-    size = inner + columns.shape[0]
+    effort_rows = _effort_rows(robot, columns, scratch)
+    motors, size = effort_rows.shape
     rigid = np.ones(size)  # zero where a multiplier is, which is no unknown of the linear problem
     for i in range(problem.multipliers.shape[0]):
         rigid[problem.multipliers[i]] = 0.0
-    effort_rows = np.empty((motors, size))
-    for i in range(motors):
-        row = robot.motor_index + i
-        for j in range(size):
-            column = j if j < inner else columns[j - inner]
-            scale = robot.unit[row] * robot.unit[column] / robot.energy_unit
-            effort_rows[i, j] = scale * scratch[row, column]
-
     basis = np.zeros((_LANCZOS_STEPS, size + motors))
     diagonal, beside = np.empty(_LANCZOS_STEPS), np.empty(_LANCZOS_STEPS)
     vector = np.empty(size + motors)
@@ -230,7 +222,21 @@ def smallest_singular_value(problem, square, tangent, rotation, scratch, work):
     return 1.0 / math.sqrt(before) if before > 0.0 else 0.0
 
 
-@compiled_strictly
+@strict_part
+def _effort_rows(robot, columns, tangent):
+    """How the unknowns of a problem, whose border has these columns, change the efforts."""
+    inner, motors = robot.platform_index, tangent.shape[0] - robot.motor_index
+    rows = np.empty((motors, inner + columns.shape[0]))
+    for i in range(motors):
+        row = robot.motor_index + i
+        for j in range(rows.shape[1]):
+            column = j if j < inner else columns[j - inner]
+            scale = robot.unit[row] * robot.unit[column] / robot.energy_unit
+            rows[i, j] = scale * tangent[row, column]
+    return rows
+
+
+@strict_part
 def _length(vector):
     total = 0.0
     for i in range(vector.shape[0]):
@@ -238,7 +244,7 @@ def _length(vector):
     return math.sqrt(total)
 
 
-@compiled_strictly
+@strict_part
 def _apply_inverse_square(robot, square, effort_rows, rigid, vector, work):
     """Multiply by the inverse of M^T M, in place; efforts are the last entries."""
     motors, size = effort_rows.shape
@@ -259,7 +265,7 @@ def _apply_inverse_square(robot, square, effort_rows, rigid, vector, work):
         part[j] *= rigid[j]
 
 
-@compiled_strictly
+@strict_part
 def _use_angles(robot, rotation, tangent):
     """Turn the derivatives by world rotations into those by roll, pitch and yaw."""
     first = robot.platform_index

@@ -21,6 +21,7 @@ __all__ = [
     "Analyses",
     "Arrivals",
     "Cells",
+    "Ways",
     "analyse_cells",
     "leave_cells",
 ]
@@ -42,6 +43,17 @@ class Cells(NamedTuple):
     signs: (
         Integers  # (B, 4) index locked, index free, side of the inverse singularity, of the branch
     )
+
+
+class Ways(NamedTuple):
+    """Ways that start at cells, in the order of the cells."""
+
+    origin: Integers  # (W,) number of the cell
+    targets: Floats  # (W, C) coordinates where it leads
+    longest: Floats  # (W,) longest and
+    smallest: Floats  # (W,) smallest step, as fractions of the way
+    guesses: Floats  # (W, N + 12) state, rotation and position expected at the ends, as ``advance``
+    # reads it; NaN: no guess
 
 
 class Arrivals(NamedTuple):
@@ -85,24 +97,20 @@ def analyse_cells(problem, cells, work, analyses):
 
 
 @compiled
-def leave_cells(problem, cells, origin, targets, longest, smallest, guesses, work, arrivals):
+def leave_cells(problem, cells, ways, work, arrivals):
     """Go from cells straight to targets.
 
     Args:
         problem: CellProblem.
         cells: Cells to start from.
-        origin: Which cell every way starts from, (W,).
-        targets: Coordinates where it leads, (W, C).
-        longest: Longest step of every way, as a fraction, (W,).
-        smallest: Smallest step of every way, as a fraction, (W,).
-        guesses: What is expected at the ends, (W, N + 12), as ``advance`` reads it; NaN: no guess.
+        ways: Ways.
         work: Workspace.
         arrivals: Result, of the W ways.
     """
     size, motor_index = cells.state.shape[1], problem.robot.motor_index
     scratch = np.zeros((size, size))
-    for way in range(origin.shape[0]):
-        b = origin[way]
+    for way in range(ways.origin.shape[0]):
+        b = ways.origin[way]
         state, rotation = arrivals.state[way], arrivals.rotation[way]
         position, signs = arrivals.position[way], arrivals.signs[way]
         for i in range(size):
@@ -115,7 +123,13 @@ def leave_cells(problem, cells, origin, targets, longest, smallest, guesses, wor
             signs[i] = cells.signs[b, i]
         status, fraction, energy = advance(
             problem,
-            Way(cells.coordinates[b], targets[way], longest[way], smallest[way], guesses[way]),
+            Way(
+                cells.coordinates[b],
+                ways.targets[way],
+                ways.longest[way],
+                ways.smallest[way],
+                ways.guesses[way],
+            ),
             Configuration(state, rotation, position),
             signs,
             scratch,

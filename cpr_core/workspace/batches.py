@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.kernel_arrays import workspace
-from .batch_kernel import MEASURES, Analyses, Arrivals, Cells, analyse_cells, leave_cells
+from .batch_kernel import MEASURES, Analyses, Arrivals, Cells, Ways, analyse_cells, leave_cells
 from .cell_problem import CellProblem
 from .grid import Grid
 from .workspace_map import CellArrays
@@ -21,7 +21,6 @@ from .workspace_map import CellArrays
 __all__ = [
     "EIGENVALUES",
     "Cancelled",
-    "Ways",
     "analyses_and_arrivals",
     "arrivals_of",
     "cells_at",
@@ -42,16 +41,6 @@ _PIECES, _SMALLEST_PIECE = 8, 8
 
 class Cancelled(Exception):
     """The caller asked to stop."""
-
-
-class Ways(NamedTuple):
-    """Ways that start at cells, in the order of the cells."""
-
-    origin: Integers  # (W,) number of the cell
-    targets: Floats  # (W, C) coordinates where it leads
-    longest: Floats  # (W,) longest and
-    smallest: Floats  # (W,) smallest step, as fractions of the way
-    guesses: Floats  # (W, N + 12) state, rotation and position expected at the ends; NaN: no guess
 
 
 def analyses_and_arrivals(
@@ -77,17 +66,7 @@ def arrivals_of(problem: CellProblem, cells: Cells, ways: Ways) -> Arrivals:
         efforts=np.empty((count, size - problem.robot.motor_index)),
         energy=np.empty(count),
     )
-    leave_cells(
-        problem,
-        cells,
-        ways.origin,
-        ways.targets,
-        ways.longest,
-        ways.smallest,
-        ways.guesses,
-        workspace(problem.robot),
-        arrivals,
-    )
+    leave_cells(problem, cells, ways, workspace(problem.robot), arrivals)
     return arrivals
 
 

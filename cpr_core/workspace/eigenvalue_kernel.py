@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from ..kernels.kernel_decorators import compiled_strictly
+from ..kernels.kernel_decorators import strict_part
 
 __all__ = [
     "count_below",
@@ -26,7 +26,7 @@ __all__ = [
 _HALVINGS = 54
 
 
-@compiled_strictly
+@strict_part
 def tridiagonalise(matrix, size, diagonal, beside, vector, product):
     """Reflect the leading square of a symmetric matrix to tridiagonal form (Householder), in place.
 
@@ -74,7 +74,7 @@ def tridiagonalise(matrix, size, diagonal, beside, vector, product):
     beside[size - 1] = 0.0
 
 
-@compiled_strictly
+@strict_part
 def count_below(diagonal, beside, size, value):
     """Number of eigenvalues of a tridiagonal matrix below a value (Sturm)."""
     below, pivot = 0, 1.0
@@ -88,7 +88,7 @@ def count_below(diagonal, beside, size, value):
     return below
 
 
-@compiled_strictly
+@strict_part
 def eigenvalues_of_tridiagonal(diagonal, beside, size, wanted, values):
     """Some eigenvalues of a tridiagonal matrix by bisection, good to the rounding of the matrix.
 
@@ -130,7 +130,7 @@ def eigenvalues_of_tridiagonal(diagonal, beside, size, wanted, values):
         values[k] = 0.5 * (low[k] + high[k])
 
 
-@compiled_strictly
+@strict_part
 def largest_of_tridiagonal(diagonal, beside, size, low, precision):
     """Largest eigenvalue of a tridiagonal matrix, roughly.
 

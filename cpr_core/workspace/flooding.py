@@ -24,11 +24,10 @@ from ..model.robot import Robot
 from ..solving.continuation import Walk, follow
 from ..solving.geometrico_statics import checked_start
 from ..solving.not_reached import NoForwardSolution, NoInverseSolution
-from .batch_kernel import MEASURES, Arrivals
+from .batch_kernel import MEASURES, Arrivals, Ways
 from .batches import (
     EIGENVALUES,
     Cancelled,
-    Ways,
     analyses_and_arrivals,
     cells_at,
     guesses_of,

@@ -11,8 +11,8 @@ from concurrent.futures import Executor
 import numpy as np
 from numpy.typing import NDArray
 
-from .batch_kernel import Arrivals, Cells
-from .batches import Ways, arrivals_of, cells_at, guesses_of, in_pieces, joined
+from .batch_kernel import Arrivals, Cells, Ways
+from .batches import arrivals_of, cells_at, guesses_of, in_pieces, joined
 from .borders import Border, BorderKind
 from .cell_problem import CellProblem
 from .map_limits import limit_margins

@@ -5,12 +5,19 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 
-import pytest
+import numba
+from helpers.everything import EVERYTHING
 
+import cpr_core
+from cpr_core.command_line import compile_command
 from cpr_core.kernel_warmup import compile_kernels, kernel_names, watch_compilation
+
+CPR = ("-m", "cpr_core.command_line")
 
 #: Slow to import, and not needed to solve for an equilibrium.
 HEAVY = (
@@ -42,32 +49,6 @@ import cpr_core
 print(json.dumps({"compiled": compiled, "modules": sorted(set(sys.modules) - brought)}))
 """
 
-EVERYTHING = """
-import json
-import cpr_core
-from cpr_core.kernel_warmup import watch_compilation
-from cpr_core.description.description_file import shipped_robots
-compiled = []
-solvers = {
-    "motors": cpr_core.solve_forward,
-    "efforts": cpr_core.solve_forward_by_effort,
-    "pose": cpr_core.solve_inverse,
-}
-with watch_compilation(compiled.append):
-    for name in shipped_robots():
-        robot = cpr_core.load_robot(name)
-        home = cpr_core.solve_home(robot)
-        for what, solve in solvers.items():
-            values = getattr(home, what)
-            if len(values):
-                assert solve(robot, values, start=home).converged
-        cpr_core.kinemato_statics(home)
-        assert home.spectrum_free.eigenvalues.size
-        cpr_core.leg_shapes(home)
-        cpr_core.bending_strains(home)
-print(json.dumps(compiled))
-"""
-
 
 def run(*arguments, cache=None):
     environment = os.environ | ({"NUMBA_CACHE_DIR": str(cache)} if cache else {})
@@ -81,10 +62,11 @@ def run(*arguments, cache=None):
     )
 
 
-def kernel_of(index):
-    """Name of the kernel of a file in the cache."""
-    package = index.parent.name.rpartition("_")[0]
-    return f"{package}.{index.name.rpartition('-')[0]}".removeprefix("cpr_core.")
+def kept_kernels():
+    """Names of the kernels whose machine code lies beside the package."""
+    package = Path(cpr_core.__file__).parent
+    indices = [index.relative_to(package) for index in package.rglob("__pycache__/*.nbi")]
+    return {".".join([*index.parts[:-2], index.name.rpartition("-")[0]]) for index in indices}
 
 
 def test_importing_compiles_nothing_and_imports_nothing_heavy(tmp_path):
@@ -102,15 +84,40 @@ def test_kernels_once_compiled_are_not_compiled_again():
     assert compiled == []
 
 
-@pytest.mark.slow
-def test_a_cold_cache_is_said_and_filled_for_everything(tmp_path):
-    cpr = ("-m", "cpr_core.command_line")
-    cold = run(*cpr, "forward", "rfrfr", "--motors", "2.59", "0.55", cache=tmp_path)
-    assert cold.stderr.startswith("cpr: compiling kernels")
-    rest = run(*cpr, "compile", cache=tmp_path)
-    assert "kernels compiled in" in rest.stdout
-    again = run(*cpr, "compile", cache=tmp_path)
+def test_a_command_that_has_to_compile_says_so_at_once(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, *CPR, "forward", "rfrfr", "--motors", "2.59", "0.55"],
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+    )
+    try:
+        assert process.stderr.readline().startswith("cpr: compiling kernels")
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_compiling_ahead_leaves_nothing_to_compile():
+    """The run of tests has begun with it (conftest.py), into a cache that a fresh clone finds empty."""
+    run(*CPR, "compile")
+    again = run(*CPR, "compile")
     assert again.stdout == f"all {len(kernel_names())} kernels were compiled before\n"
     assert again.stderr == ""
-    assert set(kernel_names()) <= {kernel_of(index) for index in tmp_path.rglob("*.nbi")}
-    assert json.loads(run("-c", EVERYTHING, cache=tmp_path).stdout) == []
+    assert set(kernel_names()) <= kept_kernels()
+    assert json.loads(run("-c", EVERYTHING).stdout) == []
+
+
+def test_what_is_compiled_is_counted(monkeypatch):
+    def doubled(number):
+        return 2.0 * number
+
+    doubled.__module__ = "cpr_core.kernels.some_kernel"
+    kernel = numba.njit(doubled)
+    monkeypatch.setattr(
+        compile_command, "compile_kernels", lambda: (kernel(number) for number in (1.0, 2.0))
+    )
+    assert re.fullmatch("1 kernels compiled in [0-9]+ s", compile_command.compile_all())
+    assert (
+        compile_command.compile_all() == f"all {len(kernel_names())} kernels were compiled before"
+    )

@@ -30,6 +30,7 @@ class Driver:
         self.client, self.name = client, f"{namespace}{name}"
         node = client.node
         self.outputs: dict[type, list[Any]] = {}
+        self._forgotten = 0  # stamps up to here [ns]
         self.motor_setpoint = node.create_publisher(JointState, f"{self.name}/motor_setpoint", 10)
         self.commands = node.create_publisher(Float64MultiArray, f"{self.name}/commands", 1)
         self.platform = node.create_publisher(PoseStamped, f"{self.name}/platform_setpoint", 1)
@@ -63,12 +64,18 @@ class Driver:
             self.client.node.destroy_subscription(subscription)
 
     def _keeping(self, kind: type) -> Callable[[Any], None]:
-        return lambda message: self.outputs.setdefault(kind, []).append(message)
+        def keep(message: Any) -> None:
+            if not hasattr(message, "header") or _stamp(message) > self._forgotten:
+                self.outputs.setdefault(kind, []).append(message)
+
+        return keep
 
     def all(self, kind: type) -> list[Any]:
         return self.outputs.get(kind, [])
 
     def forget(self) -> None:
+        """Forget what was published until now, also what has not been taken from its queue yet."""
+        self._forgotten = time.time_ns()
         for messages in self.outputs.values():
             messages.clear()
 
@@ -155,3 +162,8 @@ class Driver:
         assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
         point = answer.solution.platform_in_base.position
         np.testing.assert_allclose([point.x, point.y, point.z], expected, atol=1e-10)
+
+
+def _stamp(message: Any) -> int:
+    """When a message was published [ns]."""
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec

@@ -16,6 +16,7 @@ FLOORS = (
     "cpr_core.version",
     "cpr_core.errors",
     "cpr_core.validation",
+    "cpr_core.blas_threads",
     "cpr_core.numba_fence",
     "cpr_core.kernels",
     "cpr_core.lie",

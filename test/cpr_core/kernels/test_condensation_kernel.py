@@ -7,27 +7,26 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 import pytest
+from helpers.kernel_entry import entry
 from numpy.testing import assert_allclose
 
 from cpr_core import solve_home
-from cpr_core.kernels.condensation_kernel import (
-    CONDENSED,
-    DELAYED,
-    NO_INVERSE,
-    factor,
-    predict,
-    rotation_unknowns,
-    solve,
-    solve_transposed,
-)
-from cpr_core.kernels.kept_factors import keep, kept_factors, recall
+from cpr_core.kernels import condensation_kernel, kept_factors, model_kernel
+from cpr_core.kernels.condensation_kernel import CONDENSED, DELAYED, NO_INVERSE
 from cpr_core.kernels.kernel_arrays import factors_of, workspace
 from cpr_core.kernels.lu_kernel import lu_factor, lu_solve
-from cpr_core.kernels.model_kernel import tangent_into
 from cpr_core.kernels.square_problem import SquareProblem
 from cpr_core.model.equilibrium import tangent_at
 from cpr_core.model.model_state import evaluate
 from cpr_core.model.robot import load_robot
+
+factor = entry(condensation_kernel.factor)
+predict = entry(condensation_kernel.predict)
+rotation_unknowns = entry(condensation_kernel.rotation_unknowns)
+solve = entry(condensation_kernel.solve)
+solve_transposed = entry(condensation_kernel.solve_transposed)
+keep, recall = entry(kept_factors.keep), entry(kept_factors.recall)
+tangent_into = entry(model_kernel.tangent_into)
 
 ROBOTS = ["rfrfr", "six_rfs"]
 PROBLEMS = ["motors", "pose", "efforts"]
@@ -163,7 +162,7 @@ def test_predictions_are_those_of_numpy(robot, tangent, problem):
         right[-robot.motor_count :] += efforts
     expected = np.linalg.solve(matrix, right)
     _, work, factors = factored(robot, tangent, problem)
-    kept, other = kept_factors(arrays), factors_of(arrays)
+    kept, other = kept_factors.kept_factors(arrays), factors_of(arrays)
     store_and_recall(arrays, factors, kept, other)
     for used in (factors, other):
         if used is factors:

@@ -20,12 +20,15 @@ ROBOTS = ("rfrfr", "six_rfs", "gough_stewart")
 
 @numba.njit
 def smallest_eigenvalue(robot, pencil, free):
-    return pencil_kernel.smallest_eigenvalue(robot, pencil, pencil.gram, 1.0, free, np.nan)
+    diagonal = pencil_kernel.is_diagonal(pencil.gram)
+    measure = pencil_kernel.Measure(pencil.gram, diagonal, 1.0, free)
+    return pencil_kernel.smallest_eigenvalue(robot, pencil, measure, np.nan)
 
 
 @numba.njit
 def eliminate_pencil(robot, pencil, free, shift):
-    return pencil_kernel.eliminate_pencil(robot, pencil, pencil.gram, 1.0, free, shift)
+    measure = pencil_kernel.Measure(pencil.gram, False, 1.0, free)
+    return pencil_kernel.eliminate_pencil(robot, pencil, measure, shift)
 
 
 @numba.njit

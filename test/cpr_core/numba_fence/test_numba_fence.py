@@ -17,12 +17,11 @@ import pytest
 
 import cpr_core
 from benchmarks.numba_without import INTERFACES
-from cpr_core import load_robot, numba_fence, solve_forward
+from cpr_core import numba_fence
 from cpr_core.numba_fence import cache_stamp
 
 PACKAGE = Path(cpr_core.__file__).parent
 ROOT = Path(__file__).parents[3]
-MOTORS = [2.62, 0.52]
 #: What takes the place of an interface, by what is asked of numba for a kernel.
 WITHOUT = {
     "loop hint": ("pipeline_class", "the lowering of its passes"),
@@ -60,25 +59,38 @@ print(json.dumps({{
 }}))
 """
 
-#: The planar robot with two modes and none of the interfaces.
-SOLVE = """
+#: Kernels of several kinds, none of the interfaces. All that a solve needs takes minutes to compile so;
+#: benchmarks/numba_without.py does it.
+RUN = """
 import json, warnings
 from benchmarks.numba_without import hide
 hide({hidden})
 with warnings.catch_warnings(record=True) as caught:
     warnings.simplefilter("always")
+    import numpy as np
     import cpr_core
     from cpr_core.kernel_warmup import watch_compilation
-    robot, named = cpr_core.load_robot("rfrfr", modes=2), []
+    from cpr_core.kernels import lu_kernel, rotation_kernel
+    from cpr_core.lie import rotation_exp
+    named = []
     with watch_compilation(named.append):
-        found = cpr_core.solve_forward(robot, {motors})
+        {kernels}
 print(json.dumps({{
-    "state": found.state.tolist(),
-    "position": found.platform_position.tolist(),
-    "index": found.index_locked,
+    "found": found,
     "named": named,
     "warnings": [str(w.message) for w in caught if w.category is RuntimeWarning],
 }}))
+"""
+
+KERNELS = """
+        vectors, pivots = np.empty((4, 3)), np.zeros(3, np.int64)
+        moments = np.sin(np.arange(36.0)).reshape(4, 3, 3)
+        rotation_kernel.rotation_steps(moments, np.linspace(0.1, 0.4, 4), vectors)
+        matrix = rotation_exp(vectors[0]) + np.eye(3)
+        assert lu_kernel.lu_factor(matrix, 3, pivots, 1e-14)
+        solution = vectors[1].copy()
+        lu_kernel.lu_solve(matrix, 3, pivots, solution)
+        found = vectors.tolist() + [solution.tolist()]
 """
 
 
@@ -129,17 +141,19 @@ def test_what_is_missing_is_not_asked_for_and_said_once(tmp_path, hidden):
         assert WITHOUT[name][1] in found["warnings"][0]
 
 
-@pytest.mark.slow
-def test_a_numba_without_any_of_them_solves_the_same(tmp_path):
-    code = SOLVE.format(hidden=", ".join(map(repr, WITHOUT)), motors=MOTORS)
-    found = run(code, tmp_path, timeout=1800)
-    expected = solve_forward(load_robot("rfrfr", modes=2), MOTORS)
-    np.testing.assert_allclose(found["state"], expected.state, rtol=1e-9, atol=1e-11)
-    np.testing.assert_allclose(found["position"], expected.platform_position, atol=1e-11)
-    assert found["index"] == expected.index_locked
+def test_a_numba_without_any_of_them_runs_kernels_with_the_same_results(tmp_path):
+    def results(*hidden):
+        folder = tmp_path / str(len(hidden))
+        code = RUN.format(hidden=", ".join(map(repr, hidden)), kernels=KERNELS.strip())
+        return run(code, folder), list(folder.rglob("*.nbi"))
+
+    expected, kept = results()
+    assert expected["named"] and kept and not expected["warnings"]
+    found, kept = results(*WITHOUT)
+    np.testing.assert_allclose(found["found"], expected["found"], rtol=1e-13)
     assert len(found["warnings"]) == 1
     assert found["named"] == []  # nobody tells
-    assert not [path for path in tmp_path.rglob("*.nbi") if "cpr_core" in path.parent.name]
+    assert not [path for path in kept if "cpr_core" in path.parent.name]
 
 
 def bounds(text):

@@ -54,9 +54,7 @@ def test_matrices_are_those_of_the_library_with_linear_parts_first(six_rfs, give
         return np.reshape(getattr(answer, field), shape)
 
     close = {"rtol": 1e-6, "atol": 1e-9}
-    np.testing.assert_allclose(
-        matrix("platform_by_motors", 6, 6), linear_first(model.jacobian), **close
-    )
+    np.testing.assert_allclose(matrix("jacobian", 6, 6), linear_first(model.jacobian), **close)
     np.testing.assert_allclose(matrix("efforts_by_motors", 6, 6), model.efforts_by_motors, **close)
     np.testing.assert_allclose(
         matrix("efforts_by_wrench", 6, 6), linear_first(model.efforts_by_wrench.T).T, **close
@@ -75,7 +73,7 @@ def test_matrices_are_those_of_the_library_with_linear_parts_first(six_rfs, give
 def test_a_planar_platform_has_zeros_for_what_it_cannot_do(rfrfr):
     answer = ask(rfrfr, GetKinematoStatics, "get_kinemato_statics")
     assert answer.error_code.val == ErrorCode.SUCCESS
-    jacobian = np.reshape(answer.platform_by_motors, (6, 2))
+    jacobian = np.reshape(answer.jacobian, (6, 2))
     assert np.all(jacobian[:2] != 0.0)
     np.testing.assert_array_equal(jacobian[2:], 0.0)
     np.testing.assert_array_equal(np.reshape(answer.stiffness, (6, 6))[2:], 0.0)

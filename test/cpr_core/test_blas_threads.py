@@ -1,0 +1,86 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Dense matrices are decomposed on one thread, and BLAS has all of its threads again afterwards."""
+
+import threading
+
+import pytest
+from threadpoolctl import threadpool_info
+
+import cpr_core
+from cpr_core.blas_threads import on_one_blas_thread
+from cpr_core.model import kinemato_statics, stability
+
+
+def blas_threads():
+    return [
+        library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"
+    ]
+
+
+@pytest.fixture
+def before():
+    """Threads of BLAS outside: where a machine has one core only there is nothing to see."""
+    threads = blas_threads()
+    if max(threads) == 1:
+        from threadpoolctl import threadpool_limits
+
+        with threadpool_limits(limits=2, user_api="blas"):
+            yield blas_threads()
+    else:
+        yield threads
+
+
+def test_a_call_has_one_thread_and_gives_the_others_back(before):
+    assert max(before) > 1
+    assert set(on_one_blas_thread(blas_threads)()) == {1}
+    assert blas_threads() == before
+
+
+def test_an_error_gives_them_back(before):
+    @on_one_blas_thread
+    def fail():
+        raise ValueError
+
+    with pytest.raises(ValueError):
+        fail()
+    assert blas_threads() == before
+
+
+def test_calls_that_overlap_give_them_back_when_the_last_one_ends(before):
+    entered, leave = threading.Event(), threading.Event()
+
+    @on_one_blas_thread
+    def wait():
+        entered.set()
+        assert leave.wait(10.0)
+
+    other = threading.Thread(target=wait)
+    other.start()
+    assert entered.wait(10.0)
+    assert set(on_one_blas_thread(blas_threads)()) == {1}
+    assert set(blas_threads()) == {1}
+    leave.set()
+    other.join()
+    assert blas_threads() == before
+
+
+def test_spectra_and_the_dense_response_are_computed_on_one_thread(before, monkeypatch):
+    found = cpr_core.solve_forward(cpr_core.load_robot("rfrfr"), [2.6, 0.6])
+    seen = []
+
+    def watched(function):
+        def call(*args, **kwargs):
+            seen.append((function.__name__, set(blas_threads())))
+            return function(*args, **kwargs)
+
+        return call
+
+    monkeypatch.setattr(stability.np.linalg, "eigh", watched(stability.np.linalg.eigh))
+    monkeypatch.setattr(stability.linalg, "qr", watched(stability.linalg.qr))
+    monkeypatch.setattr(kinemato_statics.linalg, "solve", watched(kinemato_statics.linalg.solve))
+    assert cpr_core.spectrum(found).eigenvalues.size
+    assert cpr_core.kinemato_statics(found)._dense_response[0].size
+    assert {name for name, _ in seen} == {"eigh", "qr", "solve"}
+    assert all(threads == {1} for _, threads in seen)
