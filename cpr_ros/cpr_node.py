@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 from .stop_signal import StopSignal
@@ -26,8 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     arguments = sys.argv if arguments is None else arguments
     if {"-h", "--help"} & set(arguments[1:]):
-        print(usage())
-        return 0
+        return _print_usage(usage())
     unknown = unknown_arguments(arguments[1:])
     if unknown:
         for line in unknown:
@@ -40,6 +40,15 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"cpr_node: {_missing(error)}", file=sys.stderr)
         return 1
     return run(CprNode, arguments, stop)
+
+
+def _print_usage(text: str) -> int:
+    """Print it, for a reader who may have seen enough (`cpr_node --help | head`)."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
 
 
 def _missing(error: ModuleNotFoundError) -> str:

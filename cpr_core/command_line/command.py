@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import re
 import sys
 from collections.abc import Callable, Sequence
@@ -43,14 +44,20 @@ Report = Callable[[Equilibrium, argparse.Namespace], str]
 EXIT_NO_SOLUTION = 1
 EXIT_BAD_ARGUMENTS = 2
 EXIT_INTERRUPTED = 130
+EXIT_NO_READER = 141  # as shells have it: 128 and SIGPIPE
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit status (0; 1 no solution; 2 bad arguments; 130)."""
+    """Run the command line; returns the exit status (0; 1 no solution; 2 bad arguments; 130, 141)."""
     options = _parser().parse_args(arguments)
     try:
         with show_compilation():
-            return _run(options)
+            status = _run(options)
+            sys.stdout.flush()
+            return status
+    except BrokenPipeError:  # whoever reads has seen enough (`cpr ... | head`)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_NO_READER
     except CprError as error:
         return _report_error(error, options.json)
     except KeyboardInterrupt:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from .by_leg import SHIFT, SINE, VERSINE
 from .kernel_decorators import inlined
 from .lane_vectors import add_scaled, cross, load_matrix, load_vector, scaled, transposed
 from .lanes import broadcast, load, put
@@ -39,8 +40,8 @@ def base_of(robot, number, state, work):
     if robot.shifted:
         for leg in range(group.shift_index.shape[0]):
             index = group.shift_index[leg]
-            put(work.by_leg, 0, leg, state[index] if index >= 0 else 0.0)
-        shift = load(work.by_leg, 0)
+            put(work.by_leg, SHIFT, leg, state[index] if index >= 0 else 0.0)
+        shift = load(work.by_leg, SHIFT)
         # The rod of an extensible leg comes out of its base point: its direction of shift is zero.
         position = add_scaled(position, shift, load_vector(group.translation_axis, ()))
         length = length + load(group.extensible, ()) * (shift - length)
@@ -56,12 +57,12 @@ def _base_frame(group, state, work):
         turned = turned or index >= 0
         angle = state[index] if index >= 0 else 0.0
         half = math.sin(0.5 * angle)
-        put(work.sine, 0, leg, math.sin(angle))
-        put(work.versine, 0, leg, 2.0 * half * half)
+        put(work.by_leg, SINE, leg, math.sin(angle))
+        put(work.by_leg, VERSINE, leg, 2.0 * half * half)
     frame = load_matrix(group.base_rotation, ())
     if turned:
         axis = load_vector(group.rotation_axis, ())
-        sine, versine = load(work.sine, 0), load(work.versine, 0)
+        sine, versine = load(work.by_leg, SINE), load(work.by_leg, VERSINE)
         x, y, z = transposed(frame)
         frame = transposed((
             _turned(x, axis, sine, versine),

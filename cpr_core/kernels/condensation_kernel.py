@@ -22,9 +22,8 @@ import math
 
 import numpy as np
 
+from .by_leg import MOTOR, PIVOT, PIVOT_INVERSE
 from .delayed_kernel import (
-    PIVOT,
-    PIVOT_INVERSE,
     add_delayed,
     delay_small_pivots,
     gather_delayed,
@@ -111,7 +110,7 @@ def _eliminate(robot, number, delaying, work, factors):
     first = slots.first_coupled  # entries of the platform before stay zero
     if delaying:
         scale_of_strain(
-            robot.units, work.blocks, number, slots.strain_count, per_energy, work.lane_parts
+            robot.units, work.blocks, number, slots.strain_count, per_energy, work.by_leg
         )
     for i in range(inner):
         scale = per_energy * load(units, (number, i))
@@ -130,12 +129,12 @@ def _eliminate(robot, number, delaying, work, factors):
         smallest = lower(smallest, absolute(diagonal))
         store(factors.inverse, (number, i), inverse)
         if delaying:
-            store(work.lane_parts, PIVOT, diagonal)
+            store(work.by_leg, PIVOT, diagonal)
             index, is_strain = robot.slot_index[number, i], i < slots.strain_count
             delay_small_pivots(
-                index, is_strain, number, i, robot.border_indices.shape[0], work.lane_parts, factors
+                index, is_strain, number, i, robot.border_indices.shape[0], work.by_leg, factors
             )
-            inverse = load(work.lane_parts, PIVOT_INVERSE)
+            inverse = load(work.by_leg, PIVOT_INVERSE)
         _eliminate_row(robot, number, i, 0, i + 1, inner, scale, inverse, work, factors)
         if i >= first:
             _eliminate_row(robot, number, i, first, inner, last, scale, inverse, work, factors)
@@ -202,14 +201,14 @@ def _add_border(robot, number, work, factors):
         value = scale * load(robot.units, (number, row)) * load(work.blocks, (number, row, last))
         for k in range(first if i < platform else 0, inner):
             value -= load(upper, (number, k, row)) * load(rows, (k, last))
-        store(work.lane_parts, 0, value)
+        store(work.by_leg, MOTOR, value)
         for lane in range(motors.shape[0]):
             if motors[lane] >= 0:
                 m = motors[lane] - robot.platform_index
                 if i < platform:
-                    border[i, m] = border[m, i] = get(work.lane_parts, 0, lane)
+                    border[i, m] = border[m, i] = get(work.by_leg, MOTOR, lane)
                 else:
-                    border[m, m] = get(work.lane_parts, 0, lane)
+                    border[m, m] = get(work.by_leg, MOTOR, lane)
 
 
 @part
@@ -393,11 +392,11 @@ def _forward(robot, number, vector, work, factors):
             work.border[j - inner] += total(value)
         else:
             motors = robot.groups[number].motor_index
-            store(work.lane_parts, 0, value)
+            store(work.by_leg, MOTOR, value)
             for lane in range(motors.shape[0]):
                 if motors[lane] >= 0:
                     at = motors[lane] - robot.platform_index
-                    work.border[at] += get(work.lane_parts, 0, lane)
+                    work.border[at] += get(work.by_leg, MOTOR, lane)
 
 
 @inlined
@@ -437,8 +436,8 @@ def _backward(robot, number, vector, work, factors):
     motors = robot.groups[number].motor_index
     for lane in range(motors.shape[0]):
         at = motors[lane] - robot.platform_index
-        put(work.lane_parts, 0, lane, work.border[at] if motors[lane] >= 0 else 0.0)
-    motor = load(work.lane_parts, 0)
+        put(work.by_leg, MOTOR, lane, work.border[at] if motors[lane] >= 0 else 0.0)
+    motor = load(work.by_leg, MOTOR)
     for i in range(inner - 1, -1, -1):
         value = load(factors.inverse, (number, i)) * load(solution, (number, i))
         value -= load(upper, (number, i, last)) * motor

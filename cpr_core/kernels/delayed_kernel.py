@@ -15,12 +15,11 @@ those two takes a second to compile.
 
 from __future__ import annotations
 
+from .by_leg import PIVOT, PIVOT_INVERSE, PIVOT_SCALE
 from .kernel_decorators import inlined
 from .lanes import absolute, broadcast, get, load, lower, put, store
 
 __all__ = [
-    "PIVOT",
-    "PIVOT_INVERSE",
     "add_delayed",
     "delay_small_pivots",
     "gather_delayed",
@@ -28,26 +27,24 @@ __all__ = [
     "scatter_delayed",
 ]
 
-#: Places of ``lane_parts`` in the workspace.
-PIVOT, PIVOT_INVERSE, _SCALE = 1, 2, 3
 #: Pivots not above this fraction of the largest strain stiffness of a leg are delayed. Multipliers are
 #: few: delaying one costs little, and spares digits.
 _SMALLEST_STRAIN_PIVOT, _SMALLEST_PIVOT = 1e-8, 1e-4
 
 
 @inlined
-def scale_of_strain(units, blocks, number, strain_count, per_energy, parts):
-    """Largest strain stiffness of every leg of a group, into ``lane_parts``."""
+def scale_of_strain(units, blocks, number, strain_count, per_energy, by_leg):
+    """Largest strain stiffness of every leg of a group, into ``by_leg``."""
     scale = broadcast(blocks, 0.0)
     for i in range(strain_count):
         unit = load(units, (number, i))
         stiffness = absolute(unit * unit * load(blocks, (number, i, i)))
         scale = -lower(-scale, -stiffness)
-    store(parts, _SCALE, per_energy * scale)
+    store(by_leg, PIVOT_SCALE, per_energy * scale)
 
 
 @inlined
-def delay_small_pivots(index, is_strain, number, i, border_count, parts, factors):
+def delay_small_pivots(index, is_strain, number, i, border_count, by_leg, factors):
     """Delay slot ``i`` in the legs whose pivot is too small: zero takes the place of its inverse.
 
     Args:
@@ -56,18 +53,18 @@ def delay_small_pivots(index, is_strain, number, i, border_count, parts, factors
         number: The group.
         i: The slot.
         border_count: Rows of the border without delayed slots.
-        parts: ``lane_parts``, with the pivots.
+        by_leg: ``by_leg``, with the pivots.
         factors: Factors.
     """
     border, delayed = factors.border, factors.delayed
     smallest = _SMALLEST_STRAIN_PIVOT if is_strain else _SMALLEST_PIVOT
     for lane in range(index.shape[0]):
-        pivot = get(parts, PIVOT, lane)
-        put(parts, PIVOT_INVERSE, lane, 1.0 / pivot)
+        pivot = get(by_leg, PIVOT, lane)
+        put(by_leg, PIVOT_INVERSE, lane, 1.0 / pivot)
         there = index[lane] >= 0
-        if not there or abs(pivot) > smallest * get(parts, _SCALE, lane):
+        if not there or abs(pivot) > smallest * get(by_leg, PIVOT_SCALE, lane):
             continue
-        put(parts, PIVOT_INVERSE, lane, 0.0)
+        put(by_leg, PIVOT_INVERSE, lane, 0.0)
         put(factors.inverse, (number, i), lane, 1.0)
         count = factors.delayed_count[0]
         delayed[count, 0], delayed[count, 1], delayed[count, 2] = number, i, lane

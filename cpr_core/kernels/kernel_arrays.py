@@ -116,9 +116,7 @@ class RobotArrays(NamedTuple):
     )
     controls_angles: int  # 1: among them are roll, pitch, yaw instead of world rotations
     constraint_count: int  # number of multipliers of all legs
-    orientation_count: int  # conditions on the orientation of the tip: the most a leg has
     kept_count: int  # lanes in which the factors of a tangent are kept (`kept_factors`)
-    passive: int  # 1: some base has a passive coordinate
     shifted: int  # 1: some base has a shift
     extensible: int  # 1: some shift is a rod length
 
@@ -169,10 +167,7 @@ class Workspace(NamedTuple):
     platform_residual: Floats  # (6,) of the world twist
     platform_tangent: Floats  # (6, 6)
     coordinates: Lanes  # (m,) state by slots: strain coordinates, multipliers, passive coordinate
-    by_leg: Lanes  # (1,) lanes that are written or read leg by leg
-    squared_angle: Lanes  # (1,) the same of the angle of a rotation
-    sine: Lanes  # (1,) of it
-    versine: Lanes  # (1,) one less its cosine
+    by_leg: Lanes  # (8,) written or read leg by leg, see `by_leg`
     rotation_vectors: Lanes  # (H, 3) of the steps
     frames: Lanes  # (3, K, 3) directions d_c = R e_c at the nodes; the first is the tangent t
     arm: Lanes  # (K + 1, 3) int_sigma^1 t: (p(l) - p) / l; last: sigma = 0, as with other fields
@@ -197,7 +192,6 @@ class Workspace(NamedTuple):
     mode_carried: Lanes  # (S, 3) int_panel phi_a Q omega
     rows: Lanes  # (n, m) rows of D L^T
     solution: Lanes  # (G, n)
-    lane_parts: Lanes  # (4,) of one slot: the motors' part; pivot, its inverse, and its scale
     border: Floats  # (N,) of the platform twist, the motors and delayed slots
     part: Floats  # (N,) of those that are unknown
     symmetric: Floats  # (N, N)
@@ -257,10 +251,7 @@ def workspace(robot: RobotArrays) -> Workspace:
         platform_residual=np.empty(6),
         platform_tangent=np.empty((6, 6)),
         coordinates=zeros_lanes(width, slots),
-        by_leg=empty(1),
-        squared_angle=empty(1),
-        sine=empty(1),
-        versine=empty(1),
+        by_leg=empty(8),
         rotation_vectors=empty(steps, 3),
         frames=empty(3, nodes, 3),
         arm=empty(nodes + 1, 3),
@@ -285,7 +276,6 @@ def workspace(robot: RobotArrays) -> Workspace:
         mode_carried=empty(strains, 3),
         rows=empty(inner, slots),
         solution=empty(groups, inner),
-        lane_parts=empty(4),
         border=np.empty(size),
         part=np.empty(size),
         symmetric=np.empty((size, size)),

@@ -262,7 +262,7 @@ def _strain_coordinates(robot, number, tip, work):
             store(residuals, (number, slot), load(residuals, (number, slot)) - balance)
             couple_tip(robot, number, slot, motion, work)
             store(work.blocks, (number, slot, slots.motor), -(turn_motor * turning))
-            if robot.passive:
+            if robot.slots.passive >= 0:
                 store(work.blocks, (number, slot, slots.passive), -(turn_passive * turning))
             if slots.orientation_count > 0:
                 turn = zero_vector(turn_motor)
@@ -282,7 +282,7 @@ def _base_coordinates(robot, number, base, tip, rods, elastic, loaded, work):
     )
     motor = motor_motion(group)
     _base_coordinate(robot, number, slots.motor, motor, base, section, tip, work)
-    if robot.passive:
+    if robot.slots.passive >= 0:
         passive = passive_motion(group)
         _base_coordinate(robot, number, slots.passive, passive, base, section, tip, work)
     if robot.extensible:
@@ -337,7 +337,7 @@ def _extension(robot, number, length, tip, rods, elastic, loaded, work):
     stiffening = ratio / (length * length) * elastic.stored - 2.0 * rods.distributed_along
     before = load(blocks, (number, motor, motor))
     store(blocks, (number, motor, motor), before + extensible * stiffening)
-    if robot.passive:
+    if robot.slots.passive >= 0:
         turn = load_vector(group.rotation_axis, ())
         turning = -dot(turn, load_vector(work.length_field, nodes))
         store(blocks, (number, slots.passive, motor), extensible * turning)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from .by_leg import SINE, SQUARED_ANGLE, VERSINE
 from .kernel_decorators import inlined
 from .lane_vectors import (
     add_scaled,
@@ -85,18 +86,18 @@ def _curvature_moments(robot, number, step, component, work):
 @inlined
 def _rotation_of_any_angle(width, squared, work):
     """``small_rotation`` where some leg turns too far for the series."""
-    store(work.squared_angle, 0, squared)
+    store(work.by_leg, SQUARED_ANGLE, squared)
     for leg in range(width):
-        value = get(work.squared_angle, 0, leg)
+        value = get(work.by_leg, SQUARED_ANGLE, leg)
         if value > SMALL_ANGLE_SQUARED:
             angle = math.sqrt(value)
             half = math.sin(0.5 * angle)
             sine, versine = math.sin(angle) / angle, 2.0 * half * half / value
         else:
             sine, versine = small_rotation(value)
-        put(work.sine, 0, leg, sine)
-        put(work.versine, 0, leg, versine)
-    return load(work.sine, 0), load(work.versine, 0)
+        put(work.by_leg, SINE, leg, sine)
+        put(work.by_leg, VERSINE, leg, versine)
+    return load(work.by_leg, SINE), load(work.by_leg, VERSINE)
 
 
 @inlined

@@ -110,7 +110,6 @@ class _Builder:
             inverse_unknowns=self._inverse_unknowns(platform_index, motor_index),
             controls_angles=int(self.coordinates.controls_angles),
             constraint_count=int(constraints),
-            orientation_count=int(self.legs["orientation_count"].max()),
         )
 
     def _number_states(self, number: int, leg: LegDescription) -> None:
@@ -187,7 +186,6 @@ class _Builder:
             "step_functions": arrays.step_functions,
             "elastic": arrays.elastic,
             "rest_moment": arrays.rest_moment,
-            "passive": int(slots.passive >= 0),
             "shifted": int(any(leg.motor.shift_axis is not None for leg in self.described)),
             "extensible": int(self.legs["extensible"].any()),
         }

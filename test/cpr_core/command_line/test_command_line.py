@@ -137,6 +137,27 @@ def test_the_installed_command():
     assert wrong.stderr.startswith("cpr: error: pose: not reached")
 
 
+def test_a_reader_who_leaves_is_no_error():
+    """As `cpr ... | head`."""
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "cpr_core.command_line",
+            "forward",
+            "rfrfr",
+            "--motors",
+            "2.59",
+            "0.55",
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    process.stdout.close()
+    assert (process.stderr.read(), process.wait(60)) == ("", 141)
+
+
 # What is printed.
 
 
