@@ -13,7 +13,7 @@ export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
 # Tests run in as many processes as there are cores; PYTEST_ARGS="-n 0" runs them in one.
-PYTEST := -m pytest -n logical --maxprocesses 4 --dist loadgroup
+PYTEST := -m pytest -n logical --maxprocesses 4
 
 .PHONY: help setup demo test test-oldest lint paper bench colcon clean
 
