@@ -37,6 +37,16 @@ def small_map():
     return map_workspace(rfrfr(), small_grid(), workers=0)
 
 
+def just_beyond(found, cell, other):
+    """A place a millionth of the way behind a neighbour.
+
+    Some cells are on the border of the workspace to rounding: (-0.6, 0.6) is a rod's length from the
+    second base. Whether such a place itself is reached is chance.
+    """
+    first, last = found.place(cell), found.place(other)
+    return first + (1.0 + 1e-6) * (last - first)
+
+
 def arrays_of(found):
     """All arrays of a map by name."""
     arrays = {name: getattr(found.cells, name) for name in found.cells.__dataclass_fields__}

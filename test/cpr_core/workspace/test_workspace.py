@@ -11,6 +11,7 @@ import pytest
 from helpers.workspace_cases import (
     assert_same,
     content_of_rfrfr,
+    just_beyond,
     rfrfr,
     six_rfs,
     small_grid,
@@ -122,7 +123,8 @@ def test_cells_that_are_not_reached_have_no_solution_from_their_neighbours():
     for cell, column in blocked.tolist():
         other = found.grid.neighbours[cell, column]
         with pytest.raises(NoInverseSolution) as failure:
-            solve_inverse(found.robot, found.place(other), start=found.equilibrium(cell))
+            beyond = just_beyond(found, cell, other)
+            solve_inverse(found.robot, beyond, start=found.equilibrium(cell))
         reached = found.cells.edge_fraction[cell, column]
         assert reached == pytest.approx(failure.value.fraction, abs=2e-3)
 

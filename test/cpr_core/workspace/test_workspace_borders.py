@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-from helpers.workspace_cases import rfrfr, small_grid, small_map
+from helpers.workspace_cases import just_beyond, rfrfr, small_grid, small_map
 from scipy.optimize import brentq
 
 from cpr_core import InvalidRequest, NoInverseSolution, load_robot, solve_inverse
@@ -77,9 +77,9 @@ def test_the_branch_ends_at_the_singular_border():
     border = of_kind(found, "singularity")
     assert len(border.points)
     for point, (cell, other) in zip(border.points, border.cells, strict=True):
+        first, last = found.place(cell), just_beyond(found, cell, other)
         with pytest.raises(NoInverseSolution) as failure:
-            solve_inverse(found.robot, found.place(other), start=found.equilibrium(cell))
-        first, last = found.place(cell), found.place(other)
+            solve_inverse(found.robot, last, start=found.equilibrium(cell))
         exact = first + failure.value.fraction * (last - first)
         np.testing.assert_allclose(point, exact, atol=1e-4)
 
