@@ -32,6 +32,17 @@ def test_locked_crossings_of_the_rfrfr_robot_on_its_axis():
     assert crossing(robot, -0.03, -0.1, 1) == pytest.approx(-0.05740, abs=5e-5)
 
 
+@pytest.mark.parametrize("y", [0.8, 0.01642, 0.0164, -0.1])
+def test_index_and_condition_number_are_those_of_the_eigenvalues(y):
+    """Also close to where stability is lost, at y = 0.016415: a small eigenvalue has a sign."""
+    found = on_the_axis(load_robot("rfrfr"), y, None).spectrum_locked
+    assert found.index == (0 if y > 0.016415 else 1 if y > 0.0 else 2)
+    assert found.index == np.sum(found.eigenvalues < 0.0)
+    sizes = sorted(np.abs(found.eigenvalues))
+    assert found.inverse_condition_number == pytest.approx(sizes[0] / sizes[-1])
+    assert found.inverse_condition_number < 1.0
+
+
 def test_crossings_converge_to_those_of_continuous_rods():
     """Continuous rods (test_conjugate_points.py): 0.035710941 and -0.057398930."""
     robot = load_robot("rfrfr", modes=16)
