@@ -270,3 +270,23 @@ def test_singular_values_alone_are_the_same(here, problem, length):
     np.testing.assert_allclose(
         model.singular_values(problem, length), whole, rtol=1e-9, atol=1e-12 * whole[-1]
     )
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "gough_stewart"])
+def test_natural_units_follow_from_a_length_and_an_energy(name):
+    """Curvatures are over the length, forces the energy over it, moments the energy, shifts lengths."""
+    robot, length = load_robot(name), 0.3
+    unit, energy = kinemato_statics(solve_home(robot))._units(length)
+    expected = np.full(robot.state_size, np.nan)
+    for row in robot.arrays.legs:
+        expected[row["strain_index"] : row["strain_index"] + row["strain_count"]] = 1.0 / length
+        forces = row["multiplier_index"] + np.arange(len(robot.arrays.position_axes))
+        expected[forces] = energy / length
+        expected[forces[-1] + 1 : forces[-1] + 1 + row["orientation_count"]] = energy
+        for index, natural in ((row["rotation_index"], 1.0), (row["translation_index"], length)):
+            if index >= 0:
+                expected[index] = natural
+    expected[robot.platform_indices] = np.where(robot.platform_axes < 3, 1.0, length)
+    np.testing.assert_allclose(unit, expected, rtol=1e-12)
+    # Both of the same rods: E J over the length.
+    assert energy * length == pytest.approx(robot.arrays.energy_unit * robot.mean_length)

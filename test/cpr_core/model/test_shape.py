@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from cpr_core import leg_shapes, load_robot, solve_forward, solve_home
+from cpr_core import InvalidRequest, leg_shapes, load_robot, solve_forward, solve_home
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
@@ -31,3 +31,10 @@ def test_curvature_is_the_turning_of_the_tangent():
     angle = np.unwrap(np.arctan2(shape.rotation[:, 1, 0], shape.rotation[:, 0, 0]))
     slope = np.gradient(angle, shape.arc_length)
     np.testing.assert_allclose(slope[20:-20], shape.curvature[20:-20, 2], rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize("points", [3, 0, -1, 4.5, "many"])
+def test_too_few_points_are_refused(points):
+    with pytest.raises(InvalidRequest, match="points"):
+        leg_shapes(solve_home(load_robot("rfrfr")), points)
+    assert len(leg_shapes(solve_home(load_robot("rfrfr")), 4)[0].arc_length) == 4

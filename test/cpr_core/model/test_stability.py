@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 from cpr_core import Loads, load_robot, solve_forward, solve_home, solve_inverse, spectrum
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
+from cpr_core.model.stability import _elastic_hessian
 
 
 def on_the_axis(robot, y, start):
@@ -130,3 +131,24 @@ def test_a_non_conservative_load_is_said():
         found = solve_forward(robot, solve_home(robot).motors, loads=loads)
         assert found.spectrum_locked.energy_criterion_applies is applies
         assert found.spectrum_free.energy_criterion_applies is applies
+
+
+@pytest.mark.parametrize("name", ["six_rfs", "gough_stewart"])
+def test_elastic_stiffness_is_the_second_derivative_of_the_elastic_energy(name):
+    """l0/l q^T K q / 2 of every leg; a motor that feeds the rod changes l."""
+    robot = load_robot(name, modes=3)
+    there = solve_forward(robot, solve_home(robot).motors + 0.02)
+    motions = np.random.default_rng(3).standard_normal((2, robot.state_size))
+
+    def energy(first, second):
+        state, total = there.state + 1e-4 * (first * motions[0] + second * motions[1]), 0.0
+        for row, stiffness in zip(robot.arrays.legs, robot.arrays.stiffness, strict=True):
+            count = row["strain_count"]
+            strain = state[row["strain_index"] : row["strain_index"] + count]
+            length = state[row["translation_index"]] if row["extensible"] else row["length"]
+            total += 0.5 * row["length"] / length * strain @ stiffness[:count, :count] @ strain
+        return total
+
+    mixed = energy(1, 1) - energy(1, -1) - energy(-1, 1) + energy(-1, -1)
+    found = motions[0] @ _elastic_hessian(there.model_state) @ motions[1]
+    assert found == pytest.approx(0.25e8 * mixed, rel=1e-5)
