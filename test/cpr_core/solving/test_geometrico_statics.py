@@ -296,3 +296,12 @@ def test_a_pitch_beyond_a_right_angle_is_refused(pitch):
     height, roll, _ = solve_home(robot).pose
     with pytest.raises(InvalidRequest, match="expected a pitch of at most pi/2 rad"):
         solve_inverse(robot, [height, roll, pitch])
+
+
+@pytest.mark.parametrize("length", [0.0, -0.3])
+def test_a_rod_length_of_zero_or_less_is_refused(length):
+    robot = load_robot("gough_stewart")
+    motors = solve_home(robot).motors.copy()
+    motors[2] = length
+    with pytest.raises(InvalidRequest, match="motor3: expected a rod length above 0 m"):
+        solve_forward(robot, motors)
