@@ -97,6 +97,16 @@ def test_every_number_of_a_cell_is_that_of_scipy(name):
         np.testing.assert_allclose(found.strains[cell], bending_strains(here), rtol=1e-12)
 
 
+def test_both_indices_are_those_of_the_cells_where_they_differ():
+    found = small_map()
+    differ = np.flatnonzero(found.reached & (found.index_locked != found.index_free))
+    assert len(differ) > 10
+    for cell in differ[::10].tolist():
+        spectra = found.equilibrium(cell).spectrum_locked, found.equilibrium(cell).spectrum_free
+        indices = tuple(spectrum.index for spectrum in spectra)
+        assert (found.index_locked[cell], found.index_free[cell]) == indices
+
+
 def test_two_routes_agree_except_across_a_cut():
     """Around the unstable zone of the RFRFR robot lies another sheet: the map says where they meet."""
     found = small_map()
