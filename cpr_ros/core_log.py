@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -14,33 +14,36 @@ import rclpy
 
 __all__ = ["core_log_in"]
 
-_SOURCES = ("cpr_core", "py.warnings")
+#: Who speaks, and how loud that is here. The core logs nothing to be warned of: only what takes long, and
+#: as a warning so that Python shows it where nobody has set logging up.
+_SOURCES = {"cpr_core": "info", "py.warnings": "warning"}
 
 
 class _Forwarding(logging.Handler):
-    """Hands records on to a logger of ROS."""
+    """Hands records on to a logger of ROS, one line each."""
 
-    def __init__(self, logger: Any) -> None:
+    def __init__(self, say: Callable[[str], object]) -> None:
         super().__init__()
-        self._logger = logger
+        self._say = say
 
     def emit(self, record: logging.LogRecord) -> None:
         if rclpy.ok():  # work that was abandoned at the end may still say something
-            say = self._logger.warning if record.levelno >= logging.WARNING else self._logger.info
-            say(" ".join(record.getMessage().split()))
+            self._say(" ".join(record.getMessage().split()))
 
 
 @contextmanager
 def core_log_in(logger: Any) -> Iterator[None]:
     """Hand what the core says on to a logger of ROS, as long as this lasts."""
-    handler = _Forwarding(logger)
-    sources = [logging.getLogger(name) for name in _SOURCES]
-    for source in sources:
+    handlers = {
+        logging.getLogger(name): _Forwarding(getattr(logger, level))
+        for name, level in _SOURCES.items()
+    }
+    for source, handler in handlers.items():
         source.addHandler(handler)
     logging.captureWarnings(True)
     try:
         yield
     finally:
         logging.captureWarnings(False)
-        for source in sources:
+        for source, handler in handlers.items():
             source.removeHandler(handler)

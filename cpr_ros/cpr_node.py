@@ -5,12 +5,15 @@
 
 from __future__ import annotations
 
-import os
+import signal
 import sys
 
 from .stop_signal import StopSignal
 
 __all__ = ["main"]
+
+#: What cpr_ros itself needs, ROS aside.
+_NEEDED = ("cpr_core", "numpy", "scipy", "numba", "yaml", "jsonschema", "threadpoolctl", "tqdm")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -43,11 +46,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _print_usage(text: str) -> int:
-    """Print it, for a reader who may have seen enough (`cpr_node --help | head`)."""
-    try:
-        print(text, flush=True)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    """Print it, and end as other programs do when nobody reads on (`cpr_node --help | head`)."""
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    print(text, flush=True)
     return 0
 
 
@@ -58,16 +59,7 @@ def _missing(error: ModuleNotFoundError) -> str:
         how = (
             "build ./msg_defs of the clone: pip install ./msg_defs, or colcon build, and source it"
         )
-    elif name in (
-        "numpy",
-        "scipy",
-        "numba",
-        "yaml",
-        "jsonschema",
-        "threadpoolctl",
-        "tqdm",
-        "cpr_core",
-    ):
+    elif name in _NEEDED:
         how = "install cpr_ros with what it needs: pip install . in the clone"
     else:
         how = (

@@ -289,13 +289,12 @@ def run(
         stop: What has taken the signals over already.
     """
     stop = stop or StopSignal()
-    executor, node, status = None, None, 0
+    executor: Executor | None = None
+    node, status = None, 0
     stop.remember()
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        from rclpy.experimental.events_executor import EventsExecutor
-
-        executor = EventsExecutor()
+        executor = _light_executor()
         if not stop.requested:
             node = make_node(stop)
             executor.add_node(node)

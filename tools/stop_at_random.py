@@ -184,7 +184,7 @@ def end_of(stop: Stop) -> End:
         duration = time.monotonic() - first
         log.seek(0)
         lines = [line.rstrip() for line in log if line.strip()]
-        said = tuple(line for line in lines if not line.startswith(("[INFO]", "[WARN]")))
+        said = tuple(line for line in lines if not line.startswith("[INFO]"))
         stage = lines[-1].rpartition("]: ")[2] if lines else "nothing logged yet"
         left = sum(".tmp." in path.name for path in Path(folder).rglob("*"))
     return End(stop, taken, stage, status, duration, said, shared, left)

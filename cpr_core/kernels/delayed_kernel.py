@@ -53,7 +53,7 @@ def delay_small_pivots(index, is_strain, number, i, border_count, by_leg, factor
         number: The group.
         i: The slot.
         border_count: Rows of the border without delayed slots.
-        by_leg: ``by_leg``, with the pivots.
+        by_leg: Numbers by leg, with the pivots.
         factors: Factors.
     """
     border, delayed = factors.border, factors.delayed

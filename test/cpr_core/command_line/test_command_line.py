@@ -139,17 +139,9 @@ def test_the_installed_command():
 
 def test_a_reader_who_leaves_is_no_error():
     """As `cpr ... | head`."""
+    cpr = (sys.executable, "-m", "cpr_core.command_line")
     process = subprocess.Popen(
-        [
-            sys.executable,
-            "-m",
-            "cpr_core.command_line",
-            "forward",
-            "rfrfr",
-            "--motors",
-            "2.59",
-            "0.55",
-        ],
+        [*cpr, "forward", "rfrfr", "--motors", "2.59", "0.55"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
