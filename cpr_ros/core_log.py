@@ -14,7 +14,7 @@ import rclpy
 
 __all__ = ["core_log_in"]
 
-#: Who speaks, and how loud that is here. The core logs nothing to be warned of: only what takes long, and
+#: Who speaks, and how loud that is here. The core logs nothing to be warned of: only what takes long,
 #: as a warning so that Python shows it where nobody has set logging up.
 _SOURCES = {"cpr_core": "info", "py.warnings": "warning"}
 

@@ -23,10 +23,9 @@ def _ros():
 
 @pytest.mark.usefixtures("_ros")
 def test_one_that_waits_for_events_where_rclpy_has_it():
-    from rclpy.experimental.events_executor import EventsExecutor
-
     executor = _light_executor()
-    assert isinstance(executor, EventsExecutor)
+    assert not isinstance(executor, SingleThreadedExecutor)
+    assert "EventsExecutor" in type(executor).__name__
     executor.shutdown()
 
 
