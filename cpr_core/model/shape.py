@@ -6,14 +6,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ..description.robot_description import BasePose
 from ..kernels.rotation_kernel import rotation_steps
-from ..lie import rotation_exp
-from ..rods.quadrature import MAGNUS_WEIGHTS, rod_grid
+from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid, rod_grid
+from ..rods.rod import StrainModes
 from ..validation import checked_count
 from .equilibrium import Equilibrium
 from .robot import Robot
@@ -69,32 +72,55 @@ def base_pose(robot: Robot, leg: int, state: Floats) -> BasePose:
 
 
 def _shapes(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
-    grid = rod_grid(points - 2)
-    sigma = np.concatenate([[0.0], grid.nodes, [1.0]])
-    shapes = []
-    for number, leg in enumerate(robot.description.legs):
+    """All legs at once, step by step from base to tip."""
+    legs, nominal = robot.description.legs, robot.arrays.legs["length"]
+    bases = [base_pose(robot, number, state) for number in range(len(legs))]
+    length = np.array([base.length for base in bases])
+    grid = _grid(points)
+    turns, strain = np.empty((len(legs), len(grid.steps), 3)), []
+    for number, leg in enumerate(legs):
+        sampled = _sampled(leg.modes, points)
         row = robot.arrays.legs[number]
-        rotation, base, length = base_pose(robot, number, state)
-        strain = state[row["strain_index"] :][: leg.modes.total]
-        one_hot = np.eye(3)[leg.modes.directions]
-        nominal = leg.rod.length
-        curvature = (leg.modes.values(grid.step_points.ravel()) * strain) @ one_hot
-        moments = MAGNUS_WEIGHTS @ curvature.reshape(*grid.step_points.shape, 3)
-        vectors = np.empty((len(grid.steps), 3))
-        rotation_steps(np.ascontiguousarray(moments), nominal * grid.steps, vectors)
-        rotations = [rotation]
-        for vector in vectors:
-            rotations.append(rotations[-1] @ rotation_exp(vector))
-        frames = np.array(rotations)
-        tangents = frames[1:-1, :, 0]
-        inner = base + length * grid.integration @ tangents
-        tip = base + length * grid.weights @ tangents
-        shapes.append(
-            LegShape(
-                arc_length=length * sigma,
-                position=np.vstack([base, inner, tip]),
-                rotation=frames,
-                curvature=nominal / length * (leg.modes.values(sigma) * strain) @ one_hot,
-            )
+        coordinates = state[row["strain_index"] :][: leg.modes.total]
+        moments = np.ascontiguousarray(sampled.step_moments @ coordinates)
+        rotation_steps(moments, nominal[number] * grid.steps, turns[number])
+        strain.append(nominal[number] / length[number] * (sampled.values @ coordinates))
+    step_turns = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(*turns.shape, 3)
+    frames = np.empty((len(legs), len(grid.steps) + 1, 3, 3))
+    frames[:, 0] = [base.rotation for base in bases]
+    for step in range(len(grid.steps)):
+        frames[:, step + 1] = frames[:, step] @ step_turns[:, step]
+    tangents = frames[:, 1:-1, :, 0]
+    beyond = np.vstack([np.zeros_like(grid.weights), grid.integration, grid.weights]) @ tangents
+    sigma = np.concatenate([[0.0], grid.nodes, [1.0]])
+    return tuple(
+        LegShape(
+            arc_length=length[number] * sigma,
+            position=base.position + length[number] * beyond[number],
+            rotation=frames[number],
+            curvature=strain[number],
         )
-    return tuple(shapes)
+        for number, base in enumerate(bases)
+    )
+
+
+class _Sampled(NamedTuple):
+    """Shape functions of a leg where its shape is wanted."""
+
+    step_moments: Floats  # (H, 3, 3, m): moments of the three strain components over rotation steps
+    values: Floats  # (P, 3, m)
+
+
+@cache
+def _grid(points: int) -> RodGrid:
+    return rod_grid(points - 2)
+
+
+@lru_cache(maxsize=64)
+def _sampled(modes: StrainModes, points: int) -> _Sampled:
+    """They are the same for legs of the same modes, and in every configuration."""
+    grid, one_hot = _grid(points), np.eye(3)[modes.directions].T
+    steps = modes.values(grid.step_points.ravel()).reshape(*grid.step_points.shape, modes.total)
+    moments = np.einsum("mk,hkj,cj->hmcj", MAGNUS_WEIGHTS, steps, one_hot)
+    sigma = np.concatenate([[0.0], grid.nodes, [1.0]])
+    return _Sampled(moments, modes.values(sigma)[:, None, :] * one_hot)

@@ -56,7 +56,8 @@ class StrainModes:
 
     def values(self, sigma: Floats) -> Floats:
         """Value of every coordinate's shape function, shape (len(sigma), total)."""
-        return np.hstack([self.basis.values(sigma, count) for count in self.counts])
+        most = self.basis.values(sigma, max(self.counts))
+        return np.hstack([most[:, :count] for count in self.counts])
 
     def gram(self, grid: RodGrid, weight: Floats | float = 1.0) -> Floats:
         """``int_0^1 weight Phi^T Phi dsigma``; weight by node and component (K, 3), or a number."""

@@ -35,6 +35,8 @@ Floats = NDArray[np.float64]
 _BENDING = (0.3, 3.0)
 #: Steps that close the joints of a start.
 _CLOSING_STEPS = 30
+#: A joint that nothing can move to (a straight rod is one, along itself) stays open: relative.
+_DAMPING = 1e-12
 #: Newton steps of one start.
 _STEPS = 60
 #: States nearer than this (dimensionless) are the same equilibrium.
@@ -180,7 +182,9 @@ def _closed(robot: Robot, forces: LoadArrays, shape: Shape) -> Shape | None:
         if np.abs(gaps).max() < 1e-3:
             return shape
         slopes = value.tangent[np.ix_(held, moving)] * arrays.unit[moving] * unit
-        change = -np.linalg.lstsq(slopes, gaps, rcond=None)[0]
+        stiffness = slopes @ slopes.T
+        stiffness.flat[:: len(held) + 1] += _DAMPING * np.trace(stiffness)
+        change = -slopes.T @ np.linalg.solve(stiffness, gaps)
         change *= min(1.0, 1.0 / float(np.linalg.norm(change)))
         shape = moved_shape(robot, shape, moving, change)
     return None
