@@ -6,16 +6,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description_part import triple
 from ..errors import InvalidRequest
 from ..lie import skew
 from ..rods.rod import Rod, StrainModes
 from ..validation import checked_count
 from . import joints, motors
+from .chain import ChainElement, ChainRod, Shift, Turn
 from .loads import Loads
 
 __all__ = ["CONTROLLED_COORDINATES", "BasePose", "HomeGuess", "LegDescription", "RobotDescription"]
@@ -78,6 +81,22 @@ class LegDescription:
     def __repr__(self) -> str:
         parts = (type(part).__name__ for part in (self.motor, self.rod.section, self.joint))
         return f"<LegDescription {self.name}: {', '.join(parts)}>"
+
+    @cached_property
+    def chain(self) -> tuple[ChainElement, ...]:
+        """From base to tip: the joints of the motor, and the rod."""
+        across = self.base_rotation.T
+        turn, shift = self.motor.turn_axis(self.base_rotation), self.motor.shift_axis
+        turned, shifted = (
+            self.motor_name if self.motor.actuated == kind else None for kind in ("turn", "shift")
+        )
+        joints: list[ChainElement] = []
+        if turn is not None:
+            joints.append(Turn(triple(across @ turn), turned))
+        if shift is not None and not self.motor.extensible:
+            joints.append(Shift(triple(across @ shift), shifted))
+        fed = self.motor_name if self.motor.extensible else None
+        return (*joints, ChainRod(self.rod, self.modes, fed))
 
     def base_pose(self, turn: float = 0.0, shift: float = 0.0) -> BasePose:
         """Base with its coordinates, be they the motor's or passive; the kernels keep to this.

@@ -22,7 +22,7 @@ import math
 
 import numpy as np
 
-from .by_leg import MOTOR, PIVOT, PIVOT_INVERSE
+from .by_leg import PIVOT, PIVOT_INVERSE
 from .delayed_kernel import (
     add_delayed,
     delay_small_pivots,
@@ -81,7 +81,7 @@ def _condense_delaying(robot, work, factors):
     for number in range(robot.groups.shape[0]):
         _eliminate(robot, number, True, work, factors)
         _add_border(robot, number, work, factors)
-        motors = robot.groups[number].motor_index
+        motors = robot.motor_slot_index[number]
         add_delayed(robot.slots, motors, inner, count, number, work.rows, factors)
 
 
@@ -104,7 +104,7 @@ def _eliminate(robot, number, delaying, work, factors):
     """Factor the blocks of a group, delaying or not; whether no pivot was too small."""
     blocks, units, upper, rows = work.blocks, robot.units, factors.upper, work.rows
     slots = robot.slots
-    inner, last, per_energy = slots.inner_count, slots.motor, 1.0 / robot.energy_unit
+    inner, last, per_energy = slots.inner_count, slots.first_motor, 1.0 / robot.energy_unit
     largest = broadcast(units, 0.0)
     smallest = broadcast(units, np.inf)
     first = slots.first_coupled  # entries of the platform before stay zero
@@ -183,9 +183,9 @@ def _eliminate_row(robot, number, i, first, start, end, scale, inverse, work, fa
 def _add_border(robot, number, work, factors):
     """Add what is left of a group to the border."""
     border, upper, rows = factors.border, factors.upper, work.rows
-    inner, last = robot.slots.inner_count, robot.slots.motor
-    first, platform = robot.slots.first_coupled, robot.slots.platform_count
-    motors = robot.groups[number].motor_index
+    inner, first = robot.slots.inner_count, robot.slots.first_coupled
+    platform, first_motor = robot.slots.platform_count, robot.slots.first_motor
+    motors = robot.motor_slot_index[number]
     for i in range(platform):
         for j in range(i, platform):
             value = broadcast(robot.units, 0.0)
@@ -195,20 +195,26 @@ def _add_border(robot, number, work, factors):
             border[i, j] += sum_of_legs
             if i != j:
                 border[j, i] += sum_of_legs
-    scale = load(robot.units, (number, last)) * (1.0 / robot.energy_unit)
-    for i in range(platform + 1):
-        row = inner + i
-        value = scale * load(robot.units, (number, row)) * load(work.blocks, (number, row, last))
-        for k in range(first if i < platform else 0, inner):
-            value -= load(upper, (number, k, row)) * load(rows, (k, last))
-        store(work.by_leg, MOTOR, value)
-        for lane in range(motors.shape[0]):
-            if motors[lane] >= 0:
-                m = motors[lane] - robot.platform_index
-                if i < platform:
-                    border[i, m] = border[m, i] = get(work.by_leg, MOTOR, lane)
-                else:
-                    border[m, m] = get(work.by_leg, MOTOR, lane)
+    for m in range(robot.slots.motor_count):
+        column = first_motor + m
+        scale = load(robot.units, (number, column)) * (1.0 / robot.energy_unit)
+        for row in range(inner, column + 1):
+            value = load(robot.units, (number, row)) * load(work.blocks, (number, row, column))
+            value *= scale
+            for k in range(first if row < first_motor else 0, inner):
+                value -= load(upper, (number, k, row)) * load(rows, (k, column))
+            store(work.motor_values, m, value)
+            for lane in range(motors.shape[1]):
+                if motors[m, lane] < 0:
+                    continue
+                at = motors[m, lane] - robot.platform_index
+                other = row - inner
+                if row >= first_motor:
+                    other = motors[row - first_motor, lane] - robot.platform_index
+                entry = get(work.motor_values, m, lane)
+                border[at, other] += entry
+                if row != column:  # one motor in both slots: twice on the diagonal
+                    border[other, at] += entry
 
 
 @part
@@ -374,7 +380,12 @@ def predict(robot, problem, known, efforts, vector, work, factors):
 def _forward(robot, number, vector, work, factors):
     """``L^-1 r`` of a group into the workspace, and what it does to the border."""
     index, upper, solution = robot.slot_index[number], factors.upper, work.solution
-    inner, last, first = robot.slots.inner_count, robot.slots.motor, robot.slots.first_coupled
+    inner, first, first_motor = (
+        robot.slots.inner_count,
+        robot.slots.first_coupled,
+        robot.slots.first_motor,
+    )
+    motors = robot.motor_slot_index[number]
     for slot in range(inner):
         for lane in range(index.shape[1]):
             i = index[slot, lane]
@@ -384,19 +395,19 @@ def _forward(robot, number, vector, work, factors):
         for k in range(i):
             value -= load(upper, (number, k, i)) * load(solution, (number, k))
         store(solution, (number, i), value)
-    for j in range(inner, last + 1):
+    for j in range(inner, robot.slots.total):
         value = broadcast(solution, 0.0)
-        for k in range(first if j < last else 0, inner):
+        for k in range(first if j < first_motor else 0, inner):
             value -= load(upper, (number, k, j)) * load(solution, (number, k))
-        if j < last:
+        if j < first_motor:
             work.border[j - inner] += total(value)
         else:
-            motors = robot.groups[number].motor_index
-            store(work.by_leg, MOTOR, value)
-            for lane in range(motors.shape[0]):
-                if motors[lane] >= 0:
-                    at = motors[lane] - robot.platform_index
-                    work.border[at] += get(work.by_leg, MOTOR, lane)
+            m = j - first_motor
+            store(work.motor_values, m, value)
+            for lane in range(motors.shape[1]):
+                if motors[m, lane] >= 0:
+                    at = motors[m, lane] - robot.platform_index
+                    work.border[at] += get(work.motor_values, m, lane)
 
 
 @inlined
@@ -432,19 +443,24 @@ def _solve_border(robot, problem, vector, work, factors):
 def _backward(robot, number, vector, work, factors):
     """``L^-T (D^-1 y - ...)`` of a group, into the vector."""
     index, upper, solution = robot.slot_index[number], factors.upper, work.solution
-    inner, last, first = robot.slots.inner_count, robot.slots.motor, robot.slots.first_coupled
-    motors = robot.groups[number].motor_index
-    for lane in range(motors.shape[0]):
-        at = motors[lane] - robot.platform_index
-        put(work.by_leg, MOTOR, lane, work.border[at] if motors[lane] >= 0 else 0.0)
-    motor = load(work.by_leg, MOTOR)
+    inner, first, first_motor = (
+        robot.slots.inner_count,
+        robot.slots.first_coupled,
+        robot.slots.first_motor,
+    )
+    motors = robot.motor_slot_index[number]
+    for m in range(motors.shape[0]):
+        for lane in range(motors.shape[1]):
+            at = motors[m, lane] - robot.platform_index
+            put(work.motor_values, m, lane, work.border[at] if motors[m, lane] >= 0 else 0.0)
     for i in range(inner - 1, -1, -1):
         value = load(factors.inverse, (number, i)) * load(solution, (number, i))
-        value -= load(upper, (number, i, last)) * motor
+        for m in range(motors.shape[0]):
+            value -= load(upper, (number, i, first_motor + m)) * load(work.motor_values, m)
         for j in range(i + 1, inner):
             value -= load(upper, (number, i, j)) * load(solution, (number, j))
         if i >= first:
-            for j in range(inner, last):
+            for j in range(inner, first_motor):
                 value -= load(upper, (number, i, j)) * work.border[j - inner]
         store(solution, (number, i), value)
     for slot in range(inner):

@@ -166,10 +166,11 @@ def _rods_exist(robot, state):
     """Whether all rods have a length."""
     if robot.extensible:
         for number in range(robot.groups.shape[0]):
-            group = robot.groups[number]
-            for lane in range(group.shift_index.shape[0]):
-                if group.extensible[lane] == 1.0 and not state[group.shift_index[lane]] > 0.0:
-                    return False
+            for r in range(robot.rods.shape[1]):
+                index = robot.rods[number, r].length_index
+                for lane in range(index.shape[0]):
+                    if index[lane] >= 0 and not state[index[lane]] > 0.0:
+                        return False
     return True
 
 

@@ -81,7 +81,7 @@ def add_delayed(slots, motors, platform_index, width, number, rows, factors):
 
     Args:
         slots: SlotLayout.
-        motors: State indices of the motors of the group's legs.
+        motors: State indices of the motors of the group, by motor slots and legs.
         platform_index: State index of the first platform coordinate.
         width: Rows of the border without delayed slots.
         number: The group.
@@ -112,17 +112,18 @@ def add_delayed(slots, motors, platform_index, width, number, rows, factors):
             for m in range(slot + 1, slots.inner_count):
                 value -= beyond[p, m] * get(factors.inverse, (number, m), lane) * beyond[q, m]
             border[width + p, width + q] = border[width + q, width + p] = value
-        motor = motors[lane]
         for column in range(slots.first_platform, slots.total):
-            is_motor = column == slots.motor
-            if is_motor and motor < 0:
+            is_motor = column >= slots.first_motor
+            motor = motors[column - slots.first_motor, lane] if is_motor else 0
+            if motor < 0:
                 continue
             begin = 0 if is_motor else slots.first_coupled
             value = get(rows, (slot, column), lane) if slot >= begin else 0.0
             for m in range(max(begin, slot + 1), slots.inner_count):
                 value -= beyond[q, m] * get(upper, (number, m, column), lane)
             at = motor - platform_index if is_motor else column - slots.first_platform
-            border[width + q, at] = border[at, width + q] = value
+            border[width + q, at] += value
+            border[at, width + q] += value
 
 
 @inlined

@@ -13,6 +13,7 @@ of which it may lack some (`slots`).
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,19 +25,33 @@ from .slots import SlotLayout
 __all__ = [
     "LEG",
     "PLATFORM_LOADS",
+    "Element",
     "Factors",
     "LoadArrays",
     "RobotArrays",
     "Workspace",
+    "element_dtype",
     "factors_of",
     "group_dtype",
     "interpolated_loads",
+    "rod_dtype",
     "workspace",
 ]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Lanes = NDArray[np.void]
+
+
+class Element(IntEnum):
+    """Kinds of elements of a chain."""
+
+    NONE = 0  # a chain that is shorter than others
+    LINK = 1  # rigid: leads somewhere, may turn the frame, may have a mass
+    TURN = 2  # joint that turns all behind it
+    SHIFT = 3  # joint that shifts all behind it
+    ROD = 4
+
 
 #: Where the coordinates of every leg are in the state.
 LEG = np.dtype(
@@ -57,44 +72,82 @@ LEG = np.dtype(
 
 
 def group_dtype(width: int) -> np.dtype[Any]:
-    """What is of fixed size for a group of legs. Directions are in the world unless said otherwise."""
+    """Ends of a group of legs: base and tip."""
     lane = (width,)
     return np.dtype(
         [
             ("exists", "f8", lane),  # 1; 0: no leg
-            ("length", "f8", lane),  # rod length [m]; the nominal one where the leg is extensible
-            ("rest_energy", "f8", lane),  # int kappa_rest^T H_a kappa_rest
-            ("base_position", "f8", (3, width)),  # base point at motor zero [m]
-            ("base_rotation", "f8", (3, 3, width)),  # base frame at motor zero
-            ("rotation_axis", "f8", (3, width)),  # unit axis of the turn of the base
-            ("translation_axis", "f8", (3, width)),  # unit direction of its shift
+            ("base_position", "f8", (3, width)),  # in the world [m]
+            ("base_rotation", "f8", (3, 3, width)),  # base frame in the world
             ("tip_position", "f8", (3, width)),  # tip joint in the platform frame [m]
             ("orientation", "f8", (3, 3, 3, width)),  # R_c M_k of psi_k = tr((R_p R_c M_k)^T R_l)
-            ("extensible", "f8", lane),  # 1: the shift is the rod length
-            ("turn_passive", "f8", lane),  # 1: the turn is the passive coordinate
-            ("turn_motor", "f8", lane),  # 1: the turn is the motor
-            ("shift_passive", "f8", lane),  # 1: the shift is the passive coordinate
-            ("shift_motor", "f8", lane),  # 1: the shift is the motor
-            ("turn_index", "i8", lane),  # state index; -1: none
-            ("shift_index", "i8", lane),
-            ("motor_index", "i8", lane),
+        ],
+        align=True,
+    )
+
+
+def element_dtype(width: int) -> np.dtype[Any]:
+    """An element of the chains of a group of legs, all vectors in the frame before it."""
+    lane = (width,)
+    return np.dtype(
+        [
+            ("kind", "i8"),  # one of ``Element``
+            ("slot", "i8"),  # of the coordinate of a joint; -1: none
+            ("rod", "i8"),  # number of the rod in its chain; -1: none
+            ("heavy", "i8"),  # 1: some leg has a link of mass here
+            ("axis", "f8", (3, width)),  # unit axis of a joint
+            ("zero", "f8", lane),  # where the joint is at coordinate zero [rad or m]
+            ("stiffness", "f8", lane),  # of its spring [N m/rad or N/m]
+            ("rest", "f8", lane),  # coordinate at which the spring is at rest
+            ("offset", "f8", (3, width)),  # where a link leads [m]
+            ("rotation", "f8", (3, 3, width)),  # frame behind it
+            ("mass", "f8", lane),  # [kg]
+            ("center", "f8", (3, width)),  # its centre of mass [m]
+        ],
+        align=True,
+    )
+
+
+def rod_dtype(width: int) -> np.dtype[Any]:
+    """A rod of the chains of a group of legs."""
+    lane = (width,)
+    return np.dtype(
+        [
+            ("component_start", "i8", 4),  # first strain slot of torsion and both bendings; last
+            ("length_slot", "i8"),  # motor slot of the length; -1: all of fixed length
+            ("turned", "i8"),  # 1: some coordinate before turns the rod
+            ("followed", "i8"),  # 1: something comes after it
+            ("length", "f8", lane),  # [m]; the nominal one where the rod is extensible
+            ("extensible", "f8", lane),  # 1: its length is a motor
+            ("length_index", "i8", lane),  # state index of the length; -1: fixed
+            ("rest_energy", "f8", lane),  # int kappa_rest^T H_a kappa_rest
+            ("loads", "i8", lane),  # number of the rod among all of the robot; -1: none
         ],
         align=True,
     )
 
 
 class RobotArrays(NamedTuple):
-    """Constants of L legs in G groups, S strain slots, n inner slots, K nodes, H rotation steps."""
+    """Constants of L legs in G groups of equal structure, E elements and R rods a leg at most.
+
+    S strain slots, n inner slots, K nodes, H rotation steps.
+    """
 
     legs: NDArray[np.void]  # (L,) of LEG
     stiffness: Floats  # (L, M, M) K_e at the nominal length, in the order of the state
     slots: SlotLayout  # n inner slots, m in all
     groups: NDArray[np.void]  # (G,) of group_dtype
     slot_index: Integers  # (G, n, W) state index of every inner slot; -1: the leg lacks it
-    units: Lanes  # (G, m) natural units of the slots; 0: the leg lacks it
+    motor_slot_index: Integers  # (G, m_a, W) state index of the motor of every motor slot; -1: none
+    motor_ratio: Lanes  # (G, m_a) how far a joint goes when its motor goes one; 0: none
+    units: (
+        Lanes  # (G, m) natural units of the slots, of motors times the ratio; 0: the leg lacks it
+    )
     missing: Lanes  # (G, n) 1: the leg lacks the slot
-    component_start: Integers  # (4,) first strain slot of torsion and both bendings; S
-    function: Integers  # (S,) which shape function a slot uses
+    elements: NDArray[np.void]  # (G, E) of element_dtype: the chains from base to tip
+    rods: NDArray[np.void]  # (G, R) of rod_dtype
+    lane_leg: Integers  # (G, W) number of the leg in a lane; -1: none
+    function: Integers  # (G, S) which shape function a slot uses
     functions: Lanes  # (G, F, K) shape functions at the nodes
     step_functions: Lanes  # (G, H, F, 3) their moments over the rotation steps
     elastic: Lanes  # (G, S, S) K_e by slots
@@ -117,8 +170,8 @@ class RobotArrays(NamedTuple):
     controls_angles: int  # 1: among them are roll, pitch, yaw instead of world rotations
     constraint_count: int  # number of multipliers of all legs
     kept_count: int  # lanes in which the factors of a tangent are kept (`kept_factors`)
-    shifted: int  # 1: some base has a shift
-    extensible: int  # 1: some shift is a rod length
+    one_slot_a_motor: int  # 1: no motor is in several slots
+    extensible: int  # 1: some rod's length is a motor
 
 
 #: Loads of the platform, in the world or turning with it.
@@ -138,8 +191,11 @@ PLATFORM_LOADS = np.dtype(
 class LoadArrays(NamedTuple):
     """Loads in force, all linear in what the user gives, so that loads can be interpolated."""
 
-    distributed: Floats  # (L, 3, K + 1) int_sigma^1 of the force per length; last: sigma = 0 [N/m]
-    point: Floats  # (L, 3, K + 1) sum of the point forces beyond a node; last: sigma = 0 [N]
+    gravity: Floats  # (3,) in the world [m/s^2]
+    distributed: (
+        Floats  # (rods, 3, K + 1) int_sigma^1 of the force per length; last: sigma = 0 [N/m]
+    )
+    point: Floats  # (rods, 3, K + 1) sum of the point forces beyond a node; last: sigma = 0 [N]
     on_rods: Floats  # (1,) above zero where any rod carries a load
     platform: NDArray[np.void]  # (1,) of PLATFORM_LOADS
 
@@ -160,17 +216,23 @@ class Factors(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Memory of the kernels, allocated once for a whole solve. m = n + b + 1 slots."""
+    """Memory of the kernels, allocated once for a whole solve. m = n + b + m_a slots."""
 
     blocks: Lanes  # (G, m, m) tangent of the legs by slots, upper triangle
     residuals: Lanes  # (G, m) residual by slots, SI units
     platform_residual: Floats  # (6,) of the world twist
     platform_tangent: Floats  # (6, 6)
-    coordinates: Lanes  # (m,) state by slots: strain coordinates, multipliers, passive coordinate
-    by_leg: Lanes  # (8,) written or read leg by leg, see `by_leg`
+    coordinates: Lanes  # (m,) state by slots, that of motors times the ratio; not of the platform
+    by_leg: Lanes  # (6,) written or read leg by leg, see `by_leg`
+    motor_values: Lanes  # (m_a,) of motor slots, leg by leg
     rotation_vectors: Lanes  # (H, 3) of the steps
-    frames: Lanes  # (3, K, 3) directions d_c = R e_c at the nodes; the first is the tangent t
-    arm: Lanes  # (K + 1, 3) int_sigma^1 t: (p(l) - p) / l; last: sigma = 0, as with other fields
+    element_position: Lanes  # (E + 1, 3) where the elements begin; the tip
+    element_axis: Lanes  # (E, 3) axes of joints, in the world; where links lead
+    element_center: Lanes  # (E, 3) centres of mass of links from where they begin
+    slot_turn: Lanes  # (m, 3) T: turn of everything behind a coordinate
+    slot_carried: Lanes  # (m, 3) w: what a turn T before takes from a coordinate's balance, T . w
+    frames: Lanes  # (R, 3, K, 3) directions d_c = R e_c at the nodes; the first is the tangent t
+    arm: Lanes  # (R, K + 1, 3) int_sigma^1 t: (p(l) - p) / l; last: sigma = 0, as with other fields
     point: Lanes  # (K + 1, 3) forces of the rods, as in LoadArrays
     distributed: Lanes  # (K + 1, 3)
     load_source: Lanes  # (3, K, 3) rows of l t n^T, n of the loads on the rods alone
@@ -180,7 +242,6 @@ class Workspace(NamedTuple):
     turned: Lanes  # (3, K, 3) Q omega
     balance: Lanes  # (3, K) omega . m
     swept: Lanes  # (3, K, 3) omega x arm
-    base_turning: Lanes  # (3, K) axis of the base . Q omega
     length_source: Lanes  # (K, 3) t x (n + l nu)
     length_field: Lanes  # (K + 1, 3) its integral to the tip: what the length does to m
     stretched: Lanes  # (S,) K_e q_e
@@ -238,6 +299,7 @@ def workspace(robot: RobotArrays) -> Workspace:
     """Memory for one thread; long, for every field has its line."""
     width = robot.slot_index.shape[2]
     groups, slots, inner = len(robot.groups), robot.slots.total, robot.slots.inner_count
+    elements, rods = robot.elements.shape[1], robot.rods.shape[1]
     size = len(robot.unit)
     border = size - robot.platform_index
     strains, nodes, steps = robot.slots.strain_count, len(robot.weights), len(robot.steps)
@@ -251,10 +313,16 @@ def workspace(robot: RobotArrays) -> Workspace:
         platform_residual=np.empty(6),
         platform_tangent=np.empty((6, 6)),
         coordinates=zeros_lanes(width, slots),
-        by_leg=empty(8),
+        by_leg=empty(6),
+        motor_values=empty(robot.slots.motor_count),
         rotation_vectors=empty(steps, 3),
-        frames=empty(3, nodes, 3),
-        arm=empty(nodes + 1, 3),
+        element_position=empty(elements + 1, 3),
+        element_axis=empty(elements, 3),
+        element_center=empty(elements, 3),
+        slot_turn=empty(slots, 3),
+        slot_carried=empty(slots, 3),
+        frames=empty(rods, 3, nodes, 3),
+        arm=empty(rods, nodes + 1, 3),
         point=empty(nodes + 1, 3),
         distributed=empty(nodes + 1, 3),
         load_source=empty(3, nodes, 3),
@@ -264,7 +332,6 @@ def workspace(robot: RobotArrays) -> Workspace:
         turned=empty(3, nodes, 3),
         balance=empty(3, nodes),
         swept=empty(3, nodes, 3),
-        base_turning=empty(3, nodes),
         length_source=empty(nodes, 3),
         length_field=empty(nodes + 1, 3),
         stretched=empty(strains),

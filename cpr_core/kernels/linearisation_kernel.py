@@ -56,7 +56,7 @@ def linearise(robot, kept, record, eigenvalues, response, pencil):
     held, released = robot.motor_index < 0, robot.motor_index >= 0
     locked_motions = Measure(gram, orthogonal, 1.0, held)
     locked = smallest_eigenvalue(robot, pencil, locked_motions, math.nan)
-    if robot.slots.passive < 0:  # the passive coordinate of a base stores no energy
+    if robot.slots.passive_count == 0:  # passive coordinates store no energy
         _put_elastic(robot, record, elastic)
         strain_energy = Measure(elastic, is_diagonal(elastic), 0.0, held)
         if _definite(robot, pencil, strain_energy):
@@ -75,7 +75,6 @@ def _put_elastic(robot, record, elastic):
     """Elastic stiffness of the legs as long as they are, dimensionless."""
     per_energy = 1.0 / robot.energy_unit
     for number in range(elastic.shape[0]):
-        group = robot.groups[number]
         for i in range(robot.slots.strain_count):
             unit = per_energy * load(robot.units, (number, i))
             for j in range(i, robot.slots.strain_count):
@@ -84,13 +83,16 @@ def _put_elastic(robot, record, elastic):
         if robot.extensible == 0:
             continue
         numbers = elastic["lane"]
-        for lane in range(robot.slot_index.shape[2]):
-            if group.extensible[lane] == 0.0:
-                continue
-            ratio = group.length[lane] / record[group.shift_index[lane]]
-            for i in range(robot.slots.strain_count):
-                for j in range(i, robot.slots.strain_count):
-                    numbers[number, i, j, lane] *= ratio
+        for r in range(robot.rods.shape[1]):
+            rod = robot.rods[number, r]
+            first, last = rod.component_start[0], rod.component_start[3]
+            for lane in range(robot.slot_index.shape[2]):
+                if rod.extensible[lane] == 0.0:
+                    continue
+                ratio = rod.length[lane] / record[rod.length_index[lane]]
+                for i in range(first, last):
+                    for j in range(i, last):
+                        numbers[number, i, j, lane] *= ratio
 
 
 @part

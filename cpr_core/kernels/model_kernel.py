@@ -72,16 +72,22 @@ def evaluate_here(robot, loads, state, platform_rotation, platform_position, res
     )
     for row in range(robot.platform_axes.shape[0]):
         residual[robot.platform_index + row] = platform_residual[robot.platform_axes[row]]
-    motor = robot.slots.motor
+    first_motor = robot.slots.first_motor
+    for i in range(robot.motor_index, robot.unit.shape[0]):
+        residual[i] = 0.0
     for number in range(robot.groups.shape[0]):
-        index, motors = robot.slot_index[number], robot.groups[number].motor_index
+        index, motors = robot.slot_index[number], robot.motor_slot_index[number]
         for lane in range(index.shape[1]):
             for slot in range(index.shape[0]):
                 i = index[slot, lane]
                 if i >= 0:
                     residual[i] = get(work.residuals, (number, slot), lane)
-            if motors[lane] >= 0:
-                residual[motors[lane]] = get(work.residuals, (number, motor), lane)
+            for m in range(motors.shape[0]):
+                i = motors[m, lane]
+                if i >= 0:
+                    ratio = get(robot.motor_ratio, (number, m), lane)
+                    effort = get(work.residuals, (number, first_motor + m), lane)
+                    residual[i] += ratio * effort
     return energy
 
 
@@ -90,20 +96,18 @@ def tangent_into(robot, work, tangent):
     """The tangent by states, (N, N), from the slots; entries that are always zero are not written."""
     inner, platform = robot.slots.inner_count, robot.platform_index
     axes = robot.platform_axes
-    motor = robot.slots.motor
     for row in range(axes.shape[0]):
         for column in range(axes.shape[0]):
             value = work.platform_tangent[axes[row], axes[column]]
             tangent[platform + row, platform + column] = value
+    first = robot.motor_index  # one motor may be in several slots: their entries are added
+    for i in range(first, robot.unit.shape[0]):
+        for j in range(robot.unit.shape[0]):
+            tangent[i, j] = tangent[j, i] = 0.0
     for number in range(robot.groups.shape[0]):
-        index, motors = robot.slot_index[number], robot.groups[number].motor_index
+        index = robot.slot_index[number]
         for lane in range(index.shape[1]):
-            m = motors[lane]
-            if m >= 0:
-                tangent[m, m] = get(work.blocks, (number, motor, motor), lane)
-                for column in range(axes.shape[0]):
-                    value = get(work.blocks, (number, inner + column, motor), lane)
-                    tangent[m, platform + column] = tangent[platform + column, m] = value
+            _motors_into(robot, number, lane, work, tangent)
             for slot in range(inner):
                 i = index[slot, lane]
                 if i < 0:
@@ -116,9 +120,32 @@ def tangent_into(robot, work, tangent):
                 for column in range(axes.shape[0]):
                     value = get(work.blocks, (number, slot, inner + column), lane)
                     tangent[i, platform + column] = tangent[platform + column, i] = value
-                if m >= 0:
-                    value = get(work.blocks, (number, slot, motor), lane)
-                    tangent[i, m] = tangent[m, i] = value
+
+
+@inlined
+def _motors_into(robot, number, lane, work, tangent):
+    """Rows and columns of the motors of a leg."""
+    slots, motors = robot.slots, robot.motor_slot_index[number]
+    for m in range(slots.motor_count):
+        i, column = motors[m, lane], slots.first_motor + m
+        if i < 0:
+            continue
+        ratio = get(robot.motor_ratio, (number, m), lane)
+        for slot in range(column + 1):
+            share = ratio
+            if slot < slots.inner_count:
+                j = robot.slot_index[number, slot, lane]
+            elif slot < slots.first_motor:
+                j = robot.platform_index + slot - slots.first_platform
+            else:
+                j = motors[slot - slots.first_motor, lane]
+                share = ratio * get(robot.motor_ratio, (number, slot - slots.first_motor), lane)
+            if j < 0:
+                continue
+            value = share * get(work.blocks, (number, slot, column), lane)
+            tangent[i, j] += value
+            if slot != column:  # one motor in both slots: twice on the diagonal
+                tangent[j, i] += value
 
 
 @inlined

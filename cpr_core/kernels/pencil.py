@@ -70,11 +70,12 @@ def pencil_of(arrays: RobotArrays, grams: Sequence[Floats]) -> Pencil:
 
     gram, weights = zeros_lanes(width, groups, strains, strains), zeros_lanes(width, groups, rows)
     start = empty(groups, rows)
-    if slots.passive >= 0:
-        weights["lane"][:, slots.passive] = arrays.slot_index[:, slots.passive] >= 0
-    weights["lane"][:, slots.inner_count] = arrays.groups["motor_index"] >= 0
-    for number, (leg, leg_gram) in enumerate(zip(arrays.legs, grams, strict=True)):
-        group, lane = divmod(number, width)
+    passive = slice(slots.first_passive, slots.inner_count)
+    weights["lane"][:, passive] = arrays.slot_index[:, passive] >= 0
+    weights["lane"][:, slots.inner_count] = (arrays.motor_slot_index >= 0).any(axis=1)
+    for group, lane in np.argwhere(arrays.lane_leg >= 0):
+        number = arrays.lane_leg[group, lane]
+        leg, leg_gram = arrays.legs[number], grams[number]
         place = arrays.slot_index[group, :strains, lane] - leg["strain_index"]
         modes = np.flatnonzero(arrays.slot_index[group, :strains, lane] >= 0)
         own = leg_gram[np.ix_(place[modes], place[modes])]

@@ -72,7 +72,7 @@ def recall_pencil(robot, kept, pencil):
     corner, condensed = pencil.corner, pencil.condensed
     slots, lanes, groups = robot.slots, robot.slot_index.shape[2], robot.groups.shape[0]
     doubt = broadcast(pencil.rows, -1.0)
-    if kept_status(kept) != CONDENSED:
+    if kept_status(kept) != CONDENSED or robot.one_slot_a_motor == 0:
         return False
     recall_border(kept, kept_border(slots, groups), condensed.shape[0], lanes, condensed)
     for i in range(condensed.shape[0]):
@@ -144,7 +144,7 @@ def _recall_motor_rows(robot, number, kept, pencil):
         column = inner + 1 + j if j < width else inner
         store(blocks, (number, inner, column), value)
     for lane in range(robot.slot_index.shape[2]):
-        motor = robot.groups[number].motor_index[lane]
+        motor = robot.motor_slot_index[number, 0, lane]
         if motor < 0:
             put(blocks, (number, inner, inner), lane, 1.0)
             continue

@@ -26,16 +26,17 @@ __all__ = ["integrate_beyond", "integrate_frames"]
 
 
 @inlined
-def integrate_frames(robot, number, base_frame, work):
-    """Frames at the nodes; returns the frame at the tip.
+def integrate_frames(robot, number, rod, base_frame, work):
+    """Frames at the nodes of a rod; returns the frame at its end.
 
     Args:
         robot: RobotArrays.
         number: Number of the group.
-        base_frame: Frame at the base, a matrix of lanes.
+        rod: Number of the rod in its chain.
+        base_frame: Frame where it begins, a matrix of lanes.
         work: Workspace; ``coordinates`` is read, ``frames`` is the result.
     """
-    largest = _rotation_vectors(robot, number, work)
+    largest = _rotation_vectors(robot, number, rod, work)
     frame = base_frame
     for step in range(robot.steps.shape[0]):
         vector = load_vector(work.rotation_vectors, step)
@@ -48,23 +49,23 @@ def integrate_frames(robot, number, base_frame, work):
         node = robot.step_node[step]
         if node >= 0:
             directions = transposed(frame)
-            store_vector(work.frames, (0, node), directions[0])
-            store_vector(work.frames, (1, node), directions[1])
-            store_vector(work.frames, (2, node), directions[2])
+            store_vector(work.frames, (rod, 0, node), directions[0])
+            store_vector(work.frames, (rod, 1, node), directions[1])
+            store_vector(work.frames, (rod, 2, node), directions[2])
     return frame
 
 
 @inlined
-def _rotation_vectors(robot, number, work):
+def _rotation_vectors(robot, number, rod, work):
     """Rotation vectors of all steps; returns the highest squared angle of a step."""
     # Strain coordinates are curvatures at the nominal length: the rotation does not see the length.
-    nominal = load(robot.groups[number].length, ())
+    nominal = load(robot.rods[number, rod].length, ())
     largest = 0.0
     for step in range(robot.steps.shape[0]):
         by_component = (
-            _curvature_moments(robot, number, step, 0, work),
-            _curvature_moments(robot, number, step, 1, work),
-            _curvature_moments(robot, number, step, 2, work),
+            _curvature_moments(robot, number, rod, step, 0, work),
+            _curvature_moments(robot, number, rod, step, 1, work),
+            _curvature_moments(robot, number, rod, step, 2, work),
         )
         a, b, c = scaled(robot.steps[step] * nominal, transposed(by_component))
         vector = magnus(a, b, c)
@@ -74,11 +75,12 @@ def _rotation_vectors(robot, number, work):
 
 
 @inlined
-def _curvature_moments(robot, number, step, component, work):
+def _curvature_moments(robot, number, rod, step, component, work):
     """The three moments of a component of the curvature over a step (``magnus``)."""
     moments = zero_vector(work.coordinates)
-    for slot in range(robot.component_start[component], robot.component_start[component + 1]):
-        function = load_vector(robot.step_functions, (number, step, robot.function[slot]))
+    start = robot.rods[number, rod].component_start
+    for slot in range(start[component], start[component + 1]):
+        function = load_vector(robot.step_functions, (number, step, robot.function[number, slot]))
         moments = add_scaled(moments, load(work.coordinates, slot), function)
     return moments
 

@@ -23,26 +23,28 @@ __all__ = ["strain_block"]
 
 
 @inlined
-def strain_block(robot, number, length, work):
+def strain_block(robot, number, rod, length, work):
     """The block of the strain coordinates, upper triangle, from frames and Q at the nodes.
 
     Args:
         robot: RobotArrays.
         number: Number of the group.
+        rod: Number of the rod in its chain.
         length: Rod lengths, lanes.
         work: Workspace; ``frames`` and ``turned`` are read, ``blocks`` is the result.
     """
-    geometric, blocks, start = work.geometric, work.blocks, robot.component_start
+    geometric, blocks = work.geometric, work.blocks
+    start = robot.rods[number, rod].component_start
     nodes, panel = robot.weights.shape[0], robot.panel_nodes
-    nominal = load(robot.groups[number].length, ())
+    nominal = load(robot.rods[number, rod].length, ())
     for first in range(0, nodes, panel):
         for c in range(3):
             for d in range(c, 3):
                 if start[c] < start[c + 1] and start[d] < start[d + 1]:
-                    _multiply_pairs(robot, number, c, d, first, work)
-                    _multiply_partial(robot, number, c, d, first, work)
+                    _multiply_pairs(robot, number, rod, c, d, first, work)
+                    _multiply_partial(robot, number, rod, c, d, first, work)
         if panel < nodes:
-            _panels_before(robot, number, first, work)
+            _panels_before(robot, number, rod, first, work)
     ratio = nominal / length
     for c in range(3):
         for slot in range(start[c], start[c + 1]):
@@ -55,24 +57,24 @@ def strain_block(robot, number, length, work):
 
 
 @inlined
-def _multiply_pairs(robot, number, c, d, first, work):
+def _multiply_pairs(robot, number, rod, c, d, first, work):
     """P Phi_d^T of one panel: of a component with itself half of P, to be mirrored.
 
     Four rows of P and two modes at a time: a pair of nodes serves two modes, a mode four nodes.
     """
-    start, zero = robot.component_start[d], broadcast(work.pairs, 0.0)
-    count = robot.component_start[d + 1] - start
+    component_start, zero = robot.rods[number, rod].component_start, broadcast(work.pairs, 0.0)
+    start, count = component_start[d], component_start[d + 1] - component_start[d]
     end = first + robot.panel_nodes
     for j in range(first, first + robot.panel_nodes, 4):
-        _pairs_of_nodes(robot, c, d, j, first, j if c == d else end, work)
+        _pairs_of_nodes(robot, rod, c, d, j, first, j if c == d else end, work)
         if c == d:
-            _pairs_on_diagonal(robot, c, j, work)
+            _pairs_on_diagonal(robot, rod, c, j, work)
             end = j + 4
         for mode in range(0, count, 2):  # the last of an odd number is its own partner
             partner = min(mode + 1, count - 1)
             function, partner_function = (
-                robot.function[start + mode],
-                robot.function[start + partner],
+                robot.function[number, start + mode],
+                robot.function[number, start + partner],
             )
             sums, partner_sums = (zero, zero, zero, zero), (zero, zero, zero, zero)
             for k in range(first, end):
@@ -85,16 +87,16 @@ def _multiply_pairs(robot, number, c, d, first, work):
 
 
 @inlined
-def _multiply_partial(robot, number, c, d, first, work):
+def _multiply_partial(robot, number, rod, c, d, first, work):
     """Add Phi_c times P Phi_d^T of one panel to the stiffness; two modes by two at a time."""
-    row_start, column_start = robot.component_start[c], robot.component_start[d]
-    rows = robot.component_start[c + 1] - row_start
-    columns = robot.component_start[d + 1] - column_start
+    start = robot.rods[number, rod].component_start
+    row_start, column_start = start[c], start[d]
+    rows, columns = start[c + 1] - row_start, start[d + 1] - column_start
     functions, partial, geometric = robot.functions, work.partial, work.geometric
     for row in range(0, rows, 2):
         next_row = min(row + 1, rows - 1)
         i, next_i = row_start + row, row_start + next_row
-        f, next_f = robot.function[i], robot.function[next_i]
+        f, next_f = robot.function[number, i], robot.function[number, next_i]
         for column in range(0, columns, 2):
             next_column = min(column + 1, columns - 1)
             j, next_j = column_start + column, column_start + next_column
@@ -153,15 +155,15 @@ def _add_four(sums, factor, values):
 
 
 @inlined
-def _pairs_of_nodes(robot, c, d, j, first, end, work):
+def _pairs_of_nodes(robot, rod, c, d, j, first, end, work):
     """Four rows of P, from node j on, for the nodes from ``first`` up to ``end``; two at a time."""
     frames, turned, integration = work.frames, work.turned, robot.integration
     for row in range(0, 4, 2):
         i, next_i = j + row, j + row + 1
-        d_i, next_d = load_vector(frames, (c, i)), load_vector(frames, (c, next_i))
+        d_i, next_d = load_vector(frames, (rod, c, i)), load_vector(frames, (rod, c, next_i))
         t_i, next_t = load_vector(turned, (c, i)), load_vector(turned, (c, next_i))
         for k in range(first, end):
-            d_k, t_k = load_vector(frames, (d, k)), load_vector(turned, (d, k))
+            d_k, t_k = load_vector(frames, (rod, d, k)), load_vector(turned, (d, k))
             value = integration[i, k] * dot(d_i, t_k) + integration[k, i] * dot(d_k, t_i)
             store(work.pairs, (k, row), value)
             value = integration[next_i, k] * dot(next_d, t_k)
@@ -170,34 +172,35 @@ def _pairs_of_nodes(robot, c, d, j, first, end, work):
 
 
 @inlined
-def _pairs_on_diagonal(robot, c, j, work):
+def _pairs_on_diagonal(robot, rod, c, j, work):
     """The same where the rows meet their own nodes: I_jk d(j) . t(k), whose transpose is the rest."""
     for row in range(4):
-        direction = load_vector(work.frames, (c, j + row))
+        direction = load_vector(work.frames, (rod, c, j + row))
         for k in range(j, j + 4):
             value = dot(direction, load_vector(work.turned, (c, k)))
             store(work.pairs, (k, row), robot.integration[j + row, k] * value)
 
 
 @inlined
-def _panels_before(robot, number, first, work):
+def _panels_before(robot, number, rod, first, work):
     """What the modes have turned before a panel does in it; then their turns up to its end."""
-    geometric, start, end = work.geometric, robot.component_start, first + robot.panel_nodes
+    geometric, end = work.geometric, first + robot.panel_nodes
+    start = robot.rods[number, rod].component_start
     for c in range(3):
         for slot in range(start[c], start[c + 1]):
-            function = robot.function[slot]
+            function = robot.function[number, slot]
             growth, carried = zero_vector(geometric), zero_vector(geometric)
             for k in range(first, end):
                 phi = load(robot.functions, (number, function, k))
                 carried = add_scaled(carried, phi, load_vector(work.turned, (c, k)))
                 growth = add_scaled(
-                    growth, robot.weights[k] * phi, load_vector(work.frames, (c, k))
+                    growth, robot.weights[k] * phi, load_vector(work.frames, (rod, c, k))
                 )
             store_vector(work.mode_carried, slot, carried)
             store_vector(work.mode_growth, slot, growth)
             if first == 0:
                 continue
-            for other_slot in range(slot + 1):
+            for other_slot in range(start[0], slot + 1):
                 value = load(geometric, (other_slot, slot)) + _carried(work, other_slot, slot)
                 if other_slot < start[c]:  # of one component the transpose is added at the end
                     value += _carried(work, slot, other_slot)
@@ -205,7 +208,7 @@ def _panels_before(robot, number, first, work):
                 if start[c] <= other_slot < slot:
                     value = load(geometric, (slot, other_slot)) + _carried(work, slot, other_slot)
                     store(geometric, (slot, other_slot), value)
-    for slot in range(start[3]):
+    for slot in range(start[0], start[3]):
         turn = load_vector(work.mode_growth, slot)
         if first > 0:
             turn = add(turn, load_vector(work.mode_turn, slot))

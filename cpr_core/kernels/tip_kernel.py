@@ -38,7 +38,15 @@ from .lane_vectors import (
 )
 from .lanes import broadcast, load, store
 
-__all__ = ["Tip", "couple_platform", "couple_tip", "couple_tip_turn", "hold_tips", "push_platform"]
+__all__ = [
+    "Tip",
+    "couple_platform",
+    "couple_tip",
+    "couple_tip_turn",
+    "hold_tips",
+    "push_platform",
+    "store_upper",
+]
 
 
 class Tip(NamedTuple):
@@ -50,25 +58,22 @@ class Tip(NamedTuple):
 
 
 @inlined
-def hold_tips(robot, number, base, tip_frame, platform_rotation, platform_position, work):
+def hold_tips(robot, number, end, platform_rotation, platform_position, work):
     """Constraints of a group into the residuals; returns the Tip.
 
     Args:
         robot: RobotArrays.
         number: Number of the group.
-        base: Base.
-        tip_frame: R_l, a matrix of lanes.
+        end: Pose of the tips.
         platform_rotation: R_p in the world, (3, 3).
         platform_position: p_p in the world, (3,).
-        work: Workspace; ``coordinates`` and ``arm`` are read, ``residuals`` and ``joint_moments`` are
-            set.
+        work: Workspace; ``coordinates`` is read, ``residuals`` and ``joint_moments`` are set.
     """
     group, slots, residuals = robot.groups[number], robot.slots, work.residuals
     rotation = load_matrix(platform_rotation, ())
     lever = matrix_vector(rotation, load_vector(group.tip_position, ()))
-    chord = load_vector(work.arm, robot.weights.shape[0])
     joint = add(load_vector(platform_position, ()), lever)
-    gap = subtract(joint, add(base.position, scaled(base.length, chord)))
+    gap = subtract(joint, end.position)
     first = slots.first_multiplier
     store(residuals, (number, first), gap[0])
     store(residuals, (number, first + 1), gap[1])
@@ -82,7 +87,7 @@ def hold_tips(robot, number, base, tip_frame, platform_rotation, platform_positi
     for row in range(slots.orientation_count):
         slot = slots.first_orientation + row
         image = matrix_product(rotation, load_matrix(group.orientation, row))
-        of_one = matrix_product(tip_frame, transposed(image))
+        of_one = matrix_product(end.frame, transposed(image))
         store(residuals, (number, slot), trace(of_one))
         store_vector(work.joint_moments, row, axial(of_one))
         alignment = add(alignment, scaled(load(work.coordinates, slot), of_one))
@@ -122,10 +127,10 @@ def couple_platform(robot, number, tip, work):
 def couple_tip(robot, number, slot, motion, work):
     """Entries of a coordinate that moves the tip, with the multipliers that hold its position."""
     blocks, first = work.blocks, robot.slots.first_multiplier
-    _store_upper(blocks, number, slot, first, -motion[0])
-    _store_upper(blocks, number, slot, first + 1, -motion[1])
+    store_upper(blocks, number, slot, first, -motion[0])
+    store_upper(blocks, number, slot, first + 1, -motion[1])
     if robot.slots.position_count > 2:
-        _store_upper(blocks, number, slot, first + 2, -motion[2])
+        store_upper(blocks, number, slot, first + 2, -motion[2])
 
 
 @inlined
@@ -134,17 +139,17 @@ def couple_tip_turn(robot, number, slot, turn, tip, work):
     slots, blocks = robot.slots, work.blocks
     for row in range(slots.orientation_count):
         value = dot(turn, load_vector(work.joint_moments, row))
-        _store_upper(blocks, number, slot, slots.first_orientation + row, value)
+        store_upper(blocks, number, slot, slots.first_orientation + row, value)
     # Theta . (tr(N) 1 - N^T) Omega
     met = matrix_vector(less_trace(tip.alignment), turn)
     for column in range(slots.platform_count):
         axis = robot.platform_axes[column]
         if axis < 3:
             at = slots.first_platform + column
-            _store_upper(blocks, number, slot, at, -component(met, axis))
+            store_upper(blocks, number, slot, at, -component(met, axis))
 
 
 @inlined
-def _store_upper(blocks, number, slot, other_slot, value):
+def store_upper(blocks, number, slot, other_slot, value):
     """Set an entry of the upper triangle."""
     store(blocks, (number, min(slot, other_slot), max(slot, other_slot)), value)

@@ -364,6 +364,7 @@ class Robot:
         platform["moment_body"] = loads.wrench_body[:3]
         platform["force_body"] = loads.wrench_body[3:]
         return LoadArrays(
+            gravity=np.array(loads.gravity, float),
             distributed=np.ascontiguousarray(np.swapaxes(beyond @ density, 1, 2)),
             point=np.ascontiguousarray(np.swapaxes(point, 1, 2)),
             on_rods=np.array([float(density.any() or point.any())]),

@@ -11,17 +11,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.chain import ChainElement, ChainJoint, ChainRod, Link, Turn
 from ..description.robot_description import LegDescription, RobotDescription
 from ..kernels.kept_factors import kept_count
-from ..kernels.kernel_arrays import LEG, Lanes, RobotArrays, group_dtype
+from ..kernels.kernel_arrays import (
+    LEG,
+    Element,
+    Lanes,
+    RobotArrays,
+    element_dtype,
+    group_dtype,
+    rod_dtype,
+)
 from ..kernels.lanes import WIDTH, zeros_lanes
 from ..kernels.slots import SlotLayout, slot_layout
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid
+from .leg_groups import LegGroup, leg_groups
 from .platform_coordinates import PlatformCoordinates
 
 __all__ = ["robot_arrays"]
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 
 def robot_arrays(
@@ -42,22 +53,18 @@ class _SlotArrays:
     """Arrays by slots and lanes, filled leg by leg; as ``RobotArrays`` has them."""
 
     slots: SlotLayout
-    component_start: NDArray[np.int64]
-    function: NDArray[np.int64]
     groups: NDArray[np.void]
-    index: NDArray[np.int64]
+    elements: NDArray[np.void]
+    rods: NDArray[np.void]
+    function: Integers
+    slot_index: Integers
+    motor_slot_index: Integers
+    motor_ratio: Lanes
     units: Lanes
     functions: Lanes
     step_functions: Lanes
     elastic: Lanes
     rest_moment: Lanes
-
-    def mode_slots(self, leg: LegDescription) -> NDArray[np.int64]:
-        """Slots of the strain modes of a leg."""
-        starts = self.component_start[:3]
-        return np.concatenate(
-            [start + np.arange(n) for start, n in zip(starts, leg.modes.counts, strict=True)]
-        )
 
 
 class _Builder:
@@ -74,8 +81,10 @@ class _Builder:
         self.position_axes = np.array([0, 1] if self.planar else [0, 1, 2])
         self.legs = np.zeros(len(self.described), LEG)
         self.unit: list[float] = []
-        # Leg, the name of its coordinate, and the natural unit.
-        self.motors: list[tuple[int, str, float]] = []
+        # State index of the coordinate of every element of every leg; of a passive one for now.
+        self.coordinate = [np.full(len(leg.chain), -1) for leg in self.described]
+        self.motors: dict[str, int] = {}
+        self.groups = leg_groups(self.described)
 
     def build(self) -> RobotArrays:
         """All arrays."""
@@ -85,9 +94,8 @@ class _Builder:
         axes = self.coordinates.axes
         self.unit += [1.0 if axis < 3 else self.length_unit for axis in axes]
         motor_index = len(self.unit)
-        for number, name, natural in self.motors:
-            self.legs[number][f"{name}_index"] = len(self.unit)
-            self.unit.append(natural)
+        for number, leg in enumerate(self.described):
+            self._number_motors(number, leg)
         constraints = (
             len(self.position_axes) * len(self.legs) + self.legs["orientation_count"].sum()
         )
@@ -112,32 +120,45 @@ class _Builder:
             constraint_count=int(constraints),
         )
 
+    def _natural(self, element: ChainElement) -> float:
+        """Natural unit of a coordinate."""
+        return 1.0 if isinstance(element, Turn) else self.length_unit
+
     def _number_states(self, number: int, leg: LegDescription) -> None:
         numbers = self.legs[number]
-        numbers["length"] = leg.rod.length
-        for kind, axis, coordinate, natural in (
-            ("turn", leg.motor.turn_axis(leg.base_rotation), "rotation", 1.0),
-            ("shift", leg.motor.shift_axis, "translation", self.length_unit),
-        ):
-            numbers[f"{coordinate}_index"] = -1
-            if axis is None:
-                continue
-            numbers[f"{coordinate}_axis"] = axis
-            if leg.motor.actuated == kind:
-                self.motors.append((number, coordinate, natural))
-            else:
-                numbers[f"{coordinate}_index"] = len(self.unit)
-                self.unit.append(natural)
-        numbers["extensible"] = leg.motor.extensible
-        numbers["strain_index"] = len(self.unit)
-        numbers["strain_count"] = leg.modes.total
-        self.unit += [1.0 / self.length_unit] * leg.modes.total
+        numbers["length"], numbers["extensible"] = leg.rod.length, leg.motor.extensible
+        numbers["rotation_index"] = numbers["translation_index"] = -1
+        for position, element in enumerate(leg.chain):
+            if isinstance(element, ChainJoint) and element.motor is None:
+                self._set_coordinate(number, position, element, len(self.unit))
+                self.unit.append(self._natural(element))
+        strains = sum(element.modes.total for element in leg.chain if isinstance(element, ChainRod))
+        numbers["strain_index"], numbers["strain_count"] = len(self.unit), strains
+        self.unit += [1.0 / self.length_unit] * strains
         numbers["orientation_count"] = len(leg.joint.orientation(self.planar))
         numbers["multiplier_index"] = len(self.unit)
         self.unit += [self.energy_unit / self.length_unit] * len(self.position_axes)
         self.unit += [self.energy_unit] * numbers["orientation_count"]
 
-    def _inverse_unknowns(self, platform_index: int, motor_index: int) -> NDArray[np.int64]:
+    def _number_motors(self, number: int, leg: LegDescription) -> None:
+        for position, element in enumerate(leg.chain):
+            if isinstance(element, Link) or element.motor is None:
+                continue
+            if element.motor not in self.motors:
+                self.motors[element.motor] = len(self.unit)
+                self.unit.append(self._natural(element))
+            self._set_coordinate(number, position, element, self.motors[element.motor])
+
+    def _set_coordinate(
+        self, number: int, position: int, element: ChainElement, index: int
+    ) -> None:
+        self.coordinate[number][position] = index
+        name = "rotation" if isinstance(element, Turn) else "translation"
+        self.legs[number][f"{name}_index"] = index
+        if isinstance(element, ChainJoint):
+            self.legs[number][f"{name}_axis"] = self.described[number].base_rotation @ element.axis
+
+    def _inverse_unknowns(self, platform_index: int, motor_index: int) -> Integers:
         if not len(self.coordinates.controlled):
             return np.zeros(0, np.int64)
         free = ~np.isin(self.coordinates.axes, self.coordinates.controlled)
@@ -154,145 +175,187 @@ class _Builder:
 
     def _slots(self, motor_index: int) -> dict[str, Any]:
         """What the kernels read by slots and lanes."""
-        arrays = self._empty_slots(motor_index)
-        slots, count = arrays.slots, len(arrays.groups)
-        for lane_number in range(count * WIDTH):
-            group, lane = divmod(lane_number, WIDTH)
-            # A lane without leg repeats the last one, without tip, force or motor.
-            number = min(lane_number, len(self.legs) - 1)
-            self._fill_rod(arrays, number, group, lane)
-            if lane_number < len(self.legs):
-                self._fill_leg(arrays, number, group, lane)
-                self._fill_base(arrays, number, group, lane, motor_index)
+        arrays = self._empty_slots()
+        slots, count = arrays.slots, len(self.groups)
+        for group, legs in enumerate(self.groups):
+            self._fill_structure(arrays, group, legs)
+            for lane in range(WIDTH):
+                # A lane without leg repeats the last one, without tip, force or motor.
+                number = legs.numbers[min(lane, len(legs.numbers) - 1)]
+                self._fill_chain(arrays, number, group, lane)
+                if lane < len(legs.numbers):
+                    self._fill_leg(arrays, number, group, lane)
+                    self._fill_coordinates(arrays, number, group, lane)
         unit = np.array(self.unit)
-        used = arrays.index >= 0
-        arrays.units["lane"][:, : slots.inner_count] = np.where(used, unit[arrays.index], 0.0)
+        used = arrays.slot_index >= 0
+        arrays.units["lane"][:, : slots.inner_count] = np.where(used, unit[arrays.slot_index], 0.0)
         columns = np.arange(slots.platform_count)
         platform = unit[motor_index - slots.platform_count + columns]
         arrays.units["lane"][:, slots.first_platform + columns] = platform[:, None]
         missing = zeros_lanes(WIDTH, count, slots.inner_count)
         missing["lane"][:] = ~used
         border = len(self.unit) - motor_index + slots.platform_count
-        return {
-            "slots": slots,
+        moved = arrays.motor_slot_index[arrays.motor_slot_index >= 0]
+        alone = slots.motor_count == 1 and len(np.unique(moved)) == len(moved)
+        lane_leg = np.full((count, WIDTH), -1)
+        for group, legs in enumerate(self.groups):
+            lane_leg[group, : len(legs.numbers)] = legs.numbers
+        return vars(arrays) | {
             "kept_count": kept_count(count, slots, border, WIDTH),
-            "groups": arrays.groups,
-            "slot_index": arrays.index,
-            "units": arrays.units,
             "missing": missing,
-            "component_start": arrays.component_start,
-            "function": arrays.function,
-            "functions": arrays.functions,
-            "step_functions": arrays.step_functions,
-            "elastic": arrays.elastic,
-            "rest_moment": arrays.rest_moment,
-            "shifted": int(any(leg.motor.shift_axis is not None for leg in self.described)),
+            "lane_leg": lane_leg,
+            "one_slot_a_motor": int(alone),
             "extensible": int(self.legs["extensible"].any()),
         }
 
-    def _empty_slots(self, motor_index: int) -> _SlotArrays:
+    def _empty_slots(self) -> _SlotArrays:
         """How many slots there are, and room for what is in them."""
-        legs, nodes, steps = self.legs, len(self.grid.nodes), len(self.grid.steps)
-        count = -(-len(legs) // WIDTH)
-        most_modes = np.array([leg.modes.counts for leg in self.described]).max(axis=0)
-        start = np.concatenate([[0], np.cumsum(most_modes)])
-        free = np.stack([legs["rotation_index"], legs["translation_index"]])
+        groups, nodes, steps = self.groups, len(self.grid.nodes), len(self.grid.steps)
+        count = len(groups)
         slots = slot_layout(
-            strain_count=int(start[-1]),
+            strain_count=max(group.strain_count for group in groups),
             position_count=len(self.position_axes),
-            orientation_count=int(legs["orientation_count"].max()),
-            passive=bool(((free >= 0) & (free < motor_index)).any()),
+            orientation_count=int(self.legs["orientation_count"].max()),
+            passive_count=max(group.passive_count for group in groups),
             platform_count=len(self.coordinates.axes),
+            motor_count=max(group.motor_count for group in groups),
         )
-        groups = np.zeros(count, group_dtype(WIDTH))
-        for name in ("turn_index", "shift_index", "motor_index"):
-            groups[name] = -1
-        function, names = _functions(self.described, start)
+        functions = max(group.function_count for group in groups)
+        rods = np.zeros(
+            (count, max(1, *(len(group.component_start) for group in groups))), rod_dtype(WIDTH)
+        )
+        rods["length_slot"], rods["length_index"], rods["loads"] = -1, -1, -1
+        elements = np.zeros(
+            (count, max(len(group.kinds) for group in groups)), element_dtype(WIDTH)
+        )
+        elements["slot"], elements["rod"] = -1, -1
         return _SlotArrays(
             slots=slots,
-            component_start=start,
-            function=function,
-            groups=groups,
-            index=np.full((count, slots.inner_count, WIDTH), -1),
+            groups=np.zeros(count, group_dtype(WIDTH)),
+            elements=elements,
+            rods=rods,
+            function=np.zeros((count, slots.strain_count), np.int64),
+            slot_index=np.full((count, slots.inner_count, WIDTH), -1),
+            motor_slot_index=np.full((count, slots.motor_count, WIDTH), -1),
+            motor_ratio=zeros_lanes(WIDTH, count, slots.motor_count),
             units=zeros_lanes(WIDTH, count, slots.total),
-            functions=zeros_lanes(WIDTH, count, len(names), nodes),
-            step_functions=zeros_lanes(WIDTH, count, steps, len(names), 3),
+            functions=zeros_lanes(WIDTH, count, functions, nodes),
+            step_functions=zeros_lanes(WIDTH, count, steps, functions, 3),
             elastic=zeros_lanes(WIDTH, count, slots.strain_count, slots.strain_count),
             rest_moment=zeros_lanes(WIDTH, count, slots.strain_count),
         )
 
-    def _fill_rod(self, arrays: _SlotArrays, number: int, group: int, lane: int) -> None:
-        """Length, base and strain modes of a leg: what every lane has."""
-        leg, fields, grid = self.described[number], arrays.groups[group], self.grid
-        fields["length"][lane] = leg.rod.length
+    def _fill_structure(self, arrays: _SlotArrays, group: int, legs: LegGroup) -> None:
+        """What is the same for all legs of a group."""
+        slots, elements, rods = arrays.slots, arrays.elements[group], arrays.rods[group]
+        arrays.function[group, : len(legs.function)] = legs.function
+        passive, motors, rod = slots.first_passive, slots.first_motor, 0
+        turned = False
+        for position, (kind, moved) in enumerate(zip(legs.kinds, legs.moved, strict=True)):
+            elements["kind"][position] = kind
+            if kind == Element.ROD:
+                elements["rod"][position] = rod
+                rods["component_start"][rod] = legs.component_start[rod]
+                rods["turned"][rod], rods["followed"][rod] = turned, position + 1 < len(legs.kinds)
+                if moved:
+                    rods["length_slot"][rod], motors = motors, motors + 1
+                rod += 1
+            elif kind != Element.LINK:
+                if moved:
+                    elements["slot"][position], motors = motors, motors + 1
+                else:
+                    elements["slot"][position], passive = passive, passive + 1
+            turned = turned or kind in (Element.TURN, Element.ROD)
+
+    def _fill_chain(self, arrays: _SlotArrays, number: int, group: int, lane: int) -> None:
+        """Base, joints, links and rods of a leg: what every lane has."""
+        leg, fields, rod = self.described[number], arrays.groups[group], 0
         fields["base_rotation"][..., lane] = leg.base_rotation
         fields["base_position"][..., lane] = leg.base_position
-        values = leg.modes.values(grid.nodes)
-        step_values = leg.modes.values(grid.step_points.ravel())
+        for position, element in enumerate(leg.chain):
+            row = arrays.elements[group, position]
+            if isinstance(element, ChainRod):
+                self._fill_rod(arrays, element, group, rod, lane)
+                rod += 1
+            elif isinstance(element, Link):
+                row["offset"][:, lane], row["rotation"][..., lane] = (
+                    element.offset,
+                    element.rotation,
+                )
+                row["mass"][lane], row["center"][:, lane] = element.mass, element.center_of_mass
+                row["heavy"] |= element.mass > 0.0
+            else:
+                row["axis"][:, lane], row["zero"][lane] = element.axis, element.zero
+                row["stiffness"][lane], row["rest"][lane] = element.stiffness, element.rest
+
+    def _fill_rod(
+        self, arrays: _SlotArrays, element: ChainRod, group: int, rod: int, lane: int
+    ) -> None:
+        """Length, and shape functions at nodes and steps."""
+        grid, modes = self.grid, element.modes
+        arrays.rods[group, rod]["length"][lane] = element.rod.length
+        values = modes.values(grid.nodes)
+        step_values = modes.values(grid.step_points.ravel())
         moments = MAGNUS_WEIGHTS @ step_values.reshape(*grid.step_points.shape, -1)
-        for mode, slot in enumerate(arrays.mode_slots(leg)):
-            function = arrays.function[slot]
+        for mode, slot in enumerate(_mode_slots(arrays, element, group, rod)):
+            function = arrays.function[group, slot]
             arrays.functions["lane"][group, function, :, lane] = values[:, mode]
             arrays.step_functions["lane"][group, :, function, :, lane] = moments[..., mode]
 
     def _fill_leg(self, arrays: _SlotArrays, number: int, group: int, lane: int) -> None:
-        """Elasticity, tip and multipliers of a leg."""
+        """Elasticity of the rods, tip and multipliers of a leg."""
         leg, numbers, fields = self.described[number], self.legs[number], arrays.groups[group]
         fields["exists"][lane] = 1.0
-        fields["rest_energy"][lane] = leg.rod.rest_energy(self.grid)
-        fields["extensible"][lane] = leg.motor.extensible
         fields["tip_position"][..., lane] = leg.joint.position
         conditions = leg.joint.orientation(self.planar)
         for row, condition in enumerate(conditions):
             fields["orientation"][row, ..., lane] = leg.joint.rotation() @ condition
-        modes = arrays.mode_slots(leg)
-        arrays.index[group, modes, lane] = numbers["strain_index"] + np.arange(len(modes))
         multipliers = np.arange(arrays.slots.position_count + len(conditions))
         first = arrays.slots.first_multiplier
-        arrays.index[group, first + multipliers, lane] = numbers["multiplier_index"] + multipliers
-        stiffness = leg.rod.stiffness(leg.modes, self.grid)
-        arrays.elastic["lane"][group, modes[:, None], modes, lane] = stiffness
-        arrays.rest_moment["lane"][group, modes, lane] = leg.rod.rest_moment(leg.modes, self.grid)
+        index = numbers["multiplier_index"] + multipliers
+        arrays.slot_index[group, first + multipliers, lane] = index
+        state = int(numbers["strain_index"])
+        rods = [element for element in leg.chain if isinstance(element, ChainRod)]
+        before = sum(len(_rods(other)) for other in self.described[:number])
+        for rod, element in enumerate(rods):
+            slots, row = _mode_slots(arrays, element, group, rod), arrays.rods[group, rod]
+            row["loads"][lane] = before + rod
+            row["rest_energy"][lane] = element.rod.rest_energy(self.grid)
+            row["extensible"][lane] = element.motor is not None
+            arrays.slot_index[group, slots, lane] = state + np.arange(len(slots))
+            state += len(slots)
+            stiffness = element.rod.stiffness(element.modes, self.grid)
+            arrays.elastic["lane"][group, slots[:, None], slots, lane] = stiffness
+            rest = element.rod.rest_moment(element.modes, self.grid)
+            arrays.rest_moment["lane"][group, slots, lane] = rest
 
-    def _fill_base(
-        self, arrays: _SlotArrays, number: int, group: int, lane: int, motor_index: int
-    ) -> None:
-        """Coordinates of the base of a leg, moved by a motor or passive."""
-        leg, numbers, fields = self.described[number], self.legs[number], arrays.groups[group]
-        for axis, name, coordinate in (
-            (leg.motor.turn_axis(leg.base_rotation), "turn", "rotation"),
-            (leg.motor.shift_axis, "shift", "translation"),
-        ):
-            if axis is None:
+    def _fill_coordinates(self, arrays: _SlotArrays, number: int, group: int, lane: int) -> None:
+        """Which states the joints of a leg are moved by."""
+        elements, slots = arrays.elements[group], arrays.slots
+        for position, element in enumerate(self.described[number].chain):
+            index, slot = int(self.coordinate[number][position]), int(elements["slot"][position])
+            if isinstance(element, ChainRod):
+                row = arrays.rods[group, elements["rod"][position]]
+                slot = int(row["length_slot"])
+                row["length_index"][lane] = index
+            if index < 0:
                 continue
-            index = numbers[f"{coordinate}_index"]
-            fields[f"{coordinate}_axis"][..., lane] = axis
-            fields[f"{name}_index"][lane] = index
-            fields[f"{name}_motor"][lane] = index >= motor_index
-            fields[f"{name}_passive"][lane] = index < motor_index
-            if index >= motor_index:
-                fields["motor_index"][lane] = index
-                arrays.units["lane"][group, arrays.slots.motor, lane] = self.unit[index]
-            else:
-                arrays.index[group, arrays.slots.passive, lane] = index
+            if slot < slots.inner_count:
+                arrays.slot_index[group, slot, lane] = index
+                continue
+            ratio = element.ratio if isinstance(element, ChainJoint) else 1.0
+            arrays.motor_slot_index[group, slot - slots.first_motor, lane] = index
+            arrays.motor_ratio["lane"][group, slot - slots.first_motor, lane] = ratio
+            arrays.units["lane"][group, slot, lane] = ratio * self.unit[index]
 
 
-def _functions(
-    legs: tuple[LegDescription, ...], start: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], list[tuple[int, int]]]:
-    """Which shape function every strain slot uses; components share them where all legs agree.
+def _rods(leg: LegDescription) -> list[ChainRod]:
+    return [element for element in leg.chain if isinstance(element, ChainRod)]
 
-    The n-th function of a basis may depend on how many there are, so components are alike only where
-    every leg has as many modes in one as in the other.
-    """
-    counts = np.array([leg.modes.counts for leg in legs])
-    names: list[tuple[int, int]] = []
-    function = []
-    for component in range(3):
-        alike = [c for c in range(component) if np.array_equal(counts[:, c], counts[:, component])]
-        for n in range(start[component + 1] - start[component]):
-            name = (alike[0] if alike else component, n)
-            if name not in names:
-                names.append(name)
-            function.append(names.index(name))
-    return np.array(function, dtype=np.int64), names
+
+def _mode_slots(arrays: _SlotArrays, element: ChainRod, group: int, rod: int) -> Integers:
+    """Slots of the strain modes of a rod."""
+    starts = arrays.rods[group, rod]["component_start"][:3]
+    return np.concatenate(
+        [start + np.arange(n) for start, n in zip(starts, element.modes.counts, strict=True)]
+    )

@@ -72,7 +72,7 @@ def by_slots(robot, tangent):
         states = [
             *arrays.slot_index[group, :, lane],
             *platform,
-            arrays.groups["motor_index"][group, lane],
+            arrays.motor_slot_index[group, 0, lane],
         ]
         for i, j in combinations_with_replacement(range(len(states)), 2):
             own = i < inner or j == len(states) - 1
