@@ -66,6 +66,8 @@ class LegDescription:
         motor: What holds the base.
         joint: What holds the tip.
         limits: What the motor can do.
+        elements: The chain in place of motor and rod, for the mechanics alone: descriptions cannot say
+            it yet, home, shapes and limits do not know it.
     """
 
     name: str
@@ -77,6 +79,7 @@ class LegDescription:
     motor: motors.Motor
     joint: joints.Joint
     limits: motors.MotorLimits = field(default_factory=motors.MotorLimits)
+    elements: tuple[ChainElement, ...] | None = None
 
     def __repr__(self) -> str:
         parts = (type(part).__name__ for part in (self.motor, self.rod.section, self.joint))
@@ -85,6 +88,8 @@ class LegDescription:
     @cached_property
     def chain(self) -> tuple[ChainElement, ...]:
         """From base to tip: the joints of the motor, and the rod."""
+        if self.elements is not None:
+            return self.elements
         across = self.base_rotation.T
         turn, shift = self.motor.turn_axis(self.base_rotation), self.motor.shift_axis
         turned, shifted = (
@@ -97,6 +102,11 @@ class LegDescription:
             joints.append(Shift(triple(across @ shift), shifted))
         fed = self.motor_name if self.motor.extensible else None
         return (*joints, ChainRod(self.rod, self.modes, fed))
+
+    @cached_property
+    def rods(self) -> tuple[ChainRod, ...]:
+        """The rods of the chain."""
+        return tuple(element for element in self.chain if isinstance(element, ChainRod))
 
     def base_pose(self, turn: float = 0.0, shift: float = 0.0) -> BasePose:
         """Base with its coordinates, be they the motor's or passive; the kernels keep to this.
@@ -195,7 +205,7 @@ class RobotDescription:
     @property
     def mean_length(self) -> float:
         """Mean (nominal) rod length, the natural unit of length [m]."""
-        return float(np.mean([leg.rod.length for leg in self.legs]))
+        return float(np.mean([element.rod.length for leg in self.legs for element in leg.rods]))
 
     @property
     def gravity(self) -> Floats:

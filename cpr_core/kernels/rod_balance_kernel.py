@@ -92,8 +92,9 @@ def balance_rod(robot, loads, loaded, number, e, carried, end, tip, work):
     if rod.length_slot >= 0:
         _extension(robot, number, r, length, carried, on_rod, elastic, loaded, work)
     nodes = robot.weights.shape[0]
+    whole = add_scaled(on_rod.point, load(rod.length, ()), on_rod.distributed)
     before = Carried(
-        add(carried.force, add_scaled(on_rod.point, length, on_rod.distributed)),
+        add(carried.force, whole),
         _field(r, carried, length, loaded, nodes, work),
     )
     begin = load_vector(work.element_position, e)
@@ -172,9 +173,8 @@ def _energy(rod, begin, length, on_rod, elastic):
     energy = 0.5 * ratio * elastic.stored - elastic.relaxed
     energy += 0.5 * load(rod.rest_energy, ()) / ratio
     energy -= length * (on_rod.point_along + length * on_rod.distributed_along)
-    # An extensible rod comes out of the point where it begins: no potential is counted there.
-    fixed = (1.0 - load(rod.extensible, ())) * length
-    return energy - dot(begin, add_scaled(on_rod.point, fixed, on_rod.distributed))
+    # What has not come out of its feed yet weighs there.
+    return energy - dot(begin, add_scaled(on_rod.point, load(rod.length, ()), on_rod.distributed))
 
 
 @inlined

@@ -90,7 +90,7 @@ def _strain_slots(legs: list[LegDescription]) -> tuple[tuple[Integers, ...], tup
     Components of a rod share functions where all legs agree. The n-th function of a basis may depend on
     how many there are, so they are alike only where every leg has as many modes in one as in the other.
     """
-    rods = [[e for e in leg.chain if isinstance(e, ChainRod)] for leg in legs]
+    rods = [leg.rods for leg in legs]
     starts: list[Integers] = []
     names: dict[tuple[int, int, int], int] = {}
     function, end = [], 0

@@ -15,7 +15,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
+from ..description.chain import ChainRod
 from ..description.description_file import read_description
 from ..description.loads import Loads
 from ..description.motors import MotorLimits
@@ -129,7 +131,7 @@ class Robot:
         a few orders beyond the highest mode. Rods that twist too are bent in three dimensions, where
         rotations have errors of their own. test/cpr_core/rods/test_quadrature.py measures both.
         """
-        counts = np.array([leg.modes.counts for leg in self.description.legs])
+        counts = np.array([element.modes.counts for element in self._rods])
         modes, twisted = int(counts.max()), bool(counts[:, 0].any())
         more = 12 if twisted else 9 if modes < 8 else 8
         nodes = 4 * math.ceil((modes + more) / 4)  # kernels take four at a time
@@ -140,10 +142,10 @@ class Robot:
         """Interior s/l where loads, stiffness or shape functions of some leg are not smooth."""
         description = self.description
         points = set(description.stations)
-        for leg in description.legs:
-            points |= {*leg.modes.basis.breakpoints}
-            if not leg.rod.profile.uniform:
-                points |= {*leg.rod.profile.at.tolist()}
+        for element in self._rods:
+            points |= {*element.modes.basis.breakpoints}
+            if not element.rod.profile.uniform:
+                points |= {*element.rod.profile.at.tolist()}
         for distributed in description.loads.distributed:
             points |= {*distributed.at.tolist()}
         points |= {point.at for point in description.loads.points}
@@ -242,9 +244,9 @@ class Robot:
 
     @cached_property
     def length_indices(self) -> Integers:
-        """State indices of rod lengths (extensible legs)."""
-        legs = self.arrays.legs
-        return legs["translation_index"][legs["extensible"] == 1]
+        """State indices of the lengths of rods that motors feed."""
+        indices = self.arrays.rods["length_index"]
+        return np.unique(indices[indices >= 0])
 
     @cached_property
     def length_motors(self) -> Integers:
@@ -316,7 +318,10 @@ class Robot:
     @cached_property
     def strain_grams(self) -> tuple[Floats, ...]:
         """Integrals of products of the strain modes, leg by leg, (m, m)."""
-        return tuple(leg.modes.gram(self.grid) for leg in self.description.legs)
+        return tuple(
+            linalg.block_diag(*[element.modes.gram(self.grid) for element in leg.rods])
+            for leg in self.description.legs
+        )
 
     @cached_property
     def default_loads(self) -> Loads:
@@ -337,23 +342,23 @@ class Robot:
             raise InvalidRequest("loads", f"expected Loads, got {loads!r:.200}")
         if self.planar:
             self._check_planar(loads)
-        grid, legs = self.grid, self.description.legs
+        grid, rods = self.grid, self._rods
         nodes = len(grid.nodes)
-        density = np.empty((len(legs), nodes, 3))
-        point = np.zeros((len(legs), nodes + 1, 3))
-        for number, leg in enumerate(legs):
-            mass = leg.rod.mass_at(grid.nodes)
+        density = np.empty((len(rods), nodes, 3))
+        point = np.zeros((len(rods), nodes + 1, 3))
+        for number, element in enumerate(rods):
+            mass = element.rod.mass_at(grid.nodes)
             density[number] = mass[:, None] * loads.gravity + loads.rod_force
         for distributed in loads.distributed:
             self._check_stations("distributed", distributed.at[1:-1].tolist())
             for axis in range(3):
-                density[self._leg("distributed", distributed.leg), :, axis] += np.interp(
+                density[self._rod_of("distributed", distributed.leg), :, axis] += np.interp(
                     grid.nodes, distributed.at, distributed.force[:, axis]
                 )
         for force in loads.points:
             self._check_stations("points", [force.at])
             before = np.append(grid.nodes < force.at, True)
-            point[self._leg("points", force.leg), before] += force.force
+            point[self._rod_of("points", force.leg), before] += force.force
         # Integrals from a node to the tip; the last entry is the one from the base.
         beyond = np.vstack([grid.weights - grid.integration, grid.weights])
         platform = np.zeros(1, PLATFORM_LOADS)
@@ -371,11 +376,21 @@ class Robot:
             platform=platform,
         )
 
-    def _leg(self, load: str, name: str) -> int:
-        names = [leg.name for leg in self.description.legs]
+    @cached_property
+    def _rods(self) -> tuple[ChainRod, ...]:
+        """The rods of all legs."""
+        return tuple(element for leg in self.description.legs for element in leg.rods)
+
+    def _rod_of(self, load: str, name: str) -> int:
+        """Number, among all rods, of the rod of a leg."""
+        legs = self.description.legs
+        names = [leg.name for leg in legs]
         if not isinstance(name, str) or name not in names:
             raise InvalidRequest(load, f"expected a leg out of {', '.join(names)}, got {name!r}")
-        return names.index(name)
+        number = names.index(name)
+        if len(legs[number].rods) != 1:
+            raise InvalidRequest(load, f"expected a leg with one rod, got {name!r}")
+        return sum(len(leg.rods) for leg in legs[:number])
 
     def _check_stations(self, load: str, at: list[float]) -> None:
         for station in at:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from ..description.chain import ChainElement, ChainJoint, ChainRod, Link, Turn
 from ..description.robot_description import LegDescription, RobotDescription
@@ -76,7 +77,9 @@ class _Builder:
         self.planar, self.grid, self.coordinates = description.planar, grid, coordinates
         self.described = description.legs
         self.length_unit = description.mean_length
-        rigidities = [leg.rod.rigidities.max() for leg in self.described]
+        rigidities = [
+            element.rod.rigidities.max() for leg in self.described for element in leg.rods
+        ]
         self.energy_unit = float(np.mean(rigidities)) / self.length_unit
         self.position_axes = np.array([0, 1] if self.planar else [0, 1, 2])
         self.legs = np.zeros(len(self.described), LEG)
@@ -126,13 +129,14 @@ class _Builder:
 
     def _number_states(self, number: int, leg: LegDescription) -> None:
         numbers = self.legs[number]
-        numbers["length"], numbers["extensible"] = leg.rod.length, leg.motor.extensible
+        numbers["length"] = leg.rod.length
+        numbers["extensible"] = any(element.motor is not None for element in leg.rods)
         numbers["rotation_index"] = numbers["translation_index"] = -1
         for position, element in enumerate(leg.chain):
             if isinstance(element, ChainJoint) and element.motor is None:
                 self._set_coordinate(number, position, element, len(self.unit))
                 self.unit.append(self._natural(element))
-        strains = sum(element.modes.total for element in leg.chain if isinstance(element, ChainRod))
+        strains = sum(element.modes.total for element in leg.rods)
         numbers["strain_index"], numbers["strain_count"] = len(self.unit), strains
         self.unit += [1.0 / self.length_unit] * strains
         numbers["orientation_count"] = len(leg.joint.orientation(self.planar))
@@ -166,11 +170,12 @@ class _Builder:
         return np.concatenate([platform_index + np.flatnonzero(free), motors])
 
     def _stiffness(self) -> Floats:
-        widest = max(leg.modes.total for leg in self.described)
+        widest = max(self.legs["strain_count"])
         stiffness = np.zeros((len(self.legs), widest, widest))
         for number, leg in enumerate(self.described):
-            total = leg.modes.total
-            stiffness[number, :total, :total] = leg.rod.stiffness(leg.modes, self.grid)
+            of_rods = [element.rod.stiffness(element.modes, self.grid) for element in leg.rods]
+            total = self.legs[number]["strain_count"]
+            stiffness[number, :total, :total] = linalg.block_diag(*of_rods)
         return stiffness
 
     def _slots(self, motor_index: int) -> dict[str, Any]:
@@ -315,9 +320,8 @@ class _Builder:
         index = numbers["multiplier_index"] + multipliers
         arrays.slot_index[group, first + multipliers, lane] = index
         state = int(numbers["strain_index"])
-        rods = [element for element in leg.chain if isinstance(element, ChainRod)]
-        before = sum(len(_rods(other)) for other in self.described[:number])
-        for rod, element in enumerate(rods):
+        before = sum(len(other.rods) for other in self.described[:number])
+        for rod, element in enumerate(leg.rods):
             slots, row = _mode_slots(arrays, element, group, rod), arrays.rods[group, rod]
             row["loads"][lane] = before + rod
             row["rest_energy"][lane] = element.rod.rest_energy(self.grid)
@@ -347,10 +351,6 @@ class _Builder:
             arrays.motor_slot_index[group, slot - slots.first_motor, lane] = index
             arrays.motor_ratio["lane"][group, slot - slots.first_motor, lane] = ratio
             arrays.units["lane"][group, slot, lane] = ratio * self.unit[index]
-
-
-def _rods(leg: LegDescription) -> list[ChainRod]:
-    return [element for element in leg.chain if isinstance(element, ChainRod)]
 
 
 def _mode_slots(arrays: _SlotArrays, element: ChainRod, group: int, rod: int) -> Integers:
