@@ -24,7 +24,7 @@ STEP = 0.05  # every second motor is moved by this, rad; a rod length by a tenth
 def position(name: str, modes: int) -> np.ndarray:
     """Platform position of one configuration off home."""
     robot = load_robot(name, modes=modes)
-    units = np.array([leg.motor.unit == "rad" for leg in robot.description.legs])
+    units = np.array([motor.unit == "rad" for motor in robot.description.motors])
     step = STEP * np.where(units, 1.0, 0.1) * (np.arange(robot.motor_count) % 2)
     return solve_forward(robot, solve_home(robot).motors + step).platform_position
 

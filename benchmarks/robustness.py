@@ -90,13 +90,13 @@ def experiment(name: str, problem: str, count: int, seed: int = 1) -> Outcome:
 
 def _random_target(robot: Robot, problem: str, random: np.random.Generator) -> np.ndarray:
     """Motors in a box around home; else what an equilibrium reached there has as pose or efforts."""
-    legs = [leg for leg in robot.description.legs if leg.motor_name is not None]
+    limits = [motor.limits for motor in robot.description.motors]
     reach = RANGES[robot.description.name]
     lower = np.maximum(
-        solve_home(robot).motors - reach, [leg.limits.lower + 0.01 * reach for leg in legs]
+        solve_home(robot).motors - reach, [limit.lower + 0.01 * reach for limit in limits]
     )
     upper = np.minimum(
-        solve_home(robot).motors + reach, [leg.limits.upper - 0.01 * reach for leg in legs]
+        solve_home(robot).motors + reach, [limit.upper - 0.01 * reach for limit in limits]
     )
     while True:
         motors = random.uniform(lower, upper)

@@ -86,7 +86,10 @@ class Part:
 
     def direction(self, name: str, default: Sequence[float] | None = None) -> Floats:
         """A unit vector, (3,)."""
-        value = self.get(name, default)
+        return self.direction_of(name, self.get(name, default))
+
+    def direction_of(self, name: str, value: Sequence[float]) -> Floats:
+        """The unit vector a field stands for, (3,)."""
         vector = np.array(value, float)
         largest = float(np.abs(vector).max())
         if largest < 1e-9:

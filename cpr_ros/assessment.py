@@ -127,9 +127,9 @@ class Assessment:
         robot, motors = self.equilibrium.robot, self.equilibrium.motors
         return min(
             (
-                min(motors[motor] - leg.limits.lower, leg.limits.upper - motors[motor])
-                / robot.motor_units[motor]
-                for motor, leg in robot.limited_motors
+                min(motors[number] - motor.limits.lower, motor.limits.upper - motors[number])
+                / robot.motor_units[number]
+                for number, motor in robot.limited_motors
             ),
             default=np.inf,
         )
@@ -140,8 +140,8 @@ class Assessment:
         efforts = self.equilibrium.efforts
         return min(
             (
-                1.0 - abs(efforts[motor]) / leg.limits.effort
-                for motor, leg in self.equilibrium.robot.limited_motors
+                1.0 - abs(efforts[number]) / motor.limits.effort
+                for number, motor in self.equilibrium.robot.limited_motors
             ),
             default=np.inf,
         )

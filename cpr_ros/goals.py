@@ -61,8 +61,8 @@ class MotorGoal:
         """
         wanted = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
         self.motors = wanted.copy()
-        for motor, leg in robot.limited_motors:
-            self.motors[motor] = np.clip(wanted[motor], leg.limits.lower, leg.limits.upper)
+        for number, motor in robot.limited_motors:
+            self.motors[number] = np.clip(wanted[number], motor.limits.lower, motor.limits.upper)
         check_rod_lengths(robot, self.motors)
         beyond = np.flatnonzero(self.motors != wanted)
         self.clipped = tuple(robot.motor_names[motor] for motor in beyond)
@@ -148,5 +148,5 @@ def motor_steps(robot: Robot, max_speed: float, period: float) -> Floats:
         max_speed: Speed no motor exceeds [rad/s, rod lengths/s].
         period: Time of a tick [s].
     """
-    own = [leg.limits.speed for leg in robot.description.legs if leg.motor_name is not None]
+    own = [motor.limits.speed for motor in robot.description.motors]
     return period * np.minimum(own, max_speed * robot.motor_units)

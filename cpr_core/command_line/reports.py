@@ -64,14 +64,11 @@ def equilibrium_as_text(equilibrium: Equilibrium) -> str:
     """An equilibrium in a few lines."""
     robot = equilibrium.robot
     lines = [f"{robot.description.name}: equilibrium, residual {equilibrium.residual:.1e}"]
-    for leg in robot.description.legs:
-        if leg.motor_name is not None:
-            row = robot.motor_names.index(leg.motor_name)
-            effort_unit = "N m" if leg.motor.unit == "rad" else "N"
-            lines.append(
-                f"  {leg.motor_name:<12} {equilibrium.motors[row]:14.10f} {leg.motor.unit:<3} "
-                f"{equilibrium.efforts[row]:14.10f} {effort_unit}"
-            )
+    moved = zip(robot.description.motors, equilibrium.motors, equilibrium.efforts, strict=True)
+    for motor, at, effort in moved:
+        lines.append(
+            f"  {motor.name:<12} {at:14.10f} {motor.unit:<3} {effort:14.10f} {motor.effort_unit}"
+        )
     position = " ".join(f"{value:14.10f}" for value in equilibrium.platform_position)
     lines.append(f"  platform     {position} m")
     if not robot.description.point_platform:

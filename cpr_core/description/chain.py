@@ -1,29 +1,60 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A leg as a chain from its base towards the platform: joints, rigid links and rods, one after the other.
+"""A leg as a chain from its base towards the platform: joints, rigid links and rods.
 
-Everything is in the frame (d1, d2, d3) that the elements before lead to, all joints at zero.
+Everything is in the frame (d1, d2, d3) that the elements before lead to, all joints at zero. A new joint
+is one class, which reads its own part of a description, and its name in ``CHAIN_JOINTS``.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description_part import Vector
+from ..description_part import Described, Part, Vector, triple
+from ..description_part import field as described
 from ..rods.rod import Rod, StrainModes
+from .motors import NO_LIMITS, MotorLimits
 
-__all__ = ["ChainElement", "ChainJoint", "ChainRod", "Link", "Shift", "Turn"]
+__all__ = [
+    "CHAIN_JOINTS",
+    "ChainElement",
+    "ChainJoint",
+    "ChainRod",
+    "DescribedJoint",
+    "Link",
+    "Shift",
+    "Turn",
+    "UniversalInChain",
+]
 
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
+_SPRING = {
+    "stiffness": described("not_negative", "of its spring, passive joints only; default 0"),
+    "rest": {"type": "number", "description": "where the spring is at rest [rad or m]; default 0"},
+}
+
+
+class DescribedJoint(Described):
+    """A joint of a chain as descriptions know it; it may stand for several of one coordinate."""
+
+    @classmethod
+    def elements(cls, part: Part) -> tuple[ChainJoint, ...]:
+        """The joints its part of a description stands for.
+
+        Raises:
+            DescriptionError: Something a schema cannot say is wrong.
+        """
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)
-class ChainJoint:
+class ChainJoint(DescribedJoint):
     """A joint with one coordinate.
 
     Attributes:
@@ -33,6 +64,7 @@ class ChainJoint:
         zero: Where the joint is with its coordinate at zero [rad or m].
         stiffness: Of its spring [N m/rad or N/m].
         rest: Coordinate at which the spring is at rest [rad or m].
+        limits: What the motor can do.
         unit: Unit of the coordinate.
     """
 
@@ -42,7 +74,52 @@ class ChainJoint:
     zero: float = 0.0
     stiffness: float = 0.0
     rest: float = 0.0
+    limits: MotorLimits = NO_LIMITS
     unit: ClassVar[str] = ""
+    fields: ClassVar[Mapping[str, Any]] = {
+        "axis": described("axis", "in the frame before it"),
+        "motor": described("name", "the motor that moves it; default none: it is passive"),
+        "ratio": {
+            "type": "number",
+            "description": "way of the joint per way of the motor; default 1",
+        },
+        "offset": {
+            "type": "number",
+            "description": "where the joint is with its motor at zero [rad or m]; default 0",
+        },
+        "limits": described("limits", "what the motor can do"),
+        **_SPRING,
+    }
+    required = ("axis",)
+
+    @classmethod
+    def elements(cls, part: Part) -> tuple[ChainJoint, ...]:
+        """One joint."""
+        axis = triple(cls._axis(part))
+        if "motor" not in part:
+            for name in ("ratio", "offset", "limits"):
+                if name in part:
+                    raise part.fail(name, "no motor moves this joint: give one, or leave it out")
+            return (
+                cls(axis, stiffness=part.number("stiffness", 0.0), rest=part.number("rest", 0.0)),
+            )
+        for name in ("stiffness", "rest"):
+            if name in part:
+                raise part.fail(
+                    name,
+                    "a motor holds this joint: for its compliance put a passive joint behind it",
+                )
+        ratio = part.number("ratio", 1.0)
+        if ratio == 0.0:
+            raise part.fail("ratio", "expected a number other than zero")
+        limits = MotorLimits.from_description(part.part("limits"), extensible=False)
+        return (
+            cls(axis, str(part.get("motor")), ratio, part.number("offset", 0.0), limits=limits),
+        )
+
+    @classmethod
+    def _axis(cls, part: Part) -> NDArray[np.float64]:
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)
@@ -51,12 +128,57 @@ class Turn(ChainJoint):
 
     unit = "rad"
 
+    @classmethod
+    def _axis(cls, part: Part) -> NDArray[np.float64]:
+        return part.turn_axis("axis")
+
 
 @dataclass(frozen=True)
 class Shift(ChainJoint):
     """Shifts all behind it along its axis."""
 
     unit = "m"
+
+    @classmethod
+    def _axis(cls, part: Part) -> NDArray[np.float64]:
+        return part.shift_axis("axis")
+
+
+class UniversalInChain(DescribedJoint):
+    """Two passive turns about crossing axes, the second one turned by the first."""
+
+    fields: ClassVar[Mapping[str, Any]] = {
+        "axes": {
+            "type": "array",
+            "items": {"$ref": "#/$defs/axis"},
+            "minItems": 2,
+            "maxItems": 2,
+            "description": "both axes in the frame before it",
+        },
+        "stiffness": described("not_negative", "of a spring about either axis; default 0"),
+        "rest": {
+            "type": "array",
+            "items": {"type": "number"},
+            "minItems": 2,
+            "maxItems": 2,
+            "description": "where the springs are at rest [rad]; default [0, 0]",
+        },
+    }
+    required = ("axes",)
+
+    @classmethod
+    def elements(cls, part: Part) -> tuple[ChainJoint, ...]:
+        """Two joints."""
+        if part.planar:
+            raise part.fail("joint", "universal joints need a spatial robot")
+        stiffness, rest = part.number("stiffness", 0.0), part.get("rest", (0.0, 0.0))
+        axes = [part.direction_of(f"axes[{i}]", axis) for i, axis in enumerate(part.get("axes"))]
+        if abs(axes[0] @ axes[1]) > 0.999:
+            raise part.fail("axes", f"expected two directions, got {part.get('axes')}")
+        return tuple(
+            Turn(triple(axis), stiffness=stiffness, rest=float(at))
+            for axis, at in zip(axes, rest, strict=True)
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +197,18 @@ class Link:
     mass: float = 0.0
     center_of_mass: Vector = _ORIGIN
 
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """A link; its mass is in the middle where nothing else is said."""
+        offset = part.vector("link")
+        turned = "tangent" in part or "normal" in part
+        return cls(
+            triple(offset),
+            part.frame() if turned else np.eye(3),
+            part.number("mass", 0.0),
+            triple(part.vector("center_of_mass", (0.5 * offset).tolist())),
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class ChainRod:
@@ -85,11 +219,21 @@ class ChainRod:
         modes: Its strain modes.
         motor: Name of the motor that feeds it: its length then is the motor's position. None: its
             length is fixed.
+        limits: What the motor can do.
     """
 
     rod: Rod
     modes: StrainModes
     motor: str | None = None
+    limits: MotorLimits = NO_LIMITS
+    unit: ClassVar[str] = "m"
 
 
 ChainElement: TypeAlias = ChainJoint | Link | ChainRod
+
+#: Joints of chains by the name used in descriptions.
+CHAIN_JOINTS: dict[str, type[DescribedJoint]] = {
+    "revolute": Turn,
+    "prismatic": Shift,
+    "universal": UniversalInChain,
+}

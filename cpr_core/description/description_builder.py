@@ -14,22 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description_part import Part
-from ..rods.rod import DIRECTIONS, UNIFORM, Profile, Rod, StrainModes, strain_series
-from ..rods.sections import SECTIONS
-from ..rods.strain_basis import STRAIN_BASES
-from .description_schema import DEFAULT_BASIS
+from ..rods.rod import Rod
+from .described_chain import chain_leg, check_motors
+from .described_rods import described_modes, described_rod
 from .home_guess import home_guess
 from .joints import JOINTS, Joint
 from .loads import DistributedForce, Loads, PointForce
 from .motors import MOTORS, Motor, MotorLimits
-from .plausibility import check_limits, check_positions, check_rod
+from .plausibility import check_limits, check_positions
 from .robot_description import CONTROLLED_COORDINATES, LegDescription, RobotDescription
 
 __all__ = ["described_robot"]
 
 Floats = NDArray[np.float64]
-
-_DEFAULT_MODES = 5
 
 
 def described_robot(source: str, content: dict[str, Any], text: str) -> RobotDescription:
@@ -69,8 +66,12 @@ def described_robot(source: str, content: dict[str, Any], text: str) -> RobotDes
 
 
 def _legs(part: Part) -> tuple[LegDescription, ...]:
-    shared = _rod(part.part("rod"))
-    legs = tuple(_leg(part, leg, index, shared) for index, leg in enumerate(part.parts("legs")))
+    shared = described_rod(part.part("rod"))
+    legs = tuple(
+        chain_leg(part, leg, index) if "chain" in leg else _leg(part, leg, index, shared)
+        for index, leg in enumerate(part.parts("legs"))
+    )
+    check_motors(part, legs)
     for kind, names in (
         ("name", [leg.name for leg in legs]),
         ("motor.name", [leg.motor_name for leg in legs if leg.motor_name]),
@@ -87,7 +88,7 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
     """One leg, with a rod and strain modes of its own or those of the robot."""
     motor_part, tip = part.part("motor"), part.part("tip")
     motor = MOTORS[motor_part.get("type")].from_description(motor_part)
-    rod = _rod(part.part("rod")) if "rod" in part else shared
+    rod = described_rod(part.part("rod")) if "rod" in part else shared
     if motor.extensible and not rod.uniform:
         raise motor_part.fail(
             "type", "an extensible leg needs a uniform rod (profile, rest_curvature)"
@@ -101,7 +102,7 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
         name=part.get("name", f"leg{index + 1}"),
         motor_name=motor_part.get("name", f"motor{index + 1}") if motor.actuated else None,
         rod=rod,
-        modes=_modes((part if "strain" in part else whole).part("strain")),
+        modes=described_modes((part if "strain" in part else whole).part("strain")),
         base_position=base.vector("position"),
         base_rotation=_base_rotation(base, motor, joint),
         motor=motor,
@@ -118,62 +119,6 @@ def _base_rotation(part: Part, motor: Motor, joint: Joint) -> Floats:
     if not part.planar and not len(joint.orientation(part.planar)):
         return part.frame(np.linalg.svd(tangent[None, :])[2][1])  # any one: no joint asks for it
     return part.frame()
-
-
-def _rod(part: Part) -> Rod:
-    """A rod, of all legs or of one."""
-    section_part = part.part("section")
-    section = SECTIONS[section_part.get("shape")].from_description(section_part)
-    modulus = None if section.needs_moduli else 0.0
-    rest = part.get("rest_curvature", {})
-    if part.planar and (rest.get("torsion") or rest.get("bending_2")):
-        raise part.fail("rest_curvature", "a planar rod is curved about d3 only")
-    rod = Rod(
-        length=part.number("length"),
-        section=section,
-        young_modulus=part.number("young_modulus", modulus),
-        shear_modulus=part.number("shear_modulus", modulus),
-        density=part.number("density", 0.0),
-        profile=_profile(part.part("profile")) if "profile" in part else UNIFORM,
-        rest_curvature=strain_series(rest),
-        yield_strain=part.number("yield_strain", np.inf),
-    )
-    if "yield_strain" in part and section.bending_strain(np.ones(1), np.ones(1))[0] == 0.0:
-        raise section_part.fail("", "missing field 'outer_radius': it has a yield_strain")
-    check_rod(part, rod)
-    return rod
-
-
-def _profile(part: Part) -> Profile:
-    """How a rod varies along its length."""
-    at = part.stations("at")
-    factors = []
-    for name in ("stiffness", "mass"):
-        given = part.get(name, [1.0] * len(at))
-        if len(given) != len(at):
-            raise part.fail(name, f"expected {len(at)} numbers, one per station, got {len(given)}")
-        factors.append(np.array(given, float))
-    return Profile(at, *factors)
-
-
-def _modes(part: Part) -> StrainModes:
-    """The strain modes."""
-    basis = STRAIN_BASES[part.get("basis", DEFAULT_BASIS)].from_description(part)
-    most = _DEFAULT_MODES if basis.modes is None else basis.modes
-    default = dict.fromkeys(DIRECTIONS, most) | {"torsion": 0}
-    if part.planar:
-        default["bending_2"] = 0
-    # 5.0 is a whole number in JSON
-    torsion, bending_2, bending_3 = (int(part.get(name, default[name])) for name in DIRECTIONS)
-    counts = (torsion, bending_2, bending_3)
-    if part.planar and (torsion or bending_2):
-        raise part.fail("", "a planar robot bends about d3 only: expected bending_3")
-    if not any(counts):
-        raise part.fail("", "expected at least one mode")
-    if basis.modes is not None and any(count not in (0, most) for count in counts):
-        problem = f"expected {most} or 0 modes with this degree and these knots, got {counts}"
-        raise part.fail("", problem)
-    return StrainModes(counts, basis)
 
 
 def _loads(part: Part, legs: tuple[LegDescription, ...]) -> Loads:

@@ -19,6 +19,7 @@ from ..description_part import Described
 from ..errors import DescriptionError
 from ..rods.sections import SECTIONS
 from ..rods.strain_basis import STRAIN_BASES
+from .chain import CHAIN_JOINTS
 from .description_builder import described_robot
 from .description_schema import description_schema
 from .joints import JOINTS
@@ -173,7 +174,8 @@ def _check_schema(source: str, content: Any) -> None:
             finite = False
         if not finite:
             raise DescriptionError(source, path, f"expected a finite number, got {number!s:.40}")
-    kinds = (*MOTORS.items(), *JOINTS.items(), *SECTIONS.items(), *STRAIN_BASES.items())
+    every = (MOTORS, CHAIN_JOINTS, JOINTS, SECTIONS, STRAIN_BASES)
+    kinds = tuple(item for named in every for item in named.items())
     errors = list(_validator(kinds).iter_errors(content))
     # A misspelt field is also a missing one: say the misspelt name.
     unknown = [error for error in errors if error.validator == "additionalProperties"]
@@ -231,6 +233,12 @@ def _explain(error: Any) -> str:
             return f"expected {bound} {limit} entries, got {len(found)}{about}"
         case "uniqueItems":
             return f"expected no entry twice, got {found}{about}"
+        case "oneOf":
+            names = [choice["required"][0] for choice in limit]
+            given = [name for name in names if name in found]
+            return (
+                f"expected one of {', '.join(names)}, got {' and '.join(given) or 'none of them'}"
+            )
         case "not":
             return str(meaning)
     return f"{error.message}{about}"

@@ -15,7 +15,7 @@ from ..errors import CprError
 from ..lie import rotation_from_quaternion
 from ..rods.rod import strain_series
 from .plausibility import check_home_motors, check_quaternion
-from .robot_description import HomeGuess, LegDescription
+from .robot_description import HomeGuess, LegDescription, described_motors
 
 __all__ = ["home_guess"]
 
@@ -40,7 +40,12 @@ def home_guess(whole: Part, legs: tuple[LegDescription, ...], point: bool) -> Ho
     strain = part.get("strain", ())
     if "strain" in part and len(strain) != len(legs):
         raise part.fail("strain", f"expected {len(legs)} entries, one per leg, got {len(strain)}")
-    for series in part.parts("strain"):
+    for index, (series, leg) in enumerate(zip(part.parts("strain"), legs, strict=False)):
+        if len(leg.rods) != 1:
+            problem = (
+                f"expected legs of one rod, legs[{index}] has {len(leg.rods)}: give bow instead"
+            )
+            raise part.fail("strain", problem)
         if part.planar and ("torsion" in series or "bending_2" in series):
             raise series.fail("", "a planar robot bends about d3 only: expected bending_3")
     platform = part.part("platform")
@@ -56,15 +61,15 @@ def home_guess(whole: Part, legs: tuple[LegDescription, ...], point: bool) -> Ho
 
 def _motors(part: Part, legs: tuple[LegDescription, ...]) -> Floats:
     """Motor positions, (n,)."""
-    motors, actuated = part.get("motors"), [leg for leg in legs if leg.motor_name is not None]
-    if len(motors) != len(actuated):
+    motors, described = part.get("motors"), described_motors(legs)
+    if len(motors) != len(described):
         raise part.fail(
-            "motors", f"expected {len(actuated)} numbers, one per motor, got {len(motors)}"
+            "motors", f"expected {len(described)} numbers, one per motor, got {len(motors)}"
         )
-    for position, leg in zip(motors, actuated, strict=True):
-        if leg.motor.extensible and position <= 0.0:
+    for position, motor in zip(motors, described, strict=True):
+        if motor.feeds_rod and position <= 0.0:
             raise part.fail("motors", f"expected positive rod lengths, got {position}")
-    check_home_motors(part, actuated, motors)
+    check_home_motors(part, described, motors, max(leg.rod.length for leg in legs))
     return np.array(motors, float)
 
 
@@ -95,12 +100,11 @@ def _bow(part: Part, legs: tuple[LegDescription, ...], motors: Floats) -> tuple[
     if len(every) != len(legs):
         raise part.fail("bow", f"expected {len(legs)} sides, got {len(every)}")
     middle = np.mean([leg.base_position for leg in legs], axis=0)
-    positions = iter(motors)
+    names = [motor.name for motor in described_motors(legs)]
+    positions = dict(zip(names, motors.tolist(), strict=True))
     found: list[Floats | None] = []
     for index, (side, leg) in enumerate(zip(every, legs, strict=True)):
-        frame = leg.base_rotation
-        if leg.motor_name is not None:
-            frame = leg.base_at(next(positions)).rotation
+        frame = leg.rod_frame(positions)
         name = "bow" if same_for_all else f"bow[{index}]"
         found.append(None if side is None else _side(part, name, side, leg, frame, middle))
     return tuple(found)

@@ -22,6 +22,7 @@ from ..description_part import Described, Part, Vector, field, triple
 
 __all__ = [
     "MOTORS",
+    "NO_LIMITS",
     "Extensible",
     "Hinge",
     "Motor",
@@ -62,6 +63,9 @@ class MotorLimits:
             raise part.fail("position", f"expected a positive length, got {lower}")
         speed, effort = part.number("speed", math.inf), part.number("effort", math.inf)
         return cls(float(lower), float(upper), speed, effort)
+
+
+NO_LIMITS = MotorLimits()
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from ..description_part import Part
 from ..errors import DescriptionWarning
 from ..rods.rod import Rod
 from .motors import Motor, MotorLimits
-from .robot_description import LegDescription, RobotDescription
+from .robot_description import DescribedMotor, RobotDescription
 
 __all__ = [
     "check_home_motors",
@@ -118,24 +118,24 @@ def _can_be_computed(rod: Rod) -> bool:
 def check_limits(part: Part, motor: Motor, limits: MotorLimits, length: float) -> None:
     """Whether the position limits of a motor on a rod of a length [m] are in radians and metres."""
     for limit in (limits.lower, limits.upper):
-        if math.isfinite(limit) and _motor_doubt(motor, limit, length):
-            _warn(part, "position", f"{limit:g}: {_motor_doubt(motor, limit, length)}")
+        if math.isfinite(limit) and _motor_doubt(motor.unit, limit, length):
+            _warn(part, "position", f"{limit:g}: {_motor_doubt(motor.unit, limit, length)}")
             return
 
 
 def check_home_motors(
-    part: Part, legs: Sequence[LegDescription], positions: Sequence[float]
+    part: Part, motors: Sequence[DescribedMotor], positions: Sequence[float], length: float
 ) -> None:
     """Whether motor positions at home are in radians and metres."""
-    for index, (leg, position) in enumerate(zip(legs, positions, strict=True)):
-        doubt = _motor_doubt(leg.motor, position, leg.rod.length)
+    for index, (motor, position) in enumerate(zip(motors, positions, strict=True)):
+        doubt = _motor_doubt(motor.unit, position, length)
         if doubt:
             _warn(part, f"motors[{index}]", f"{position:g}: {doubt}")
             return
 
 
-def _motor_doubt(motor: Motor, position: float, length: float) -> str:
-    if motor.actuated == "turn":
+def _motor_doubt(unit: str, position: float, length: float) -> str:
+    if unit == "rad":
         return _DEGREES if abs(position) > _MANY_TURNS else ""
     return _MILLIMETRES if abs(position) > _FAR * length else ""
 
@@ -170,7 +170,7 @@ def _distances(description: RobotDescription) -> Iterator[tuple[str, float]]:
 
 def _reach(description: RobotDescription) -> tuple[float, Floats]:
     """Longest rod [m], and the middle of the bases (3,) [m]."""
-    longest = max(leg.rod.length for leg in description.legs)
+    longest = max(element.rod.length for leg in description.legs for element in leg.rods)
     return longest, np.mean([leg.base_position for leg in description.legs], axis=0)
 
 
@@ -178,12 +178,12 @@ def request_doubt(
     description: RobotDescription, motors: Floats | None, position: Floats | None
 ) -> str:
     """What looks wrong with requested motors (n,) or a platform position (3,) [m]; empty: nothing."""
-    actuated = [leg for leg in description.legs if leg.motor_name is not None]
-    for value, leg in zip(() if motors is None else motors, actuated, strict=motors is not None):
-        doubt = _motor_doubt(leg.motor, float(value), leg.rod.length)
-        if doubt:
-            return f"{leg.motor_name} at {value:g} {doubt}"
     longest, middle = _reach(description)
+    given = () if motors is None else motors
+    for value, motor in zip(given, description.motors, strict=motors is not None):
+        doubt = _motor_doubt(motor.unit, float(value), longest)
+        if doubt:
+            return f"{motor.name} at {value:g} {doubt}"
     if position is not None and math.dist(position, middle) > _FAR * longest:
         place = ", ".join(f"{value:g}" for value in position)
         return f"the platform position ({place}) {_MILLIMETRES}"

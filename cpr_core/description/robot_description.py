@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -14,14 +16,23 @@ from numpy.typing import NDArray
 
 from ..description_part import triple
 from ..errors import InvalidRequest
-from ..lie import skew
+from ..lie import rotation_exp, skew
 from ..rods.rod import Rod, StrainModes
 from ..validation import checked_count
 from . import joints, motors
-from .chain import ChainElement, ChainRod, Shift, Turn
+from .chain import ChainElement, ChainJoint, ChainRod, Link, Shift, Turn
 from .loads import Loads
+from .motors import MotorLimits
 
-__all__ = ["CONTROLLED_COORDINATES", "BasePose", "HomeGuess", "LegDescription", "RobotDescription"]
+__all__ = [
+    "CONTROLLED_COORDINATES",
+    "BasePose",
+    "DescribedMotor",
+    "HomeGuess",
+    "LegDescription",
+    "RobotDescription",
+    "described_motors",
+]
 
 Floats = NDArray[np.float64]
 
@@ -52,6 +63,28 @@ class BasePose(NamedTuple):
     length: float
 
 
+@dataclass(frozen=True)
+class DescribedMotor:
+    """A motor of a robot.
+
+    Attributes:
+        name: In messages.
+        unit: Of its position.
+        limits: What it can do.
+        feeds_rod: Whether its position is the length of a rod.
+    """
+
+    name: str
+    unit: str
+    limits: MotorLimits
+    feeds_rod: bool
+
+    @property
+    def effort_unit(self) -> str:
+        """Unit of its effort."""
+        return "N m" if self.unit == "rad" else "N"
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class LegDescription:
     """One leg.
@@ -59,15 +92,14 @@ class LegDescription:
     Attributes:
         name: Name of the leg.
         motor_name: Name of its motor in messages; None for a passive base.
-        rod: The rod.
+        rod: The rod; of a chain what its rods are where they do not say otherwise.
         modes: Its strain modes.
         base_position: Base point in the world at motor zero, (3,) [m].
         base_rotation: Base frame (d1, d2, d3 as columns) in the world at motor zero, (3, 3).
-        motor: What holds the base.
+        motor: What holds the base; that of a chain is welded.
         joint: What holds the tip.
         limits: What the motor can do.
-        elements: The chain in place of motor and rod, for the mechanics alone: descriptions cannot say
-            it yet, home, shapes and limits do not know it.
+        elements: A chain in place of motor and rod.
     """
 
     name: str
@@ -97,11 +129,56 @@ class LegDescription:
         )
         joints: list[ChainElement] = []
         if turn is not None:
-            joints.append(Turn(triple(across @ turn), turned))
+            joints.append(Turn(triple(across @ turn), turned, limits=self.limits))
         if shift is not None and not self.motor.extensible:
-            joints.append(Shift(triple(across @ shift), shifted))
+            joints.append(Shift(triple(across @ shift), shifted, limits=self.limits))
         fed = self.motor_name if self.motor.extensible else None
-        return (*joints, ChainRod(self.rod, self.modes, fed))
+        return (*joints, ChainRod(self.rod, self.modes, fed, self.limits))
+
+    def without_limits(self) -> LegDescription:
+        """The same leg with motors that can do everything and rods that bear everything."""
+        elements = None
+        if self.elements is not None:
+            elements = tuple(
+                replace(element, limits=MotorLimits())
+                if isinstance(element, ChainJoint)
+                else replace(element, limits=MotorLimits(), rod=_unbreakable(element.rod))
+                if isinstance(element, ChainRod)
+                else element
+                for element in self.elements
+            )
+        return replace(self, limits=MotorLimits(), rod=_unbreakable(self.rod), elements=elements)
+
+    def with_modes(self, modes: int) -> LegDescription:
+        """The same leg with another number of modes in every direction that has any."""
+        elements = None
+        if self.elements is not None:
+            elements = tuple(
+                replace(element, modes=_with_modes(element.modes, modes))
+                if isinstance(element, ChainRod)
+                else element
+                for element in self.elements
+            )
+        return replace(self, modes=_with_modes(self.modes, modes), elements=elements)
+
+    def rod_frame(self, motors: Mapping[str, float]) -> Floats:
+        """Frame in the world where the first rod begins, (3, 3), passive joints at zero.
+
+        Args:
+            motors: Motor positions by name [rad or m].
+        """
+        rotation = self.base_rotation
+        for element in self.chain:
+            if isinstance(element, ChainRod):
+                break
+            if isinstance(element, Link):
+                rotation = rotation @ element.rotation
+            elif isinstance(element, Turn):
+                turn = element.zero
+                if element.motor is not None:
+                    turn += element.ratio * motors[element.motor]
+                rotation = rotation @ rotation_exp(turn * np.array(element.axis))
+        return rotation
 
     @cached_property
     def rods(self) -> tuple[ChainRod, ...]:
@@ -215,23 +292,42 @@ class RobotDescription:
     @property
     def motor_names(self) -> tuple[str, ...]:
         """Names of the motors in order."""
-        return tuple(leg.motor_name for leg in self.legs if leg.motor_name is not None)
+        return tuple(motor.name for motor in self.motors)
+
+    @cached_property
+    def motors(self) -> tuple[DescribedMotor, ...]:
+        """The motors in order; one may move joints of several legs."""
+        return described_motors(self.legs)
 
     def with_modes(self, modes: int) -> RobotDescription:
         """The same robot with another number of modes in every direction that has any."""
         modes = checked_count("modes", modes, 1)
-        if any(getattr(leg.modes.basis, "modes", None) is not None for leg in self.legs):
+        rods = [element for leg in self.legs for element in leg.rods]
+        if any(getattr(element.modes.basis, "modes", None) is not None for element in rods):
             raise InvalidRequest(
                 "modes", "B-splines have as many modes as degree and knots say: change those"
             )
+        return replace(self, legs=tuple(leg.with_modes(modes) for leg in self.legs))
 
-        def counts(leg: LegDescription) -> tuple[int, int, int]:
-            torsion, bending_2, bending_3 = (modes if count else 0 for count in leg.modes.counts)
-            return torsion, bending_2, bending_3
 
-        return replace(
-            self,
-            legs=tuple(
-                replace(leg, modes=replace(leg.modes, counts=counts(leg))) for leg in self.legs
-            ),
-        )
+def described_motors(legs: Sequence[LegDescription]) -> tuple[DescribedMotor, ...]:
+    """The motors of legs in order; one may move joints of several legs."""
+    found: dict[str, DescribedMotor] = {}
+    for leg in legs:
+        for element in leg.chain:
+            if isinstance(element, Link) or element.motor is None:
+                continue
+            feeds = isinstance(element, ChainRod)
+            motor = DescribedMotor(element.motor, element.unit, element.limits, feeds)
+            if found.setdefault(motor.name, motor).limits == MotorLimits():
+                found[motor.name] = motor  # limits may be said at any of its joints
+    return tuple(found.values())
+
+
+def _with_modes(given: StrainModes, modes: int) -> StrainModes:
+    torsion, bending_2, bending_3 = (modes if count else 0 for count in given.counts)
+    return replace(given, counts=(torsion, bending_2, bending_3))
+
+
+def _unbreakable(rod: Rod) -> Rod:
+    return replace(rod, yield_strain=math.inf)

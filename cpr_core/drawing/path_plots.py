@@ -120,7 +120,7 @@ def _mark_events(axes: Any, found: Trace, named: bool) -> None:
 
 
 def _motor_units(found: Trace) -> str:
-    units = {leg.motor.unit for leg in found.robot.description.legs if leg.motor_name is not None}
+    units = {motor.unit for motor in found.robot.description.motors}
     return " or ".join(sorted(units))
 
 

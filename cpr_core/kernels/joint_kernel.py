@@ -3,8 +3,8 @@
 
 """Joints and links in the chains of a group of legs: balance, and what they hand on towards the base.
 
-What acts beyond a place is ``Carried`` there: the force n and the field ``F = D - N``. A joint that turns
-is a density concentrated at its place, a link a stretch without density (docs/derivations.md).
+What acts beyond a place is ``Carried`` there: the force n and the field ``F = D - N``. A joint that
+turns is a density concentrated at its place, a link a stretch without density (docs/derivations.md).
 """
 
 from __future__ import annotations

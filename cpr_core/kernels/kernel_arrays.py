@@ -23,7 +23,6 @@ from .lanes import empty_lanes, zeros_lanes
 from .slots import SlotLayout
 
 __all__ = [
-    "LEG",
     "PLATFORM_LOADS",
     "Element",
     "Factors",
@@ -51,24 +50,6 @@ class Element(IntEnum):
     TURN = 2  # joint that turns all behind it
     SHIFT = 3  # joint that shifts all behind it
     ROD = 4
-
-
-#: Where the coordinates of every leg are in the state.
-LEG = np.dtype(
-    [
-        ("length", "f8"),  # rod length [m]; the nominal one where the leg is extensible
-        ("rotation_axis", "f8", 3),  # unit axis of the turn of the base, in the world
-        ("translation_axis", "f8", 3),  # unit direction of its shift
-        ("orientation_count", "i8"),  # conditions on the orientation of the tip
-        ("rotation_index", "i8"),  # state index of the coordinate that turns the base; -1: none
-        ("translation_index", "i8"),  # state index of the one that shifts it; -1: none
-        ("extensible", "i8"),  # 1: the shift is the rod length
-        ("strain_index", "i8"),  # state index of the first strain coordinate
-        ("strain_count", "i8"),
-        ("multiplier_index", "i8"),  # state index of the first multiplier
-    ],
-    align=True,
-)
 
 
 def group_dtype(width: int) -> np.dtype[Any]:
@@ -133,8 +114,6 @@ class RobotArrays(NamedTuple):
     S strain slots, n inner slots, K nodes, H rotation steps.
     """
 
-    legs: NDArray[np.void]  # (L,) of LEG
-    stiffness: Floats  # (L, M, M) K_e at the nominal length, in the order of the state
     slots: SlotLayout  # n inner slots, m in all
     groups: NDArray[np.void]  # (G,) of group_dtype
     slot_index: Integers  # (G, n, W) state index of every inner slot; -1: the leg lacks it

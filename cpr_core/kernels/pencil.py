@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,12 +52,12 @@ class Pencil(NamedTuple):
     pivots: NDArray[np.int64]  # (b,)
 
 
-def pencil_of(arrays: RobotArrays, grams: Sequence[Floats]) -> Pencil:
+def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
     """Memory for one thread.
 
     Args:
         arrays: The robot.
-        grams: ``int Phi^T Phi dsigma`` of every leg in the order of the state.
+        grams: ``int Phi^T Phi dsigma`` by strain coordinates, in the order of the state, (N, N).
     """
     slots, groups, width = arrays.slots, len(arrays.groups), arrays.slot_index.shape[2]
     strains, platform = slots.strain_count, slots.platform_count
@@ -74,12 +73,9 @@ def pencil_of(arrays: RobotArrays, grams: Sequence[Floats]) -> Pencil:
     weights["lane"][:, passive] = arrays.slot_index[:, passive] >= 0
     weights["lane"][:, slots.inner_count] = (arrays.motor_slot_index >= 0).any(axis=1)
     for group, lane in np.argwhere(arrays.lane_leg >= 0):
-        number = arrays.lane_leg[group, lane]
-        leg, leg_gram = arrays.legs[number], grams[number]
-        place = arrays.slot_index[group, :strains, lane] - leg["strain_index"]
         modes = np.flatnonzero(arrays.slot_index[group, :strains, lane] >= 0)
-        own = leg_gram[np.ix_(place[modes], place[modes])]
-        gram["lane"][group, modes[:, None], modes, lane] = own
+        own = arrays.slot_index[group, modes, lane]
+        gram["lane"][group, modes[:, None], modes, lane] = grams[np.ix_(own, own)]
     legs = width * np.arange(groups)[:, None, None] + np.arange(width)
     start["lane"][:] = 1.0 + 0.5 * np.sin(1.3 * np.arange(rows)[:, None] + 2.1 * legs)
     return Pencil(

@@ -4,8 +4,8 @@
 """A rod in the chains of a group of legs: balance and stiffness of its strain modes and of its length.
 
 The world frame and small world rotations are used throughout. Every coordinate that turns cross-sections
-has a density omega_a(s) and a rotation field Theta_a(s) = int_0^s omega_a. All loads and multipliers enter
-through one field only (docs/derivations.md), ``F = D - N``:
+has a density omega_a(s) and a rotation field Theta_a(s) = int_0^s omega_a. All loads and multipliers
+enter through one field only (docs/derivations.md), ``F = D - N``:
 
     gradient   -int omega_a . m ds,                        m = axial(F)
     Hessian    -int Theta_a . Q omega_b ds + (a <-> b),    Q = F - tr(F) 1

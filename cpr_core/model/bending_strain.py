@@ -16,20 +16,17 @@ Floats = NDArray[np.float64]
 
 
 def bending_strains(equilibrium: Equilibrium) -> Floats:
-    """Largest bending strain of every leg, (L,), dimensionless.
+    """Largest bending strain of every rod, (R,), dimensionless.
 
     The strain of the outermost fibre, curvature (less the one at rest) times its distance from the
     centre line, at the quadrature nodes and at both ends. Torsion and tension are not counted. Where a
     profile changes the stiffness, the section is still the one of the description.
     """
     robot, state = equilibrium.robot, equilibrium.state
-    largest = np.empty(len(robot.description.legs))
-    for number, (row, leg, values, rest) in enumerate(
-        zip(robot.arrays.legs, robot.description.legs, *robot.curvature_stations, strict=True)
-    ):
-        strain = state[row["strain_index"] : row["strain_index"] + row["strain_count"]]
-        curvature = np.einsum("pcm,m->pc", values, strain) - rest
-        if row["extensible"]:
-            curvature *= row["length"] / state[row["translation_index"]]
-        largest[number] = leg.rod.section.bending_strain(curvature[:, 1], curvature[:, 2]).max()
-    return largest
+    largest = []
+    for rod, values, rest in zip(robot.numbers.rods, *robot.curvature_stations, strict=True):
+        curvature = np.einsum("pcm,m->pc", values, state[rod.strain]) - rest
+        curvature /= rod.stretch(state)
+        strain = rod.element.rod.section.bending_strain(curvature[:, 1], curvature[:, 2])
+        largest.append(strain.max())
+    return np.array(largest)

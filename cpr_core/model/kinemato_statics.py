@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from ..blas_threads import on_one_blas_thread
+from ..description.chain import Turn
 from ..errors import InvalidRequest
 from ..lie import angle_motions
 from ..validation import checked_number, checked_vector
@@ -438,15 +439,15 @@ class KinematoStatics:
             )
         ratio = length / natural
         robot, unit = self.equilibrium.robot, arrays.unit.copy()
-        energy_unit = arrays.energy_unit / ratio
-        for row in arrays.legs:
-            first = row["strain_index"]
-            unit[first : first + row["strain_count"]] /= ratio
-            first, forces = row["multiplier_index"], len(arrays.position_axes)
-            unit[first : first + forces] /= ratio**2
-            unit[first + forces : first + forces + row["orientation_count"]] /= ratio
-            if row["translation_index"] >= 0:
-                unit[row["translation_index"]] *= ratio
+        energy_unit, done = arrays.energy_unit / ratio, set[int]()
+        for leg, chain in zip(robot.numbers.legs, robot.description.legs, strict=True):
+            unit[leg.strain] /= ratio
+            unit[leg.forces] /= ratio**2
+            unit[leg.moments] /= ratio
+            moved = zip(leg.coordinates, chain.chain, strict=True)
+            shifts = {i for i, element in moved if i is not None and not isinstance(element, Turn)}
+            unit[sorted(shifts - done)] *= ratio  # a motor may be in several legs
+            done |= shifts
         unit[robot.platform_indices[robot.platform_axes >= 3]] *= ratio
         return unit, energy_unit
 

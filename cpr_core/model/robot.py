@@ -15,13 +15,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
 from ..description.chain import ChainRod
 from ..description.description_file import read_description
 from ..description.loads import Loads
 from ..description.motors import MotorLimits
-from ..description.robot_description import LegDescription, RobotDescription
+from ..description.robot_description import DescribedMotor, RobotDescription
 from ..errors import InvalidRequest
 from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
@@ -29,6 +28,7 @@ from ..kernels.prepared_robot import PreparedRobot, prepare
 from ..rods.quadrature import RodGrid, rod_grid
 from .platform_coordinates import PlatformCoordinates, platform_coordinates
 from .robot_arrays import robot_arrays
+from .state_numbers import StateNumbers, state_numbers
 
 __all__ = ["Robot", "checked_robot", "load_robot"]
 
@@ -82,7 +82,7 @@ class Robot:
         return (
             f"<Robot {described.name}: {'planar' if self.planar else 'spatial'}, "
             f"{len(described.legs)} legs, {self.motor_count} motors, "
-            f"{sum(leg.modes.total for leg in described.legs)} strain coordinates>"
+            f"{sum(rod.modes.total for leg in described.legs for rod in leg.rods)} strain coordinates>"
         )
 
     def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription]]:
@@ -154,12 +154,17 @@ class Robot:
     @cached_property
     def arrays(self) -> RobotArrays:
         """The robot as the kernels see it."""
-        return robot_arrays(self.description, self.grid, self.platform_coordinates)
+        return robot_arrays(self.description, self.grid, self.platform_coordinates, self.numbers)
+
+    @cached_property
+    def numbers(self) -> StateNumbers:
+        """Where everything is in a state."""
+        return state_numbers(self.description, self.platform_coordinates)
 
     @cached_property
     def state_size(self) -> int:
         """Numbers N of a state: of legs, platform and motors."""
-        return len(self.arrays.unit)
+        return len(self.numbers.unit)
 
     @property
     def prepared(self) -> PreparedRobot:
@@ -204,19 +209,18 @@ class Robot:
         return self.arrays.unit[self.motor_indices]
 
     @cached_property
-    def limited_motors(self) -> tuple[tuple[int, LegDescription], ...]:
-        """Motors that have limits of position or effort, by number, and their legs."""
-        legs = [leg for leg in self.description.legs if leg.motor_name is not None]
+    def limited_motors(self) -> tuple[tuple[int, DescribedMotor], ...]:
+        """Motors that have limits of position or effort, by number."""
         return tuple(
-            (motor, leg)
-            for motor, leg in enumerate(legs)
-            if replace(leg.limits, speed=math.inf) != MotorLimits()
+            (number, motor)
+            for number, motor in enumerate(self.description.motors)
+            if replace(motor.limits, speed=math.inf) != MotorLimits()
         )
 
     @cached_property
     def strain_limits(self) -> Floats:
-        """Bending strain every leg bears (its yield strain), infinite where not given, (L,)."""
-        return np.array([leg.rod.yield_strain for leg in self.description.legs])
+        """Bending strain every rod bears (its yield strain), infinite where not given, (R,)."""
+        return np.array([rod.element.rod.yield_strain for rod in self.numbers.rods])
 
     @cached_property
     def limits_strain(self) -> bool:
@@ -230,23 +234,23 @@ class Robot:
 
     @cached_property
     def curvature_stations(self) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
-        """Per leg, at both ends and the nodes (P,): curvature by strain coordinate (P, 3, m); at rest.
+        """Per rod, at both ends and the nodes (P,): curvature by strain coordinate (P, 3, m); at rest.
 
         The curvature at rest is (P, 3) [1/m].
         """
         sigma = np.concatenate([[0.0], self.grid.nodes, [1.0]])
-        legs = self.description.legs
         values = tuple(
-            leg.modes.values(sigma)[:, None, :] * (np.arange(3)[:, None] == leg.modes.directions)
-            for leg in legs
+            element.modes.values(sigma)[:, None, :]
+            * (np.arange(3)[:, None] == element.modes.directions)
+            for element in self._rods
         )
-        return values, tuple(leg.rod.rest_curvature_at(sigma) for leg in legs)
+        return values, tuple(element.rod.rest_curvature_at(sigma) for element in self._rods)
 
     @cached_property
     def length_indices(self) -> Integers:
         """State indices of the lengths of rods that motors feed."""
-        indices = self.arrays.rods["length_index"]
-        return np.unique(indices[indices >= 0])
+        found = {rod.length_index for rod in self.numbers.rods} - {None}
+        return np.array(sorted(index for index in found if index is not None), np.int64)
 
     @cached_property
     def length_motors(self) -> Integers:
@@ -261,13 +265,9 @@ class Robot:
     @cached_property
     def multiplier_indices(self) -> Integers:
         """State indices of the multipliers, leg by leg."""
-        legs = self.arrays.legs
-        held = len(self.arrays.position_axes) + legs["orientation_count"]
+        indices = np.arange(self.state_size)
         return np.concatenate(
-            [
-                start + np.arange(count)
-                for start, count in zip(legs["multiplier_index"], held, strict=True)
-            ]
+            [indices[part] for leg in self.numbers.legs for part in (leg.forces, leg.moments)]
         )
 
     @cached_property
@@ -309,19 +309,28 @@ class Robot:
         strain basis.
         """
         motions = np.diag(self.arrays.unit)
-        for leg, gram in zip(self.arrays.legs, self.strain_grams, strict=True):
-            span = slice(leg["strain_index"], leg["strain_index"] + leg["strain_count"])
+        for rod in self.numbers.rods:
+            gram = self.strain_grams[rod.strain, rod.strain]
             orthonormal = np.linalg.inv(np.linalg.cholesky(gram)).T
-            motions[span, span] = motions[span, span] @ orthonormal
+            motions[rod.strain, rod.strain] = motions[rod.strain, rod.strain] @ orthonormal
         return motions
 
     @cached_property
-    def strain_grams(self) -> tuple[Floats, ...]:
-        """Integrals of products of the strain modes, leg by leg, (m, m)."""
-        return tuple(
-            linalg.block_diag(*[element.modes.gram(self.grid) for element in leg.rods])
-            for leg in self.description.legs
-        )
+    def strain_grams(self) -> Floats:
+        """Integrals of products of the strain modes of every rod, in state order, (N, N)."""
+        grams = np.zeros((self.state_size, self.state_size))
+        for rod in self.numbers.rods:
+            grams[rod.strain, rod.strain] = rod.element.modes.gram(self.grid)
+        return grams
+
+    @cached_property
+    def strain_stiffness(self) -> Floats:
+        """Elastic stiffness K_e of every rod at its nominal length, in state order, (N, N)."""
+        stiffness = np.zeros((self.state_size, self.state_size))
+        for rod in self.numbers.rods:
+            own = rod.element.rod.stiffness(rod.element.modes, self.grid)
+            stiffness[rod.strain, rod.strain] = own
+        return stiffness
 
     @cached_property
     def default_loads(self) -> Loads:

@@ -10,13 +10,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
-from ..description.chain import ChainElement, ChainJoint, ChainRod, Link, Turn
-from ..description.robot_description import LegDescription, RobotDescription
+from ..description.chain import ChainJoint, ChainRod, Link
+from ..description.robot_description import RobotDescription
 from ..kernels.kept_factors import kept_count
 from ..kernels.kernel_arrays import (
-    LEG,
     Element,
     Lanes,
     RobotArrays,
@@ -29,6 +27,7 @@ from ..kernels.slots import SlotLayout, slot_layout
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid
 from .leg_groups import LegGroup, leg_groups
 from .platform_coordinates import PlatformCoordinates
+from .state_numbers import LegNumbers, StateNumbers
 
 __all__ = ["robot_arrays"]
 
@@ -37,7 +36,10 @@ Integers = NDArray[np.int64]
 
 
 def robot_arrays(
-    description: RobotDescription, grid: RodGrid, coordinates: PlatformCoordinates
+    description: RobotDescription,
+    grid: RodGrid,
+    coordinates: PlatformCoordinates,
+    numbers: StateNumbers,
 ) -> RobotArrays:
     """A robot as the kernels see it.
 
@@ -45,8 +47,9 @@ def robot_arrays(
         description: The robot.
         grid: Quadrature of every rod.
         coordinates: Motions of its platform.
+        numbers: Where everything is in its state.
     """
-    return _Builder(description, grid, coordinates).build()
+    return _Builder(description, grid, coordinates, numbers).build()
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,116 +72,54 @@ class _SlotArrays:
 
 
 class _Builder:
-    """Numbers the states leg by leg, then fills the slots of the lanes."""
+    """Fills the slots of the lanes, leg by leg."""
 
     def __init__(
-        self, description: RobotDescription, grid: RodGrid, coordinates: PlatformCoordinates
+        self,
+        description: RobotDescription,
+        grid: RodGrid,
+        coordinates: PlatformCoordinates,
+        numbers: StateNumbers,
     ) -> None:
         self.planar, self.grid, self.coordinates = description.planar, grid, coordinates
-        self.described = description.legs
-        self.length_unit = description.mean_length
-        rigidities = [
-            element.rod.rigidities.max() for leg in self.described for element in leg.rods
-        ]
-        self.energy_unit = float(np.mean(rigidities)) / self.length_unit
+        self.described, self.numbers = description.legs, numbers
         self.position_axes = np.array([0, 1] if self.planar else [0, 1, 2])
-        self.legs = np.zeros(len(self.described), LEG)
-        self.unit: list[float] = []
-        # State index of the coordinate of every element of every leg; of a passive one for now.
-        self.coordinate = [np.full(len(leg.chain), -1) for leg in self.described]
-        self.motors: dict[str, int] = {}
         self.groups = leg_groups(self.described)
 
     def build(self) -> RobotArrays:
         """All arrays."""
-        for number, leg in enumerate(self.described):
-            self._number_states(number, leg)
-        platform_index = len(self.unit)
-        axes = self.coordinates.axes
-        self.unit += [1.0 if axis < 3 else self.length_unit for axis in axes]
-        motor_index = len(self.unit)
-        for number, leg in enumerate(self.described):
-            self._number_motors(number, leg)
-        constraints = (
-            len(self.position_axes) * len(self.legs) + self.legs["orientation_count"].sum()
-        )
+        numbers = self.numbers
+        held = [self._held_orientations(leg) + len(self.position_axes) for leg in numbers.legs]
         return RobotArrays(
-            legs=self.legs,
-            stiffness=self._stiffness(),
-            **self._slots(motor_index),
+            **self._slots(),
             weights=self.grid.weights,
             integration=np.ascontiguousarray(self.grid.integration.T),
             panel_nodes=self.grid.panel_nodes,
             steps=self.grid.steps,
             step_node=self.grid.step_node,
             position_axes=self.position_axes,
-            platform_axes=axes,
-            unit=np.array(self.unit),
-            energy_unit=self.energy_unit,
-            platform_index=platform_index,
-            motor_index=motor_index,
-            border_indices=np.arange(platform_index, len(self.unit)),
-            inverse_unknowns=self._inverse_unknowns(platform_index, motor_index),
+            platform_axes=self.coordinates.axes,
+            unit=numbers.unit,
+            energy_unit=numbers.energy_unit,
+            platform_index=numbers.platform_index,
+            motor_index=numbers.motor_index,
+            border_indices=np.arange(numbers.platform_index, len(numbers.unit)),
+            inverse_unknowns=self._inverse_unknowns(),
             controls_angles=int(self.coordinates.controls_angles),
-            constraint_count=int(constraints),
+            constraint_count=sum(held),
         )
 
-    def _natural(self, element: ChainElement) -> float:
-        """Natural unit of a coordinate."""
-        return 1.0 if isinstance(element, Turn) else self.length_unit
+    def _held_orientations(self, leg: LegNumbers) -> int:
+        return leg.moments.stop - leg.moments.start
 
-    def _number_states(self, number: int, leg: LegDescription) -> None:
-        numbers = self.legs[number]
-        numbers["length"] = leg.rod.length
-        numbers["extensible"] = any(element.motor is not None for element in leg.rods)
-        numbers["rotation_index"] = numbers["translation_index"] = -1
-        for position, element in enumerate(leg.chain):
-            if isinstance(element, ChainJoint) and element.motor is None:
-                self._set_coordinate(number, position, element, len(self.unit))
-                self.unit.append(self._natural(element))
-        strains = sum(element.modes.total for element in leg.rods)
-        numbers["strain_index"], numbers["strain_count"] = len(self.unit), strains
-        self.unit += [1.0 / self.length_unit] * strains
-        numbers["orientation_count"] = len(leg.joint.orientation(self.planar))
-        numbers["multiplier_index"] = len(self.unit)
-        self.unit += [self.energy_unit / self.length_unit] * len(self.position_axes)
-        self.unit += [self.energy_unit] * numbers["orientation_count"]
-
-    def _number_motors(self, number: int, leg: LegDescription) -> None:
-        for position, element in enumerate(leg.chain):
-            if isinstance(element, Link) or element.motor is None:
-                continue
-            if element.motor not in self.motors:
-                self.motors[element.motor] = len(self.unit)
-                self.unit.append(self._natural(element))
-            self._set_coordinate(number, position, element, self.motors[element.motor])
-
-    def _set_coordinate(
-        self, number: int, position: int, element: ChainElement, index: int
-    ) -> None:
-        self.coordinate[number][position] = index
-        name = "rotation" if isinstance(element, Turn) else "translation"
-        self.legs[number][f"{name}_index"] = index
-        if isinstance(element, ChainJoint):
-            self.legs[number][f"{name}_axis"] = self.described[number].base_rotation @ element.axis
-
-    def _inverse_unknowns(self, platform_index: int, motor_index: int) -> Integers:
+    def _inverse_unknowns(self) -> Integers:
         if not len(self.coordinates.controlled):
             return np.zeros(0, np.int64)
         free = ~np.isin(self.coordinates.axes, self.coordinates.controlled)
-        motors = np.arange(motor_index, len(self.unit))
-        return np.concatenate([platform_index + np.flatnonzero(free), motors])
+        motors = np.arange(self.numbers.motor_index, len(self.numbers.unit))
+        return np.concatenate([self.numbers.platform_index + np.flatnonzero(free), motors])
 
-    def _stiffness(self) -> Floats:
-        widest = max(self.legs["strain_count"])
-        stiffness = np.zeros((len(self.legs), widest, widest))
-        for number, leg in enumerate(self.described):
-            of_rods = [element.rod.stiffness(element.modes, self.grid) for element in leg.rods]
-            total = self.legs[number]["strain_count"]
-            stiffness[number, :total, :total] = linalg.block_diag(*of_rods)
-        return stiffness
-
-    def _slots(self, motor_index: int) -> dict[str, Any]:
+    def _slots(self) -> dict[str, Any]:
         """What the kernels read by slots and lanes."""
         arrays = self._empty_slots()
         slots, count = arrays.slots, len(self.groups)
@@ -191,7 +132,7 @@ class _Builder:
                 if lane < len(legs.numbers):
                     self._fill_leg(arrays, number, group, lane)
                     self._fill_coordinates(arrays, number, group, lane)
-        unit = np.array(self.unit)
+        unit, motor_index = self.numbers.unit, self.numbers.motor_index
         used = arrays.slot_index >= 0
         arrays.units["lane"][:, : slots.inner_count] = np.where(used, unit[arrays.slot_index], 0.0)
         columns = np.arange(slots.platform_count)
@@ -199,7 +140,7 @@ class _Builder:
         arrays.units["lane"][:, slots.first_platform + columns] = platform[:, None]
         missing = zeros_lanes(WIDTH, count, slots.inner_count)
         missing["lane"][:] = ~used
-        border = len(self.unit) - motor_index + slots.platform_count
+        border = len(unit) - motor_index + slots.platform_count
         moved = arrays.motor_slot_index[arrays.motor_slot_index >= 0]
         alone = slots.motor_count == 1 and len(np.unique(moved)) == len(moved)
         lane_leg = np.full((count, WIDTH), -1)
@@ -210,7 +151,7 @@ class _Builder:
             "missing": missing,
             "lane_leg": lane_leg,
             "one_slot_a_motor": int(alone),
-            "extensible": int(self.legs["extensible"].any()),
+            "extensible": int(any(rod.length_index is not None for rod in self.numbers.rods)),
         }
 
     def _empty_slots(self) -> _SlotArrays:
@@ -220,7 +161,7 @@ class _Builder:
         slots = slot_layout(
             strain_count=max(group.strain_count for group in groups),
             position_count=len(self.position_axes),
-            orientation_count=int(self.legs["orientation_count"].max()),
+            orientation_count=max(map(self._held_orientations, self.numbers.legs)),
             passive_count=max(group.passive_count for group in groups),
             platform_count=len(self.coordinates.axes),
             motor_count=max(group.motor_count for group in groups),
@@ -309,7 +250,11 @@ class _Builder:
 
     def _fill_leg(self, arrays: _SlotArrays, number: int, group: int, lane: int) -> None:
         """Elasticity of the rods, tip and multipliers of a leg."""
-        leg, numbers, fields = self.described[number], self.legs[number], arrays.groups[group]
+        leg, numbers, fields = (
+            self.described[number],
+            self.numbers.legs[number],
+            arrays.groups[group],
+        )
         fields["exists"][lane] = 1.0
         fields["tip_position"][..., lane] = leg.joint.position
         conditions = leg.joint.orientation(self.planar)
@@ -317,17 +262,15 @@ class _Builder:
             fields["orientation"][row, ..., lane] = leg.joint.rotation() @ condition
         multipliers = np.arange(arrays.slots.position_count + len(conditions))
         first = arrays.slots.first_multiplier
-        index = numbers["multiplier_index"] + multipliers
+        index = numbers.forces.start + multipliers
         arrays.slot_index[group, first + multipliers, lane] = index
-        state = int(numbers["strain_index"])
         before = sum(len(other.rods) for other in self.described[:number])
-        for rod, element in enumerate(leg.rods):
+        for rod, (element, own) in enumerate(zip(leg.rods, numbers.rods, strict=True)):
             slots, row = _mode_slots(arrays, element, group, rod), arrays.rods[group, rod]
             row["loads"][lane] = before + rod
             row["rest_energy"][lane] = element.rod.rest_energy(self.grid)
             row["extensible"][lane] = element.motor is not None
-            arrays.slot_index[group, slots, lane] = state + np.arange(len(slots))
-            state += len(slots)
+            arrays.slot_index[group, slots, lane] = own.strain.start + np.arange(len(slots))
             stiffness = element.rod.stiffness(element.modes, self.grid)
             arrays.elastic["lane"][group, slots[:, None], slots, lane] = stiffness
             rest = element.rod.rest_moment(element.modes, self.grid)
@@ -337,20 +280,21 @@ class _Builder:
         """Which states the joints of a leg are moved by."""
         elements, slots = arrays.elements[group], arrays.slots
         for position, element in enumerate(self.described[number].chain):
-            index, slot = int(self.coordinate[number][position]), int(elements["slot"][position])
+            index = self.numbers.legs[number].coordinates[position]
+            if index is None:
+                continue
+            slot = int(elements["slot"][position])
             if isinstance(element, ChainRod):
                 row = arrays.rods[group, elements["rod"][position]]
                 slot = int(row["length_slot"])
                 row["length_index"][lane] = index
-            if index < 0:
-                continue
             if slot < slots.inner_count:
                 arrays.slot_index[group, slot, lane] = index
                 continue
             ratio = element.ratio if isinstance(element, ChainJoint) else 1.0
             arrays.motor_slot_index[group, slot - slots.first_motor, lane] = index
             arrays.motor_ratio["lane"][group, slot - slots.first_motor, lane] = ratio
-            arrays.units["lane"][group, slot, lane] = ratio * self.unit[index]
+            arrays.units["lane"][group, slot, lane] = ratio * self.numbers.unit[index]
 
 
 def _mode_slots(arrays: _SlotArrays, element: ChainRod, group: int, rod: int) -> Integers:

@@ -11,101 +11,206 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from ..description.robot_description import BasePose
+from ..description.chain import ChainElement, ChainJoint, ChainRod, Turn
 from ..kernels.rotation_kernel import rotation_steps
+from ..lie import rotation_exp
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid, rod_grid
 from ..rods.rod import StrainModes
 from ..validation import checked_count
 from .equilibrium import Equilibrium
 from .robot import Robot
 
-__all__ = ["LegShape", "base_pose", "leg_shapes", "tip_positions"]
+__all__ = ["LegShape", "Pose", "leg_shapes", "rod_bases", "tip_positions"]
 
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class LegShape:
-    """One leg along its arc length, from base to tip.
+class Pose(NamedTuple):
+    """A frame in the world.
 
     Attributes:
-        arc_length: s, (P,) [m].
+        rotation: d1, d2, d3 as columns, (3, 3).
+        position: (3,) [m].
+    """
+
+    rotation: Floats
+    position: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class LegShape:
+    """One leg from base to tip: points along its rods, and where its rigid links lead.
+
+    Attributes:
+        arc_length: Length of the way from the base, (P,) [m].
         position: Centre line in the world, (P, 3) [m].
         rotation: Cross-section frames in the world, (P, 3, 3); columns d1 (tangent), d2, d3.
-        curvature: Strain (torsion, bending about d2, d3), (P, 3) [1/m].
+        curvature: Strain (torsion, bending about d2, d3), (P, 3) [1/m]; zero on links.
+        rod: Number of the rod in its leg, (P,); -1: a point of a rigid piece.
     """
 
     arc_length: Floats
     position: Floats
     rotation: Floats
     curvature: Floats
+    rod: NDArray[np.int64]
 
 
 def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ...]:
-    """Shape of every leg at some points, base and tip included.
+    """Shape of every leg at some points.
 
     Args:
         equilibrium: Where.
-        points: Points of a leg, at least 4.
+        points: Points of a rod, both ends included, at least 4.
 
     Raises:
         InvalidRequest: Too few points, or no whole number of them.
     """
-    return _shapes(equilibrium.robot, equilibrium.state, checked_count("points", points, 4))
+    robot, state = equilibrium.robot, equilibrium.state
+    return _shapes(robot, state, checked_count("points", points, 4))
 
 
 def tip_positions(robot: Robot, state: Floats) -> Floats:
-    """Rod tips in the world in any state (N,), in equilibrium or not, (L, 3) [m]."""
+    """Tips of the legs in the world in any state (N,), in equilibrium or not, (L, 3) [m]."""
     return np.array([shape.position[-1] for shape in _shapes(robot, state, 16)])
 
 
-def base_pose(robot: Robot, leg: int, state: Floats) -> BasePose:
-    """Base of a leg in any state (N,)."""
-    described, indices = robot.description.legs[leg], robot.arrays.legs[leg]
-    turn, shift = (
-        float(state[indices[name]]) if indices[name] >= 0 else 0.0
-        for name in ("rotation_index", "translation_index")
-    )
-    return described.base_pose(turn, shift)
+def rod_bases(robot: Robot, state: Floats) -> tuple[tuple[Pose, ...], ...]:
+    """Where the rods of every leg begin in any state (N,)."""
+    rods = _rods_from_identity(robot, state, 16)
+    found = []
+    for number, leg in enumerate(robot.description.legs):
+        poses, own = _element_poses(robot, number, state, rods)
+        found.append(
+            tuple(
+                pose
+                for pose, element in zip(poses, leg.chain, strict=False)
+                if isinstance(element, ChainRod)
+            )
+        )
+        rods = rods[own:]
+    return tuple(found)
+
+
+class _RodShape(NamedTuple):
+    """A rod that begins at the origin along the axes of the world."""
+
+    position: Floats  # (P, 3)
+    rotation: Floats  # (P, 3, 3)
+    curvature: Floats  # (P, 3)
+    length: float
 
 
 def _shapes(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
-    """All legs at once, step by step from base to tip."""
-    legs, nominal = robot.description.legs, robot.arrays.legs["length"]
-    bases = [base_pose(robot, number, state) for number in range(len(legs))]
-    length = np.array([base.length for base in bases])
-    grid = _grid(points)
-    turns, strain = np.empty((len(legs), len(grid.steps), 3)), []
-    for number, leg in enumerate(legs):
-        sampled = _sampled(leg.modes, points)
-        row = robot.arrays.legs[number]
-        coordinates = state[row["strain_index"] :][: leg.modes.total]
-        moments = np.ascontiguousarray(sampled.step_moments @ coordinates)
-        rotation_steps(moments, nominal[number] * grid.steps, turns[number])
-        strain.append(nominal[number] / length[number] * (sampled.values @ coordinates))
-    step_turns = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(*turns.shape, 3)
-    frames = np.empty((len(legs), len(grid.steps) + 1, 3, 3))
-    frames[:, 0] = [base.rotation for base in bases]
-    for step in range(len(grid.steps)):
-        frames[:, step + 1] = frames[:, step] @ step_turns[:, step]
-    tangents = frames[:, 1:-1, :, 0]
-    beyond = np.vstack([np.zeros_like(grid.weights), grid.integration, grid.weights]) @ tangents
-    sigma = np.concatenate([[0.0], grid.nodes, [1.0]])
-    return tuple(
-        LegShape(
-            arc_length=length[number] * sigma,
-            position=base.position + length[number] * beyond[number],
-            rotation=frames[number],
-            curvature=strain[number],
-        )
-        for number, base in enumerate(bases)
+    rods, shapes = _rods_from_identity(robot, state, points), []
+    for number in range(len(robot.description.legs)):
+        poses, count = _element_poses(robot, number, state, rods)
+        shapes.append(_along(robot.description.legs[number].chain, poses, rods[:count], points))
+        rods = rods[count:]
+    return tuple(shapes)
+
+
+def _along(
+    chain: tuple[ChainElement, ...], poses: list[Pose], rods: list[_RodShape], points: int
+) -> LegShape:
+    """Points of the elements of a chain, one after the other; joints add none."""
+    sigma = np.concatenate([[0.0], _grid(points).nodes, [1.0]])
+    parts, way, number = [], 0.0, 0
+    rigid = [element for element in chain if not isinstance(element, ChainJoint)]
+    if not rigid or not isinstance(rigid[0], ChainRod):
+        parts.append(_point(way, poses[0]))
+    for element, start, end in zip(chain, poses, poses[1:], strict=False):
+        if isinstance(element, ChainRod):
+            shape = rods[number]
+            parts.append(
+                LegShape(
+                    arc_length=way + shape.length * sigma,
+                    position=start.position + shape.position @ start.rotation.T,
+                    rotation=start.rotation @ shape.rotation,
+                    curvature=shape.curvature,
+                    rod=np.full(points, number),
+                )
+            )
+            way, number = way + shape.length, number + 1
+        elif not isinstance(element, ChainJoint):
+            way += float(np.linalg.norm(end.position - start.position))
+            parts.append(_point(way, end))
+    if isinstance(chain[-1], ChainJoint):  # the tip is behind it
+        parts.append(_point(way, poses[-1]))
+    return LegShape(
+        arc_length=np.concatenate([part.arc_length for part in parts]),
+        position=np.concatenate([part.position for part in parts]),
+        rotation=np.concatenate([part.rotation for part in parts]),
+        curvature=np.concatenate([part.curvature for part in parts]),
+        rod=np.concatenate([part.rod for part in parts]),
     )
 
 
+def _point(way: float, pose: Pose) -> LegShape:
+    """A point of a rigid piece."""
+    return LegShape(
+        arc_length=np.array([way]),
+        position=pose.position[None],
+        rotation=pose.rotation[None],
+        curvature=np.zeros((1, 3)),
+        rod=np.array([-1]),
+    )
+
+
+def _element_poses(
+    robot: Robot, number: int, state: Floats, rods: list[_RodShape]
+) -> tuple[list[Pose], int]:
+    """Where the elements of a leg begin, and its tip; and how many of the rods were its own."""
+    leg, coordinates = robot.description.legs[number], robot.numbers.legs[number].coordinates
+    rotation, position, count = leg.base_rotation, leg.base_position, 0
+    poses = [Pose(rotation, position)]
+    for element, index in zip(leg.chain, coordinates, strict=True):
+        if isinstance(element, ChainRod):
+            shape, count = rods[count], count + 1
+            position = position + rotation @ shape.position[-1]
+            rotation = rotation @ shape.rotation[-1]
+        elif isinstance(element, ChainJoint):
+            assert index is not None
+            way = element.zero + element.ratio * float(state[index])
+            if isinstance(element, Turn):
+                rotation = rotation @ rotation_exp(way * np.array(element.axis))
+            else:
+                position = position + way * rotation @ element.axis
+        else:
+            position = position + rotation @ element.offset
+            rotation = rotation @ element.rotation
+        poses.append(Pose(rotation, position))
+    return poses, count
+
+
+def _rods_from_identity(robot: Robot, state: Floats, points: int) -> list[_RodShape]:
+    """All rods at once, step by step."""
+    from scipy.spatial.transform import Rotation  # takes as long to import as a robot to load
+
+    rods, grid = list(robot.numbers.rods), _grid(points)
+    turns, strain = np.empty((len(rods), len(grid.steps), 3)), []
+    for number, rod in enumerate(rods):
+        sampled, length = _sampled(rod.element.modes, points), rod.element.rod.length
+        moments = np.ascontiguousarray(sampled.step_moments @ state[rod.strain])
+        rotation_steps(moments, length * grid.steps, turns[number])
+        strain.append(sampled.values @ state[rod.strain] / rod.stretch(state))
+    step_turns = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(*turns.shape, 3)
+    frames = np.empty((len(rods), len(grid.steps) + 1, 3, 3))
+    frames[:, 0] = np.eye(3)
+    for step in range(len(grid.steps)):
+        frames[:, step + 1] = frames[:, step] @ step_turns[:, step]
+    tangents = frames[:, 1:-1, :, 0]
+    integrals = np.vstack([np.zeros_like(grid.weights), grid.integration, grid.weights])
+    beyond, shapes = integrals @ tangents, []
+    for number, rod in enumerate(rods):
+        length = rod.element.rod.length * rod.stretch(state)
+        shapes.append(_RodShape(length * beyond[number], frames[number], strain[number], length))
+    return shapes
+
+
 class _Sampled(NamedTuple):
-    """Shape functions of a leg where its shape is wanted."""
+    """Shape functions of a rod where its shape is wanted."""
 
     step_moments: Floats  # (H, 3, 3, m): moments of the three strain components over rotation steps
     values: Floats  # (P, 3, m)
@@ -118,7 +223,7 @@ def _grid(points: int) -> RodGrid:
 
 @lru_cache(maxsize=64)
 def _sampled(modes: StrainModes, points: int) -> _Sampled:
-    """They are the same for legs of the same modes, and in every configuration."""
+    """They are the same for rods of the same modes, and in every configuration."""
     grid, one_hot = _grid(points), np.eye(3)[modes.directions].T
     steps = modes.values(grid.step_points.ravel()).reshape(*grid.step_points.shape, modes.total)
     moments = np.einsum("mk,hkj,cj->hmcj", MAGNUS_WEIGHTS, steps, one_hot)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from ..blas_threads import on_one_blas_thread
+from ..description.chain import ChainJoint
 from .linearisation import Linearisation
 from .model_state import ModelState
 
@@ -146,18 +147,20 @@ def null_space_of(matrix: Floats) -> Floats:
 
 
 def _elastic_hessian(solution: ModelState) -> Floats:
-    """Second derivative of the elastic energy ``l0/l q^T K q / 2`` by the state, (N, N)."""
-    arrays, state = solution.robot.arrays, solution.state
-    elastic = np.zeros((len(state), len(state)))
-    for leg, stiffness in zip(arrays.legs, arrays.stiffness, strict=True):
-        count, first, shift = leg["strain_count"], leg["strain_index"], leg["translation_index"]
-        strains = slice(first, first + count)
-        elastic[strains, strains] = stiffness[:count, :count]
-        if leg["extensible"]:
-            length, strain = state[shift], state[strains]
-            couple = stiffness[:count, :count] @ strain
-            ratio = leg["length"] / length
-            elastic[strains, strains] *= ratio
-            elastic[strains, shift] = elastic[shift, strains] = -ratio / length * couple
-            elastic[shift, shift] = ratio / length**2 * couple @ strain
+    """Second derivative of what rods (``l0/l q^T K q / 2``) and springs store, by the state, (N, N)."""
+    robot, state = solution.robot, solution.state
+    elastic = robot.strain_stiffness.copy()
+    for rod in robot.numbers.rods:
+        if rod.length_index is None:
+            continue
+        strains, shift = rod.strain, rod.length_index
+        length, couple = state[shift], robot.strain_stiffness[strains, strains] @ state[strains]
+        ratio = rod.element.rod.length / length
+        elastic[strains, strains] *= ratio
+        elastic[strains, shift] = elastic[shift, strains] = -ratio / length * couple
+        elastic[shift, shift] += ratio / length**2 * couple @ state[strains]
+    for leg, numbers in zip(robot.description.legs, robot.numbers.legs, strict=True):
+        for element, index in zip(leg.chain, numbers.coordinates, strict=True):
+            if isinstance(element, ChainJoint) and index is not None:
+                elastic[index, index] += element.ratio**2 * element.stiffness
     return elastic

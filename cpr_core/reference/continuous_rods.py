@@ -359,8 +359,8 @@ def _base_wrench(
     rotations from midpoint to midpoint are plenty for a starting guess.
     """
     robot, leg = equilibrium.robot, equilibrium.robot.description.legs[number]
-    first, length, count = robot.arrays.legs[number]["strain_index"], leg.rod.length, 200
-    strain = equilibrium.state[first : first + leg.modes.total]
+    length, count = leg.rod.length, 200
+    strain = equilibrium.state[robot.numbers.legs[number].strain]
     sigma = (np.arange(count) + 0.5) / count
     curvature = (leg.modes.values(sigma) * strain) @ np.eye(3)[leg.modes.directions]
     frame, base, _ = leg.base_at(equilibrium.motors[number])

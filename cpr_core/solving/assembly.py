@@ -24,7 +24,7 @@ from ..lie import rotation_exp
 from ..model.equilibrium import Equilibrium
 from ..model.model_state import ModelValue, evaluate
 from ..model.robot import Robot
-from ..model.shape import base_pose, leg_shapes, tip_positions
+from ..model.shape import leg_shapes, rod_bases, tip_positions
 from .refining import refine
 
 __all__ = [
@@ -75,15 +75,18 @@ def bowed_strain(robot: Robot, motors: Floats, bow: tuple[Floats | None, ...]) -
     """
     state = np.zeros(len(robot.arrays.unit))
     state[robot.motor_indices] = motors
-    for number, (leg, side) in enumerate(zip(robot.description.legs, bow, strict=True)):
+    bases = rod_bases(robot, state)  # of straight rods
+    for leg, poses, side in zip(robot.numbers.legs, bases, bow, strict=True):
         if side is None:
             continue
-        frame = base_pose(robot, number, state).rotation
-        across = frame.T @ side  # r'' = R (0, kappa_3, -kappa_2) leads away from the bow
-        across = _BOW / leg.rod.length * across / max(1e-12, float(np.hypot(*across[1:])))
-        bent = np.tile([0.0, across[2], -across[1]], (len(robot.grid.nodes), 1))
-        first = robot.arrays.legs[number]["strain_index"]
-        state[first : first + leg.modes.total] = leg.modes.project(bent, robot.grid)
+        for rod, base in zip(leg.rods, poses, strict=True):
+            across = (
+                base.rotation.T @ side
+            )  # r'' = R (0, kappa_3, -kappa_2) leads away from the bow
+            size = max(1e-12, float(np.hypot(*across[1:])))
+            across = _BOW / len(poses) / rod.element.rod.length * across / size
+            bent = np.tile([0.0, across[2], -across[1]], (len(robot.grid.nodes), 1))
+            state[rod.strain] = rod.element.modes.project(bent, robot.grid)
     return state
 
 

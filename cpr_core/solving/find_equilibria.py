@@ -140,11 +140,13 @@ def _searched(
     state = np.zeros(len(arrays.unit))
     state[robot.motor_indices] = motors
     bending = np.exp(random.uniform(*np.log(_BENDING)))
-    for row, leg in zip(arrays.legs, robot.description.legs, strict=True):
-        first, count = row["strain_index"], row["strain_count"]
-        orders = np.concatenate([np.arange(count) for count in leg.modes.counts])
-        spread = bending / leg.rod.length / (1.0 + orders)
-        state[first : first + count] = random.normal(size=count) * spread
+    moved = [index for leg in robot.numbers.legs for index in leg.coordinates]
+    passive = [i for i in moved if i is not None and i < arrays.platform_index]
+    state[passive] = arrays.unit[passive] * random.normal(size=len(passive))
+    for rod in robot.numbers.rods:
+        orders = np.concatenate([np.arange(count) for count in rod.element.modes.counts])
+        spread = bending / rod.element.rod.length / (1.0 + orders)
+        state[rod.strain] = random.normal(size=len(orders)) * spread
     rotation = np.eye(3)
     if robot.planar and not robot.description.point_platform:
         angle = random.uniform(-np.pi, np.pi)

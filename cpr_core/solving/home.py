@@ -144,13 +144,12 @@ def _from_strain(
     arrays, loads = robot.arrays, Loads.none()
     state = np.zeros(len(arrays.unit))
     state[robot.motor_indices] = guess.motors
-    for number, leg in enumerate(robot.description.legs):
-        first = arrays.legs[number]["strain_index"]
+    for rod in robot.numbers.rods:
         target = np.zeros((len(robot.grid.nodes), 3))
-        for component, coefficients in enumerate(strain[number]):
+        for component, coefficients in enumerate(strain[rod.leg]):
             if len(coefficients):
                 target[:, component] = legendre.legval(2.0 * robot.grid.nodes - 1.0, coefficients)
-        state[first : first + leg.modes.total] = leg.modes.project(target, robot.grid)
+        state[rod.strain] = rod.element.modes.project(target, robot.grid)
     rotation, position = guess.platform_rotation, _platform_position(robot, guess, state)
     rough = Shape(state, rotation, position)
     state = with_best_multipliers(robot, robot.load_arrays(loads), rough)
@@ -215,16 +214,13 @@ def _worst_gap(robot: Robot, shape: Shape) -> str:
         shape.platform_rotation,
         shape.platform_position,
     ).residual
-    held, worst, text = len(robot.arrays.position_axes), -1.0, ""
-    for row, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
-        first = row["multiplier_index"]
-        gap = float(np.linalg.norm(residual[first : first + held]))
-        turn = float(
-            np.linalg.norm(residual[first + held : first + held + row["orientation_count"]])
-        )
-        if gap / leg.rod.length + turn > worst:
-            worst = gap / leg.rod.length + turn
+    worst, text = -1.0, ""
+    for numbers, leg in zip(robot.numbers.legs, robot.description.legs, strict=True):
+        gap = float(np.linalg.norm(residual[numbers.forces]))
+        turn = float(np.linalg.norm(residual[numbers.moments]))
+        if gap / robot.mean_length + turn > worst:
+            worst = gap / robot.mean_length + turn
             text = f"there {leg.name} misses its tip joint by {gap:.3g} m"
-            if row["orientation_count"]:
+            if numbers.moments.stop > numbers.moments.start:
                 text += f" and {turn:.3g} (sine) in orientation"
     return text

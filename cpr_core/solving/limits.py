@@ -34,7 +34,7 @@ class Limit(NamedTuple):
 
     Attributes:
         kind: Which one.
-        number: Motor or leg, from 0.
+        number: Motor or rod, from 0.
     """
 
     kind: Literal["motor_limit", "effort_limit", "strain_limit"]
@@ -44,13 +44,13 @@ class Limit(NamedTuple):
 def limits_of(robot: Robot) -> tuple[Limit, ...]:
     """All limits of a robot, in the order of ``margins``."""
     found = []
-    for motor, leg in robot.limited_motors:
-        if np.isfinite([leg.limits.lower, leg.limits.upper]).any():
-            found.append(Limit("motor_limit", motor))
-        if np.isfinite(leg.limits.effort):
-            found.append(Limit("effort_limit", motor))
+    for number, motor in robot.limited_motors:
+        if np.isfinite([motor.limits.lower, motor.limits.upper]).any():
+            found.append(Limit("motor_limit", number))
+        if np.isfinite(motor.limits.effort):
+            found.append(Limit("effort_limit", number))
     found += [
-        Limit("strain_limit", leg) for leg in np.flatnonzero(np.isfinite(robot.strain_limits))
+        Limit("strain_limit", rod) for rod in np.flatnonzero(np.isfinite(robot.strain_limits))
     ]
     return tuple(found)
 
@@ -63,11 +63,12 @@ def margins(equilibrium: Equilibrium) -> Floats:
     robot, found = equilibrium.robot, []
     if not robot.limited:
         return _NONE
-    for motor, leg in robot.limited_motors:
-        position, effort, limits = equilibrium.motors[motor], equilibrium.efforts[motor], leg.limits
+    for number, motor in robot.limited_motors:
+        position, effort = equilibrium.motors[number], equilibrium.efforts[number]
+        limits = motor.limits
         if np.isfinite([limits.lower, limits.upper]).any():
             inside = min(position - limits.lower, limits.upper - position)
-            found.append(inside / robot.motor_units[motor])
+            found.append(inside / robot.motor_units[number])
         if np.isfinite(limits.effort):
             found.append(1.0 - abs(effort) / limits.effort)
     if robot.limits_strain:
@@ -111,17 +112,18 @@ def limit_error(
     """
     robot, last = equilibrium.robot, event.equilibrium if event else equilibrium
     if limit.kind == "strain_limit":
-        leg = robot.description.legs[limit.number]
+        leg = robot.description.legs[tuple(robot.numbers.rods)[limit.number].leg]
         value = float(bending_strains(equilibrium)[limit.number])
-        return StrainLimitExceeded(leg.name, value, leg.rod.yield_strain, fraction, last, event)
-    leg = dict(robot.limited_motors)[limit.number]
-    name, unit, limits = str(leg.motor_name), leg.motor.unit, leg.limits
+        borne = float(robot.strain_limits[limit.number])
+        return StrainLimitExceeded(leg.name, value, borne, fraction, last, event)
+    motor = robot.description.motors[limit.number]
+    name, unit, limits = motor.name, motor.unit, motor.limits
     if limit.kind == "motor_limit":
         motors = equilibrium.motors if requested is None else requested
         value, interval = float(motors[limit.number]), (limits.lower, limits.upper)
         return MotorLimitExceeded(name, "position", value, interval, unit, fraction, last, event)
     value, interval = float(equilibrium.efforts[limit.number]), (-limits.effort, limits.effort)
-    unit = "N m" if unit == "rad" else "N"
+    unit = motor.effort_unit
     return MotorLimitExceeded(name, "effort", value, interval, unit, fraction, last, event)
 
 

@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.motors import MotorLimits
 from ..kernels.natural_units import LONGEST_STEP
 from ..lie import roll_pitch_yaw
 from ..model.equilibrium import Equilibrium
@@ -42,10 +41,7 @@ _TRIED_ALONG = 5
 
 def without_limits(robot: Robot) -> Robot:
     """The same robot, with motors and rods that bear everything: maps show what is beyond limits too."""
-    legs = tuple(
-        replace(leg, limits=MotorLimits(), rod=replace(leg.rod, yield_strain=math.inf))
-        for leg in robot.description.legs
-    )
+    legs = tuple(leg.without_limits() for leg in robot.description.legs)
     return Robot(replace(robot.description, legs=legs))
 
 

@@ -186,7 +186,7 @@ def motor_grid(
     home = dict(zip(names, solve_home(robot).motors.tolist(), strict=True))
     axes = {name for axis in vary for name in (directions or {}).get(axis, {axis: 1.0})}
     held = {**{name: value for name, value in home.items() if name not in axes}, **(held or {})}
-    units = tuple(leg.motor.unit for leg in robot.description.legs if leg.motor_name is not None)
+    units = tuple(motor.unit for motor in robot.description.motors)
     imposed = _Imposed("motors", names, units, "none", np.arange(len(names)))
     return _grid(imposed, vary, held, resolution, dict(directions or {}))
 

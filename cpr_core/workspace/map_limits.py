@@ -19,23 +19,23 @@ _AT_ONCE = 4096
 
 
 def map_strains(robot: Robot, states: Floats) -> Floats:
-    """Largest bending strain of every leg, as ``bending_strains``, (M, L).
+    """Largest bending strain of every rod, as ``bending_strains``, (M, R).
 
     Args:
         robot: The robot.
         states: (M, N); NaN where there is none.
     """
-    strains = np.full((len(states), len(robot.description.legs)), np.nan)
-    for number, (row, leg, values, rest) in enumerate(
-        zip(robot.arrays.legs, robot.description.legs, *robot.curvature_stations, strict=True)
+    strains = np.full((len(states), len(robot.strain_limits)), np.nan)
+    for number, (rod, values, rest) in enumerate(
+        zip(robot.numbers.rods, *robot.curvature_stations, strict=True)
     ):
-        first, count = row["strain_index"], row["strain_count"]
+        described = rod.element.rod
         for begin in range(0, len(states), _AT_ONCE):
             some = states[begin : begin + _AT_ONCE]
-            curvature = np.einsum("pcm,bm->bpc", values, some[:, first : first + count]) - rest
-            if row["extensible"]:
-                curvature *= (row["length"] / some[:, row["translation_index"]])[:, None, None]
-            bending = leg.rod.section.bending_strain(curvature[..., 1], curvature[..., 2])
+            curvature = np.einsum("pcm,bm->bpc", values, some[:, rod.strain]) - rest
+            if rod.length_index is not None:
+                curvature *= (described.length / some[:, rod.length_index])[:, None, None]
+            bending = described.section.bending_strain(curvature[..., 1], curvature[..., 2])
             strains[begin : begin + _AT_ONCE, number] = bending.max(axis=1)
     return strains
 
@@ -50,8 +50,8 @@ def limit_margins(robot: Robot, states: Floats, efforts: Floats) -> Floats:
     """
     found = []
     motors = states[:, robot.arrays.motor_index :]
-    for motor, leg in robot.limited_motors:
-        limits = leg.limits
+    for motor, described in robot.limited_motors:
+        limits = described.limits
         if np.isfinite([limits.lower, limits.upper]).any():
             inside = np.minimum(motors[:, motor] - limits.lower, limits.upper - motors[:, motor])
             found.append(inside / robot.motor_units[motor])

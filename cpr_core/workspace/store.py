@@ -229,7 +229,7 @@ def _variables(found: WorkspaceMap) -> dict[str, _Variable]:
                 {"units": units, "long_name": meaning},
             )
 
-    units = {leg.motor.unit for leg in robot.description.legs if leg.motor_name is not None}
+    units = {motor.unit for motor in robot.description.motors}
     signs, measures = cells.signs.astype(np.int16), cells.measures
     usable = found.usable if np.any(found.reached) else np.zeros(grid.size, bool)
     meaning = "way to a neighbour: 0 untried 1 passed 2 blocked 3 flipped 4 disagrees"

@@ -17,10 +17,9 @@ def random_state(robot: Robot, rng: np.random.Generator):
     """A state far from equilibrium, of realistic size: strains fall with the mode number."""
     arrays = robot.arrays
     state = rng.normal(size=len(arrays.unit)) * arrays.unit
-    for row, leg in zip(arrays.legs, robot.description.legs, strict=True):
-        counts = [count for element in leg.rods for count in element.modes.counts]
-        order = np.concatenate([np.zeros(0), *[np.arange(count) for count in counts]])
-        state[row["strain_index"] : row["strain_index"] + row["strain_count"]] /= 1.0 + order**2
+    for rod in robot.numbers.rods:
+        order = np.concatenate([np.arange(count) for count in rod.element.modes.counts])
+        state[rod.strain] /= 1.0 + order**2
     fed = robot.length_indices
     state[fed] = robot.mean_length * rng.uniform(0.7, 1.3, len(fed))
     state[robot.platform_indices] = 0.0

@@ -802,7 +802,7 @@ def test_what_is_read_can_be_built(content):
         arrays = robot.arrays
     except CprError:
         return
-    assert np.all(np.isfinite(arrays.stiffness))
+    assert np.all(np.isfinite(robot.strain_stiffness))
     assert np.all(arrays.unit > 0.0)
     assert len(robot.multiplier_indices) + len(robot.elastic_indices) == arrays.platform_index
     assert all(len(unknowns) == len(rows) for unknowns, rows in robot.problems.values())

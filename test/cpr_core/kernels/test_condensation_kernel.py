@@ -44,9 +44,9 @@ def tangent(robot):
 
 def straight_leg_tangent(robot):
     """Tangent where the first leg is straight: its tip cannot give way along it."""
-    home, here = solve_home(robot), robot.arrays.legs[0]
+    home = solve_home(robot)
     state = home.state.copy()
-    state[here["strain_index"] :][: here["strain_count"]] = 0.0
+    state[robot.numbers.legs[0].strain] = 0.0
     return evaluate(
         robot, home.load_arrays, state, home.platform_rotation, home.platform_position
     ).tangent
@@ -105,7 +105,7 @@ def solved(robot, problem, factored, right, transposed=False):
 
 def block_of(robot, leg):
     """State indices of a leg: strain coordinates and multipliers."""
-    starts = [*robot.arrays.legs["strain_index"], robot.arrays.platform_index]
+    starts = [leg.strain.start for leg in robot.numbers.legs] + [robot.arrays.platform_index]
     return np.arange(starts[leg], starts[leg + 1])
 
 
@@ -189,7 +189,7 @@ def store_and_recall(arrays, factors, kept, other):
 @pytest.mark.parametrize("leg", [0, 1])
 def test_of_a_singular_leg_block_something_is_left_to_the_border(robot, tangent, problem, leg):
     changed = tangent.copy()
-    multiplier = robot.arrays.legs[leg]["multiplier_index"]
+    multiplier = robot.numbers.legs[leg].forces.start
     block = block_of(robot, leg)
     changed[multiplier, block] = 0.0
     changed[block, multiplier] = 0.0
@@ -224,7 +224,7 @@ def test_a_singular_border_has_no_inverse(robot, tangent, problem):
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_a_singular_whole_has_no_inverse(robot, tangent, problem):
     changed = tangent.copy()
-    strain = robot.arrays.legs[1]["strain_index"] + 1
+    strain = robot.numbers.legs[1].strain.start + 1
     changed[strain, :] = 0.0
     changed[:, strain] = 0.0
     assert factored(robot, changed, problem)[0] == NO_INVERSE

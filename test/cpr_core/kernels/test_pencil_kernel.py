@@ -46,7 +46,7 @@ class Whole:
             pencil_of(self.robot.arrays, self.robot.strain_grams),
         )
         self.strains = self.arrays.slots.strain_count
-        self.legs = len(self.arrays.legs)
+        self.legs = len(self.robot.description.legs)
         self.rows, self.width = self.pencil.weights.shape[1], len(self.pencil.corner)
 
     def fill(self, rng):

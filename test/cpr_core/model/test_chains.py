@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Residual and tangent of legs that are chains against differences: every element, alone and with others."""
+"""Legs that are chains, against differences: every element, alone and with others."""
 
 from dataclasses import replace
 

@@ -8,6 +8,7 @@ import pytest
 from helpers.shipped_steps import STEPS
 
 from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home, solve_inverse
+from cpr_core.description.chain import Turn
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import rotation_log
 from cpr_core.model.kinemato_statics import kinemato_statics
@@ -278,14 +279,12 @@ def test_natural_units_follow_from_a_length_and_an_energy(name):
     robot, length = load_robot(name), 0.3
     unit, energy = kinemato_statics(solve_home(robot))._units(length)
     expected = np.full(robot.state_size, np.nan)
-    for row in robot.arrays.legs:
-        expected[row["strain_index"] : row["strain_index"] + row["strain_count"]] = 1.0 / length
-        forces = row["multiplier_index"] + np.arange(len(robot.arrays.position_axes))
-        expected[forces] = energy / length
-        expected[forces[-1] + 1 : forces[-1] + 1 + row["orientation_count"]] = energy
-        for index, natural in ((row["rotation_index"], 1.0), (row["translation_index"], length)):
-            if index >= 0:
-                expected[index] = natural
+    for leg, numbers in zip(robot.description.legs, robot.numbers.legs, strict=True):
+        expected[numbers.strain] = 1.0 / length
+        expected[numbers.forces], expected[numbers.moments] = energy / length, energy
+        for element, index in zip(leg.chain, numbers.coordinates, strict=True):
+            if index is not None:
+                expected[index] = 1.0 if isinstance(element, Turn) else length
     expected[robot.platform_indices] = np.where(robot.platform_axes < 3, 1.0, length)
     np.testing.assert_allclose(unit, expected, rtol=1e-12)
     # Both of the same rods: E J over the length.

@@ -142,11 +142,12 @@ def test_elastic_stiffness_is_the_second_derivative_of_the_elastic_energy(name):
 
     def energy(first, second):
         state, total = there.state + 1e-4 * (first * motions[0] + second * motions[1]), 0.0
-        for row, stiffness in zip(robot.arrays.legs, robot.arrays.stiffness, strict=True):
-            count = row["strain_count"]
-            strain = state[row["strain_index"] : row["strain_index"] + count]
-            length = state[row["translation_index"]] if row["extensible"] else row["length"]
-            total += 0.5 * row["length"] / length * strain @ stiffness[:count, :count] @ strain
+        for rod in robot.numbers.rods:
+            described, strain = rod.element.rod, state[rod.strain]
+            stiffness = described.stiffness(rod.element.modes, robot.grid)
+            fed = rod.length_index is not None
+            length = state[rod.length_index] if fed else described.length
+            total += 0.5 * described.length / length * strain @ stiffness @ strain
         return total
 
     mixed = energy(1, 1) - energy(1, -1) - energy(-1, 1) + energy(-1, -1)

@@ -1,0 +1,97 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Legs that are chains, from their parts of a description."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..description_part import Part
+from .chain import CHAIN_JOINTS, ChainElement, ChainRod, Link
+from .described_rods import described_modes, described_rod
+from .joints import JOINTS
+from .motors import MotorLimits, Welded
+from .robot_description import LegDescription
+
+__all__ = ["chain_leg", "check_motors"]
+
+
+def chain_leg(whole: Part, part: Part, index: int) -> LegDescription:
+    """A leg with a chain.
+
+    Args:
+        whole: The whole description.
+        part: The leg in it.
+        index: Number of the leg.
+
+    Raises:
+        DescriptionError: Something a schema cannot say is wrong.
+    """
+    rod, strain = (part if name in part else whole for name in ("rod", "strain"))
+    elements: list[ChainElement] = []
+    for element in part.parts("chain"):
+        if "joint" in element:
+            elements += CHAIN_JOINTS[element.get("joint")].elements(element)
+        elif "link" in element:
+            elements.append(Link.from_description(element))
+        else:
+            elements.append(_chain_rod(element, rod.part("rod"), strain.part("strain")))
+    tip, base = part.part("tip"), part.part("base")
+    return LegDescription(
+        name=part.get("name", f"leg{index + 1}"),
+        motor_name=None,
+        rod=described_rod(rod.part("rod")),
+        modes=described_modes(strain.part("strain")),
+        base_position=base.vector("position"),
+        base_rotation=base.frame(),
+        motor=Welded(),
+        joint=JOINTS[tip.get("type")].from_description(tip),
+        elements=tuple(elements),
+    )
+
+
+def _chain_rod(part: Part, rod: Part, strain: Part) -> ChainRod:
+    """A rod of a chain; what it does not say is as in the leg's or the robot's rod."""
+    own, modes = part.part("rod"), part.part("strain")
+    described = described_rod(replace(own, content={**rod.content, **own.content}))
+    motor = part.content.get("motor")
+    if motor is not None and not described.uniform:
+        raise part.fail("motor", "a rod that is fed has to be uniform (profile, rest_curvature)")
+    if motor is None and "limits" in part:
+        raise part.fail("limits", "no motor feeds this rod: give one, or leave it out")
+    return ChainRod(
+        described,
+        described_modes(replace(modes, content={**strain.content, **modes.content})),
+        motor,
+        MotorLimits.from_description(part.part("limits"), extensible=True),
+    )
+
+
+def check_motors(part: Part, legs: tuple[LegDescription, ...]) -> None:
+    """Whether every motor turns, shifts or feeds, and nothing else, and has its limits once.
+
+    Raises:
+        DescriptionError: It does not.
+    """
+    known: dict[str, ChainElement] = {}
+    for number, leg in enumerate(legs):
+        for element in leg.elements or ():
+            if isinstance(element, Link) or element.motor is None:
+                continue
+            first = known.setdefault(element.motor, element)
+            if isinstance(first, Link) or type(first) is not type(element):
+                problem = f"motor {element.motor!r} cannot turn, shift or feed at the same time"
+                raise part.fail(f"legs[{number}].chain", problem)
+            if (
+                MotorLimits() not in (first.limits, element.limits)
+                and first.limits != element.limits
+            ):
+                problem = f"motor {element.motor!r} has other limits at an earlier joint"
+                raise part.fail(f"legs[{number}].chain", problem)
+    for number, leg in enumerate(legs):
+        if leg.motor_name in known:
+            problem = (
+                f"{leg.motor_name!r} is a motor of a chain: several joints share it there only"
+            )
+            raise part.fail(f"legs[{number}].motor.name", problem)

@@ -1,0 +1,75 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Rods and their strain modes, from their parts of a description."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..description_part import Part
+from ..rods.rod import DIRECTIONS, UNIFORM, Profile, Rod, StrainModes, strain_series
+from ..rods.sections import SECTIONS
+from ..rods.strain_basis import STRAIN_BASES
+from .description_schema import DEFAULT_BASIS
+from .plausibility import check_rod
+
+__all__ = ["described_modes", "described_rod"]
+
+_DEFAULT_MODES = 5
+
+
+def described_rod(part: Part) -> Rod:
+    """A rod, of all legs or of one."""
+    section_part = part.part("section")
+    section = SECTIONS[section_part.get("shape")].from_description(section_part)
+    modulus = None if section.needs_moduli else 0.0
+    rest = part.get("rest_curvature", {})
+    if part.planar and (rest.get("torsion") or rest.get("bending_2")):
+        raise part.fail("rest_curvature", "a planar rod is curved about d3 only")
+    rod = Rod(
+        length=part.number("length"),
+        section=section,
+        young_modulus=part.number("young_modulus", modulus),
+        shear_modulus=part.number("shear_modulus", modulus),
+        density=part.number("density", 0.0),
+        profile=_profile(part.part("profile")) if "profile" in part else UNIFORM,
+        rest_curvature=strain_series(rest),
+        yield_strain=part.number("yield_strain", np.inf),
+    )
+    if "yield_strain" in part and section.bending_strain(np.ones(1), np.ones(1))[0] == 0.0:
+        raise section_part.fail("", "missing field 'outer_radius': it has a yield_strain")
+    check_rod(part, rod)
+    return rod
+
+
+def _profile(part: Part) -> Profile:
+    """How a rod varies along its length."""
+    at = part.stations("at")
+    factors = []
+    for name in ("stiffness", "mass"):
+        given = part.get(name, [1.0] * len(at))
+        if len(given) != len(at):
+            raise part.fail(name, f"expected {len(at)} numbers, one per station, got {len(given)}")
+        factors.append(np.array(given, float))
+    return Profile(at, *factors)
+
+
+def described_modes(part: Part) -> StrainModes:
+    """The strain modes."""
+    basis = STRAIN_BASES[part.get("basis", DEFAULT_BASIS)].from_description(part)
+    most = _DEFAULT_MODES if basis.modes is None else basis.modes
+    default = dict.fromkeys(DIRECTIONS, most) | {"torsion": 0}
+    if part.planar:
+        default["bending_2"] = 0
+    # 5.0 is a whole number in JSON
+    torsion, bending_2, bending_3 = (int(part.get(name, default[name])) for name in DIRECTIONS)
+    counts = (torsion, bending_2, bending_3)
+    if part.planar and (torsion or bending_2):
+        raise part.fail("", "a planar robot bends about d3 only: expected bending_3")
+    if not any(counts):
+        raise part.fail("", "expected at least one mode")
+    if basis.modes is not None and any(count not in (0, most) for count in counts):
+        problem = f"expected {most} or 0 modes with this degree and these knots, got {counts}"
+        raise part.fail("", problem)
+    return StrainModes(counts, basis)

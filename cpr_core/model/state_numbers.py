@@ -1,0 +1,182 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Where everything is in the state of a robot, and what it is measured in.
+
+For every leg its passive joints, its strain coordinates rod by rod, and its multipliers; then the
+platform; then the motors. In this order the tangent is block-arrow shaped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description.chain import ChainElement, ChainJoint, ChainRod, Link, Turn
+from ..description.robot_description import LegDescription, RobotDescription
+from .platform_coordinates import PlatformCoordinates
+
+__all__ = ["LegNumbers", "RodNumbers", "StateNumbers", "state_numbers"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class RodNumbers:
+    """A rod in the state.
+
+    Attributes:
+        leg: Number of its leg.
+        element: The rod in its chain.
+        strain: Strain coordinates.
+        length_index: State index of its length where a motor feeds it; None: fixed.
+    """
+
+    leg: int
+    element: ChainRod
+    strain: slice
+    length_index: int | None
+
+    def stretch(self, state: Floats) -> float:
+        """Length in a state (N,) over nominal length."""
+        if self.length_index is None:
+            return 1.0
+        return float(state[self.length_index]) / self.element.rod.length
+
+
+@dataclass(frozen=True, eq=False)
+class LegNumbers:
+    """A leg in the state.
+
+    Attributes:
+        coordinates: For every element of the chain the state index of what moves it: the coordinate of
+            a joint, the length of a rod; None: nothing.
+        strain: Strain coordinates of all rods.
+        rods: The rods.
+        forces: Multipliers that hold the position of the tip.
+        moments: Multipliers that hold its orientation.
+    """
+
+    coordinates: tuple[int | None, ...]
+    strain: slice
+    rods: tuple[RodNumbers, ...]
+    forces: slice
+    moments: slice
+
+
+@dataclass(frozen=True, eq=False)
+class StateNumbers:
+    """All of the state.
+
+    Attributes:
+        legs: The legs.
+        unit: Natural unit of every state: dimensionless = state / unit, (N,).
+        energy_unit: Natural unit of energy, E J / l [J].
+        platform_index: State index of the first platform coordinate.
+        motor_index: State index of the first motor.
+    """
+
+    legs: tuple[LegNumbers, ...]
+    unit: Floats
+    energy_unit: float
+    platform_index: int
+    motor_index: int
+
+    @property
+    def rods(self) -> Iterator[RodNumbers]:
+        """The rods of all legs."""
+        for leg in self.legs:
+            yield from leg.rods
+
+
+def state_numbers(description: RobotDescription, coordinates: PlatformCoordinates) -> StateNumbers:
+    """Number the state of a robot.
+
+    Args:
+        description: The robot.
+        coordinates: Motions of its platform.
+    """
+    legs, length_unit = description.legs, description.mean_length
+    rigidities = [element.rod.rigidities.max() for leg in legs for element in leg.rods]
+    energy_unit = float(np.mean(rigidities)) / length_unit
+    held = 2 if description.planar else 3
+    unit: list[float] = []
+
+    def take(count: int, natural: float) -> slice:
+        unit.extend([natural] * count)
+        return slice(len(unit) - count, len(unit))
+
+    numbered = []
+    for leg in legs:
+        passive = {
+            position: take(1, _natural(element, length_unit)).start
+            for position, element in enumerate(leg.chain)
+            if isinstance(element, ChainJoint) and element.motor is None
+        }
+        strains = [take(element.modes.total, 1.0 / length_unit) for element in leg.rods]
+        forces = take(held, energy_unit / length_unit)
+        moments = take(len(leg.joint.orientation(description.planar)), energy_unit)
+        numbered.append((passive, strains, forces, moments))
+    platform_index = len(unit)
+    for axis in coordinates.axes:
+        take(1, 1.0 if axis < 3 else length_unit)
+    motor_index = len(unit)
+    motors: dict[str, int] = {}
+    for leg in legs:
+        for element in leg.chain:
+            if (motor := _motor(element)) is not None and motor not in motors:
+                motors[motor] = take(1, _natural(element, length_unit)).start
+    return StateNumbers(
+        legs=tuple(
+            _leg_numbers(number, leg, *numbers, motors)
+            for number, (leg, numbers) in enumerate(zip(legs, numbered, strict=True))
+        ),
+        unit=np.array(unit),
+        energy_unit=energy_unit,
+        platform_index=platform_index,
+        motor_index=motor_index,
+    )
+
+
+def _motor(element: ChainElement) -> str | None:
+    return None if isinstance(element, Link) else element.motor
+
+
+def _natural(element: ChainElement, length_unit: float) -> float:
+    """Natural unit of a coordinate."""
+    return 1.0 if isinstance(element, Turn) else length_unit
+
+
+def _leg_numbers(
+    number: int,
+    leg: LegDescription,
+    passive: dict[int, int],
+    strains: list[slice],
+    forces: slice,
+    moments: slice,
+    motors: dict[str, int],
+) -> LegNumbers:
+    coordinates = tuple(
+        passive[position] if position in passive else motors.get(_motor(element) or "")
+        for position, element in enumerate(leg.chain)
+    )
+    fed = [
+        index
+        for index, element in zip(coordinates, leg.chain, strict=True)
+        if isinstance(element, ChainRod)
+    ]
+    return LegNumbers(
+        coordinates=coordinates,
+        strain=slice(strains[0].start, strains[-1].stop)
+        if strains
+        else slice(forces.start, forces.start),
+        rods=tuple(
+            RodNumbers(number, element, strain, index)
+            for element, strain, index in zip(leg.rods, strains, fed, strict=True)
+        ),
+        forces=forces,
+        moments=moments,
+    )
