@@ -1,0 +1,242 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Chains as descriptions say them: what is read, and what is refused with which words."""
+
+from copy import deepcopy
+
+import numpy as np
+import pytest
+import yaml
+from helpers.chain_robots import ROBOTS
+
+from cpr_core import DescriptionError, load_robot
+from cpr_core.description.chain import ChainRod, Link, Turn
+
+PLANAR = """
+base: {position: [0.0, 0.55, 0.0], tangent: [0.0, -1.0, 0.0]}
+chain:
+- {joint: revolute, axis: [0, 0, 1], motor: motor1, limits: {position: [-1.5, 1.5], effort: 3.0}}
+- {link: [0.03, 0, 0]}                    # rigid: where it leads, in the frame (d1 d2 d3) before it
+- {rod: {length: 0.6, section: {shape: circular, radius: 0.001},
+         young_modulus: 210e9, shear_modulus: 82e9},
+   strain: {bending_3: 8}}                # fields left out are those of the robot's `rod`, `strain`
+- {link: [0.02, 0, 0], mass: 0.005}
+tip: {type: revolute, position: [0.0, 0.1, 0.0]}
+"""
+SPATIAL = """
+base: {position: [0.04, 0.12, 0], tangent: [0, 1, 0], normal: [-1, 0, 0]}
+chain:
+- {joint: revolute, axis: [0, -1, 0], motor: m1}
+- {link: [0.1, 0, 0], mass: 0.02, center_of_mass: [0.05, 0, 0]}     # the crank
+- {joint: revolute, axis: [0, 1, 0], stiffness: 0.1, rest: 0.2}     # passive, sprung [N m/rad, rad]
+- {joint: revolute, axis: [0, 0, 1]}                                # passive, free
+- {rod: {length: 0.4, rest_curvature: {bending_2: [2.0]}}}
+tip: {type: spherical, position: [0.03, -0.09, 0]}
+"""
+
+
+def content(name):
+    return yaml.safe_load(ROBOTS[name].read_text())
+
+
+def with_leg(name, leg):
+    """A robot with another first leg."""
+    changed = content(name)
+    changed["legs"][0] = leg
+    return changed
+
+
+def test_a_planar_leg_with_hub_and_end_piece():
+    leg = load_robot(with_leg("rfr_with_hubs", yaml.safe_load(PLANAR))).description.legs[0]
+    motor, hub, rod, end = leg.chain
+    assert (motor.axis, motor.motor, motor.limits.upper, motor.limits.effort) == (
+        (0.0, 0.0, 1.0),
+        "motor1",
+        1.5,
+        3.0,
+    )
+    assert (hub.offset, hub.mass, end.mass, end.center_of_mass) == (
+        (0.03, 0.0, 0.0),
+        0.0,
+        0.005,
+        (0.01, 0.0, 0.0),
+    )
+    assert rod.modes.counts == (0, 0, 8)
+    assert rod.rod.section.radius == 0.001
+
+
+def test_a_leg_of_crank_and_sprung_joint():
+    robot = load_robot(with_leg("six_rus", yaml.safe_load(SPATIAL)))
+    leg, others = robot.description.legs[0], robot.description.legs[1]
+    kinds = [type(element) for element in leg.chain]
+    assert kinds == [Turn, Link, Turn, Turn, ChainRod]
+    sprung, free, rod = leg.chain[2:]
+    assert (sprung.stiffness, sprung.rest, sprung.motor) == (0.1, 0.2, None)
+    assert (free.stiffness, free.motor) == (0.0, None)
+    # What a rod does not say is the robot's: all but the length and the curvature at rest.
+    shared = others.rods[0].rod
+    assert (rod.rod.length, rod.rod.section) == (0.4, shared.section)
+    assert rod.rod.young_modulus == shared.young_modulus
+    assert [list(series) for series in rod.rod.rest_curvature] == [[], [2.0], []]
+    assert robot.motor_names == ("m1", *(f"motor{k}" for k in range(2, 7)))
+
+
+def test_a_frame_is_turned_by_a_link():
+    leg = with_leg("six_rus", yaml.safe_load(SPATIAL))
+    leg["legs"][0]["chain"][1] |= {"tangent": [0, 0, 2], "normal": [0, 1, 0]}
+    link = load_robot(leg).description.legs[0].chain[1]
+    np.testing.assert_allclose(link.rotation, [[0, 0, -1], [0, 1, 0], [1, 0, 0]], atol=1e-15)
+
+
+def test_strain_of_a_rod_keeps_what_it_does_not_say():
+    changed = content("six_rus")
+    changed["legs"][0]["chain"][-1] = {"rod": {}, "strain": {"bending_2": 2}}
+    assert load_robot(changed).description.legs[0].rods[0].modes.counts == (3, 2, 5)
+
+
+def test_limits_and_units_of_motors_that_turn_shift_and_feed():
+    changed = content("six_rus")
+    changed["legs"][0]["chain"][0] = {
+        "joint": "prismatic",
+        "axis": [0, 0, 1],
+        "motor": "rail",
+        "limits": {"position": [0.0, 0.2]},
+    }
+    del changed["legs"][1]["chain"][0]["motor"]
+    changed["legs"][1]["chain"][-1] = {
+        "rod": {"rest_curvature": {}},
+        "motor": "feed",
+        "limits": {"speed": 0.1},
+    }
+    changed["home"]["motors"] = [0.0, 0.5, 0.0, 0.0, 0.0, 0.0]
+    motors = load_robot(changed).description.motors
+    assert [(motor.name, motor.unit, motor.effort_unit) for motor in motors[:3]] == [
+        ("rail", "m", "N"),
+        ("feed", "m", "N"),
+        ("motor3", "rad", "N m"),
+    ]
+    assert (motors[0].limits.upper, motors[1].limits.speed) == (0.2, 0.1)
+    assert [motor.feeds_rod for motor in motors[:3]] == [False, True, False]
+
+
+def test_a_motor_in_several_joints_is_one():
+    changed = content("six_rus")
+    for leg in changed["legs"][3:]:
+        leg["chain"][0] |= {"motor": "common", "ratio": -2.0, "offset": 0.1}
+    changed |= {"controlled": ["x", "y", "z", "yaw"], "home": {"motors": [0] * 4, "bow": "outward"}}
+    robot = load_robot(changed)
+    assert robot.motor_names == ("motor1", "motor2", "motor3", "common")
+    joints = [leg.chain[0] for leg in robot.description.legs[3:]]
+    assert [(joint.ratio, joint.zero) for joint in joints] == [(-2.0, 0.1)] * 3
+
+
+#: Name of the robot, path of the element changed, what it becomes, field blamed, words of the error.
+WRONG = {
+    "motor and chain": (
+        "six_rus", ["legs", 0, "motor"], {"type": "welded"}, "legs[0]", "got motor and chain",
+    ),
+    "nothing known": ("six_rus", ["legs", 0, "chain", 0], {}, "legs[0].chain[0]", "joint, link, rod"),
+    "joint and link": (
+        "six_rus", ["legs", 0, "chain", 1, "joint"], "revolute", "legs[0].chain[1]",
+        "unknown field 'link'",
+    ),
+    "unknown joint": (
+        "six_rus", ["legs", 0, "chain", 0, "joint"], "ball", "legs[0].chain[0].joint",
+        "revolute, prismatic, universal",
+    ),
+    "misspelt": (
+        "six_rus", ["legs", 0, "chain", 0, "axes"], [1, 0, 0], "legs[0].chain[0]",
+        "unknown field 'axes'",
+    ),
+    "spring on a motor": (
+        "six_rus", ["legs", 0, "chain", 0, "stiffness"], 3.0, "legs[0].chain[0].stiffness",
+        "a motor holds this joint",
+    ),
+    "ratio of nothing": (
+        "six_rus", ["legs", 0, "chain", 0],
+        {"joint": "revolute", "axis": [0, -1, 0], "ratio": 2.0}, "legs[0].chain[0].ratio", "no motor",
+    ),
+    "ratio zero": (
+        "six_rus", ["legs", 0, "chain", 0, "ratio"], 0.0, "legs[0].chain[0].ratio", "other than zero",
+    ),
+    "limits of nothing": (
+        "six_rus", ["legs", 0, "chain", 3, "limits"], {"speed": 1.0}, "legs[0].chain[3].limits",
+        "no motor feeds this rod",
+    ),
+    "axis of length zero": (
+        "six_rus", ["legs", 0, "chain", 0, "axis"], [0, 0, 0], "legs[0].chain[0].axis", "length zero",
+    ),
+    "axes the same": (
+        "six_rus", ["legs", 0, "chain", 2, "axes"], [[0, 1, 0], [0, -1, 0]], "legs[0].chain[2].axes",
+        "expected two directions",
+    ),
+    "negative mass": (
+        "six_rus", ["legs", 0, "chain", 1, "mass"], -1.0, "legs[0].chain[1].mass", "at least 0",
+    ),
+    "fed and bent at rest": (
+        "six_rus", ["legs", 0, "chain", 3],
+        {"rod": {"rest_curvature": {"bending_2": [1.0, 2.0]}}, "motor": "feed"},
+        "legs[0].chain[3].motor", "uniform",
+    ),
+    "turns and shifts": (
+        "six_rus", ["legs", 0, "chain", 2],
+        {"joint": "prismatic", "axis": [1, 0, 0], "motor": "motor2"}, "legs[1].chain",
+        "cannot turn, shift or feed at the same time",
+    ),
+    "other limits": (
+        "six_rus", ["legs", 0, "chain", 2],
+        {"joint": "revolute", "axis": [1, 0, 0], "motor": "motor1", "limits": {"effort": 1.0}},
+        None, None,
+    ),
+    "universal in the plane": (
+        "rfr_with_hubs", ["legs", 0, "chain", 1],
+        {"joint": "universal", "axes": [[1, 0, 0], [0, 1, 0]]}, "legs[0].chain[1].joint", "spatial",
+    ),
+    "out of the plane": (
+        "rfr_with_hubs", ["legs", 0, "chain", 1, "link"], [0.1, 0.0, 0.1], "legs[0].chain[1].link",
+        "z = 0",
+    ),
+    "about x in the plane": (
+        "rfr_with_hubs", ["legs", 0, "chain", 0, "axis"], [1, 0, 0], "legs[0].chain[0].axis",
+        "expected +-z",
+    ),
+    "no frame at the base": (
+        "six_rus", ["legs", 0, "base"], {"position": [0, 0, 0], "tangent": [1, 0, 0]},
+        "legs[0].base", "missing field 'normal'",
+    ),
+    "strain of home for two rods": (
+        "rfr_with_hubs", ["legs", 1, "chain", 3], {"rod": {}}, "home.strain", "legs of one rod",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_is_wrong_is_named(case):
+    name, path, value, field, words = WRONG[case]
+    changed = deepcopy(content(name))
+    if case == "strain of home for two rods":
+        changed["home"] = {"motors": [0, 0, 0], "strain": [{}, {}, {}]}
+    part = changed
+    for key in path[:-1]:
+        part = part[key]
+    part[path[-1]] = value
+    if field is None:  # the first limits count where the other joint has none
+        assert load_robot(changed).description.motors[0].limits.effort == 1.0
+        part[0]["limits"] = {"effort": 2.0}
+        field, words = "legs[0].chain", "other limits"
+    with pytest.raises(DescriptionError) as caught:
+        load_robot(changed)
+    assert caught.value.field == field, caught.value
+    assert words in str(caught.value)
+
+
+def test_a_motor_of_the_short_form_is_no_motor_of_a_chain():
+    changed = content("six_rus")
+    short = {
+        "base": changed["legs"][0]["base"],
+        "motor": {"type": "revolute", "axis": [0, 0, 1], "name": "motor2"},
+        "tip": changed["legs"][0]["tip"],
+    }
+    with pytest.raises(DescriptionError, match=r"motor2.*several joints share"):
+        load_robot(with_leg("six_rus", short))

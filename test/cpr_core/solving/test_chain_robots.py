@@ -1,0 +1,286 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Robots whose legs are chains: against the short form, closed forms, rigid kinematics and work."""
+
+import numpy as np
+import pytest
+import yaml
+from helpers.chain_robots import ROBOTS, as_chains
+from numpy.polynomial.legendre import leggauss
+
+from cpr_core import (
+    Loads,
+    kinemato_statics,
+    leg_shapes,
+    load_robot,
+    solve_forward,
+    solve_home,
+    solve_inverse,
+)
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.lie import quaternion_from_rotation, rotation_exp
+from cpr_core.model.equilibrium import tangent_at
+
+
+def content(name):
+    return yaml.safe_load(ROBOTS[name].read_text())
+
+
+def assert_same(found, expected, atol=1e-12):
+    np.testing.assert_allclose(found.platform_position, expected.platform_position, atol=atol)
+    np.testing.assert_allclose(found.platform_rotation, expected.platform_rotation, atol=atol)
+    np.testing.assert_allclose(found.efforts, expected.efforts, atol=atol)
+    assert found.index_locked == expected.index_locked
+    assert found.index_free == expected.index_free
+
+
+# The short form is the same chain.
+
+
+@pytest.mark.parametrize("pieces", ["none", "of length zero"])
+@pytest.mark.parametrize("name", sorted(shipped_robots()))
+def test_the_short_form_is_a_chain_with_links_of_no_length_or_none(name, pieces):
+    robot = load_robot(name)
+    spelt = load_robot(as_chains(name, links=pieces == "of length zero"))
+    home, same = solve_home(robot), solve_home(spelt)
+    assert spelt.motor_names == robot.motor_names
+    assert_same(same, home)
+    moved = home.motors + 0.02 * np.cos(np.arange(robot.motor_count))
+    assert_same(solve_forward(spelt, moved), solve_forward(robot, moved))
+    np.testing.assert_allclose(
+        kinemato_statics(same).jacobian, kinemato_statics(home).jacobian, atol=1e-9
+    )
+    assert same.spectrum_locked.margin == pytest.approx(home.spectrum_locked.margin, abs=1e-9)
+
+
+# Closed forms: a moment at the tip bends every rod to an arc.
+
+COLUMN = """
+name: column
+space: planar
+rod: {length: 0.4, section: {shape: circular, radius: 0.001}, young_modulus: 210e9, shear_modulus: 82e9}
+strain: {bending_3: 4}
+controlled: [angle]
+legs:
+- base: {position: [0.1, 0.2, 0.0], tangent: [0.6, 0.8, 0.0]}
+  chain: []
+  tip: {type: fixed, position: [0, 0, 0], tangent: [1, 0, 0]}
+home: {motors: [0.3], platform: {position: [0.27, 0.67, 0.0]}}
+"""
+MOTOR = {"joint": "revolute", "axis": [0, 0, 1], "motor": "motor"}
+MOMENT = 0.05
+
+
+def bent(elements):
+    """Tip of a column with a moment: where rigid pieces, arcs and sprung joints lead."""
+    position, turn = np.array([0.1, 0.2]), np.arctan2(0.8, 0.6)
+    for element in elements:
+        forward = np.array([np.cos(turn), np.sin(turn)])
+        if "link" in element:
+            position = position + element["link"][0] * forward
+            continue
+        if "joint" in element:
+            turn += 0.3 if "motor" in element else MOMENT / element["stiffness"] + element["rest"]
+            continue
+        radius, length = element["rod"]["section"]["radius"], element["rod"]["length"]
+        curvature = MOMENT / (210e9 * np.pi / 4.0 * radius**4)
+        end = turn + curvature * length
+        position = position + np.array([np.sin(end) - np.sin(turn), np.cos(turn) - np.cos(end)]) / (
+            curvature
+        )
+        turn = end
+    return position, turn
+
+
+def rod(length, radius):
+    return {"rod": {"length": length, "section": {"shape": "circular", "radius": radius}}}
+
+
+@pytest.mark.parametrize(
+    "elements",
+    [
+        [MOTOR, rod(0.3, 0.001), rod(0.2, 0.0013)],
+        [MOTOR, rod(0.3, 0.001), {"link": [0.1, 0, 0]}, rod(0.2, 0.0013)],
+        [
+            MOTOR,
+            {"joint": "revolute", "axis": [0, 0, 1], "stiffness": 0.2, "rest": -0.1},
+            rod(0.3, 0.001),
+        ],
+        [MOTOR, {"link": [0.05, 0, 0]}, rod(0.3, 0.001), {"link": [0.02, 0, 0]}],
+    ],
+    ids=["two radii", "rigid middle", "rotational spring", "hub and end piece"],
+)
+def test_columns_with_a_moment_at_the_tip(elements):
+    column = yaml.safe_load(COLUMN.replace("chain: []", "chain: null"))
+    column["legs"][0]["chain"] = elements
+    robot = load_robot(column)
+    loads = Loads.none().with_(wrench_world=[0, 0, MOMENT, 0, 0, 0])
+    found = solve_forward(robot, solve_home(robot).motors, loads=loads)
+    position, turn = bent(elements)
+    np.testing.assert_allclose(found.platform_position[:2], position, rtol=0, atol=1e-11)
+    angle = np.arctan2(found.platform_rotation[1, 0], found.platform_rotation[0, 0])
+    assert angle == pytest.approx(turn, abs=1e-11)
+    assert found.efforts[0] == pytest.approx(-MOMENT, abs=1e-12)
+    np.testing.assert_allclose(leg_shapes(found)[0].position[-1, :2], position, atol=1e-11)
+
+
+@pytest.mark.parametrize("offset", [[0.03, 0, 0], [0.0, 0.04, 0.02]])
+def test_a_link_moves_the_tip_as_rigid_kinematics_says(offset):
+    """A rod without stress, turned by its motor: the platform follows the link, whatever its length."""
+    changed = content("six_rus")
+    leg = changed["legs"][0]
+    axis = np.array([0.0, -1.0, 0.0])
+    leg["chain"] = [
+        {"joint": "revolute", "axis": axis.tolist(), "motor": "motor1"},
+        {"link": offset, "tangent": [0, 0, 1], "normal": [0, 1, 0]},
+        {"rod": {"length": 0.4, "rest_curvature": {}}},
+        {"link": offset},
+    ]
+    leg["tip"] = {"type": "fixed", "position": [0, 0, 0], "tangent": [1, 0, 0], "normal": [0, 1, 0]}
+    changed |= {
+        "legs": [leg],
+        "gravity": [0, 0, 0],
+        "controlled": ["z"],
+        "platform": {"mass": 0.0},
+    }
+    turn = np.column_stack([[0, 0, 1], leg["base"]["normal"], -np.array(leg["base"]["tangent"])])
+    home = {"quaternion_wxyz": quaternion_from_rotation(turn).tolist(), "position": [0.0, 0.1, 0.4]}
+    changed["home"] = {"motors": [0.0], "strain": [{}], "platform": home}
+    robot = load_robot(changed)
+    found = solve_forward(robot, [0.7], start=solve_home(robot))
+    described = robot.description.legs[0]
+    frame = described.base_rotation @ rotation_exp(0.7 * axis)
+    tip = described.base_position + frame @ offset
+    frame = frame @ np.array([[0, 0, -1], [0, 1, 0], [1, 0, 0]])
+    tip = tip + frame @ [0.4, 0, 0] + frame @ offset
+    np.testing.assert_allclose(found.platform_position, tip, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.platform_rotation, frame, rtol=0, atol=1e-12)
+    assert found.efforts[0] == pytest.approx(0.0, abs=1e-12)
+
+
+# Whole robots.
+
+
+@pytest.fixture(params=sorted(ROBOTS), scope="module")
+def robot(request):
+    return load_robot(ROBOTS[request.param])
+
+
+def test_home_is_found_stable_and_poses_lead_back_to_motors(robot):
+    home = solve_home(robot)
+    assert home.stable and home.residual < 1e-10
+    moved = solve_forward(robot, home.motors + 0.1 * np.sin(np.arange(robot.motor_count)))
+    pose = [*moved.platform_position, *moved.platform_quaternion]
+    if robot.planar:
+        cosine, sine = moved.platform_rotation[:2, 0]
+        pose = [*moved.platform_position[:2], np.arctan2(sine, cosine)]
+    back = solve_inverse(robot, pose, start=home)
+    np.testing.assert_allclose(back.motors, moved.motors, atol=1e-9)
+
+
+def test_jacobian_against_differences(robot):
+    home, step = solve_home(robot), 1e-4
+    jacobian = kinemato_statics(home).jacobian
+    for motor in range(robot.motor_count):
+        way = step * np.eye(robot.motor_count)[motor]
+        ahead, behind = (
+            solve_forward(robot, home.motors + sign * way, start=home) for sign in (1, -1)
+        )
+        moved = (ahead.platform_position - behind.platform_position) / (2 * step)
+        linear = home.platform_rotation.T @ moved
+        rows = [row for row, axis in enumerate(robot.platform_axes) if axis >= 3]
+        axes = robot.platform_axes[rows] - 3
+        np.testing.assert_allclose(jacobian[rows, motor], linear[axes], atol=1e-7)
+
+
+def test_energy_is_the_work_of_the_motors(robot):
+    """Gravity, springs and all: along a way of the motors, by Gauss' quadrature."""
+    home = solve_home(robot)
+    way = 0.3 * np.cos(1.0 + np.arange(robot.motor_count))
+    nodes, weights = leggauss(12)
+    work, last = 0.0, home
+    for node, weight in zip(0.5 * (nodes + 1.0), 0.5 * weights, strict=True):
+        last = solve_forward(robot, home.motors + node * way, start=last)
+        work += weight * float(last.efforts @ way)
+    end = solve_forward(robot, home.motors + way, start=last)
+    assert work == pytest.approx(end.energy - home.energy, rel=1e-6)
+
+
+def test_the_order_of_the_legs_does_not_matter(robot):
+    name = robot.description.name
+    changed = content(name)
+    changed["legs"].reverse()
+    other, home = load_robot(changed), solve_home(robot)
+    same = solve_home(other)
+    assert other.motor_names == robot.motor_names[::-1]
+    np.testing.assert_allclose(same.platform_position, home.platform_position, atol=1e-9)
+    np.testing.assert_allclose(same.efforts[::-1], home.efforts, atol=1e-9)
+
+
+def test_a_robot_elsewhere_and_turned_is_the_same(robot):
+    """Without gravity, which has a direction of its own."""
+    changed = content(robot.description.name)
+    changed["gravity"] = [0, 0, 0]
+    here = solve_home(load_robot(changed))
+    turn = rotation_exp([0, 0, 0.8] if robot.planar else [0.3, -0.5, 0.8])
+    shift = np.array([0.4, -0.2, 0.0 if robot.planar else 0.7])
+    for leg in changed["legs"]:
+        base = leg["base"]
+        base["position"] = (shift + turn @ base["position"]).tolist()
+        for direction in ("tangent", "normal"):
+            if direction in base:
+                base[direction] = (turn @ base[direction]).tolist()
+    changed["home"] |= {
+        "platform": {
+            "position": (shift + turn @ here.platform_position).tolist(),
+            "quaternion_wxyz": quaternion_from_rotation(turn @ here.platform_rotation).tolist(),
+        }
+    }
+    moved = solve_home(load_robot(changed))
+    np.testing.assert_allclose(
+        moved.platform_position, shift + turn @ here.platform_position, atol=1e-9
+    )
+    np.testing.assert_allclose(moved.efforts, here.efforts, atol=1e-9)
+    assert moved.spectrum_locked.margin == pytest.approx(here.spectrum_locked.margin, rel=1e-7)
+
+
+def test_a_shared_motor_is_the_motors_moved_together():
+    """Index and efforts by the chain rule: q of the six = A q of the shared ones."""
+    alone = load_robot(ROBOTS["six_rus"])
+    changed, ratios = content("six_rus"), (1.0, -0.5, 1.0, 0.8, 1.0, 1.2)
+    for number, (leg, ratio) in enumerate(zip(changed["legs"], ratios, strict=True)):
+        leg["chain"][0] |= {"motor": f"pair{number // 2 + 1}", "ratio": ratio}
+    changed |= {
+        "controlled": ["z", "roll", "pitch"],
+        "home": changed["home"] | {"motors": [0, 0, 0]},
+    }
+    paired = load_robot(changed)
+    assert paired.motor_names == ("pair1", "pair2", "pair3")
+    moved_by = np.zeros((6, 3))
+    for number, ratio in enumerate(ratios):
+        moved_by[number, number // 2] = ratio
+    start = np.array([0.2, -0.1, 0.15])
+    one = solve_forward(paired, start)
+    two = solve_forward(alone, moved_by @ start)
+    np.testing.assert_allclose(one.platform_position, two.platform_position, atol=1e-9)
+    np.testing.assert_allclose(one.platform_rotation, two.platform_rotation, atol=1e-9)
+    np.testing.assert_allclose(one.efforts, moved_by.T @ two.efforts, atol=1e-9)
+    assert one.index_locked == two.index_locked
+    jacobian = kinemato_statics(two).jacobian @ moved_by
+    np.testing.assert_allclose(kinemato_statics(one).jacobian, jacobian, atol=1e-9)
+    # H_r with the motors free, reduced by the chain rule: as many negative eigenvalues.
+    states = np.zeros((alone.state_size, paired.state_size))
+    states[: alone.arrays.motor_index, : paired.arrays.motor_index] = np.eye(
+        alone.arrays.motor_index
+    )
+    states[alone.arrays.motor_index :, paired.arrays.motor_index :] = moved_by
+    whole = states.T @ tangent_at(two) @ states
+    unit = paired.arrays.unit
+    np.testing.assert_allclose(
+        tangent_at(one) * unit[:, None] * unit, whole * unit[:, None] * unit, atol=1e-9
+    )
+    signs = np.linalg.eigvalsh(0.5 * (whole + whole.T) * unit[:, None] * unit)
+    held = len(paired.multiplier_indices)
+    assert one.index_free == int(np.sum(signs < 0.0)) - held
+    assert one.spectrum_free.index == one.index_free

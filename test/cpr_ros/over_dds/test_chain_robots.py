@@ -1,0 +1,61 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A node of a robot whose legs are chains: services, setpoints, markers."""
+
+import numpy as np
+import pytest
+from cpr_msgs.msg import ErrorCode
+from helpers.chain_robots import ROBOTS
+from helpers.driver import Driver
+from helpers.node_process import Client, NodeProcess, Running, free_domain
+from visualization_msgs.msg import MarkerArray
+
+from cpr_core import load_robot, solve_forward
+
+
+@pytest.fixture(params=sorted(ROBOTS), scope="module")
+def running(request, tmp_path_factory):
+    log, domain = tmp_path_factory.mktemp(request.param) / "node.log", free_domain()
+    options = ["-p", f"robot:={ROBOTS[request.param]}", "-p", "max_speed:=4.0"]
+    process = NodeProcess(log, domain, options)
+    try:
+        process.wait_for_log("ready")
+        client = Client(domain)
+        try:
+            yield load_robot(ROBOTS[request.param]), Running(process, client)
+        finally:
+            client.close()
+    finally:
+        assert process.stop() == 0, process.output()
+
+
+def test_forward_is_that_of_the_library_and_setpoints_are_followed(running):
+    robot, node = running
+    wanted = [0.05] * robot.motor_count
+    expected = solve_forward(robot, wanted)
+    markers = []
+    subscription = node.client.node.create_subscription(
+        MarkerArray, "/cpr_node/leg_markers", markers.append, 10
+    )
+    driver = Driver(node.client)
+    try:
+        answer = driver.forward(*wanted)
+        assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
+        point = answer.solution.platform_in_base.position
+        np.testing.assert_allclose(
+            [point.x, point.y, point.z], expected.platform_position, atol=1e-10
+        )
+        driver.send_motors(*wanted)
+        driver.until(lambda: np.array_equal(driver.motors, wanted))
+        np.testing.assert_allclose(driver.position, expected.platform_position, atol=1e-9)
+        markers.clear()
+        node.client.spin_until(lambda: markers)
+        lines = [marker for marker in markers[-1].markers if marker.ns == "legs"]
+        for line, leg in zip(lines, robot.description.legs, strict=True):
+            tip = expected.platform_position + expected.platform_rotation @ leg.joint.position
+            end = line.points[-1]
+            np.testing.assert_allclose([end.x, end.y, end.z], tip, atol=1e-6)
+    finally:
+        driver.close()
+        node.client.node.destroy_subscription(subscription)
