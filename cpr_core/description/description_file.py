@@ -236,9 +236,10 @@ def _explain(error: Any) -> str:
         case "oneOf":
             names = [choice["required"][0] for choice in limit]
             given = [name for name in names if name in found]
-            return (
-                f"expected one of {', '.join(names)}, got {' and '.join(given) or 'none of them'}"
-            )
+            if not given:
+                first, *others = map(repr, names)
+                return f"missing field {first} (or {', '.join(others)})"
+            return f"expected one of {', '.join(names)}, got {' and '.join(given)}"
         case "not":
             return str(meaning)
     return f"{error.message}{about}"

@@ -3,7 +3,7 @@
 
 """The robot and its loads as the kernels see them: plain arrays.
 
-Global state and equations share one order: for every leg its passive base coordinate (if any), its
+Global state and equations share one order: for every leg its passive joints, its
 strain coordinates and its multipliers; then the platform; then the motors. In this order the tangent
 is block-arrow shaped, and the forward problem is a leading principal block.
 

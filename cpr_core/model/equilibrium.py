@@ -146,7 +146,7 @@ class Equilibrium:
 
     @property
     def leg_coordinates(self) -> Floats:
-        """Leg by leg: passive base coordinate if any, then strain coordinates q_e [1/m]."""
+        """Leg by leg: passive joints [rad or m], then strain coordinates q_e [1/m]."""
         return self.state[self.robot.elastic_indices]
 
     @property

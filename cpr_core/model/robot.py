@@ -272,7 +272,7 @@ class Robot:
 
     @cached_property
     def elastic_indices(self) -> Integers:
-        """State indices of the leg coordinates: passive base coordinates and strain, leg by leg."""
+        """State indices of the leg coordinates: passive joints and strain, leg by leg."""
         return np.setdiff1d(np.arange(self.arrays.platform_index), self.multiplier_indices)
 
     @cached_property

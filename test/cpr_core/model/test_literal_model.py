@@ -91,15 +91,15 @@ def literal_residual(robot, loads, state, platform_rotation, platform_position):
     """Eq. (32) leg by leg, in the order and the frames of the library."""
     result = np.zeros(len(state))
     platform = np.zeros(6)
-    for here, leg in zip(robot.arrays.legs, robot.description.legs, strict=True):
-        strain = state[here["strain_index"] :][: leg.modes.total]
+    for numbers, leg in zip(robot.numbers.legs, robot.description.legs, strict=True):
+        strain = state[numbers.strain]
         rotation, position, motor_twist, index = leg.base_rotation, leg.base_position, None, -1
         if isinstance(leg.motor, motors.RevoluteMotor):
-            index = here["rotation_index"]
+            index = numbers.coordinates[0]
             rotation = rotation_exp(np.array(leg.motor.axis) * state[index]) @ rotation
             motor_twist = np.concatenate([rotation.T @ leg.motor.axis, np.zeros(3)])
         elif isinstance(leg.motor, motors.Prismatic):
-            index = here["translation_index"]
+            index = numbers.coordinates[0]
             position = position + np.array(leg.motor.axis) * state[index]
             motor_twist = np.concatenate([np.zeros(3), rotation.T @ leg.motor.axis])
         density = leg.rod.mass_per_length * loads.gravity + loads.rod_force
@@ -107,9 +107,9 @@ def literal_residual(robot, loads, state, platform_rotation, platform_position):
             leg, strain, rotation, position, density
         )
 
-        multipliers = state[here["multiplier_index"] :]
+        multipliers = state[numbers.forces.start :]
         force, arm = multipliers[:3], platform_rotation @ leg.joint.position
-        row = here["multiplier_index"]
+        row = numbers.forces.start
         result[row : row + 3] = platform_position + arm - tip  # Eq. (15)
         moment = np.zeros(3)
         if isinstance(leg.joint, joints.Fixed):
@@ -127,7 +127,7 @@ def literal_residual(robot, loads, state, platform_rotation, platform_position):
                 moment -= multipliers[3 + axis] * lever
         tip_wrench = np.concatenate([tip_rotation.T @ moment, tip_rotation.T @ force])
         stiffness = leg.rod.stiffness(leg.modes, robot.grid)
-        span = slice(here["strain_index"], here["strain_index"] + leg.modes.total)
+        span = numbers.strain
         result[span] = stiffness @ strain - q_bar - j2.T @ tip_wrench  # Eq. (34)
         if motor_twist is not None:
             result[index] = -motor_twist @ (w_bar + j1.T @ tip_wrench)  # Eq. (33)
