@@ -136,7 +136,10 @@ WRONG = {
     "motor and chain": (
         "six_rus", ["legs", 0, "motor"], {"type": "welded"}, "legs[0]", "got motor and chain",
     ),
-    "nothing known": ("six_rus", ["legs", 0, "chain", 0], {}, "legs[0].chain[0]", "missing field 'joint' (or 'link', 'rod')"),
+    "nothing known": (
+        "six_rus", ["legs", 0, "chain", 0], {}, "legs[0].chain[0]",
+        "missing field 'joint' (or 'link', 'rod')",
+    ),
     "joint and link": (
         "six_rus", ["legs", 0, "chain", 1, "joint"], "revolute", "legs[0].chain[1]",
         "unknown field 'link'",
