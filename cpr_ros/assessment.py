@@ -148,7 +148,7 @@ class Assessment:
 
     @cached_property
     def strain_reserve(self) -> float:
-        """1 - bending strain / yield strain, the smallest over the legs."""
+        """1 - bending strain / yield strain, the smallest over the rods."""
         equilibrium = self.equilibrium
         if not equilibrium.robot.limits_strain:
             return np.inf

@@ -223,6 +223,15 @@ class Robot:
         return np.array([rod.element.rod.yield_strain for rod in self.numbers.rods])
 
     @cached_property
+    def rod_names(self) -> tuple[str, ...]:
+        """Names of the rods, (R,): of their legs, numbered where a leg has several."""
+        return tuple(
+            leg.name if len(leg.rods) == 1 else f"{leg.name} rod {number + 1}"
+            for leg in self.description.legs
+            for number in range(len(leg.rods))
+        )
+
+    @cached_property
     def limits_strain(self) -> bool:
         """Whether any rod has a yield strain."""
         return bool(np.isfinite(self.strain_limits).any())

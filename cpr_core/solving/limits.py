@@ -112,10 +112,9 @@ def limit_error(
     """
     robot, last = equilibrium.robot, event.equilibrium if event else equilibrium
     if limit.kind == "strain_limit":
-        leg = robot.description.legs[tuple(robot.numbers.rods)[limit.number].leg]
         value = float(bending_strains(equilibrium)[limit.number])
-        borne = float(robot.strain_limits[limit.number])
-        return StrainLimitExceeded(leg.name, value, borne, fraction, last, event)
+        name, borne = robot.rod_names[limit.number], float(robot.strain_limits[limit.number])
+        return StrainLimitExceeded(name, value, borne, fraction, last, event)
     motor = robot.description.motors[limit.number]
     name, unit, limits = motor.name, motor.unit, motor.limits
     if limit.kind == "motor_limit":

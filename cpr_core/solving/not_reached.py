@@ -110,8 +110,8 @@ class StrainLimitExceeded(NotReached):
     """A rod would yield.
 
     Attributes:
-        leg: Name of the leg.
-        value: Its largest bending strain.
+        leg: Name of the leg, with the number of the rod where it has several.
+        value: Largest bending strain of the rod.
         limit: Its yield strain.
     """
 

@@ -110,7 +110,7 @@ class Trace:
 
     @cached_property
     def bending_strains(self) -> Floats:
-        """Largest bending strain of every leg, (P, L)."""
+        """Largest bending strain of every rod, (P, R)."""
         return np.array([bending_strains(equilibrium) for equilibrium in self.equilibria])
 
 

@@ -249,7 +249,7 @@ def _variables(found: WorkspaceMap) -> dict[str, _Variable]:
     add("inverse_condition_number", found.inverse_condition_number, "", "1", "of H_r, motors held")
     add("forward_margin", measures[:, 2], "", "1", "smallest singular value, forward problem")
     add("inverse_margin", measures[:, 3], "", "1", "smallest singular value, inverse problem")
-    add("bending_strain", found.strains, "leg", "1", "largest of every rod")
+    add("bending_strain", found.strains, "rod", "1", "largest of every rod")
     add("limit_margin", found.limit_margins, "limit", "1", "distance from limits, negative: beyond")
     add("within_limits", found.within_limits.astype(np.int8), "", "1", "all limits hold")
     add("usable", usable.astype(np.int8), "", "1", "reached stable and within limits all the way")

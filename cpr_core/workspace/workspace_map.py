@@ -134,7 +134,7 @@ class WorkspaceMap:
 
     @cached_property
     def strains(self) -> Floats:
-        """Largest bending strain of every leg, (M, L)."""
+        """Largest bending strain of every rod, (M, R)."""
         return map_strains(self.robot, self.cells.state)
 
     @cached_property
@@ -177,11 +177,9 @@ class WorkspaceMap:
     @cached_property
     def limit_names(self) -> tuple[str, ...]:
         """Names of the limits, (K,)."""
-        description = self.robot.description
-        legs = [leg.name for leg in description.legs]
-        names = self.robot.motor_names
+        rods, motors = self.robot.rod_names, self.robot.motor_names
         return tuple(
-            f"{limit.kind} {(legs if limit.kind == 'strain_limit' else names)[limit.number]}"
+            f"{limit.kind} {(rods if limit.kind == 'strain_limit' else motors)[limit.number]}"
             for limit in limits_of(self.robot)
         )
 

@@ -5,14 +5,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
-from cpr_core import load_robot
-from cpr_core.description.chain import ChainRod, Turn
+from cpr_core import Robot, load_robot
+from cpr_core.description import joints
+from cpr_core.description.chain import ChainElement, ChainRod, Link, Shift, Turn
 from cpr_core.description.description_file import shipped_robots
+from cpr_core.lie import rotation_exp
+from cpr_core.rods.rod import StrainModes
 
 _DATA = Path(__file__).parents[1] / "data"
 
@@ -43,3 +49,104 @@ def as_chains(name: str, links: bool) -> dict[str, Any]:
         if not described.planar:
             fields["base"]["normal"] = leg.base_rotation[:, 1].tolist()
     return content
+
+
+_Y, _Z = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+_TILTED = tuple(np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5]))
+_ACROSS = tuple(np.array([-0.4, 0.3, 1.0]) / np.linalg.norm([-0.4, 0.3, 1.0]))
+_BENT = rotation_exp([0.3, -0.2, 0.5])
+
+
+def _rod(length=0.6, counts=(1, 2, 3), stiffer=1.0, motor=None):
+    of_robot = load_robot("six_rfs").description.legs[0].rod
+    modulus = stiffer * of_robot.young_modulus, stiffer * of_robot.shear_modulus
+    described = replace(of_robot, length=length, young_modulus=modulus[0], shear_modulus=modulus[1])
+    return ChainRod(described, StrainModes(counts), motor)
+
+
+_MOTOR = Turn(_TILTED, "motor")
+#: Every element behind a motor and before a rod; then several of them, and more rods.
+CHAINS = {
+    "motor": [_MOTOR, _rod()],
+    "nothing but a rod": [_rod()],
+    "zero and ratio": [replace(_MOTOR, ratio=-2.5, zero=0.4), _rod()],
+    "sprung motor": [_MOTOR, Turn(_TILTED, None, stiffness=3.0, rest=0.2), _rod()],
+    "passive turn": [_MOTOR, Turn(_ACROSS), _rod()],
+    "passive shift": [_MOTOR, Shift(_ACROSS, None, zero=0.1), _rod()],
+    "sprung shift": [_MOTOR, Shift(_ACROSS, None, stiffness=40.0, rest=-0.1), _rod()],
+    "driven shift": [Shift(_TILTED, "motor", zero=0.2), _rod()],
+    "hub": [_MOTOR, Link((0.03, 0.02, -0.01)), _rod()],
+    "bent hub": [_MOTOR, Link((0.03, 0.02, -0.01), _BENT), _rod()],
+    "heavy hub": [_MOTOR, Link((0.03, 0.02, -0.01), _BENT, 0.2, (0.01, 0.03, 0.02)), _rod()],
+    "end piece": [_MOTOR, _rod(), Link((0.02, 0.0, 0.01), _BENT, 0.05, (0.01, 0.0, 0.0))],
+    "universal": [_MOTOR, Link((0.1, 0.0, 0.0)), Turn(_Y), Turn(_Z), _rod()],
+    "two rods": [_MOTOR, _rod(0.3, (1, 2, 2)), _rod(0.4, (0, 2, 3), 3.0)],
+    "rigid middle": [
+        _MOTOR,
+        _rod(0.3),
+        Link((0.1, 0.0, 0.0), _BENT, 0.1),
+        _rod(0.4, (1, 1, 2), 2.0),
+    ],
+    "joint between rods": [_MOTOR, _rod(0.3), Turn(_ACROSS, None, stiffness=0.5), _rod(0.4)],
+    "joint behind the rod": [_MOTOR, _rod(), Turn(_ACROSS), Link((0.05, 0.0, 0.0))],
+    "motor at the far end": [_rod(), Turn(_ACROSS, "motor"), Link((0.05, 0.0, 0.02))],
+    "two motors": [_MOTOR, Turn(_ACROSS, "second motor"), _rod()],
+    "one motor twice": [_MOTOR, _rod(0.4), Turn(_ACROSS, "motor", ratio=-0.5), _rod(0.3)],
+    "fed behind a joint": [Turn(_ACROSS), _rod(0.6, (1, 2, 2), 1.0, "motor")],
+    "fed and turned": [
+        _MOTOR,
+        Link((0.05, 0, 0)),
+        _rod(0.6, (1, 2, 2), 1.0, "feed"),
+        Link((0.03, 0, 0)),
+    ],
+    "fed behind a rod": [
+        _rod(0.3),
+        Turn(_ACROSS),
+        _rod(0.5, (1, 2, 2), 1.0, "motor"),
+        Turn(_TILTED),
+    ],
+    "crank and universal": [
+        Turn((0.0, -1.0, 0.0), "motor"),
+        Link((0.1, 0.0, 0.0), np.eye(3), 0.02, (0.05, 0.0, 0.0)),
+        Turn(_Y, None, stiffness=0.1, rest=0.2),
+        Turn(_Z),
+        _rod(0.4),
+        Link((0.02, 0.0, 0.0), np.eye(3), 0.005),
+    ],
+    "no rod": [_MOTOR, Link((0.1, 0.0, 0.0)), Turn(_Y), Turn(_Z), Link((0.3, 0.0, 0.0))],
+}
+TIPS = {
+    "spherical": joints.Spherical((0.1, -0.05, 0.02)),
+    "fixed": joints.Fixed((0.1, -0.05, 0.02), tuple(map(tuple, _BENT))),
+}
+#: A leg of each kind.
+ALL_DIFFERENT = ("two rods", "crank and universal", "one motor twice", "end piece", "motor", "hub")
+
+
+def _named(element: Any, leg: Any, shared: bool) -> ChainElement:
+    """An element whose motor is the leg's own, or that of all legs."""
+    motor = getattr(element, "motor", None)
+    if motor is None:
+        return element
+    return replace(element, motor=motor if shared else f"{motor} of {leg.name}")
+
+
+def robot_of(chains: Sequence[str], tip: str = "spherical", shared: bool = False) -> Robot:
+    """The paper's robot with some of CHAINS for legs, and a heavy platform.
+
+    Args:
+        chains: One for every leg.
+        tip: Out of TIPS.
+        shared: Whether legs whose motors have one name have one motor.
+    """
+    description = load_robot("six_rfs").description
+    legs = tuple(
+        replace(
+            leg,
+            joint=TIPS[tip],
+            elements=tuple(_named(element, leg, shared) for element in CHAINS[chain]),
+        )
+        for leg, chain in zip(description.legs, chains, strict=False)
+    )
+    middle = np.array([0.02, -0.03, 0.05])
+    return Robot(replace(description, legs=legs, platform_mass=0.3, center_of_mass=middle))

@@ -11,6 +11,8 @@ from numpy.polynomial.legendre import leggauss
 
 from cpr_core import (
     Loads,
+    StrainLimitExceeded,
+    bending_strains,
     kinemato_statics,
     leg_shapes,
     load_robot,
@@ -21,6 +23,8 @@ from cpr_core import (
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_core.model.equilibrium import tangent_at
+from cpr_core.workspace import map_workspace, pose_grid
+from cpr_core.workspace.store import read_map, write_map
 
 
 def content(name):
@@ -284,3 +288,29 @@ def test_a_shared_motor_is_the_motors_moved_together():
     held = len(paired.multiplier_indices)
     assert one.index_free == int(np.sum(signs < 0.0)) - held
     assert one.spectrum_free.index == one.index_free
+
+
+def test_a_limit_of_one_rod_of_two_is_named(tmp_path):
+    """In errors and in maps, and what is stored of a map has a column for every rod."""
+    changed = content("rfr_with_hubs")
+    brittle = {"rod": {"length": 0.3, "yield_strain": 0.0024}}
+    changed["legs"][1]["chain"][2:3] = [{"rod": {"length": 0.3}}, brittle]
+    robot = load_robot(changed)
+    assert robot.rod_names == ("leg1", "leg2 rod 1", "leg2 rod 2", "leg3")
+    home = solve_home(robot)
+    strains = bending_strains(home)
+    assert strains.shape == (4,) and strains[2] < 0.0024
+    with pytest.raises(StrainLimitExceeded) as caught:
+        solve_forward(robot, home.motors + [0.0, 2.5, 0.0], start=home)
+    assert caught.value.leg == "leg2 rod 2"
+    x, y = home.platform_position[:2].tolist()
+    angle = float(np.arctan2(home.platform_rotation[1, 0], home.platform_rotation[0, 0]))
+    grid = pose_grid(
+        robot, {"x": [x, x + 0.01], "y": [y, y + 0.01]}, resolution=0.01, held={"angle": angle}
+    )
+    found = map_workspace(robot, grid, workers=0)
+    assert found.limit_names[-1] == "strain_limit leg2 rod 2"
+    assert found.strains.shape == (4, 4)
+    write_map(found, tmp_path / "map.nc")
+    kept = read_map(tmp_path / "map.nc", robot)
+    np.testing.assert_array_equal(kept.strains, found.strains)
