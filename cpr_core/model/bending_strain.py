@@ -27,6 +27,6 @@ def bending_strains(equilibrium: Equilibrium) -> Floats:
     for rod, values, rest in zip(robot.numbers.rods, *robot.curvature_stations, strict=True):
         curvature = np.einsum("pcm,m->pc", values, state[rod.strain]) - rest
         curvature /= rod.stretch(state)
-        strain = rod.element.rod.section.bending_strain(curvature[:, 1], curvature[:, 2])
+        strain = rod.element.rod.bending_strain_at(robot.curvature_sigma, curvature)
         largest.append(strain.max())
     return np.array(largest)

@@ -242,12 +242,17 @@ class Robot:
         return bool(self.limited_motors) or self.limits_strain
 
     @cached_property
+    def curvature_sigma(self) -> Floats:
+        """Where curvatures of rods are looked at: s/l of both ends and the nodes, (P,)."""
+        return np.concatenate([[0.0], self.grid.nodes, [1.0]])
+
+    @cached_property
     def curvature_stations(self) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
         """Per rod, at both ends and the nodes (P,): curvature by strain coordinate (P, 3, m); at rest.
 
         The curvature at rest is (P, 3) [1/m].
         """
-        sigma = np.concatenate([[0.0], self.grid.nodes, [1.0]])
+        sigma = self.curvature_sigma
         values = tuple(
             element.modes.values(sigma)[:, None, :]
             * (np.arange(3)[:, None] == element.modes.directions)

@@ -111,7 +111,7 @@ class Rod:
 
     Attributes:
         length: Length l [m].
-        section: Cross-section, where the profile is one.
+        section: Cross-section, where the rod begins and the profile is one.
         young_modulus: E [Pa].
         shear_modulus: G [Pa].
         density: Mass density rho [kg/m^3].
@@ -142,16 +142,23 @@ class Rod:
     @property
     def uniform(self) -> bool:
         """Whether stiffness, mass and rest curvature are the same all along."""
-        return self.profile.uniform and not any(np.any(s[1:]) for s in self.rest_curvature)
+        bent = any(np.any(series[1:]) for series in self.rest_curvature)
+        return self.profile.uniform and not self.section.tapered and not bent
 
     def mass_at(self, sigma: Floats) -> Floats:
         """Mass per length, (len(sigma),) [kg/m]."""
-        return self.mass_per_length * np.interp(sigma, self.profile.at, self.profile.mass)
+        factor = np.interp(sigma, self.profile.at, self.profile.mass)
+        return self.mass_per_length * factor * self.section.scale(sigma) ** 2
 
     def rigidities_at(self, sigma: Floats) -> Floats:
         """H_a, (len(sigma), 3) [N m^2]."""
         factor = np.interp(sigma, self.profile.at, self.profile.stiffness)
-        return factor[:, None] * self.rigidities
+        return (factor * self.section.scale(sigma) ** 4)[:, None] * self.rigidities
+
+    def bending_strain_at(self, sigma: Floats, curvature: Floats) -> Floats:
+        """Largest strain across the section, (..., P), where it is curved by (..., P, 3) [1/m]."""
+        bending_2, bending_3 = curvature[..., 1], curvature[..., 2]
+        return self.section.scale(sigma) * self.section.bending_strain(bending_2, bending_3)
 
     def rest_curvature_at(self, sigma: Floats) -> Floats:
         """Strain at rest, (len(sigma), 3) [1/m]."""

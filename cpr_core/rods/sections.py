@@ -56,6 +56,15 @@ class Section(Described):
         """Largest strain across the section for curvatures about d2 and d3 [1/m]; dimensionless."""
         raise NotImplementedError
 
+    @property
+    def tapered(self) -> bool:
+        """Whether its size changes along the rod."""
+        return False
+
+    def scale(self, sigma: Floats) -> Floats:
+        """Size at s/l relative to the one where the rod begins, all lengths alike, (len(sigma),)."""
+        return np.ones(len(sigma))
+
 
 class _Solid(Section):
     """A section that is its area and second moments."""
@@ -82,15 +91,40 @@ class _Solid(Section):
 
 @dataclass(frozen=True)
 class CircularSection(_Solid):
-    """Solid circle.
+    """Solid circle, the same all along or a cone.
 
     Attributes:
-        radius: Radius [m].
+        radius: Radius where the rod begins [m].
+        end_radius: Radius where it ends, linear between; None: the same [m].
     """
 
     radius: float
-    fields: ClassVar[Mapping[str, Any]] = {"radius": field("positive", "[m]")}
+    end_radius: float | None = None
+    fields: ClassVar[Mapping[str, Any]] = {
+        "radius": {
+            "if": {"type": "array", "minItems": 2},
+            "then": {"items": {"$ref": "#/$defs/positive"}, "maxItems": 2},
+            "else": {"$ref": "#/$defs/positive"},
+            "description": "a number, or [where the rod begins, where it ends], linear between [m]",
+        }
+    }
     required = ("radius",)
+
+    @classmethod
+    def from_description(cls, part: Part) -> Self:
+        """One radius, or two."""
+        radius = part.get("radius")
+        return cls(*map(float, radius)) if isinstance(radius, list) else cls(float(radius))
+
+    @property
+    def tapered(self) -> bool:
+        """Whether it is a cone."""
+        return self.end_radius not in (None, self.radius)
+
+    def scale(self, sigma: Floats) -> Floats:
+        """Linear."""
+        end = self.radius if self.end_radius is None else self.end_radius
+        return 1.0 + (end / self.radius - 1.0) * sigma
 
     @property
     def area(self) -> float:
@@ -104,7 +138,7 @@ class CircularSection(_Solid):
         return 2.0 * bending, bending, bending
 
     def bending_strain(self, bending_2: Floats, bending_3: Floats) -> Floats:
-        """At the outer radius."""
+        """At the outer radius, where the rod begins."""
         return np.asarray(self.radius * np.hypot(bending_2, bending_3))
 
 

@@ -35,7 +35,7 @@ def map_strains(robot: Robot, states: Floats) -> Floats:
             curvature = np.einsum("pcm,bm->bpc", values, some[:, rod.strain]) - rest
             if rod.length_index is not None:
                 curvature *= (described.length / some[:, rod.length_index])[:, None, None]
-            bending = described.section.bending_strain(curvature[..., 1], curvature[..., 2])
+            bending = described.bending_strain_at(robot.curvature_sigma, curvature)
             strains[begin : begin + _AT_ONCE, number] = bending.max(axis=1)
     return strains
 

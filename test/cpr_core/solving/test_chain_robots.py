@@ -129,6 +129,25 @@ def test_columns_with_a_moment_at_the_tip(elements):
     np.testing.assert_allclose(leg_shapes(found)[0].position[-1, :2], position, atol=1e-11)
 
 
+@pytest.mark.parametrize("end_radius", [0.0007, 0.0015])
+def test_a_cone_with_a_moment_at_its_tip(end_radius):
+    """E J is of fourth order in the radius, that is linear: int M / (E J) in closed form."""
+    column = yaml.safe_load(COLUMN.replace("chain: []", "chain: null"))
+    taper = {"section": {"shape": "circular", "radius": [0.001, end_radius]}}
+    column["legs"][0]["chain"] = [MOTOR, {"rod": taper, "strain": {"bending_3": 14}}]
+    robot = load_robot(column)
+    loads = Loads.none().with_(wrench_world=[0, 0, MOMENT, 0, 0, 0])
+    found = solve_forward(robot, solve_home(robot).motors, loads=loads)
+    ratio, thick = end_radius / 0.001, 210e9 * np.pi / 4.0 * 0.001**4
+    bend = MOMENT * 0.4 / thick * (1.0 - ratio**-3) / (3.0 * (ratio - 1.0))
+    angle = np.arctan2(found.platform_rotation[1, 0], found.platform_rotation[0, 0])
+    assert angle == pytest.approx(np.arctan2(0.8, 0.6) + 0.3 + bend, abs=1e-9)
+    # The strain of the outermost fibre is that of the thin end.
+    thin, at = min(0.001, end_radius), 0.0 if ratio > 1.0 else 1.0
+    strain = thin * MOMENT / (210e9 * np.pi / 4.0 * thin**4)
+    assert bending_strains(found)[0] == pytest.approx(strain, rel=1e-5), at
+
+
 @pytest.mark.parametrize("offset", [[0.03, 0, 0], [0.0, 0.04, 0.02]])
 def test_a_link_moves_the_tip_as_rigid_kinematics_says(offset):
     """A rod without stress, turned by its motor: the platform follows the link, whatever its length."""
