@@ -6,6 +6,7 @@
 import numpy as np
 
 from cpr_core import Robot
+from cpr_core.description.chain import ChainRod, Link
 from cpr_core.description.robot_description import HomeGuess, LegDescription, RobotDescription
 from cpr_core.rods.rod import Rod, StrainModes
 from cpr_core.rods.sections import CircularSection
@@ -16,9 +17,12 @@ TORSION, BENDING, _ = ROD.rigidities
 AT_TIP = (0.0, 0.0, 0.0)
 
 
-def column(motor, joint, *, planar=True, modes=8, robot=Robot):
-    """One rod along x; the platform at its tip."""
+def column(motor, joint, *, planar=True, modes=8, robot=Robot, before=(), behind=()):
+    """One rod along x, elements of a chain before and behind it; the platform at its tip."""
     counts = (0, 0, modes) if planar else (2, modes, modes)
+    elements = (*before, ChainRod(ROD, StrainModes(counts)), *behind) if before or behind else None
+    links = [element for element in (*before, *behind) if isinstance(element, Link)]
+    tip = LENGTH + sum(link.offset[0] for link in links)
     leg = LegDescription(
         name="leg1",
         motor_name=None,
@@ -28,10 +32,11 @@ def column(motor, joint, *, planar=True, modes=8, robot=Robot):
         base_rotation=np.eye(3),
         motor=motor,
         joint=joint,
+        elements=elements,
     )
     home = HomeGuess(
         motors=np.zeros(0),
-        platform_position=np.array([LENGTH, 0.0, 0.0]),
+        platform_position=np.array([tip, 0.0, 0.0]),
         platform_rotation=np.eye(3),
         strain=((np.zeros(0),) * 3,),
     )

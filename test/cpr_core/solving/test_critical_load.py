@@ -6,9 +6,11 @@
 import numpy as np
 import pytest
 from helpers.columns import AT_TIP, BENDING, LENGTH, Guided, column
+from scipy.optimize import brentq
 
 from cpr_core import InvalidRequest, Loads, NoSolution, load_robot, solve_forward, solve_home
 from cpr_core.description import joints, motors
+from cpr_core.description.chain import Link, Turn
 from cpr_core.solving.critical_load import critical_load, critical_load_factor
 
 CLAMPED_FREE = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2
@@ -27,6 +29,37 @@ def test_columns_carry_their_classical_load(factor, motor, joint, robot):
     found = critical_load(solve_home(made), [-1.0, 0.0, 0.0])
     assert found.value == pytest.approx(np.pi**2 * BENDING / (factor * LENGTH) ** 2, rel=1e-6)
     assert found.kind == "crossing"
+    assert found.equilibrium.index_locked == 0
+
+
+def _sprung(stiffness):
+    return Turn((0.0, 0.0, 1.0), stiffness=stiffness)
+
+
+SPRING, HUB, END = 2.0 * BENDING / LENGTH, 0.2 * LENGTH, 0.3 * LENGTH
+
+
+@pytest.mark.parametrize(
+    ("before", "behind", "characteristic"),
+    [
+        ([_sprung(SPRING)], [], lambda k: k * BENDING * np.tan(k * LENGTH) - SPRING),
+        ([], [Link((END, 0.0, 0.0))], lambda k: k * END * np.tan(k * LENGTH) - 1.0),
+        (
+            [_sprung(SPRING), Link((HUB, 0.0, 0.0))],
+            [],
+            lambda k: k * BENDING * np.tan(k * LENGTH) - SPRING + HUB * k**2 * BENDING,
+        ),
+    ],
+    ids=["spring", "rigid end", "spring and hub"],
+)
+def test_columns_with_springs_and_rigid_ends_carry_what_their_equation_says(
+    before, behind, characteristic
+):
+    """Free at the tip; the first root of the characteristic equation is below that of tan."""
+    robot = column(motors.Welded(), joints.Fixed(AT_TIP), modes=12, before=before, behind=behind)
+    found = critical_load(solve_home(robot), [-1.0, 0.0, 0.0])
+    root = brentq(characteristic, 1e-6, (0.5 - 1e-9) * np.pi / LENGTH, xtol=1e-13)
+    assert found.value == pytest.approx(BENDING * root**2, rel=1e-6)
     assert found.equilibrium.index_locked == 0
 
 
