@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from ..description_part import Part
 from .chain import CHAIN_JOINTS, ChainElement, ChainRod, Link
-from .described_rods import described_modes, described_rod
+from .described_rods import check_jumps, described_modes, described_rod
 from .joints import JOINTS
 from .motors import MotorLimits, Welded
 from .robot_description import LegDescription
@@ -60,9 +60,11 @@ def _chain_rod(part: Part, rod: Part, strain: Part) -> ChainRod:
         raise part.fail("motor", "a rod that is fed has to be uniform (profile, rest_curvature)")
     if motor is None and "limits" in part:
         raise part.fail("limits", "no motor feeds this rod: give one, or leave it out")
+    strains = described_modes(replace(modes, content={**strain.content, **modes.content}))
+    check_jumps(own if "profile" in own else rod, described, strains)
     return ChainRod(
         described,
-        described_modes(replace(modes, content={**strain.content, **modes.content})),
+        strains,
         motor,
         MotorLimits.from_description(part.part("limits"), extensible=True),
     )

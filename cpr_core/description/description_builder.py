@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..description_part import Part
 from ..rods.rod import Rod
 from .described_chain import chain_leg, check_motors
-from .described_rods import described_modes, described_rod
+from .described_rods import check_jumps, described_modes, described_rod
 from .home_guess import home_guess
 from .joints import JOINTS, Joint
 from .loads import DistributedForce, Loads, PointForce
@@ -89,6 +89,8 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
     motor_part, tip = part.part("motor"), part.part("tip")
     motor = MOTORS[motor_part.get("type")].from_description(motor_part)
     rod = described_rod(part.part("rod")) if "rod" in part else shared
+    modes = described_modes((part if "strain" in part else whole).part("strain"))
+    check_jumps((part if "rod" in part else whole).part("rod"), rod, modes)
     if motor.extensible and not rod.uniform:
         raise motor_part.fail(
             "type", "an extensible leg needs a uniform rod (profile, rest_curvature)"
@@ -102,7 +104,7 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
         name=part.get("name", f"leg{index + 1}"),
         motor_name=motor_part.get("name", f"motor{index + 1}") if motor.actuated else None,
         rod=rod,
-        modes=described_modes((part if "strain" in part else whole).part("strain")),
+        modes=modes,
         base_position=base.vector("position"),
         base_rotation=_base_rotation(base, motor, joint),
         motor=motor,

@@ -243,3 +243,34 @@ def test_a_motor_of_the_short_form_is_no_motor_of_a_chain():
     }
     with pytest.raises(DescriptionError, match=r"motor2.*several joints share"):
         load_robot(with_leg("six_rus", short))
+
+
+@pytest.mark.parametrize("place", ["robot", "leg", "chain"])
+def test_a_stiffness_that_jumps_is_refused_with_advice(place):
+    changed, rod = content("six_rus"), {"at": [0, 0.4, 0.45, 1], "stiffness": [1, 1, 4, 4]}
+    if place == "robot":
+        changed["rod"]["profile"] = rod
+    elif place == "leg":
+        changed["legs"][0]["rod"] = changed["rod"] | {"profile": rod}
+    else:
+        changed["legs"][0]["chain"][-1] = {"rod": {"profile": rod}}
+    path = {"robot": "rod", "leg": "legs[0].rod", "chain": "legs[0].chain[3].rod"}[place]
+    with pytest.raises(
+        DescriptionError, match=r"between 0.4 and 0.45.*two rods in a chain"
+    ) as caught:
+        load_robot(changed)
+    assert caught.value.field == f"{path}.profile.at"
+
+
+def test_a_stiffness_that_changes_slowly_or_with_knots_is_taken():
+    slow, knots = content("six_rus"), content("rfr_with_hubs")
+    slow["rod"]["profile"] = {"at": [0, 0.4, 0.6, 1], "stiffness": [1, 1, 4, 4]}
+    load_robot(slow)
+    knots["rod"]["profile"] = {"at": [0, 0.4, 0.45, 1], "stiffness": [1, 1, 4, 4]}
+    knots["strain"] = {"basis": "bsplines", "knots": [0.4, 0.42, 0.45]}
+    for leg in knots["legs"]:
+        leg["chain"][2] = {"rod": {}}
+    load_robot(knots)
+    del knots["rod"]["profile"]
+    knots["legs"][0]["rod"] = knots["rod"]
+    assert load_robot(knots).description.legs[0].rods[0].rod.uniform
