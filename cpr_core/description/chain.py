@@ -9,8 +9,9 @@ is one class, which reads its own part of a description, and its name in ``CHAIN
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self, TypeAlias
 
 import numpy as np
@@ -117,6 +118,10 @@ class ChainJoint(DescribedJoint):
             cls(axis, str(part.get("motor")), ratio, part.number("offset", 0.0), limits=limits),
         )
 
+    def without_limits(self) -> Self:
+        """The same joint with a motor that can do everything."""
+        return replace(self, limits=NO_LIMITS)
+
     @classmethod
     def _axis(cls, part: Part) -> NDArray[np.float64]:
         raise NotImplementedError
@@ -197,6 +202,10 @@ class Link:
     mass: float = 0.0
     center_of_mass: Vector = _ORIGIN
 
+    def without_limits(self) -> Self:
+        """A link has none."""
+        return self
+
     @classmethod
     def from_description(cls, part: Part) -> Self:
         """A link; its mass is in the middle where nothing else is said."""
@@ -227,6 +236,14 @@ class ChainRod:
     motor: str | None = None
     limits: MotorLimits = NO_LIMITS
     unit: ClassVar[str] = "m"
+
+    def without_limits(self) -> Self:
+        """The same rod, unbreakable, with a motor that can do everything."""
+        return replace(self, limits=NO_LIMITS, rod=replace(self.rod, yield_strain=math.inf))
+
+    def with_modes(self, modes: int) -> Self:
+        """The same rod with another number of modes in every direction that has any."""
+        return replace(self, modes=self.modes.with_counts(modes))
 
 
 ChainElement: TypeAlias = ChainJoint | Link | ChainRod

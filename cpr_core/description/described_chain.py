@@ -11,8 +11,8 @@ from ..description_part import Part
 from .chain import CHAIN_JOINTS, ChainElement, ChainRod, Link
 from .described_rods import check_jumps, described_modes, described_rod
 from .joints import JOINTS
+from .leg_description import LegDescription
 from .motors import MotorLimits, Welded
-from .robot_description import LegDescription
 
 __all__ = ["chain_leg", "check_motors"]
 

@@ -19,10 +19,11 @@ from .described_chain import chain_leg, check_motors
 from .described_rods import check_jumps, described_modes, described_rod
 from .home_guess import home_guess
 from .joints import JOINTS, Joint
+from .leg_description import LegDescription
 from .loads import DistributedForce, Loads, PointForce
 from .motors import MOTORS, Motor, MotorLimits
 from .plausibility import check_limits, check_positions
-from .robot_description import CONTROLLED_COORDINATES, LegDescription, RobotDescription
+from .robot_description import CONTROLLED_COORDINATES, RobotDescription
 
 __all__ = ["described_robot"]
 

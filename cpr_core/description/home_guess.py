@@ -14,8 +14,9 @@ from ..description_part import Part
 from ..errors import CprError
 from ..lie import rotation_from_quaternion
 from ..rods.rod import strain_series
+from .leg_description import LegDescription, described_motors
 from .plausibility import check_home_motors, check_quaternion
-from .robot_description import HomeGuess, LegDescription, described_motors
+from .robot_description import HomeGuess
 
 __all__ = ["home_guess"]
 

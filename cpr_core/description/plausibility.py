@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from ..description_part import Part
 from ..errors import DescriptionWarning
 from ..rods.rod import Rod
+from .leg_description import DescribedMotor
 from .motors import Motor, MotorLimits
-from .robot_description import DescribedMotor, RobotDescription
+from .robot_description import RobotDescription
 
 __all__ = [
     "check_home_motors",

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.chain import ChainElement, ChainRod, Link, Turn
-from ..description.robot_description import LegDescription
+from ..description.leg_description import LegDescription
 from ..kernels.kernel_arrays import Element
 from ..kernels.lanes import WIDTH
 

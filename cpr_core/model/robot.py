@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from ..description.chain import ChainRod
 from ..description.description_file import read_description
+from ..description.leg_description import DescribedMotor
 from ..description.loads import Loads
 from ..description.motors import MotorLimits
-from ..description.robot_description import DescribedMotor, RobotDescription
+from ..description.robot_description import RobotDescription
 from ..errors import InvalidRequest
 from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.chain import ChainElement, ChainJoint, ChainRod, Link, Turn
-from ..description.robot_description import LegDescription, RobotDescription
+from ..description.leg_description import LegDescription
+from ..description.robot_description import RobotDescription
 from .platform_coordinates import PlatformCoordinates
 
 __all__ = ["LegNumbers", "RodNumbers", "StateNumbers", "state_numbers"]

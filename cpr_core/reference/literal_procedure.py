@@ -27,8 +27,8 @@ from scipy import linalg
 from scipy.integrate import solve_ivp
 
 from ..description.joints import RevoluteJoint, Spherical
+from ..description.leg_description import LegDescription
 from ..description.motors import RevoluteMotor
-from ..description.robot_description import LegDescription
 from ..errors import InvalidRequest
 from ..lie import quaternion_from_rotation, rotation_exp, skew
 from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium

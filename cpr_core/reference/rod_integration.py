@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import DOP853
 
-from ..description.robot_description import LegDescription
+from ..description.leg_description import LegDescription
 from ..numba_fence import njit
 
 __all__ = [

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -53,6 +53,11 @@ class StrainModes:
     def directions(self) -> NDArray[np.int64]:
         """Strain component of every coordinate: 0 torsion, 1 and 2 bending."""
         return np.repeat(np.arange(3), self.counts)
+
+    def with_counts(self, modes: int) -> StrainModes:
+        """As many in every direction that has any."""
+        torsion, bending_2, bending_3 = (modes if count else 0 for count in self.counts)
+        return replace(self, counts=(torsion, bending_2, bending_3))
 
     def values(self, sigma: Floats) -> Floats:
         """Value of every coordinate's shape function, shape (len(sigma), total)."""

@@ -7,7 +7,8 @@ import numpy as np
 
 from cpr_core import Robot
 from cpr_core.description.chain import ChainRod, Link
-from cpr_core.description.robot_description import HomeGuess, LegDescription, RobotDescription
+from cpr_core.description.leg_description import LegDescription
+from cpr_core.description.robot_description import HomeGuess, RobotDescription
 from cpr_core.rods.rod import Rod, StrainModes
 from cpr_core.rods.sections import CircularSection
 
