@@ -380,11 +380,8 @@ def predict(robot, problem, known, efforts, vector, work, factors):
 def _forward(robot, number, vector, work, factors):
     """``L^-1 r`` of a group into the workspace, and what it does to the border."""
     index, upper, solution = robot.slot_index[number], factors.upper, work.solution
-    inner, first, first_motor = (
-        robot.slots.inner_count,
-        robot.slots.first_coupled,
-        robot.slots.first_motor,
-    )
+    slots = robot.slots
+    inner, first, first_motor = slots.inner_count, slots.first_coupled, slots.first_motor
     motors = robot.motor_slot_index[number]
     for slot in range(inner):
         for lane in range(index.shape[1]):
@@ -443,11 +440,8 @@ def _solve_border(robot, problem, vector, work, factors):
 def _backward(robot, number, vector, work, factors):
     """``L^-T (D^-1 y - ...)`` of a group, into the vector."""
     index, upper, solution = robot.slot_index[number], factors.upper, work.solution
-    inner, first, first_motor = (
-        robot.slots.inner_count,
-        robot.slots.first_coupled,
-        robot.slots.first_motor,
-    )
+    slots = robot.slots
+    inner, first, first_motor = slots.inner_count, slots.first_coupled, slots.first_motor
     motors = robot.motor_slot_index[number]
     for m in range(motors.shape[0]):
         for lane in range(motors.shape[1]):

@@ -97,17 +97,17 @@ def _balance_chain(robot, loads, loaded, number, end, tip, work):
 @inlined
 def _couple_chain(robot, number, work):
     """Second derivatives by coordinates of different elements: H_ab = -T_a . w_b, a before b."""
-    for later in range(1, robot.elements.shape[1]):
-        outer = robot.elements[number, later]
-        if outer.kind == Element.ROD:
-            rod = robot.rods[number, outer.rod]
+    for e in range(1, robot.elements.shape[1]):
+        element = robot.elements[number, e]
+        if element.kind == Element.ROD:
+            rod = robot.rods[number, element.rod]
             first, last = rod.component_start[0], rod.component_start[3]
-            _couple_with_before(robot, number, later, first, last, work)
+            _couple_with_before(robot, number, e, first, last, work)
             if rod.length_slot >= 0:
                 slot = rod.length_slot
-                _couple_with_before(robot, number, later, slot, slot + 1, work)
-        elif outer.slot >= 0:
-            _couple_with_before(robot, number, later, outer.slot, outer.slot + 1, work)
+                _couple_with_before(robot, number, e, slot, slot + 1, work)
+        elif element.slot >= 0:
+            _couple_with_before(robot, number, e, element.slot, element.slot + 1, work)
 
 
 @inlined

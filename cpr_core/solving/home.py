@@ -172,17 +172,18 @@ def _from_strain(
 
 
 def _loose_motion(found: Equilibrium) -> str:
-    """What the platform can do without resistance, in words; empty if it is held."""
+    """What the platform or a joint can do without resistance, in words; empty if all is held."""
     robot = found.robot
     whole = spectrum(found)
     sizes = np.abs(whole.eigenvalues)
     if not len(sizes):
         return ""
-    motions = whole.motions[robot.platform_indices][:, sizes < _NO_STIFFNESS * sizes.max()]
+    loose = whole.motions[:, sizes < _NO_STIFFNESS * sizes.max()]
+    motions = loose[robot.platform_indices]
     lengths = robot.arrays.unit[robot.platform_indices]
     moved = np.linalg.norm(motions / lengths[:, None], axis=0)
     if not np.any(moved > _LOOSE):
-        return ""
+        return _loose_joint(robot, loose)
     twist = np.zeros(6)
     twist[robot.platform_axes] = (motions / lengths[:, None])[:, int(moved.argmax())]
     turns = np.linalg.norm(twist[:3]) > np.linalg.norm(twist[3:])
@@ -192,6 +193,20 @@ def _loose_motion(found: Equilibrium) -> str:
         f"nothing holds the platform: it can {'turn about' if turns else 'move along'} "
         f"({axis}) freely; it needs more legs, or tip joints that hold more"
     )
+
+
+def _loose_joint(robot: Robot, motions: Floats) -> str:
+    """A passive joint of a leg that some of the motions without stiffness move, in words."""
+    for leg, numbers in zip(robot.description.legs, robot.numbers.legs, strict=True):
+        for place, index in enumerate(numbers.coordinates):
+            if index is None or index >= robot.arrays.platform_index:
+                continue
+            if np.any(np.abs(motions[index]) > _LOOSE * robot.arrays.unit[index]):
+                return (
+                    f"nothing holds joint {place + 1} of {leg.name}: with the others it moves freely; "
+                    "give it a spring, or leave it out"
+                )
+    return ""
 
 
 def _platform_position(robot: Robot, guess: HomeGuess, state: Floats) -> Floats:

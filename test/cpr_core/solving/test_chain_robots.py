@@ -11,6 +11,7 @@ from numpy.polynomial.legendre import leggauss
 
 from cpr_core import (
     Loads,
+    NoForwardSolution,
     StrainLimitExceeded,
     bending_strains,
     kinemato_statics,
@@ -333,3 +334,23 @@ def test_a_limit_of_one_rod_of_two_is_named(tmp_path):
     write_map(found, tmp_path / "map.nc")
     kept = read_map(tmp_path / "map.nc", robot)
     np.testing.assert_array_equal(kept.strains, found.strains)
+
+
+def test_a_joint_that_nothing_holds_is_named():
+    """A straight rod between two ball joints spins about itself."""
+    changed = content("six_rus")
+    for leg in changed["legs"]:
+        leg["chain"][3:] = [{"rod": {"rest_curvature": {}}}]
+    load_robot(changed)
+    changed["legs"][2]["chain"].insert(3, {"joint": "revolute", "axis": [1, 0, 0]})
+    with pytest.raises(NoForwardSolution, match=r"nothing holds joint \d of leg3"):
+        solve_home(load_robot(changed))
+    changed["legs"][2]["chain"][3]["stiffness"] = 0.01
+    assert solve_home(load_robot(changed)).stable
+
+
+def test_what_cannot_be_closed_names_the_leg_and_the_gap():
+    changed = content("six_rus")
+    changed["legs"][2]["base"]["position"][0] += 3.0
+    with pytest.raises(NoForwardSolution, match=r"leg3 misses its tip joint by 2\.\d+ m"):
+        solve_home(load_robot(changed))
