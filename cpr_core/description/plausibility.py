@@ -171,7 +171,7 @@ def _distances(description: RobotDescription) -> Iterator[tuple[str, float]]:
 
 def _reach(description: RobotDescription) -> tuple[float, Floats]:
     """Longest rod [m], and the middle of the bases (3,) [m]."""
-    longest = max(element.rod.length for leg in description.legs for element in leg.rods)
+    longest = max(element.rod.length for element in description.rods)
     return longest, np.mean([leg.base_position for leg in description.legs], axis=0)
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
 from ..validation import checked_count
+from .chain import ChainRod
 from .leg_description import DescribedMotor, LegDescription, described_motors
 from .loads import Loads
 
@@ -101,10 +102,15 @@ class RobotDescription:
             return 2 if self.point_platform else 3
         return 6
 
+    @cached_property
+    def rods(self) -> tuple[ChainRod, ...]:
+        """The rods of all legs."""
+        return tuple(element for leg in self.legs for element in leg.rods)
+
     @property
     def mean_length(self) -> float:
         """Mean (nominal) rod length, the natural unit of length [m]."""
-        return float(np.mean([element.rod.length for leg in self.legs for element in leg.rods]))
+        return float(np.mean([element.rod.length for element in self.rods]))
 
     @property
     def gravity(self) -> Floats:
@@ -124,8 +130,7 @@ class RobotDescription:
     def with_modes(self, modes: int) -> RobotDescription:
         """The same robot with another number of modes in every direction that has any."""
         modes = checked_count("modes", modes, 1)
-        rods = [element for leg in self.legs for element in leg.rods]
-        if any(getattr(element.modes.basis, "modes", None) is not None for element in rods):
+        if any(getattr(element.modes.basis, "modes", None) is not None for element in self.rods):
             raise InvalidRequest(
                 "modes", "B-splines have as many modes as degree and knots say: change those"
             )

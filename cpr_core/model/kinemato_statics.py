@@ -439,15 +439,15 @@ class KinematoStatics:
             )
         ratio = length / natural
         robot, unit = self.equilibrium.robot, arrays.unit.copy()
-        energy_unit, done = arrays.energy_unit / ratio, set[int]()
+        energy_unit = arrays.energy_unit / ratio
+        shifts: set[int] = set()  # a motor may be in several legs
         for leg, chain in zip(robot.numbers.legs, robot.description.legs, strict=True):
             unit[leg.strain] /= ratio
             unit[leg.forces] /= ratio**2
             unit[leg.moments] /= ratio
             moved = zip(leg.coordinates, chain.chain, strict=True)
-            shifts = {i for i, element in moved if i is not None and not isinstance(element, Turn)}
-            unit[sorted(shifts - done)] *= ratio  # a motor may be in several legs
-            done |= shifts
+            shifts |= {i for i, element in moved if i is not None and not isinstance(element, Turn)}
+        unit[sorted(shifts)] *= ratio
         unit[robot.platform_indices[robot.platform_axes >= 3]] *= ratio
         return unit, energy_unit
 

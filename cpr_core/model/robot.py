@@ -16,7 +16,6 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.chain import ChainRod
 from ..description.description_file import read_description
 from ..description.leg_description import DescribedMotor
 from ..description.loads import Loads
@@ -83,7 +82,7 @@ class Robot:
         return (
             f"<Robot {described.name}: {'planar' if self.planar else 'spatial'}, "
             f"{len(described.legs)} legs, {self.motor_count} motors, "
-            f"{sum(rod.modes.total for leg in described.legs for rod in leg.rods)} strain coordinates>"
+            f"{sum(rod.modes.total for rod in described.rods)} strain coordinates>"
         )
 
     def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription]]:
@@ -132,7 +131,7 @@ class Robot:
         a few orders beyond the highest mode. Rods that twist too are bent in three dimensions, where
         rotations have errors of their own. test/cpr_core/rods/test_quadrature.py measures both.
         """
-        counts = np.array([element.modes.counts for element in self._rods])
+        counts = np.array([element.modes.counts for element in self.description.rods])
         modes, twisted = int(counts.max()), bool(counts[:, 0].any())
         more = 12 if twisted else 9 if modes < 8 else 8
         nodes = 4 * math.ceil((modes + more) / 4)  # kernels take four at a time
@@ -143,7 +142,7 @@ class Robot:
         """Interior s/l where loads, stiffness or shape functions of some leg are not smooth."""
         description = self.description
         points = set(description.stations)
-        for element in self._rods:
+        for element in self.description.rods:
             points |= {*element.modes.basis.breakpoints}
             if not element.rod.profile.uniform:
                 points |= {*element.rod.profile.at.tolist()}
@@ -257,15 +256,17 @@ class Robot:
         values = tuple(
             element.modes.values(sigma)[:, None, :]
             * (np.arange(3)[:, None] == element.modes.directions)
-            for element in self._rods
+            for element in self.description.rods
         )
-        return values, tuple(element.rod.rest_curvature_at(sigma) for element in self._rods)
+        return values, tuple(
+            element.rod.rest_curvature_at(sigma) for element in self.description.rods
+        )
 
     @cached_property
     def length_indices(self) -> Integers:
         """State indices of the lengths of rods that motors feed."""
-        found = {rod.length_index for rod in self.numbers.rods} - {None}
-        return np.array(sorted(index for index in found if index is not None), np.int64)
+        fed = {rod.length_index for rod in self.numbers.rods if rod.length_index is not None}
+        return np.array(sorted(fed), np.int64)
 
     @cached_property
     def length_motors(self) -> Integers:
@@ -366,7 +367,7 @@ class Robot:
             raise InvalidRequest("loads", f"expected Loads, got {loads!r:.200}")
         if self.planar:
             self._check_planar(loads)
-        grid, rods = self.grid, self._rods
+        grid, rods = self.grid, self.description.rods
         nodes = len(grid.nodes)
         density = np.empty((len(rods), nodes, 3))
         point = np.zeros((len(rods), nodes + 1, 3))
@@ -399,11 +400,6 @@ class Robot:
             on_rods=np.array([float(density.any() or point.any())]),
             platform=platform,
         )
-
-    @cached_property
-    def _rods(self) -> tuple[ChainRod, ...]:
-        """The rods of all legs."""
-        return tuple(element for leg in self.description.legs for element in leg.rods)
 
     def _rod_of(self, load: str, name: str) -> int:
         """Number, among all rods, of the rod of a leg."""

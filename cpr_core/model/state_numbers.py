@@ -101,7 +101,7 @@ def state_numbers(description: RobotDescription, coordinates: PlatformCoordinate
         coordinates: Motions of its platform.
     """
     legs, length_unit = description.legs, description.mean_length
-    rigidities = [element.rod.rigidities.max() for leg in legs for element in leg.rods]
+    rigidities = [element.rod.rigidities.max() for element in description.rods]
     energy_unit = float(np.mean(rigidities)) / length_unit
     held = 2 if description.planar else 3
     unit: list[float] = []

@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
+from cpr_core import Loads
 from cpr_core.kernels.kernel_arrays import LoadArrays
 from cpr_core.lie import rotation_exp
 from cpr_core.model.model_state import ModelValue, evaluate
@@ -55,3 +57,37 @@ def model_at(robot: Robot, loads: LoadArrays):
         return evaluate(robot, loads, state, rotation, position)
 
     return value
+
+
+def check_tangent(robot: Robot, loads: Loads, seed: int = 7) -> None:
+    """The tangent is the derivative of the residual."""
+    value = model_at(robot, robot.load_arrays(loads))
+    point = random_state(robot, np.random.default_rng(seed))
+    unit = robot.arrays.unit
+    exact = value(*point).tangent * unit[:, None] * unit
+    for index in range(len(unit)):
+        column = derivative(lambda *p: value(*p).residual, robot, point, index)
+        np.testing.assert_allclose(
+            column * unit * unit[index],
+            exact[:, index],
+            rtol=0,
+            atol=1e-7 * np.abs(exact).max(),
+            err_msg=f"column {index}",
+        )
+
+
+def check_residual(robot: Robot, loads: Loads, seed: int = 11) -> None:
+    """The residual is the derivative of the Lagrangian."""
+    value = model_at(robot, robot.load_arrays(loads))
+    point = random_state(robot, np.random.default_rng(seed))
+    constraints = robot.multiplier_indices
+
+    def lagrangian(state, rotation, position):
+        found = value(state, rotation, position)
+        return found.energy + found.residual[constraints] @ state[constraints]
+
+    unit, exact = robot.arrays.unit, value(*point).residual
+    scale = np.abs(exact * unit).max()
+    for index in range(len(unit)):
+        slope = derivative(lagrangian, robot, point, index) * unit[index]
+        assert slope == pytest.approx(exact[index] * unit[index], abs=1e-7 * scale), index

@@ -3,10 +3,9 @@
 
 """Legs that are chains, against differences: every element, alone and with others."""
 
-import numpy as np
 import pytest
 from helpers.chain_robots import ALL_DIFFERENT, CHAINS, TIPS, robot_of
-from helpers.differences import derivative, model_at, random_state
+from helpers.differences import check_residual, check_tangent
 
 from cpr_core import Loads
 
@@ -19,38 +18,6 @@ LOADS = {
 def beside(chain):
     """Two legs, of which one has a rod."""
     return [chain, "motor" if chain == "no rod" else chain]
-
-
-def check_tangent(robot, loads, seed=7):
-    value = model_at(robot, robot.load_arrays(loads))
-    point = random_state(robot, np.random.default_rng(seed))
-    unit = robot.arrays.unit
-    exact = value(*point).tangent * unit[:, None] * unit
-    for index in range(len(unit)):
-        column = derivative(lambda *p: value(*p).residual, robot, point, index)
-        np.testing.assert_allclose(
-            column * unit * unit[index],
-            exact[:, index],
-            rtol=0,
-            atol=1e-7 * np.abs(exact).max(),
-            err_msg=f"column {index}",
-        )
-
-
-def check_residual(robot, loads, seed=11):
-    value = model_at(robot, robot.load_arrays(loads))
-    point = random_state(robot, np.random.default_rng(seed))
-    constraints = robot.multiplier_indices
-
-    def lagrangian(state, rotation, position):
-        found = value(state, rotation, position)
-        return found.energy + found.residual[constraints] @ state[constraints]
-
-    unit, exact = robot.arrays.unit, value(*point).residual
-    scale = np.abs(exact * unit).max()
-    for index in range(len(unit)):
-        slope = derivative(lagrangian, robot, point, index) * unit[index]
-        assert slope == pytest.approx(exact[index] * unit[index], abs=1e-7 * scale), index
 
 
 @pytest.mark.parametrize("load", LOADS)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.differences import derivative, model_at, random_state
+from helpers.differences import check_residual, check_tangent
 
 from cpr_core import Loads, load_robot, solve_forward, solve_home
 from cpr_core.description import joints, motors
@@ -120,43 +120,13 @@ CASES = [
 @pytest.mark.parametrize("load", LOADS)
 @pytest.mark.parametrize(("planar", "motor", "tip", "counts"), CASES)
 def test_tangent_is_the_derivative_of_the_residual(planar, motor, tip, counts, load):
-    robot = robot_of(planar, motor, tip, counts)
-    rng = np.random.default_rng(7)
-    value = model_at(robot, robot.load_arrays(LOADS[load](planar)))
-    point = random_state(robot, rng)
-    unit = robot.arrays.unit
-    exact = value(*point).tangent * unit[:, None] * unit
-    for index in range(len(unit)):
-        column = derivative(lambda *p: value(*p).residual, robot, point, index)
-        np.testing.assert_allclose(
-            column * unit * unit[index],
-            exact[:, index],
-            rtol=0,
-            atol=1e-7 * np.abs(exact).max(),
-            err_msg=f"column {index}",
-        )
+    check_tangent(robot_of(planar, motor, tip, counts), LOADS[load](planar))
 
 
 @pytest.mark.parametrize("load", ["none", "gravity", "rod force", "point forces", "varying force"])
 @pytest.mark.parametrize(("planar", "motor", "tip", "counts"), CASES)
 def test_residual_is_the_derivative_of_the_lagrangian(planar, motor, tip, counts, load):
-    robot = robot_of(planar, motor, tip, counts)
-    rng = np.random.default_rng(11)
-    value = model_at(robot, robot.load_arrays(LOADS[load](planar)))
-    point = random_state(robot, rng)
-    constraints = robot.multiplier_indices
-
-    def lagrangian(state, rotation, position):
-        here = value(state, rotation, position)
-        return here.energy + here.residual[constraints] @ state[constraints]
-
-    unit, exact = robot.arrays.unit, value(*point).residual
-    scale = np.abs(exact * unit).max()
-    for index in range(len(unit)):
-        slope = derivative(lagrangian, robot, point, index)
-        assert slope * unit[index] == pytest.approx(exact[index] * unit[index], abs=1e-7 * scale), (
-            index
-        )
+    check_residual(robot_of(planar, motor, tip, counts), LOADS[load](planar))
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
