@@ -156,7 +156,7 @@ def _loads(part: Part, legs: tuple[LegDescription, ...]) -> Loads:
 
 
 def _check_controlled(part: Part, description: RobotDescription) -> None:
-    """Whether the inverse problem is a square one."""
+    """Whether the motors can control these coordinates."""
     controlled = description.controlled
     allowed = ["x", "y"]
     if not part.planar:
@@ -171,11 +171,10 @@ def _check_controlled(part: Part, description: RobotDescription) -> None:
     count = sum(CONTROLLED_COORDINATES[name] for name in controlled)
     motor_count, freedom = len(description.motor_names), description.platform_freedom
     if motor_count > freedom:
-        if controlled:
+        if count > freedom:
             raise part.fail(
                 "controlled",
-                f"expected none: {motor_count} motors for {freedom} platform coordinates, the "
-                "inverse problem has no single solution",
+                f"expected at most {freedom} coordinates, as many as the platform has, got {count}",
             )
     elif count != motor_count:
         raise part.fail(

@@ -45,16 +45,17 @@ __all__ = [
 #: How to go: near requests only, no sign changes; wherever corrections contract; the same without
 #: prediction: where the loads are others than at the start the tangent alone does not tell the way.
 WATCHED, FREELY, UNPREDICTED = 0, 1, 2
+#: Where the motors are in a row of an imposed pose.
+_MOTORS = POSITION + 3
 
 
 class Requests(NamedTuple):
     """What is imposed, one row a step."""
 
     problem: int  # of Problem
-    given: NDArray[
-        np.float64
-    ]  # motors or efforts, (P, n), or platform rotation and position, (P, 12),
-    # those of the equilibrium where they are not imposed
+    given: NDArray[np.float64]
+    """Motors or efforts, (P, n), or platform rotation, position and motors, (P, 12 + n): those of the
+    equilibrium where they are not imposed; motors that are unknown are not read."""
     mode: int  # WATCHED, FREELY or UNPREDICTED
 
 
@@ -148,11 +149,19 @@ def _impose(robot, problem, given, before, work):
     """What is imposed, and what stays as it is, into the workspace."""
     size, first = robot.unit.shape[0], robot.motor_index
     for i in range(size - first):
-        work.given_motors[i] = given[i] if problem == Problem.MOTORS else before[first + i]
+        work.given_motors[i] = before[first + i]
+        if problem == Problem.MOTORS:
+            work.given_motors[i] = given[i]
+        elif problem == Problem.POSE:
+            work.given_motors[i] = given[_MOTORS + i]
         work.given_efforts[i], work.effort_change[i] = 0.0, 0.0
         if problem == Problem.EFFORTS:
             work.given_efforts[i] = given[i]
             work.effort_change[i] = given[i] - before[size + EFFORT + i]
+    if problem == Problem.POSE:
+        for i in robot.inverse_unknowns:
+            if i >= first:
+                work.given_motors[i - first] = before[i]
     for i in range(3):
         at = POSITION + i
         work.given_position[i] = given[at] if problem == Problem.POSE else before[size + at]

@@ -66,6 +66,8 @@ class Equilibrium:
         load_arrays: The loads as the kernels see them.
         record: The solution as the kernels keep it, see `record_layout`; never to be written.
         known_factors: The condensed tangent, where the solver has left it.
+        objective: What the freedom of redundant motors was used for (``least_motion``,
+            ``least_effort``, ``greatest_margin``), where an inverse problem found it; else empty.
     """
 
     robot: Robot
@@ -73,6 +75,7 @@ class Equilibrium:
     load_arrays: LoadArrays
     record: Floats
     known_factors: Lanes | None = None
+    objective: str = ""
 
     def __repr__(self) -> str:
         name, motors = self.robot.description.name, np.array2string(self.motors, precision=4)

@@ -36,7 +36,8 @@ Floats = NDArray[np.float64]
 #:
 #: - ``forward``: motors and wrench given, [P E W_a] of Eq. (45);
 #: - ``inverse``: controlled platform coordinates and wrench given, as the inverse geometrico-static
-#:   problem has it: [A P_u E W_a] with P_u the uncontrolled coordinates;
+#:   problem has it: [A P_u E W_a] with P_u the uncontrolled coordinates; with more motors than controlled
+#:   coordinates it has more columns than rows, and is singular where it loses rank;
 #: - ``inverse_by_effort``: whole platform motion and efforts given, [A E W_p] of Eq. (46).
 Problem = Literal["forward", "inverse", "inverse_by_effort"]
 
@@ -48,9 +49,10 @@ class Singularity:
     Attributes:
         problem: Which problem.
         singular_values: Of the dimensionless matrix, ascending.
-        motors: Motor part of the null direction, (n,); zero where motors are given.
+        motors: Motor part of the null direction, (n,); zero where motors are given. Of a problem with
+            more unknowns than equations, the direction of the smallest singular value.
         platform: Platform part of the null direction (body twist); zero where it is given.
-        sign: Sign of the determinant: which side of the singularity this is.
+        sign: Sign of the determinant: which side of the singularity this is; 0 where there is none.
     """
 
     problem: Problem
@@ -188,7 +190,10 @@ class KinematoStatics:
         )
 
     def predict_inverse(self, platform: ArrayLike, wrench: ArrayLike | None = None) -> Increments:
-        """Controlled platform and wrench increments given; the motors follow.
+        """Controlled platform and wrench increments given; the motors follow, as little as possible.
+
+        With more motors than controlled coordinates the sum of squares of the motor increments, in
+        radians and rod lengths, is least; ``self_motions`` may be added.
 
         Args:
             platform: dSigma_p, body twist, (platform,); only the controlled coordinates are read.
@@ -197,19 +202,39 @@ class KinematoStatics:
         Raises:
             InvalidRequest: A vector of the wrong length, or an inverse singularity.
         """
-        robot = self.equilibrium.robot
         wanted = self._given_platform("platform", platform)
         load = self._given_platform("wrench", wrench)
-        held = np.isin(robot.platform_axes, robot.controlled_axes)
-        controlled = linalg.inv(self._coordinate_motions())[held]
-        jacobian = controlled @ self.jacobian
-        scale = robot.arrays.unit[robot.motor_indices]
-        if held.sum() != robot.motor_count or np.linalg.cond(jacobian * scale) > 1e12:
+        controlled, scale = self._controlled, self.equilibrium.robot.motor_units
+        jacobian = controlled @ self.jacobian * scale
+        rows, columns = jacobian.shape
+        if not 0 < rows <= columns or np.linalg.cond(jacobian) > 1e12:
             raise InvalidRequest(
                 "platform", "expected a regular inverse problem, this is an inverse singularity"
             )
-        motors = linalg.solve(jacobian, controlled @ (wanted - self.platform_by_wrench @ load))
+        rest = controlled @ (wanted - self.platform_by_wrench @ load)
+        motors = scale * linalg.lstsq(jacobian, rest)[0]
         return self.predict_forward(motors, load)
+
+    @cached_property
+    def self_motions(self) -> Floats:
+        """Motor motions that leave the controlled coordinates where they are, (n, redundancy).
+
+        Columns in rad and m, orthonormal in radians and rod lengths; none where there are no more motors
+        than controlled coordinates.
+        """
+        robot = self.equilibrium.robot
+        if robot.redundancy == 0:
+            return np.zeros((robot.motor_count, 0))
+        scale = robot.motor_units
+        _, _, directions = np.linalg.svd(self._controlled @ self.jacobian * scale)
+        return np.asarray(scale[:, None] * directions[len(robot.controlled_axes) :].T)
+
+    @cached_property
+    def _controlled(self) -> Floats:
+        """Rates of the controlled coordinates by the body twist, (controlled, platform)."""
+        robot = self.equilibrium.robot
+        held = np.isin(robot.platform_axes, robot.controlled_axes)
+        return np.asarray(linalg.inv(self._coordinate_motions())[held])
 
     def solve(
         self,
@@ -327,10 +352,9 @@ class KinematoStatics:
 
     @property
     def problems(self) -> tuple[Problem, ...]:
-        """Linear problems of this robot: ``inverse`` with as many controlled coordinates as motors."""
-        robot = self.equilibrium.robot
-        square = len(robot.controlled_axes) == robot.motor_count
-        return tuple(p for p in get_args(Problem) if p != "inverse" or square)
+        """Linear problems of this robot: ``inverse`` where coordinates are controlled."""
+        controls = len(self.equilibrium.robot.controlled_axes) > 0
+        return tuple(p for p in get_args(Problem) if p != "inverse" or controls)
 
     def singularity(
         self, problem: Problem, characteristic_length: float | None = None
@@ -345,7 +369,7 @@ class KinematoStatics:
         robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
         matrix, free, moved = self._problem_matrix(problem, characteristic_length)
         unit, _ = self._units(characteristic_length)
-        _, values, directions = linalg.svd(matrix)
+        _, values, directions = linalg.svd(matrix, full_matrices=False)
         null = directions[-1]
         motors = np.zeros(n)
         motors[:moved] = null[:moved] * unit[robot.motor_indices][:moved]
@@ -377,8 +401,7 @@ class KinematoStatics:
         if problem not in self.problems:
             raise InvalidRequest(
                 "problem",
-                f"{robot.description.name} has no inverse problem with a single solution: it has {n} "
-                f"motors for {len(robot.controlled_axes)} controlled coordinates",
+                f"{robot.description.name} has no inverse problem: it controls no platform coordinates",
             )
         a, p, e, w = self.matrices(characteristic_length)
         unit, _ = self._units(characteristic_length)
@@ -411,8 +434,10 @@ class KinematoStatics:
         return _platform_turn(equilibrium).T @ motions
 
     def _sign(self, problem: Problem) -> int:
-        """Sign of the determinant of the problem's own equations: free of the basis Z."""
+        """Sign of the determinant of the problem's own equations: free of the basis Z; 0: not square."""
         robot, unit = self.equilibrium.robot, self.equilibrium.robot.arrays.unit
+        if problem == "inverse" and robot.redundancy:
+            return 0
         inner, platform = robot.arrays.motor_index, robot.platform_indices
         legs = np.arange(robot.arrays.platform_index)
         rows, columns = np.arange(inner), [self.tangent[:, legs] * unit[legs]]

@@ -73,9 +73,12 @@ class Robot:
 
     Attributes:
         description: What the user described.
+        held_motors: Numbers of the motors that stay where they are put in the inverse problem, see
+            ``holding``.
     """
 
     description: RobotDescription
+    held_motors: tuple[int, ...] = ()
 
     def __repr__(self) -> str:
         described = self.description
@@ -85,8 +88,18 @@ class Robot:
             f"{sum(rod.modes.total for rod in described.rods)} strain coordinates>"
         )
 
-    def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription]]:
-        return Robot, (self.description,)
+    def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription, tuple[int, ...]]]:
+        return Robot, (self.description, self.held_motors)
+
+    def holding(self, motors: tuple[int, ...]) -> Robot:
+        """The same robot, with an inverse problem in which some motors are imposed beside the pose.
+
+        With as many as its ``redundancy`` the problem has a single solution.
+
+        Args:
+            motors: Their numbers.
+        """
+        return self.kept(f"holding {motors}", lambda: Robot(self.description, motors))
 
     @property
     def planar(self) -> bool:
@@ -154,7 +167,10 @@ class Robot:
     @cached_property
     def arrays(self) -> RobotArrays:
         """The robot as the kernels see it."""
-        return robot_arrays(self.description, self.grid, self.platform_coordinates, self.numbers)
+        arrays = robot_arrays(self.description, self.grid, self.platform_coordinates, self.numbers)
+        held = arrays.motor_index + np.array(self.held_motors, np.int64)
+        unknowns = np.setdiff1d(arrays.inverse_unknowns, held)
+        return arrays._replace(inverse_unknowns=unknowns)
 
     @cached_property
     def numbers(self) -> StateNumbers:
@@ -305,15 +321,20 @@ class Robot:
         return self.platform_coordinates.controls_angles
 
     @cached_property
+    def redundancy(self) -> int:
+        """How many motors there are beyond those the controlled coordinates need; 0 without any."""
+        free = self.motor_count - len(self.held_motors) - len(self.controlled_axes)
+        return free if len(self.controlled_axes) else 0
+
+    @cached_property
     def problems(self) -> dict[str, tuple[Integers, Integers]]:
         """Unknowns and equations beside those of the legs, by what is imposed (Section IV-B)."""
         platform, motors = self.platform_indices, self.motor_indices
         both = np.concatenate([platform, motors])
-        free = ~np.isin(self.platform_axes, self.controlled_axes)
         return {
             "motors": (platform, platform),
             "efforts": (both, both),
-            "pose": (np.concatenate([platform[free], motors]), platform),
+            "pose": (self.arrays.inverse_unknowns, platform),
         }
 
     @cached_property

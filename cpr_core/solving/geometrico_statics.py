@@ -93,6 +93,7 @@ def solve_inverse(
     loads: Loads | None = None,
     stable_only: bool = False,
     time_limit: float | None = None,
+    objective: str | None = None,
 ) -> Equilibrium:
     """Inverse problem: the motors that hold the controlled platform coordinates at given values.
 
@@ -106,6 +107,12 @@ def solve_inverse(
         loads: Loads; default those of the start.
         stable_only: Refuse to pass or reach an unstable equilibrium.
         time_limit: Give up after this time [s]; default never.
+        objective: For robots with more motors than controlled coordinates: what the freedom is used for.
+            ``least_motion``, the default: the motors move as little as possible from the start, by the
+            sum of squares in radians and rod lengths; ``least_effort``: the sum of squares of the
+            efforts is least, torques in E J / l, forces in E J / l^2; ``greatest_margin`` of stability.
+            What is found is the optimum next to the least motion, along the null space; where a limit or
+            a fold is in the way, the best before it. ``equilibrium.objective`` names it.
 
     Raises:
         InvalidRequest: Wrong number of coordinates, or loads that do not fit the robot.
@@ -119,7 +126,13 @@ def solve_inverse(
     """
     start = checked_start(robot, start)
     return solve_from(
-        start, "pose", pose, loads=loads, stable_only=stable_only, time_limit=time_limit
+        start,
+        "pose",
+        pose,
+        loads=loads,
+        stable_only=stable_only,
+        time_limit=time_limit,
+        objective=objective,
     )
 
 

@@ -30,7 +30,7 @@ from ..kernels.square_problem import CONTRACTION, ITERATIONS
 from ..lie import angle_motions, rotation_exp
 from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
 from .limits import Limit, grazes, margins, violated
-from .targets import Imposed, Target
+from .targets import Imposed, Target, pose_row
 
 __all__ = ["OutOfTime", "Path", "Point", "Tangent"]
 
@@ -211,9 +211,10 @@ class Path:
     def _given(self, near: Equilibrium, fraction: float) -> Floats:
         """What is imposed at a fraction, as the kernels take it."""
         state, rotation, position, efforts = self._imposed(near, fraction)
-        if self.problem == "motors":
-            return state[self._robot.arrays.motor_index :]
-        return efforts if self.problem == "efforts" else np.append(rotation, position)
+        if self.problem == "efforts":
+            return efforts
+        motors = state[self._robot.arrays.motor_index :]
+        return motors if self.problem == "motors" else pose_row(rotation, position, motors)
 
     @on_one_blas_thread
     def crossing(self, low: Point, high: Point) -> float:

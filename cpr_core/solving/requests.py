@@ -41,8 +41,8 @@ def target_of(start: Equilibrium, problem: str, values: ArrayLike) -> Target:
     if not robot.description.controlled:
         raise InvalidRequest(
             "pose",
-            f"the inverse problem of {robot.description.name} has no single solution: it has "
-            f"{robot.motor_count} motors for {len(robot.platform_axes)} platform coordinates",
+            f"{robot.description.name} has no inverse problem: it controls no platform coordinates; "
+            "name them under `controlled` in the description",
         )
     position, rotation = split_pose(start, values)
     return PoseTarget(rotation, position)

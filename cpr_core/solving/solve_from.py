@@ -12,7 +12,7 @@ from ..description.plausibility import quaternion_order_doubt, request_doubt
 from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
 from ..validation import checked_time
-from .continuation import Walk, follow
+from .continuation import Walk
 from .events import PathEvent
 from .limits import check_limits, limit_error
 from .near_request import solve_near
@@ -23,6 +23,8 @@ from .not_reached import (
     TimeLimitExceeded,
     UnstableEquilibrium,
 )
+from .objectives import objective_of
+from .redundant_walk import walk_to
 from .requests import target_of
 from .targets import MotorTarget, PoseTarget, Target
 
@@ -40,6 +42,7 @@ def solve_from(
     loads: Loads | None = None,
     stable_only: bool = False,
     time_limit: float | None = None,
+    objective: str | None = None,
 ) -> Equilibrium:
     """The equilibrium at a request, on the branch of the start.
 
@@ -50,21 +53,26 @@ def solve_from(
         loads: Loads; default those of the start.
         stable_only: Refuse to pass or reach an unstable equilibrium.
         time_limit: Give up after this time [s]; default never.
+        objective: What the freedom of redundant motors is used for, see ``solve_inverse``.
 
     Raises:
         InvalidRequest: Wrong number of values, or loads that do not fit the robot.
         NotReached: As in ``solve_forward``.
     """
     target = target_of(start, problem, values)
+    redundant, aim = problem == "pose" and start.robot.redundancy > 0, None
+    if redundant or objective is not None:
+        aim = objective_of(start.robot, objective, start)
     near = loads is None or loads is start.loads
-    if near and (time_limit is None or checked_time(time_limit) > _ONE_STEP):
+    if near and not redundant and (time_limit is None or checked_time(time_limit) > _ONE_STEP):
         found = solve_near(start, target, stable_only)
         if found is not None:
             return found
-    walk = follow(
+    walk = walk_to(
         start,
         target,
         start.loads if loads is None else loads,
+        objective=aim,
         stable_only=stable_only,
         time_limit=time_limit,
     )

@@ -25,6 +25,8 @@ __all__ = [
     "ProblemName",
     "Target",
     "check_rod_lengths",
+    "pose_between",
+    "pose_row",
 ]
 
 Floats = NDArray[np.float64]
@@ -83,6 +85,11 @@ def check_rod_lengths(robot: Robot, motors: Floats) -> None:
                 f"{robot.motor_names[motor]}: expected a rod length above 0 m, "
                 f"got {motors[motor]:g} m",
             )
+
+
+def pose_row(rotation: Floats, position: Floats, motors: Floats) -> Floats:
+    """An imposed pose as the kernels take it, see ``continuation_kernel.Requests``, (12 + n,)."""
+    return np.concatenate([rotation.ravel(), position, motors])
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,21 +158,32 @@ class PoseTarget:
     Attributes:
         rotation: Platform rotation, (3, 3); read where the orientation is controlled.
         position: Platform position, (3,) [m]; read where it is controlled.
+        motors: Motor positions, (n,) [rad or m]; read for motors that the robot holds (``holding``);
+            None: these stay where they are.
     """
 
     rotation: Floats
     position: Floats
+    motors: Floats | None = None
     problem: ClassVar[ProblemName] = "pose"
 
     def distance(self, start: Equilibrium) -> float:
-        """Distance of the positions, or angle between the orientations where it is larger."""
+        """Distance of the positions, angle between the orientations, or way of a motor that is held."""
         moved = float(np.max(np.abs(self.position - start.platform_position)))
         cosine = 0.5 * (float(np.sum(self.rotation * start.platform_rotation)) - 1.0)
         turned = float(np.arccos(min(1.0, max(-1.0, cosine))))
-        return max(moved / start.robot.mean_length, turned)
+        robot, way = start.robot, 0.0
+        if self.motors is not None and robot.held_motors:
+            ways = np.abs(self.motors - start.motors) / robot.motor_units
+            way = float(ways[list(robot.held_motors)].max())
+        return max(moved / robot.mean_length, turned, way)
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
-        """Straight in the position and in single angles, about one axis in the whole orientation."""
+        """Straight in the position, single angles and held motors, about one axis in the orientation."""
+        if self.motors is not None:
+            holding = list(start.robot.held_motors)
+            way = (1.0 - fraction) * start.motors + fraction * self.motors
+            values.motors[holding] = way[holding]
         axes = start.robot.controlled_axes
         held = axes[axes >= 3] - 3
         between = (1.0 - fraction) * start.platform_position + fraction * self.position
@@ -177,10 +195,11 @@ class PoseTarget:
             values.rotation[:] = rotation_exp(fraction * turn) @ start.platform_rotation
 
     def given(self, start: Equilibrium) -> Floats:
-        """Rotation and position, those of the start where they are not controlled, (1, 12)."""
+        """Rotation, position and motors, those of the start where not imposed, (1, 12 + n)."""
         rotation, position = start.platform_rotation.copy(), start.platform_position.copy()
-        self.impose(start, 1.0, Imposed(np.empty(0), np.empty(0), rotation, position))
-        return np.append(rotation, position)[None, :]
+        motors = start.motors.copy()
+        self.impose(start, 1.0, Imposed(motors, np.empty(0), rotation, position))
+        return pose_row(rotation, position, motors)[None, :]
 
     def _angles_between(self, start: Equilibrium, fraction: float, rotation: Floats) -> Floats:
         """The controlled angles on the short way, the others as they are."""
@@ -192,3 +211,10 @@ class PoseTarget:
         angles = roll_pitch_yaw(rotation)
         angles[held] = (first + fraction * turn)[held]
         return rotation_from_angles(*angles)
+
+
+def pose_between(start: Equilibrium, target: PoseTarget, fraction: float) -> PoseTarget:
+    """The pose at a fraction of the way to another, what is not controlled as at the start."""
+    rotation, position = start.platform_rotation.copy(), start.platform_position.copy()
+    target.impose(start, fraction, Imposed(start.motors.copy(), np.empty(0), rotation, position))
+    return PoseTarget(rotation, position)

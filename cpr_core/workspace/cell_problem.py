@@ -61,7 +61,6 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
         grid: The grid.
     """
     forward = grid.given == "motors"
-    has_inverse = len(robot.controlled_axes) > 0
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
     motions = np.ascontiguousarray(robot.unit_motions[np.ix_(moving, moving)])
     filled = motions != 0.0
@@ -71,7 +70,7 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
         held[:3] = np.isin([3, 4, 5], robot.controlled_axes)
         held[3:] = np.isin([0, 1, 2], robot.controlled_axes)
     equations = robot.platform_indices
-    unknowns = robot.problems["pose"][0] if has_inverse else _NONE
+    unknowns = robot.problems["pose"][0] if robot.redundancy == 0 else _NONE
     forward_problem = SquareProblem(equations, equations, False)
     inverse_problem = SquareProblem(equations, unknowns, bool(robot.controls_angles))
     return CellProblem(

@@ -1,0 +1,192 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the freedom of more motors than controlled coordinates is used for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, Literal, Protocol, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InvalidRequest
+from ..model.equilibrium import Equilibrium
+from ..model.kinemato_statics import kinemato_statics
+from ..model.robot import Robot
+from ..model.stability import Spectrum
+
+__all__ = [
+    "OBJECTIVES",
+    "GreatestMargin",
+    "LeastEffort",
+    "LeastMotion",
+    "Objective",
+    "ObjectiveName",
+    "objective_of",
+]
+
+Floats = NDArray[np.float64]
+ObjectiveName = Literal["least_motion", "least_effort", "greatest_margin"]
+OBJECTIVES: tuple[ObjectiveName, ...] = get_args(ObjectiveName)
+
+#: An equilibrium at the same pose, its motors moved along the null space by about so much
+#: (dimensionless, (n,)); None where there is none near by.
+Probe = Callable[[Floats], Equilibrium | None]
+
+
+class Objective(Protocol):
+    """A function of equilibria at one pose that is made least. Motors count in radians and rod lengths."""
+
+    #: Its name in requests and answers.
+    name: ClassVar[ObjectiveName]
+    #: A change of the motors below this is none.
+    tolerance: ClassVar[float]
+
+    def value(self, equilibrium: Equilibrium) -> float:
+        """What is made least, dimensionless."""
+        ...
+
+    def slope(self, equilibrium: Equilibrium, directions: Floats, probe: Probe) -> Floats:
+        """Derivatives along self-motions.
+
+        Args:
+            equilibrium: Where.
+            directions: Self-motions, orthonormal columns, (n, r).
+            probe: Finds equilibria beside it.
+
+        Returns:
+            (r,)
+        """
+        ...
+
+    def curvature(self, equilibrium: Equilibrium, directions: Floats) -> Floats:
+        """A first guess of the second derivatives along self-motions, positive definite, (r, r)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class LeastMotion:
+    """The motors move as little as possible, by the sum of squares.
+
+    Attributes:
+        motors: Where they move from, (n,) [rad or m].
+    """
+
+    motors: Floats
+    name: ClassVar[ObjectiveName] = "least_motion"
+    tolerance: ClassVar[float] = 1e-9
+
+    def value(self, equilibrium: Equilibrium) -> float:
+        """Half the square of the way."""
+        return 0.5 * float(np.sum(self._way(equilibrium) ** 2))
+
+    def slope(self, equilibrium: Equilibrium, directions: Floats, probe: Probe) -> Floats:
+        """The way, along the directions."""
+        return self._way(equilibrium) @ directions
+
+    def curvature(self, equilibrium: Equilibrium, directions: Floats) -> Floats:
+        """Of straight ways."""
+        return np.eye(directions.shape[1])
+
+    def _way(self, equilibrium: Equilibrium) -> Floats:
+        return np.asarray((equilibrium.motors - self.motors) / equilibrium.robot.motor_units)
+
+
+@dataclass(frozen=True, eq=False)
+class LeastEffort:
+    """The sum of squares of the efforts is least, torques in E J / l and forces in E J / l^2."""
+
+    name: ClassVar[ObjectiveName] = "least_effort"
+    tolerance: ClassVar[float] = 1e-9
+
+    def value(self, equilibrium: Equilibrium) -> float:
+        """Half the sum of squares."""
+        return 0.5 * float(np.sum((equilibrium.efforts * _per_effort(equilibrium)) ** 2))
+
+    def slope(self, equilibrium: Equilibrium, directions: Floats, probe: Probe) -> Floats:
+        """By the effort sensitivity."""
+        efforts = equilibrium.efforts * _per_effort(equilibrium)
+        return np.asarray(efforts @ self._sensitivity(equilibrium, directions))
+
+    def curvature(self, equilibrium: Equilibrium, directions: Floats) -> Floats:
+        """As if the sensitivity stayed (Gauss-Newton)."""
+        sensitivity = self._sensitivity(equilibrium, directions)
+        found = sensitivity.T @ sensitivity
+        return np.asarray(found + 1e-9 * np.trace(found) * np.eye(len(found)))
+
+    def _sensitivity(self, equilibrium: Equilibrium, directions: Floats) -> Floats:
+        moved = equilibrium.robot.motor_units[:, None] * directions
+        efforts = kinemato_statics(equilibrium).efforts_by_motors @ moved
+        return np.asarray(_per_effort(equilibrium)[:, None] * efforts)
+
+
+@dataclass(frozen=True, eq=False)
+class GreatestMargin:
+    """The margin of stability with the motors held is greatest."""
+
+    name: ClassVar[ObjectiveName] = "greatest_margin"
+    tolerance: ClassVar[float] = 1e-6
+
+    #: Way of the differences: their error and that of the margins are then alike.
+    _WAY: ClassVar[float] = 1e-3
+
+    def value(self, equilibrium: Equilibrium) -> float:
+        """The margin, negative."""
+        margin = equilibrium.margin
+        return -(margin if np.isfinite(margin) else _dense_margin(equilibrium))
+
+    def slope(self, equilibrium: Equilibrium, directions: Floats, probe: Probe) -> Floats:
+        """By central differences, on one side where there is no equilibrium on the other."""
+        found, centre = [], self.value(equilibrium)
+        for direction in directions.T:
+            ways, values = [0.0], [centre]
+            for way in (-self._WAY, self._WAY):
+                beside = probe(way * direction)
+                if beside is not None:
+                    ways.append(way)
+                    values.append(self.value(beside))
+            found.append((values[-1] - values[-2]) / (ways[-1] - ways[-2]) if ways[1:] else 0.0)
+        return np.array(found)
+
+    def curvature(self, equilibrium: Equilibrium, directions: Floats) -> Floats:
+        """A radian for a margin of 1: what is right is learnt on the way."""
+        return np.eye(directions.shape[1])
+
+
+def objective_of(robot: Robot, name: str | None, start: Equilibrium) -> Objective:
+    """The objective of a request.
+
+    Args:
+        robot: The robot.
+        name: One of ``OBJECTIVES``; None: least motion.
+        start: Where motions begin.
+
+    Raises:
+        InvalidRequest: Another name, or a robot without the freedom.
+    """
+    if name is not None and name not in OBJECTIVES:
+        raise InvalidRequest("objective", f"expected {', '.join(OBJECTIVES)}, got {name!r:.80}")
+    if name is not None and robot.redundancy == 0:
+        raise InvalidRequest(
+            "objective",
+            f"expected none: {robot.description.name} has no more motors than controlled "
+            f"coordinates, its inverse problem leaves no freedom, got {name!r}",
+        )
+    if name == "least_effort":
+        return LeastEffort()
+    return GreatestMargin() if name == "greatest_margin" else LeastMotion(start.motors)
+
+
+def _per_effort(equilibrium: Equilibrium) -> Floats:
+    """One over the natural units of the efforts, (n,)."""
+    robot = equilibrium.robot
+    return np.asarray(robot.motor_units / robot.arrays.energy_unit)
+
+
+def _dense_margin(equilibrium: Equilibrium) -> float:
+    """The margin where the legs cannot be condensed."""
+    spectrum: Spectrum = equilibrium.spectrum_locked
+    return float(spectrum.margin)
