@@ -24,7 +24,7 @@ from ..solving.geometrico_statics import solve_forward, solve_inverse
 from ..solving.home import solve_home
 from ..version import __version__
 from .compile_command import compile_all, show_compilation
-from .path_commands import add_equilibria_options, add_trace_options
+from .path_commands import add_equilibria_options, add_objective, add_trace_options
 from .reports import (
     equilibrium_as_dict,
     equilibrium_as_text,
@@ -94,6 +94,7 @@ def _parser() -> argparse.ArgumentParser:
     inverse = commands.add_parser("inverse", help="platform pose to motor positions")
     _add_common(inverse, _report_equilibrium)
     _add_pose(inverse, required=True)
+    add_objective(inverse)
 
     stability = commands.add_parser("stability", help="spectrum of the reduced Hessian")
     _add_common(stability, _report_stability)
@@ -159,7 +160,7 @@ def _add_pose(parser: argparse._ActionsContainer, required: bool = False) -> Non
 
 
 def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
-    parser.set_defaults(report=report, motors=None, pose=None)
+    parser.set_defaults(report=report, motors=None, pose=None, objective=None)
     # argparse takes -1e-3 for an option; it knows negative numbers without an exponent only.
     parser._negative_number_matcher = _NEGATIVE_NUMBER
     parser.add_argument("robot", metavar="ROBOT", help="YAML file or name of a shipped robot")
@@ -198,7 +199,7 @@ def _solved(robot: Robot, options: argparse.Namespace) -> Equilibrium:
     """The equilibrium a command is about."""
     loads = _loads(robot, options)
     if options.pose is not None:
-        return solve_inverse(robot, options.pose, loads=loads)
+        return solve_inverse(robot, options.pose, loads=loads, objective=options.objective)
     motors = solve_home(robot).motors if options.motors is None else options.motors
     return solve_forward(robot, motors, loads=loads)
 

@@ -20,9 +20,10 @@ from ..model.robot import Robot
 from ..solving.find_equilibria import FoundEquilibrium, find_equilibria
 from ..solving.geometrico_statics import solve_forward, solve_forward_by_effort, solve_inverse
 from ..solving.home import solve_home
+from ..solving.objectives import OBJECTIVES
 from ..solving.trace import Trace, trace
 
-__all__ = ["add_equilibria_options", "add_trace_options"]
+__all__ = ["add_equilibria_options", "add_objective", "add_trace_options"]
 
 
 def add_trace_options(parser: argparse.ArgumentParser) -> None:
@@ -44,9 +45,19 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
         "--points", type=int, default=51, metavar="N", help="equilibria kept, equally spaced"
     )
     parser.add_argument("--stable-only", action="store_true", help="stop where stability is lost")
+    add_objective(parser)
     parser.add_argument("--past-folds", action="store_true", help="follow the branch around folds")
     parser.add_argument(
         "--plot", type=_picture, metavar="FILE", help="draw the path (png, svg, pdf)"
+    )
+
+
+def add_objective(parser: argparse.ArgumentParser) -> None:
+    """What the freedom of redundant motors is used for."""
+    parser.add_argument(
+        "--objective",
+        choices=OBJECTIVES,
+        help="what redundant motors are used for; else least_motion",
     )
 
 
@@ -102,6 +113,7 @@ def _trace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tu
             stable_only=options.stable_only,
             past_folds=options.past_folds,
             progress=progress,
+            objective=options.objective,
         )
     if options.plot is not None:
         from ..drawing.path_plots import plot_trace

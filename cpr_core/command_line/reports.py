@@ -84,6 +84,8 @@ def equilibrium_as_text(equilibrium: Equilibrium) -> str:
         f"index {free.index} at constant effort"
     )
     lines.append(f"  controlled   {' '.join(pose_meaning(robot))}")
+    if equilibrium.objective:
+        lines.append(f"  redundant    {equilibrium.objective.replace('_', ' ')}")
     return "\n".join(lines)
 
 

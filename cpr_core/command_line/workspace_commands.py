@@ -27,6 +27,7 @@ from ..solving.home import solve_home
 from ..workspace import Grid, WorkspaceMap, map_workspace, motor_grid, pose_grid
 from ..workspace.flooding import Progress
 from ..workspace.summary import summary_of
+from .path_commands import add_objective
 
 __all__ = ["add_workspace_options"]
 
@@ -65,6 +66,7 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tolerance", type=_number, default=1e-5, metavar="T", help="of borders, default 1e-5"
     )
+    add_objective(parser)
     parser.add_argument("--workers", type=int, metavar="N", help="threads, default one per core")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the map (png, svg, pdf)")
     parser.add_argument(
@@ -106,6 +108,7 @@ def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
             file=options.out,
             resume=not options.restart,
             progress=progress,
+            objective=options.objective,
         )
     if options.plot is not None:
         plot_map(found, options.plot, field=options.field, threshold=options.threshold)

@@ -38,7 +38,7 @@ Probe = Callable[[Floats], Equilibrium | None]
 
 
 class Objective(Protocol):
-    """A function of equilibria at one pose that is made least. Motors count in radians and rod lengths."""
+    """What is made least at a pose. Motors count in radians and rod lengths."""
 
     #: Its name in requests and answers.
     name: ClassVar[ObjectiveName]
@@ -91,6 +91,10 @@ class LeastMotion:
         """Of straight ways."""
         return np.eye(directions.shape[1])
 
+    def __str__(self) -> str:
+        motors = ", ".join(f"{motor!r}" for motor in self.motors.tolist())
+        return f"{self.name} from motors ({motors})"
+
     def _way(self, equilibrium: Equilibrium) -> Floats:
         return np.asarray((equilibrium.motors - self.motors) / equilibrium.robot.motor_units)
 
@@ -116,6 +120,9 @@ class LeastEffort:
         sensitivity = self._sensitivity(equilibrium, directions)
         found = sensitivity.T @ sensitivity
         return np.asarray(found + 1e-9 * np.trace(found) * np.eye(len(found)))
+
+    def __str__(self) -> str:
+        return self.name
 
     def _sensitivity(self, equilibrium: Equilibrium, directions: Floats) -> Floats:
         moved = equilibrium.robot.motor_units[:, None] * directions
@@ -150,6 +157,9 @@ class GreatestMargin:
                     values.append(self.value(beside))
             found.append((values[-1] - values[-2]) / (ways[-1] - ways[-2]) if ways[1:] else 0.0)
         return np.array(found)
+
+    def __str__(self) -> str:
+        return self.name
 
     def curvature(self, equilibrium: Equilibrium, directions: Floats) -> Floats:
         """A radian for a margin of 1: what is right is learnt on the way."""

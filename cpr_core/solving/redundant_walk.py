@@ -53,6 +53,7 @@ def walk_to(
     *,
     objective: Objective | None = None,
     stable_only: bool = False,
+    singularities: bool = False,
     time_limit: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Walk:
@@ -66,6 +67,7 @@ def walk_to(
         loads: Loads to arrive with; they change along the way as well.
         objective: What the freedom of redundant motors is used for; default least motion from the start.
         stable_only: Stop where the stability index grows above zero.
+        singularities: Locate inverse singularities on the way of motors or efforts too.
         time_limit: Give up after this time [s].
         progress: Called with the fraction reached.
 
@@ -78,6 +80,7 @@ def walk_to(
             target,
             loads,
             stable_only=stable_only,
+            singularities=singularities,
             time_limit=time_limit,
             progress=progress,
         )
@@ -104,9 +107,7 @@ class _Redundant:
         arrived = self._arrive(start)
         if arrived.stopped is None:
             arrived = self._descend(arrived.last)
-        last = replace(
-            arrived.last.with_iterations(self.iterations), objective=self.objective.name
-        )
+        last = replace(arrived.last.with_iterations(self.iterations), objective=self.objective.name)
         return replace(arrived, last=last, events=tuple(self.events))
 
     def _arrive(self, start: Equilibrium) -> Walk:
@@ -170,7 +171,7 @@ class _Redundant:
             length = float(np.linalg.norm(change))
             if length < objective.tolerance:
                 break
-            change *= min(1.0, _LONGEST_DESCENT / length)
+            change = change * min(1.0, _LONGEST_DESCENT / length)
             found = self._lower(last, directions, change, float(slope @ change))
             if found is None:
                 break

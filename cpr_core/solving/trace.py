@@ -5,8 +5,10 @@
 
 from __future__ import annotations
 
+import itertools
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,11 +19,14 @@ from ..errors import InvalidRequest
 from ..model.bending_strain import bending_strains
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from ..validation import checked_count
+from ..validation import checked_count, checked_time
 from .continuation import Walk, follow
 from .events import PathEvent
 from .geometrico_statics import checked_start
+from .objectives import objective_of
+from .redundant_walk import walk_to
 from .requests import target_of
+from .targets import PoseTarget, pose_between
 
 __all__ = ["Trace", "trace"]
 
@@ -128,6 +133,7 @@ def trace(
     singularities: bool = True,
     time_limit: float | None = None,
     progress: Callable[[float], None] | None = None,
+    objective: str | None = None,
 ) -> Trace:
     """Follow the branch of an equilibrium along a straight path, and keep what is on the way.
 
@@ -148,12 +154,15 @@ def trace(
         singularities: Locate inverse singularities on the way of motors or efforts too.
         time_limit: Stop after this time [s].
         progress: Called with the fraction reached.
+        objective: For redundant robots and poses, as in ``solve_inverse``: what the freedom is used for,
+            from one of the equilibria kept to the next.
 
     Returns:
         The path up to its end, or up to the event that stopped it. Nothing is raised for that.
 
     Raises:
-        InvalidRequest: Not one target, a target of the wrong length, or fewer than two points.
+        InvalidRequest: Not one target, a target of the wrong length, fewer than two points, or folds to be
+            passed by a redundant robot.
         NonFiniteInput: A NaN or an infinity.
     """
     start = checked_start(robot, start)
@@ -166,18 +175,66 @@ def trace(
         )
     points = checked_count("points", points, 2)
     problem, values = given[0] if given else ("motors", start.motors)
+    fractions, target = np.linspace(0.0, 1.0, points), target_of(start, problem, values)
+    loads = start.loads if loads is None else loads
+    if isinstance(target, PoseTarget) and robot.redundancy > 0:
+        if past_folds:
+            problem = (
+                "expected none: equilibria of a redundant robot at a pose are more than a curve"
+            )
+            raise InvalidRequest("past_folds", problem)
+        return _redundant_trace(
+            start, target, loads, fractions, objective, stable_only, time_limit, progress
+        )
+    if objective is not None:
+        objective_of(robot, objective, start)
     walk = follow(
         start,
-        target_of(start, problem, values),
-        start.loads if loads is None else loads,
+        target,
+        loads,
         stable_only=stable_only,
         past_folds=past_folds,
         singularities=singularities,
-        keep=tuple(np.linspace(0.0, 1.0, points).tolist()),
+        keep=tuple(fractions.tolist()),
         time_limit=time_limit,
         progress=progress,
     )
     return _trace_of(robot, walk)
+
+
+def _redundant_trace(
+    start: Equilibrium,
+    target: PoseTarget,
+    loads: Loads,
+    fractions: Floats,
+    objective: str | None,
+    stable_only: bool,
+    time_limit: float | None,
+    progress: Callable[[float], None] | None,
+) -> Trace:
+    """From one equilibrium kept to the next; eight numbers of one question, passed on."""
+    deadline = time.perf_counter() + checked_time(time_limit)
+    found, events = [start], list[PathEvent]()
+    stopped = None
+    for before, fraction in itertools.pairwise(fractions.tolist()):
+        walk = walk_to(
+            found[-1],
+            pose_between(start, target, fraction),
+            loads if fraction == 1.0 else start.loads.toward(loads, fraction),
+            objective=objective_of(start.robot, objective, found[-1]),
+            stable_only=stable_only,
+            time_limit=max(0.0, deadline - time.perf_counter()),
+        )
+        way = fraction - before
+        events += [replace(event, fraction=before + way * event.fraction) for event in walk.events]
+        if walk.stopped is not None:
+            stopped = events[-1]
+            break
+        found.append(walk.last)
+        if progress is not None:
+            progress(fraction)
+    kept = fractions[: len(found)]
+    return Trace(start.robot, kept, tuple(found), tuple(events), stopped)
 
 
 def _trace_of(robot: Robot, walk: Walk) -> Trace:

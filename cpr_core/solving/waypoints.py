@@ -25,10 +25,11 @@ from ..kernels.square_problem import Tolerances
 from ..model.equilibrium import Equilibrium, new_record
 from ..model.robot import Robot
 from ..validation import checked_time
-from .continuation import follow
 from .events import PathEvent
 from .geometrico_statics import checked_start
 from .limits import grazes, margins, violated
+from .objectives import objective_of
+from .redundant_walk import walk_to
 from .requests import pose_meaning, target_of
 from .targets import ProblemName, check_rod_lengths
 from .trace import Trace
@@ -51,6 +52,7 @@ def trace_through(
     stable_only: bool = False,
     singularities: bool = True,
     time_limit: float | None = None,
+    objective: str | None = None,
 ) -> Trace:
     """Solve for one request after the other, each from the equilibrium before: a whole trajectory.
 
@@ -69,6 +71,7 @@ def trace_through(
         stable_only: Stop where stability is lost.
         singularities: Locate inverse singularities on the way of motors or efforts too.
         time_limit: Stop after this time [s].
+        objective: For redundant robots and poses, as in ``solve_inverse``.
 
     Returns:
         The equilibria at the requests, up to the event that stopped the way, if one did. Nothing is
@@ -86,6 +89,9 @@ def trace_through(
         raise InvalidRequest("requests", f"expected one of motors, poses and efforts, got {named}")
     kind, rows = given[0][0], _checked_rows(robot, *given[0])
     deadline = time.perf_counter() + checked_time(time_limit)
+    redundant = kind == "poses" and robot.redundancy > 0
+    if objective is not None:
+        objective_of(robot, objective, start)
     last, count = start, len(rows)
     found, events, stopped = _Records(start, loads, count), [], None
     while len(found) < count and stopped is None:
@@ -96,10 +102,11 @@ def trace_through(
         if done < count:
             left = max(0.0, deadline - time.perf_counter())
             target = target_of(last, _PROBLEM[kind], rows[done])
-            walk = follow(
+            walk = walk_to(
                 last,
                 target,
                 found.loads,
+                objective=objective_of(robot, objective, last) if redundant else None,
                 stable_only=stable_only,
                 singularities=singularities,
                 time_limit=left,
@@ -165,7 +172,7 @@ def _run(
     problem = _PROBLEM[kind]
     if problem == "pose":
         whole = len(robot.controlled_axes) == len(robot.platform_axes)
-        if not whole or robot.controls_angles:
+        if not whole or robot.controls_angles or robot.redundancy > 0:
             return start  # what is not imposed is known when the step before is solved
         given = np.concatenate([target_of(start, "pose", row).given(start) for row in rows[first:]])
     else:

@@ -21,7 +21,9 @@ from .workspace_map import CellArrays
 __all__ = [
     "EIGENVALUES",
     "Cancelled",
+    "Task",
     "analyses_and_arrivals",
+    "analyses_of",
     "arrivals_of",
     "cells_at",
     "guesses_of",
@@ -32,6 +34,8 @@ __all__ = [
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Result = TypeVar("Result")
+#: What an executor does with cells and the ways from them.
+Task = Callable[[CellProblem, Cells, Ways], Result]
 
 #: Smallest eigenvalues kept for every cell.
 EIGENVALUES = 4
@@ -47,10 +51,15 @@ def analyses_and_arrivals(
     problem: CellProblem, cells: Cells, ways: Ways
 ) -> tuple[Analyses, Arrivals]:
     """Analyse cells and go from them to their neighbours; a task of an executor."""
+    return analyses_of(problem, cells), arrivals_of(problem, cells, ways)
+
+
+def analyses_of(problem: CellProblem, cells: Cells) -> Analyses:
+    """Analyse cells."""
     count = len(cells.state)
     analyses = Analyses(np.empty((count, EIGENVALUES)), np.empty((count, len(MEASURES))))
     analyse_cells(problem, cells, workspace(problem.robot), analyses)
-    return analyses, arrivals_of(problem, cells, ways)
+    return analyses
 
 
 def arrivals_of(problem: CellProblem, cells: Cells, ways: Ways) -> Arrivals:
@@ -72,7 +81,7 @@ def arrivals_of(problem: CellProblem, cells: Cells, ways: Ways) -> Arrivals:
 
 def in_pieces(
     executor: Executor | None,
-    task: Callable[[CellProblem, Cells, Ways], Result],
+    task: Task[Result],
     problem: CellProblem,
     cells: Cells,
     ways: Ways,

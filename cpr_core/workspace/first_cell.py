@@ -26,6 +26,7 @@ __all__ = [
     "place_of",
     "signs_at_equilibrium",
     "step_fractions",
+    "target_at",
     "target_of_cell",
     "without_limits",
 ]
@@ -90,8 +91,12 @@ def first_cells(grid: Grid, place: Floats) -> list[int]:
 
 def target_of_cell(grid: Grid, problem: CellProblem, cell: int, start: Equilibrium) -> Target:
     """A cell as the target of a walk from an equilibrium."""
-    values = grid.kernel_coordinates(grid.places(np.array([cell])))[0]
-    if grid.given == "motors":
+    return target_at(problem, grid.kernel_coordinates(grid.places(np.array([cell])))[0], start)
+
+
+def target_at(problem: CellProblem, values: Floats, start: Equilibrium) -> Target:
+    """What the kernels' coordinates of a place impose, (C,), as the target of a walk."""
+    if problem.given_motors:
         return MotorTarget(values)
     rotation, position = start.platform_rotation.copy(), start.platform_position.copy()
     impose(problem, values, values, 1.0, start.state.copy(), rotation, position)

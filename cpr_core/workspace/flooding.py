@@ -21,14 +21,18 @@ from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from ..solving.continuation import Walk, follow
+from ..solving.continuation import Walk
 from ..solving.geometrico_statics import checked_start
 from ..solving.not_reached import NoForwardSolution, NoInverseSolution
-from .batch_kernel import MEASURES, Arrivals, Ways
+from ..solving.objectives import objective_of
+from ..solving.redundant_walk import walk_to
+from .batch_kernel import MEASURES, Analyses, Arrivals, Ways
 from .batches import (
     EIGENVALUES,
     Cancelled,
+    Task,
     analyses_and_arrivals,
+    arrivals_of,
     cells_at,
     guesses_of,
     in_pieces,
@@ -44,6 +48,7 @@ from .first_cell import (
     without_limits,
 )
 from .grid import Grid
+from .redundant_ways import RedundantWays
 from .refinement import refined_borders
 from .way_kernel import ARRIVED, FLIPPED
 from .workspace_map import CellArrays, EdgeState, WorkspaceMap, equilibrium_of
@@ -88,6 +93,7 @@ def map_workspace(
     checkpoint_every: float = 30.0,
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
+    objective: str | None = None,
 ) -> WorkspaceMap:
     """Explore a grid from one equilibrium, along the branch it is on.
 
@@ -112,6 +118,8 @@ def map_workspace(
         checkpoint_every: Longest time between two checkpoints, beside that of one batch [s].
         progress: Called before the first and after every batch.
         cancelled: Asked several times a second; if it says so, the unfinished map is returned.
+        objective: For redundant robots and poses, as in ``solve_inverse``: what is least in every cell;
+            least motion is meant from the start.
 
     Returns:
         The map. ``complete`` is false if it was cancelled; what was found is in ``file``.
@@ -127,14 +135,14 @@ def map_workspace(
         raise InvalidRequest("tolerance", f"expected a positive number or 0, got {tolerance}")
     if grid.given == "motors" and grid.names != robot.motor_names:
         raise InvalidRequest("grid", "expected a grid of this robot's motors")
-    flood = _Flood(robot, grid, start, loads, tolerance)
+    flood = _Flood(robot, grid, start, loads, tolerance, objective)
     if file is not None:
         from .store import check_writable, read_flood, write_map
 
         file = Path(file)
         check_writable(file, robot, grid)
         if resume and file.exists():
-            flood.take(read_flood(file, robot, loads, grid))
+            flood.take(read_flood(file, robot, loads, grid, flood.objective))
     if flood.reached == 0:
         flood.begin()
     saved = time.monotonic()
@@ -155,7 +163,9 @@ def map_workspace(
                     saved = time.monotonic()
             found = flood.as_map()
             if tolerance > 0.0:
-                borders = refined_borders(found, flood.problem, tolerance, pool, cancelled)
+                borders = refined_borders(
+                    found, flood.problem, tolerance, pool, cancelled, flood.arrive
+                )
                 found = found.with_borders(borders)
         except Cancelled:
             found = flood.as_map()
@@ -168,7 +178,13 @@ class _Flood:
     """What was found so far."""
 
     def __init__(
-        self, robot: Robot, grid: Grid, start: Equilibrium, loads: Loads, tolerance: float
+        self,
+        robot: Robot,
+        grid: Grid,
+        start: Equilibrium,
+        loads: Loads,
+        tolerance: float,
+        objective: str | None,
     ) -> None:
         self.robot, self.grid, self.start, self.loads = robot, grid, start, loads
         self.problem = cell_problem(robot, loads, grid)
@@ -177,6 +193,16 @@ class _Flood:
         self.queue = np.zeros(0, np.int64)
         self.done = 0
         self.longest, self.smallest = step_fractions(robot, grid, tolerance)
+        self.aim, self.objective = None, ""
+        self.leave: Task[tuple[Analyses, Arrivals]] = analyses_and_arrivals
+        self.arrive: Task[Arrivals] = arrivals_of
+        if grid.given == "pose" and robot.redundancy > 0:
+            self.aim = objective_of(robot, objective, start)
+            self.objective = str(self.aim)
+            ways = RedundantWays(self.free, loads, self.aim)
+            self.leave, self.arrive = ways.analyses_and_arrivals, ways.arrivals
+        elif objective is not None:
+            objective_of(robot, objective, start)
 
     @property
     def reached(self) -> int:
@@ -201,7 +227,7 @@ class _Flood:
         tried = first_cells(self.grid, place)
         walk, cell = None, -1
         for cell in tried:
-            walk = follow(start, target_of_cell(self.grid, self.problem, cell, start), self.loads)
+            walk = self._walk_to_cell(start, cell)
             if walk.stopped is None:
                 break
         assert walk is not None
@@ -237,7 +263,7 @@ class _Flood:
             guesses=self._guesses(batch, origin, column, target),
         )
         cells = cells_at(self.grid, self.cells, batch)
-        pieces = in_pieces(executor, analyses_and_arrivals, self.problem, cells, ways, cancelled)
+        pieces = in_pieces(executor, self.leave, self.problem, cells, ways, cancelled)
         analyses, arrivals = zip(*pieces, strict=True)
         self.cells.eigenvalues[batch] = np.concatenate([part.eigenvalues for part in analyses])
         self.cells.measures[batch] = np.concatenate([part.measures for part in analyses])
@@ -298,7 +324,7 @@ class _Flood:
     def _walk(self, source: int, column: int, target: int) -> None:
         """Let the general walk decide where only the sign of the problem stands against a step."""
         start = equilibrium_of(self.free, self.loads, self.cells, source)
-        walk = follow(start, target_of_cell(self.grid, self.problem, target, start), self.loads)
+        walk = self._walk_to_cell(start, target)
         if walk.stopped is not None:
             return
         self._accept_walk(target, walk.last)
@@ -306,6 +332,10 @@ class _Flood:
         self.cells.edges[target, column ^ 1] = EdgeState.PASSED
         self.cells.edge_fraction[source, column] = 1.0
         self.cells.edge_fraction[target, column ^ 1] = 1.0
+
+    def _walk_to_cell(self, start: Equilibrium, cell: int) -> Walk:
+        target = target_of_cell(self.grid, self.problem, cell, start)
+        return walk_to(start, target, self.loads, objective=self.aim)
 
     def _accept(self, cells: Integers, arrivals: Arrivals, ways: Integers) -> None:
         """Cells that were reached for the first time."""
@@ -342,7 +372,9 @@ class _Flood:
 
     def as_map(self) -> WorkspaceMap:
         """What was found so far."""
-        return WorkspaceMap(self.robot, self.loads, self.grid, self.cells, self.done)
+        return WorkspaceMap(
+            self.robot, self.loads, self.grid, self.cells, self.done, objective=self.objective
+        )
 
 
 def _transposed(matrices: Floats) -> Floats:

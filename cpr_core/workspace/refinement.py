@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .batch_kernel import Arrivals, Cells, Ways
-from .batches import arrivals_of, cells_at, guesses_of, in_pieces, joined
+from .batches import Task, arrivals_of, cells_at, guesses_of, in_pieces, joined
 from .borders import Border, BorderKind
 from .cell_problem import CellProblem
 from .map_limits import limit_margins
@@ -36,6 +37,7 @@ def refined_borders(
     tolerance: float,
     executor: Executor | None,
     cancelled: Cancel = None,
+    arrive: Task[Arrivals] = arrivals_of,
 ) -> tuple[Border, ...]:
     """All borders of a map.
 
@@ -45,6 +47,7 @@ def refined_borders(
         tolerance: Largest error of a point, in units of the axes.
         executor: Where batches run.
         cancelled: Whether to stop.
+        arrive: How to go from cells to places between them.
 
     Raises:
         Cancelled: It said so.
@@ -52,9 +55,8 @@ def refined_borders(
     kinds: list[BorderKind] = ["stability", "stability_free"]
     if found.limit_names:
         kinds.append("limits")
-    borders = [
-        _by_bisection(found, problem, kind, tolerance, executor, cancelled) for kind in kinds
-    ]
+    solve = partial(_solved_at, problem, executor, cancelled, arrive)
+    borders = [_by_bisection(found, kind, tolerance, solve) for kind in kinds]
     return (*borders, _singular(found))
 
 
@@ -69,13 +71,14 @@ def _value(
 
 def _by_bisection(
     found: WorkspaceMap,
-    problem: CellProblem,
     kind: BorderKind,
     tolerance: float,
-    executor: Executor | None,
-    cancelled: Cancel,
+    solve: Callable[[Cells, Cells, Floats], Arrivals],
 ) -> Border:
-    """Points where a value changes along ways that were passed."""
+    """Points where a value changes along ways that were passed.
+
+    ``solve`` finds equilibria at coordinates between two points near by.
+    """
     grid, cells = found.grid, found.cells
     values = _value(found, kind, cells.signs, cells.state, cells.efforts)
     cell, column = np.nonzero(cells.edges[:, 1::2] == EdgeState.PASSED)
@@ -97,7 +100,7 @@ def _by_bisection(
         while np.any((high - low) * length > tolerance):
             middle = 0.5 * (low + high)
             coordinates = grid.kernel_coordinates(_between(found, cell, neighbour, middle))
-            arrivals = _solved_at(problem, near, far, coordinates, executor, cancelled)
+            arrivals = solve(near, far, coordinates)
             value = _value(found, kind, arrivals.signs, arrivals.state, arrivals.efforts)
             same = (arrivals.status == ARRIVED) & (value == first)
             solved = (arrivals.status == ARRIVED) & ~same
@@ -147,11 +150,12 @@ def _chosen(which: NDArray[np.bool_], these: Cells, those: Cells) -> Cells:
 
 def _solved_at(
     problem: CellProblem,
+    executor: Executor | None,
+    cancelled: Cancel,
+    arrive: Task[Arrivals],
     near: Cells,
     far: Cells,
     coordinates: Floats,
-    executor: Executor | None,
-    cancelled: Cancel,
 ) -> Arrivals:
     """Equilibria at coordinates between two points nearby."""
     count = len(coordinates)
@@ -165,7 +169,7 @@ def _solved_at(
         smallest=np.full(count, 1e-3),
         guesses=guesses,
     )
-    return joined(list(in_pieces(executor, arrivals_of, problem, near, ways, cancelled)))
+    return joined(list(in_pieces(executor, arrive, problem, near, ways, cancelled)))
 
 
 def _singular(found: WorkspaceMap) -> Border:

@@ -176,18 +176,23 @@ def read_map(file: str | Path, robot: Robot, loads: Loads | None = None) -> Work
         ),
         expanded=int(attributes["expanded"]),
         borders=tuple(_border_of(arrays, kind, len(grid.shape)) for kind in kinds),
+        objective=attributes.get("objective", ""),
     )
 
 
-def read_flood(file: Path, robot: Robot, loads: Loads, grid: Grid) -> WorkspaceMap:
+def read_flood(file: Path, robot: Robot, loads: Loads, grid: Grid, objective: str) -> WorkspaceMap:
     """Read a map to go on with.
 
     Raises:
-        InvalidRequest: A map of another robot, other loads or another grid.
+        InvalidRequest: A map of another robot, other loads, another grid or another objective.
     """
     found = read_map(file, robot, loads)
     if _grid_as_json(found.grid) != _grid_as_json(grid):
         raise InvalidRequest("file", f"{file} is a map of another grid; name another file")
+    if found.objective != objective:
+        raise InvalidRequest(
+            "file", f"{file} is a map of {found.objective}, expected {objective}; name another file"
+        )
     return found
 
 
@@ -289,6 +294,7 @@ def _attributes(found: WorkspaceMap) -> dict[str, Any]:
         "motor_names": ", ".join(found.robot.motor_names),
         "limit_names": ", ".join(found.limit_names),
         "border_kinds": " ".join(border.kind for border in found.borders),
+        "objective": found.objective,
         "expanded": found.expanded,
         "complete": int(found.complete),
     }

@@ -83,6 +83,8 @@ class WorkspaceMap:
         cells: Everything known of the cells.
         expanded: How many cells were left for all their neighbours, in the order they were reached.
         borders: Borders, refined.
+        objective: What is least in every cell of a robot with more motors than controlled coordinates:
+            ``least_effort``, ``greatest_margin``, or ``least_motion`` from motor positions; else empty.
     """
 
     robot: Robot
@@ -91,6 +93,7 @@ class WorkspaceMap:
     cells: CellArrays
     expanded: int
     borders: tuple[Border, ...] = ()
+    objective: str = ""
 
     @property
     def complete(self) -> bool:
