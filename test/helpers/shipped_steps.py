@@ -6,6 +6,8 @@
 #: Robots whose legs are a motor and a rod; what takes long is tried on these, and on chains where they tell more.
 SHORT_FORM = ("gough_stewart", "planar_body", "rfrfr", "six_rfs", "three_rfs")
 CHAINS = ("delta", "four_rfr", "six_rus", "three_prs", "three_rfr_hubs", "two_rods")
+#: More motors than platform coordinates: a pose does not say where the motors are.
+REDUNDANT = ("four_rfr",)
 STEPS = {
     "delta": [0.1, -0.05, 0.08],
     "four_rfr": [0.1, -0.05, 0.05, 0.08],
