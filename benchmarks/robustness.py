@@ -32,11 +32,17 @@ PAGE = Path(__file__).parents[1] / "docs" / "robustness.md"
 
 #: How far motors are moved from home, rad or m.
 RANGES = {
+    "delta": 0.8,
+    "four_rfr": 0.8,
     "gough_stewart": 0.15,
     "planar_body": 1.2,
     "rfrfr": 2.5,
     "six_rfs": 1.5,
+    "six_rus": 0.7,
+    "three_prs": 0.08,
+    "three_rfr_hubs": 0.8,
     "three_rfs": 1.0,
+    "two_rods": 0.9,
 }
 #: Targets of a robot, by problem.
 COUNTS = {"motors": 400, "pose": 300, "efforts": 300}

@@ -246,11 +246,11 @@ class Equilibrium:
     def margin(self) -> float:
         """Margin of stability with the motors held: 1 without loads and forces, 0 where stability ends.
 
-        Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless. NaN where the legs
-        cannot be condensed (straight ones); ``spectrum(equilibrium).margin`` is then computed another
-        way.
+        Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless. Where the legs cannot
+        be condensed (straight ones, passive joints, one motor in several joints) it takes some
+        milliseconds.
         """
-        return self.linearisation.margin
+        return self.spectrum_locked.margin
 
 
 def new_record(robot: Robot, count: int | None = None) -> Floats:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,10 +18,6 @@ from cpr_core.description.chain import ChainElement, ChainRod, Link, Shift, Turn
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import rotation_exp
 from cpr_core.rods.rod import StrainModes
-
-_DATA = Path(__file__).parents[1] / "data"
-
-ROBOTS = {name: _DATA / f"{name}.yaml" for name in ("six_rus", "rfr_with_hubs")}
 
 _NOWHERE = {"link": [0.0, 0.0, 0.0]}
 

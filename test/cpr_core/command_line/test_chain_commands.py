@@ -1,27 +1,39 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Every command on robots whose legs are chains."""
+"""Every command on every shipped robot whose legs are chains."""
 
 import json
-import math
 
 import pytest
-from helpers.chain_robots import ROBOTS
+from helpers.shipped_steps import CHAINS, STEPS
 
-from cpr_core import load_robot, solve_home
+from cpr_core import load_robot, solve_forward, solve_home
 from cpr_core.command_line import main
 
-GRID = {
-    "six_rus": ["z=0.345:0.35", "x=0:0.005", "y=0", "phi=0", "theta=0", "psi=0"],
-    "rfr_with_hubs": ["x=-0.01:0.01", "y=-0.01:0.01", "angle=0"],
+LEVEL = ["phi=0", "theta=0", "psi=0"]
+#: Two steps along two axes, of this size.
+GRIDS = {
+    "delta": (0.01, ["x=0:0.01", "y=0:0.01", "z=-0.334"]),
+    "four_rfr": (0.01, ["motor1=0.4:0.41", "motor2=0.4:0.41", "--given", "motors"]),
+    "six_rus": (0.005, ["z=0.4:0.405", "x=0:0.005", "y=0", *LEVEL]),
+    "three_prs": (0.01, ["z=0.39:0.4", "roll=0:0.01", "pitch=0"]),
+    "three_rfr_hubs": (0.02, ["x=-0.01:0.01", "y=-0.01:0.01", "angle=0"]),
+    "two_rods": (0.02, ["x=-0.01:0.01", "y=0.58:0.6"]),
 }
-STEP = {"six_rus": 0.005, "rfr_with_hubs": 0.02}
+#: Those with an inverse problem.
+CONTROLLED = [name for name in CHAINS if load_robot(name).description.controlled]
 
 
-@pytest.fixture(params=sorted(ROBOTS))
-def robot(request):
-    return request.param, ROBOTS[request.param]
+@pytest.fixture(params=CHAINS)
+def name(request):
+    return request.param
+
+
+@pytest.fixture
+def there(name):
+    robot = load_robot(name)
+    return solve_forward(robot, solve_home(robot).motors + STEPS[name])
 
 
 def answered(capsys, *arguments):
@@ -31,36 +43,35 @@ def answered(capsys, *arguments):
     return json.loads(output.out)
 
 
-def test_forward_inverse_and_stability(capsys, robot):
-    _, file = robot
-    home = solve_home(load_robot(file))
-    motors = (home.motors + 0.05).tolist()
-    found = answered(capsys, "forward", file, "--motors", *motors)["platform"]
-    pose = found["position"] + found["quaternion_wxyz"]
-    if home.robot.planar:
-        pose = [*found["position"][:2], 2.0 * math.atan2(*found["quaternion_wxyz"][::-3])]
-    back = answered(capsys, "inverse", file, "--pose", *pose)
-    assert back["motors"] == pytest.approx(motors, abs=1e-8)
-    told = answered(capsys, "stability", file, "--motors", *motors)
+def test_forward_stability_and_kinemato(capsys, name, there):
+    motors = there.motors.tolist()
+    found = answered(capsys, "forward", name, "--motors", *motors)["platform"]
+    assert found["position"] == pytest.approx(there.platform_position, abs=1e-9)
+    told = answered(capsys, "stability", name, "--motors", *motors)
     assert (told["index"], told["margin"] > 0.1) == (0, True)
-    assert len(answered(capsys, "kinemato", file, "--motors", *motors)["jacobian"]) == len(motors)
+    jacobian = answered(capsys, "kinemato", name, "--motors", *motors)["jacobian"]
+    assert len(jacobian[0]) == len(motors)
 
 
-def test_trace_with_a_picture(capsys, robot, tmp_path):
-    name, file = robot
-    count = {"six_rus": 6, "rfr_with_hubs": 3}[name]
-    picture = tmp_path / "trace.png"
-    way = ["--given", "motors", "--from", *[0.0] * count, "--to", *[0.1] * count]
-    trace = answered(capsys, "trace", file, *way, "--plot", picture)
+@pytest.mark.parametrize("name", CONTROLLED)
+def test_inverse(capsys, name, there):
+    found = answered(capsys, "inverse", name, "--pose", *there.pose.tolist())
+    assert found["motors"] == pytest.approx(there.motors, abs=1e-8)
+
+
+def test_trace_with_a_picture(capsys, name, there, tmp_path):
+    home, picture = solve_home(there.robot).motors.tolist(), tmp_path / "trace.png"
+    way = ["--given", "motors", "--from", *home, "--to", *there.motors.tolist()]
+    trace = answered(capsys, "trace", name, *way, "--plot", picture)
     assert trace["reached"] and trace["events"] == []
-    assert trace["motors"][-1] == pytest.approx([0.1] * count)
+    assert trace["motors"][-1] == pytest.approx(there.motors)
     assert picture.stat().st_size > 10_000
 
 
-def test_workspace(capsys, robot, tmp_path):
-    name, file = robot
-    picture = tmp_path / "map.png"
-    grid = ["--slice", *GRID[name], "--resolution", STEP[name]]
-    found = answered(capsys, "workspace", file, *grid, "--plot", picture)
+def test_workspace(capsys, name, tmp_path):
+    picture, (step, grid) = tmp_path / "map.png", GRIDS[name]
+    found = answered(
+        capsys, "workspace", name, "--slice", *grid, "--resolution", step, "--plot", picture
+    )
     assert found["reached"] == 4
     assert picture.stat().st_size > 10_000

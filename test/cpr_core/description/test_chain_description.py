@@ -8,10 +8,10 @@ from copy import deepcopy
 import numpy as np
 import pytest
 import yaml
-from helpers.chain_robots import ROBOTS
 
 from cpr_core import DescriptionError, load_robot
 from cpr_core.description.chain import ChainRod, Link, Turn
+from cpr_core.description.description_file import shipped_robots
 
 PLANAR = """
 base: {position: [0.0, 0.55, 0.0], tangent: [0.0, -1.0, 0.0]}
@@ -37,7 +37,7 @@ tip: {type: spherical, position: [0.03, -0.09, 0]}
 
 
 def content(name):
-    return yaml.safe_load(ROBOTS[name].read_text())
+    return yaml.safe_load(shipped_robots()[name].read_text())
 
 
 def with_leg(name, leg):
@@ -48,7 +48,7 @@ def with_leg(name, leg):
 
 
 def test_a_planar_leg_with_hub_and_end_piece():
-    leg = load_robot(with_leg("rfr_with_hubs", yaml.safe_load(PLANAR))).description.legs[0]
+    leg = load_robot(with_leg("three_rfr_hubs", yaml.safe_load(PLANAR))).description.legs[0]
     motor, hub, rod, end = leg.chain
     assert (motor.axis, motor.motor, motor.limits.upper, motor.limits.effort) == (
         (0.0, 0.0, 1.0),
@@ -193,15 +193,15 @@ WRONG = {
         None, None,
     ),
     "universal in the plane": (
-        "rfr_with_hubs", ["legs", 0, "chain", 1],
+        "three_rfr_hubs", ["legs", 0, "chain", 1],
         {"joint": "universal", "axes": [[1, 0, 0], [0, 1, 0]]}, "legs[0].chain[1].joint", "spatial",
     ),
     "out of the plane": (
-        "rfr_with_hubs", ["legs", 0, "chain", 1, "link"], [0.1, 0.0, 0.1], "legs[0].chain[1].link",
+        "three_rfr_hubs", ["legs", 0, "chain", 1, "link"], [0.1, 0.0, 0.1], "legs[0].chain[1].link",
         "z = 0",
     ),
     "about x in the plane": (
-        "rfr_with_hubs", ["legs", 0, "chain", 0, "axis"], [1, 0, 0], "legs[0].chain[0].axis",
+        "three_rfr_hubs", ["legs", 0, "chain", 0, "axis"], [1, 0, 0], "legs[0].chain[0].axis",
         "expected +-z",
     ),
     "no frame at the base": (
@@ -209,7 +209,7 @@ WRONG = {
         "legs[0].base", "missing field 'normal'",
     ),
     "strain of home for two rods": (
-        "rfr_with_hubs", ["legs", 1, "chain", 3], {"rod": {}}, "home.strain", "legs of one rod",
+        "three_rfr_hubs", ["legs", 1, "chain", 3], {"rod": {}}, "home.strain", "legs of one rod",
     ),
 }  # fmt: skip
 
@@ -263,7 +263,7 @@ def test_a_stiffness_that_jumps_is_refused_with_advice(place):
 
 
 def test_a_stiffness_that_changes_slowly_or_with_knots_is_taken():
-    slow, knots = content("six_rus"), content("rfr_with_hubs")
+    slow, knots = content("six_rus"), content("three_rfr_hubs")
     slow["rod"]["profile"] = {"at": [0, 0.4, 0.6, 1], "stiffness": [1, 1, 4, 4]}
     load_robot(slow)
     knots["rod"]["profile"] = {"at": [0, 0.4, 0.45, 1], "stiffness": [1, 1, 4, 4]}

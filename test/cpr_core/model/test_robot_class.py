@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from helpers.shipped_steps import STEPS
+from helpers.shipped_steps import REDUNDANT, STEPS
 from scipy.integrate import quad
 
 from cpr_core import (
@@ -28,7 +28,7 @@ from cpr_core import (
 )
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.loads import DistributedForce, PointForce
-from cpr_core.description.motors import Extensible, Prismatic, RevoluteMotor
+from cpr_core.description.motors import Extensible, Prismatic, RevoluteMotor, Welded
 from cpr_core.description.robot_description import HomeGuess
 from cpr_core.lie import roll_pitch_yaw, rotation_exp
 from cpr_core.model.equilibrium import tangent_at
@@ -38,6 +38,11 @@ HEAVY = {True: [0.5, -2.0, 0.0], False: [0.5, -1.0, -9.81]}
 
 @pytest.fixture(scope="module", params=sorted(shipped_robots()))
 def robot(request):
+    return load_robot(request.param)
+
+
+@pytest.fixture(scope="module", params=sorted(set(shipped_robots()) - set(REDUNDANT)))
+def square(request):
     return load_robot(request.param)
 
 
@@ -60,9 +65,9 @@ def test_home_is_stable(robot):
     np.testing.assert_array_equal(solve_home(robot).motors, robot.description.home.motors)
 
 
-def test_the_inverse_problem_gives_back_the_motors(robot):
-    there = moved(robot, loads=heavy(robot))
-    back = solve_inverse(robot, there.pose, loads=heavy(robot))
+def test_the_inverse_problem_gives_back_the_motors(square):
+    there = moved(square, loads=heavy(square))
+    back = solve_inverse(square, there.pose, loads=heavy(square))
     np.testing.assert_allclose(back.motors, there.motors, atol=1e-9)
     np.testing.assert_allclose(back.efforts, there.efforts, atol=1e-6)
 
@@ -100,7 +105,7 @@ def turned_description(description, turn, shift):
     def motor(motor):
         if isinstance(motor, RevoluteMotor | Prismatic):
             return type(motor)(tuple(turn @ motor.axis))
-        assert isinstance(motor, Extensible)
+        assert isinstance(motor, Extensible | Welded)
         return motor
 
     home = description.home
