@@ -60,7 +60,11 @@ def fill_kinemato_statics(
     response.compliance = message_matrix(robot, compliance).ravel().tolist()
     response.stiffness = message_matrix(robot, model.stiffness(stiffness)).ravel().tolist()
     response.forward = _singularity(model, "forward", length)
-    response.inverse = _singularity(model, "inverse", length)
+    if "inverse" in model.problems:
+        response.inverse = _singularity(model, "inverse", length)
+    else:
+        response.inverse.smallest_singular_value = np.nan
+        response.inverse.inverse_condition_number = np.nan
     response.inverse_by_effort = _singularity(model, "inverse_by_effort", length)
 
 

@@ -11,7 +11,8 @@ from pathlib import Path
 from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import ErrorCode, MapBorder
 
-from cpr_core import InvalidRequest, NonFiniteInput, Robot
+from cpr_core import Equilibrium, InvalidRequest, NonFiniteInput, Robot
+from cpr_core.solving.objectives import objective_of
 from cpr_core.workspace import Grid, MapSummary, motor_grid, pose_grid
 from cpr_core.workspace.store import check_writable
 
@@ -48,7 +49,14 @@ def map_order(solver: Solver, goal: MapWorkspace.Goal) -> MapOrder:
         workers=goal.workers,
         file=file,
         resume=goal.existing_file == MapWorkspace.Goal.RESUME,
+        objective=_objective(start, grid, goal),
     )
+
+
+def _objective(start: Equilibrium, grid: Grid, goal: MapWorkspace.Goal) -> str | None:
+    """What is least in every cell, checked before a process is started for it."""
+    objective_of(start, grid.given, goal.objective or None)
+    return goal.objective or None
 
 
 def _grid(robot: Robot, goal: MapWorkspace.Goal) -> Grid:

@@ -27,6 +27,7 @@ class MapOrder:
         workers: Threads; 0: one per core.
         file: NetCDF file to write, absolute.
         resume: Whether to go on with the map in the file, if there is one.
+        objective: What is least in every cell of a redundant robot; None: the default.
     """
 
     start: Equilibrium
@@ -37,6 +38,7 @@ class MapOrder:
     workers: int
     file: Path
     resume: bool
+    objective: str | None
 
 
 @dataclass(frozen=True)

@@ -83,6 +83,7 @@ def _made(order: MapOrder, connection: Connection, ended: threading.Event) -> Ma
         tolerance=order.tolerance,
         file=order.file,
         resume=order.resume,
+        objective=order.objective,
         progress=tell,
         cancelled=ended.is_set,
     )

@@ -83,7 +83,9 @@ class Requests:
         self._fill(response.solution, session.solver.forward(request), request)
 
     def _inverse(self, session: Session, request: Any, response: Any) -> None:
-        self._fill(response.solution, session.solver.inverse(request), request)
+        solution = session.solver.inverse(request)
+        response.objective = solution.equilibrium.objective
+        self._fill(response.solution, solution, request)
 
     def _fill(self, message: Any, solution: Assessment, request: Any) -> None:
         fill_equilibrium(

@@ -90,7 +90,14 @@ class Solver:
         )
         start, loads = self.start_and_loads(request)
         solution = self._timed(
-            lambda: solve_inverse(self.robot, pose, start=start, loads=loads, time_limit=limit)
+            lambda: solve_inverse(
+                self.robot,
+                pose,
+                start=start,
+                loads=loads,
+                time_limit=limit,
+                objective=request.objective or None,
+            )
         )
         return self._applied(solution, request.apply)
 

@@ -91,11 +91,12 @@ def _seed(text: str) -> int:
 
 def _trace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
     """Trace a path; the text to print, and whether the target was reached."""
-    solve = {
+    solves: dict[str, Callable[..., Equilibrium]] = {
         "motors": solve_forward,
         "pose": solve_inverse,
         "efforts": solve_forward_by_effort,
-    }[options.given]
+    }
+    solve = solves[options.given]
     start = solve_home(robot)
     if options.first is not None or loads is not None:
         first = options.first

@@ -36,7 +36,7 @@ Floats = NDArray[np.float64]
 #:
 #: - ``forward``: motors and wrench given, [P E W_a] of Eq. (45);
 #: - ``inverse``: controlled platform coordinates and wrench given, as the inverse geometrico-static
-#:   problem has it: [A P_u E W_a] with P_u the uncontrolled coordinates; where motors are redundant it has
+#:   problem has it: [A P_u E W_a] with P_u the uncontrolled coordinates; with redundant motors it has
 #:   more columns than rows, and is singular where it loses rank;
 #: - ``inverse_by_effort``: whole platform motion and efforts given, [A E W_p] of Eq. (46).
 Problem = Literal["forward", "inverse", "inverse_by_effort"]

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
-from ..model.robot import Robot
-from ..model.stability import Spectrum
 
 __all__ = [
     "OBJECTIVES",
@@ -77,7 +75,7 @@ class LeastMotion:
 
     motors: Floats
     name: ClassVar[ObjectiveName] = "least_motion"
-    tolerance: ClassVar[float] = 1e-9
+    tolerance: ClassVar[float] = 1e-7
 
     def value(self, equilibrium: Equilibrium) -> float:
         """Half the square of the way."""
@@ -142,8 +140,7 @@ class GreatestMargin:
 
     def value(self, equilibrium: Equilibrium) -> float:
         """The margin, negative."""
-        margin = equilibrium.margin
-        return -(margin if np.isfinite(margin) else _dense_margin(equilibrium))
+        return -equilibrium.margin
 
     def slope(self, equilibrium: Equilibrium, directions: Floats, probe: Probe) -> Floats:
         """By central differences, on one side where there is no equilibrium on the other."""
@@ -166,37 +163,35 @@ class GreatestMargin:
         return np.eye(directions.shape[1])
 
 
-def objective_of(robot: Robot, name: str | None, start: Equilibrium) -> Objective:
-    """The objective of a request.
+def objective_of(start: Equilibrium, problem: str, name: str | None) -> Objective | None:
+    """The objective of a request; None where it leaves no freedom.
 
     Args:
-        robot: The robot.
-        name: One of ``OBJECTIVES``; None: least motion.
         start: Where motions begin.
+        problem: What is imposed: ``motors``, ``pose`` or ``efforts``.
+        name: One of ``OBJECTIVES``; None: least motion.
 
     Raises:
-        InvalidRequest: Another name, or a robot without the freedom.
+        InvalidRequest: Another name, or one where there is no freedom.
     """
     if name is not None and name not in OBJECTIVES:
         raise InvalidRequest("objective", f"expected {', '.join(OBJECTIVES)}, got {name!r:.80}")
-    if name is not None and robot.redundancy == 0:
-        raise InvalidRequest(
-            "objective",
-            f"expected none: {robot.description.name} has no more motors than controlled "
-            f"coordinates, its inverse problem leaves no freedom, got {name!r}",
+    if problem == "pose" and start.robot.redundancy > 0:
+        if name == "least_effort":
+            return LeastEffort()
+        return GreatestMargin() if name == "greatest_margin" else LeastMotion(start.motors)
+    if name is not None:
+        robot = start.robot.description.name
+        reason = (
+            f"{robot} has no more motors than controlled coordinates"
+            if problem == "pose"
+            else f"{problem} are imposed"
         )
-    if name == "least_effort":
-        return LeastEffort()
-    return GreatestMargin() if name == "greatest_margin" else LeastMotion(start.motors)
+        raise InvalidRequest("objective", f"expected none: {reason}, got {name!r}")
+    return None
 
 
 def _per_effort(equilibrium: Equilibrium) -> Floats:
     """One over the natural units of the efforts, (n,)."""
     robot = equilibrium.robot
     return np.asarray(robot.motor_units / robot.arrays.energy_unit)
-
-
-def _dense_margin(equilibrium: Equilibrium) -> float:
-    """The margin where the legs cannot be condensed."""
-    spectrum: Spectrum = equilibrium.spectrum_locked
-    return float(spectrum.margin)

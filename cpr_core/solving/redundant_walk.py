@@ -167,11 +167,11 @@ class _Redundant:
         slope = objective.slope(last, directions, self._probe(last, directions))
         curvature = _whole(objective.curvature(last, directions), directions)
         for _ in range(_MOST_DESCENTS):
-            change = -np.linalg.solve(directions.T @ curvature @ directions, slope)
+            change: Floats = -np.linalg.solve(directions.T @ curvature @ directions, slope)
             length = float(np.linalg.norm(change))
             if length < objective.tolerance:
                 break
-            change = change * min(1.0, _LONGEST_DESCENT / length)
+            change *= min(1.0, _LONGEST_DESCENT / length)
             found = self._lower(last, directions, change, float(slope @ change))
             if found is None:
                 break

@@ -60,11 +60,9 @@ def solve_from(
         NotReached: As in ``solve_forward``.
     """
     target = target_of(start, problem, values)
-    redundant, aim = problem == "pose" and start.robot.redundancy > 0, None
-    if redundant or objective is not None:
-        aim = objective_of(start.robot, objective, start)
-    near = loads is None or loads is start.loads
-    if near and not redundant and (time_limit is None or checked_time(time_limit) > _ONE_STEP):
+    aim = objective_of(start, problem, objective)
+    near = aim is None and (loads is None or loads is start.loads)
+    if near and (time_limit is None or checked_time(time_limit) > _ONE_STEP):
         found = solve_near(start, target, stable_only)
         if found is not None:
             return found

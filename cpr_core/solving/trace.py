@@ -161,8 +161,8 @@ def trace(
         The path up to its end, or up to the event that stopped it. Nothing is raised for that.
 
     Raises:
-        InvalidRequest: Not one target, a target of the wrong length, fewer than two points, or folds to be
-            passed by a redundant robot.
+        InvalidRequest: Not one target, a target of the wrong length, fewer than two points, or a way
+            past folds of a redundant robot.
         NonFiniteInput: A NaN or an infinity.
     """
     start = checked_start(robot, start)
@@ -177,7 +177,8 @@ def trace(
     problem, values = given[0] if given else ("motors", start.motors)
     fractions, target = np.linspace(0.0, 1.0, points), target_of(start, problem, values)
     loads = start.loads if loads is None else loads
-    if isinstance(target, PoseTarget) and robot.redundancy > 0:
+    aim = objective_of(start, problem, objective)
+    if isinstance(target, PoseTarget) and aim is not None:
         if past_folds:
             problem = (
                 "expected none: equilibria of a redundant robot at a pose are more than a curve"
@@ -186,8 +187,6 @@ def trace(
         return _redundant_trace(
             start, target, loads, fractions, objective, stable_only, time_limit, progress
         )
-    if objective is not None:
-        objective_of(robot, objective, start)
     walk = follow(
         start,
         target,
@@ -221,7 +220,7 @@ def _redundant_trace(
             found[-1],
             pose_between(start, target, fraction),
             loads if fraction == 1.0 else start.loads.toward(loads, fraction),
-            objective=objective_of(start.robot, objective, found[-1]),
+            objective=objective_of(found[-1], "pose", objective),
             stable_only=stable_only,
             time_limit=max(0.0, deadline - time.perf_counter()),
         )

@@ -89,9 +89,7 @@ def trace_through(
         raise InvalidRequest("requests", f"expected one of motors, poses and efforts, got {named}")
     kind, rows = given[0][0], _checked_rows(robot, *given[0])
     deadline = time.perf_counter() + checked_time(time_limit)
-    redundant = kind == "poses" and robot.redundancy > 0
-    if objective is not None:
-        objective_of(robot, objective, start)
+    objective_of(start, _PROBLEM[kind], objective)
     last, count = start, len(rows)
     found, events, stopped = _Records(start, loads, count), [], None
     while len(found) < count and stopped is None:
@@ -106,7 +104,7 @@ def trace_through(
                 last,
                 target,
                 found.loads,
-                objective=objective_of(robot, objective, last) if redundant else None,
+                objective=objective_of(last, _PROBLEM[kind], objective),
                 stable_only=stable_only,
                 singularities=singularities,
                 time_limit=left,

@@ -193,16 +193,13 @@ class _Flood:
         self.queue = np.zeros(0, np.int64)
         self.done = 0
         self.longest, self.smallest = step_fractions(robot, grid, tolerance)
-        self.aim, self.objective = None, ""
+        self.aim = objective_of(start, grid.given, objective)
+        self.objective = "" if self.aim is None else str(self.aim)
         self.leave: Task[tuple[Analyses, Arrivals]] = analyses_and_arrivals
         self.arrive: Task[Arrivals] = arrivals_of
-        if grid.given == "pose" and robot.redundancy > 0:
-            self.aim = objective_of(robot, objective, start)
-            self.objective = str(self.aim)
+        if self.aim is not None:
             ways = RedundantWays(self.free, loads, self.aim)
             self.leave, self.arrive = ways.analyses_and_arrivals, ways.arrivals
-        elif objective is not None:
-            objective_of(robot, objective, start)
 
     @property
     def reached(self) -> int:
