@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -46,7 +47,11 @@ RANGES = {
 }
 #: Targets of a robot, by problem.
 COUNTS = {"motors": 400, "pose": 300, "efforts": 300}
-SOLVERS = {"motors": solve_forward, "pose": solve_inverse, "efforts": solve_forward_by_effort}
+SOLVERS: dict[str, Callable[..., Equilibrium]] = {
+    "motors": solve_forward,
+    "pose": solve_inverse,
+    "efforts": solve_forward_by_effort,
+}
 
 
 @dataclass

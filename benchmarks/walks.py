@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
@@ -27,7 +28,7 @@ __all__ = ["PAPER_CASES", "PROBLEMS", "ROBOTS", "SOLVERS", "Walk", "robot_with",
 
 ROBOTS = ("rfrfr", "planar_body", "three_rfs", "six_rfs", "gough_stewart")
 PROBLEMS = {"forward": "motors", "inverse": "pose", "by effort": "efforts"}
-SOLVERS = {
+SOLVERS: dict[str, Callable[..., Equilibrium]] = {
     "forward": solve_forward,
     "inverse": solve_inverse,
     "by effort": solve_forward_by_effort,

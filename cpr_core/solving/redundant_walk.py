@@ -167,12 +167,12 @@ class _Redundant:
         slope = objective.slope(last, directions, self._probe(last, directions))
         curvature = _whole(objective.curvature(last, directions), directions)
         for _ in range(_MOST_DESCENTS):
-            change: Floats = -np.linalg.solve(directions.T @ curvature @ directions, slope)
+            change = -np.linalg.solve(directions.T @ curvature @ directions, slope)
             length = float(np.linalg.norm(change))
             if length < objective.tolerance:
                 break
-            change *= min(1.0, _LONGEST_DESCENT / length)
-            found = self._lower(last, directions, change, float(slope @ change))
+            shortened = np.asarray(change * min(1.0, _LONGEST_DESCENT / length))
+            found = self._lower(last, directions, shortened, float(slope @ shortened))
             if found is None:
                 break
             if found.stopped is not None:

@@ -112,8 +112,8 @@ def bad_solve(draw, kind):
         request.motors = JointState(name=NAMES, position=HOME)
     else:
         request.platform.pose.position.z, request.platform.pose.orientation.w = 0.8, 1.0
-    what = draw(st.sampled_from(["target", "start", "given", "wrench", "controlled"]))
-    if what == "target" or (what == "controlled" and kind is SolveForward):
+    what = draw(st.sampled_from(["target", "start", "given", "wrench", "controlled", "objective"]))
+    if what == "target" or (what in ("controlled", "objective") and kind is SolveForward):
         if kind is SolveForward:
             request.motors = draw(bad_joint_state())
         else:
@@ -124,6 +124,8 @@ def bad_solve(draw, kind):
         request.start, request.start_equilibrium = 2, draw(bad_given())
     elif what == "wrench":
         request.wrench = [draw(bad_wrench())]
+    elif what == "objective":
+        request.objective = draw(word.filter(bool))
     else:
         request.controlled = [draw(word)]
     return request
