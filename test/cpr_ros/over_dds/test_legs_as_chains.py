@@ -1,29 +1,29 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A node of a robot whose legs are chains: services, setpoints, markers."""
+"""A node of every shipped robot whose legs are chains: services, setpoints, markers."""
 
 import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode
-from helpers.chain_robots import ROBOTS
 from helpers.driver import Driver
 from helpers.node_process import Client, NodeProcess, Running, free_domain
+from helpers.shipped_steps import CHAINS, STEPS
 from visualization_msgs.msg import MarkerArray
 
-from cpr_core import load_robot, solve_forward
+from cpr_core import load_robot, solve_forward, solve_home
 
 
-@pytest.fixture(params=sorted(ROBOTS), scope="module")
+@pytest.fixture(params=CHAINS, scope="module")
 def running(request, tmp_path_factory):
     log, domain = tmp_path_factory.mktemp(request.param) / "node.log", free_domain()
-    options = ["-p", f"robot:={ROBOTS[request.param]}", "-p", "max_speed:=4.0"]
+    options = ["-p", f"robot:={request.param}", "-p", "max_speed:=4.0"]
     process = NodeProcess(log, domain, options)
     try:
         process.wait_for_log("ready")
         client = Client(domain)
         try:
-            yield load_robot(ROBOTS[request.param]), Running(process, client)
+            yield load_robot(request.param), Running(process, client)
         finally:
             client.close()
     finally:
@@ -32,7 +32,7 @@ def running(request, tmp_path_factory):
 
 def test_forward_is_that_of_the_library_and_setpoints_are_followed(running):
     robot, node = running
-    wanted = [0.05] * robot.motor_count
+    wanted = (solve_home(robot).motors + 0.5 * np.array(STEPS[robot.description.name])).tolist()
     expected = solve_forward(robot, wanted)
     markers = []
     subscription = node.client.node.create_subscription(
