@@ -5,13 +5,16 @@
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from cpr_msgs.msg import ErrorCode
+from cpr_msgs.srv import SolveInverse
 from helpers.driver import Driver
 from helpers.node_process import Client, NodeProcess, Running, free_domain
-from helpers.shipped_steps import CHAINS, STEPS
+from helpers.shipped_steps import CHAINS, REDUNDANT, STEPS
 from visualization_msgs.msg import MarkerArray
 
 from cpr_core import load_robot, solve_forward, solve_home
+from cpr_ros.conversions import Frames, platform_pose
 
 
 @pytest.fixture(params=CHAINS, scope="module")
@@ -61,6 +64,26 @@ def test_forward_is_that_of_the_library_and_setpoints_are_followed(running):
     finally:
         driver.close()
         node.client.node.destroy_subscription(subscription)
+
+
+@pytest.mark.parametrize("running", sorted(set(CHAINS) - set(REDUNDANT)), indirect=True)
+def test_inverse_and_platform_setpoints_lead_back_to_the_motors(running):
+    robot, node = running
+    home = solve_home(robot).motors
+    there = solve_forward(robot, home + 0.5 * np.array(STEPS[robot.description.name]))
+    pose = platform_pose(there, Frames("base", "platform"), Time())
+    request = SolveInverse.Request(platform=pose, start=SolveInverse.Request.START_HOME)
+    driver = Driver(node.client)
+    try:
+        answer = node.client.call(SolveInverse, "/cpr_node/solve_inverse", request)
+        assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
+        np.testing.assert_allclose(answer.solution.motors.position, there.motors, atol=1e-8)
+        driver.send_motors(*home)
+        driver.until(lambda: np.array_equal(driver.motors, home))
+        driver.platform.publish(pose)
+        driver.until(lambda: np.allclose(driver.motors, there.motors, rtol=0.0, atol=1e-8))
+    finally:
+        driver.close()
 
 
 def _ends(message):
