@@ -37,7 +37,7 @@ def main(folder: Path = FOLDER) -> None:
             axis.set_major_locator(MaxNLocator(4 if planar else 3))
         if not planar:
             axes.view_init(elev=22.0, azim=-52.0)
-            axes.set_box_aspect(np.ptp(np.reshape(axes.get_w_lims(), (3, 2)), axis=1), zoom=0.82)
+            axes.set_box_aspect(np.ptp(np.reshape(axes.get_w_lims(), (3, 2)), axis=1), zoom=0.78)
         for _ in range(2):  # the layout of the first drawing changes the ticks
             canvas.draw()
         picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")

@@ -101,6 +101,9 @@ def _draw_frame(
             linewidth=0.9,
             **(_FLAT_ARROW if dimensions == 2 else {"arrow_length_ratio": 0.3}),
         )
+    if dimensions == 2:  # arrows are not among what the plane is scaled to
+        axes.update_datalim((position + size * rotation.T)[:, :2])
+        axes.autoscale_view()
 
 
 def set_equal_scale(axes: Any) -> None:
