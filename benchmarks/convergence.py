@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Draw the error of the platform position over the number of modes, for every shipped robot."""
+"""Draw the error of the platform position over the number of modes, for the robots that are measured."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import matplotlib as mpl
 import numpy as np
 
 from cpr_core import load_robot, solve_forward, solve_home
-from cpr_core.description.description_file import shipped_robots
+
+from .walks import ROBOTS
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
@@ -32,7 +33,7 @@ def position(name: str, modes: int) -> np.ndarray:
 def main() -> None:
     """Write the figure."""
     figure, axes = plt.subplots(figsize=(6.5, 4.0))
-    for marker, name in zip("osv^D", shipped_robots(), strict=False):
+    for marker, name in zip("osv^DP", ROBOTS, strict=True):
         exact = position(name, 14)
         errors = [float(np.linalg.norm(position(name, modes) - exact)) for modes in MODES]
         axes.semilogy(MODES, np.maximum(errors, 1e-16), marker=marker, label=name)

@@ -70,6 +70,12 @@ def requirements(figures: dict[str, Figure]) -> tuple[Requirement, ...]:
         "compiled continuous shooting over this library, 6-RFS, both with errors up to 1e-6 m",
         at_least=5.0,
     )
+    ratio(
+        "forward/six_rus/8",
+        "forward/six_rfs/8",
+        "warm forward solve with 8 modes, 6-RUS under gravity over 6-RFS",
+        at_most=3.0,
+    )
     _index_is_free(figures, found)
     ratio(
         "forward and everything/six_rfs/5",

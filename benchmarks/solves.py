@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Warm and cold solves of every shipped robot, and what is asked of a solution."""
+"""Warm and cold solves of robots, and what is asked of a solution."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ RANGES = {
     "planar_body": 0.6,
     "rfrfr": 1.2,
     "six_rfs": 0.7,
+    "six_rus": 0.4,
     "three_rfs": 0.5,
 }
 COLD_TARGETS = 10

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Small steps of every shipped robot: where the warm solves that are measured go."""
+"""Small steps of robots: where the warm solves that are measured go."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from paper.cases import RFRFR, SIX_RFS, Case
 
 __all__ = ["PAPER_CASES", "PROBLEMS", "ROBOTS", "SOLVERS", "Walk", "robot_with", "walk_of"]
 
-ROBOTS = ("rfrfr", "planar_body", "three_rfs", "six_rfs", "gough_stewart")
+ROBOTS = ("rfrfr", "planar_body", "three_rfs", "six_rfs", "gough_stewart", "six_rus")
 PROBLEMS = {"forward": "motors", "inverse": "pose", "by effort": "efforts"}
 SOLVERS: dict[str, Callable[..., Equilibrium]] = {
     "forward": solve_forward,
@@ -36,7 +36,11 @@ SOLVERS: dict[str, Callable[..., Equilibrium]] = {
 #: Robots that walk on the motor paths of the paper, 1/50 of the path a step.
 PAPER_CASES = {case.name: case for case in (RFRFR, SIX_RFS)}
 #: Motor steps of the others [rad].
-MOTOR_STEPS = {"planar_body": (0.02, -0.01, 0.01), "three_rfs": (0.02, -0.01, 0.01)}
+MOTOR_STEPS = {
+    "planar_body": (0.02, -0.01, 0.01),
+    "six_rus": (0.01, -0.005, 0.008, 0.005, -0.01, 0.003),
+    "three_rfs": (0.02, -0.01, 0.01),
+}
 #: Pose step of the robot with extensible legs, 1.4 mm [m].
 POSE_STEP = 1.4e-3 / np.sqrt(3.0) * np.ones(3)
 #: Steps of robots that have no path in the paper.

@@ -16,7 +16,7 @@ from .model.bending_strain import bending_strains
 from .model.equilibrium import Equilibrium, spectrum
 from .model.kinemato_statics import KinematoStatics, Singularity, kinemato_statics
 from .model.robot import Robot, load_robot
-from .model.shape import LegShape, leg_shapes
+from .model.shape import JointPlace, LegShape, leg_shapes
 from .model.stability import Spectrum
 from .solving.critical_load import CriticalLoad, critical_load, critical_load_factor
 from .solving.events import PathEvent
@@ -48,6 +48,7 @@ __all__ = [
     "FoundEquilibrium",
     "InvalidQuaternion",
     "InvalidRequest",
+    "JointPlace",
     "KinematoStatics",
     "LegShape",
     "Loads",

@@ -1,9 +1,11 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Legs and platform as markers for rviz."""
+"""Legs, their links and joints, and the platform as markers for rviz."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -12,7 +14,7 @@ from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from cpr_core import Robot, leg_shapes
+from cpr_core import LegShape, Robot, leg_shapes
 
 from .conversions import Frames
 from .setpoint_following import Outcome
@@ -23,6 +25,7 @@ __all__ = ["bending_curvature", "leg_markers", "shade"]
 #: Points along a leg.
 POINTS = 24
 WIDTH = 0.006
+_DARK, _LIGHT = (ColorRGBA(r=tone, g=tone, b=tone, a=1.0) for tone in (0.2, 0.85))
 _ACTION_COLORS = {
     Action.NONE: (0.1, 0.7, 0.2),
     Action.SLOW: (0.95, 0.7, 0.1),
@@ -31,7 +34,7 @@ _ACTION_COLORS = {
 
 
 def leg_markers(outcome: Outcome, by: str, frames: Frames, stamp: Time) -> MarkerArray:
-    """A line for every leg and one for the platform.
+    """A line for every leg and one for the platform; links as thicker lines, joints as spheres.
 
     Args:
         outcome: Of the last tick.
@@ -57,12 +60,28 @@ def leg_markers(outcome: Outcome, by: str, frames: Frames, stamp: Time) -> Marke
             line.color = action
         markers.append(line)
     tips = [shape.position[-1] for shape in shapes]
+    markers += _links_and_joints(shapes, frames, stamp)
     platform = _line("platform", 0, frames, stamp)
     platform.points = [_point(position) for position in _outline(robot, tips)]
-    platform.color = ColorRGBA(r=0.2, g=0.2, b=0.2, a=1.0)
+    platform.color = _DARK
     if len(platform.points) >= 2:
         markers.append(platform)
     return MarkerArray(markers=markers)
+
+
+def _links_and_joints(shapes: tuple[LegShape, ...], frames: Frames, stamp: Time) -> list[Marker]:
+    """All links in one marker, if there are any; all joints in one, dark where motors move them."""
+    pieces = [piece for shape in shapes for piece in shape.rigid_pieces]
+    links = _line("links", 0, frames, stamp)
+    links.type, links.scale.x, links.color = Marker.LINE_LIST, 2.0 * WIDTH, _DARK
+    links.points = [_point(end) for piece in pieces for pair in pairwise(piece) for end in pair]
+    joints = _line("joints", 0, frames, stamp)
+    joints.type = Marker.SPHERE_LIST
+    joints.scale.x = joints.scale.y = joints.scale.z = 3.0 * WIDTH
+    for joint in (joint for shape in shapes for joint in shape.joints if joint.kind != "fixed"):
+        joints.points.append(_point(joint.position))
+        joints.colors.append(_LIGHT if joint.motor is None else _DARK)
+    return [marker for marker in (links, joints) if marker.points]
 
 
 def bending_curvature(curvature: NDArray[np.float64]) -> NDArray[np.float64]:

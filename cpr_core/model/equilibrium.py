@@ -246,9 +246,8 @@ class Equilibrium:
     def margin(self) -> float:
         """Margin of stability with the motors held: 1 without loads and forces, 0 where stability ends.
 
-        Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless. Where the legs cannot
-        be condensed (straight ones, passive joints, one motor in several joints) it takes some
-        milliseconds.
+        Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless. It takes some
+        milliseconds where legs are straight or have passive joints, or one motor moves several joints.
         """
         return self.spectrum_locked.margin
 

@@ -12,7 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.chain import ChainElement, ChainJoint, ChainRod, Turn
+from ..description.chain import ChainJoint, ChainRod, Turn
+from ..description.joints import JOINTS
+from ..description.leg_description import LegDescription
 from ..kernels.rotation_kernel import rotation_steps
 from ..lie import rotation_exp
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid, rod_grid
@@ -21,7 +23,7 @@ from ..validation import checked_count
 from .equilibrium import Equilibrium
 from .robot import Robot
 
-__all__ = ["LegShape", "Pose", "leg_shapes", "rod_bases", "tip_positions"]
+__all__ = ["JointPlace", "LegShape", "Pose", "leg_shapes", "rod_bases", "tip_positions"]
 
 Floats = NDArray[np.float64]
 
@@ -38,9 +40,24 @@ class Pose(NamedTuple):
     position: Floats
 
 
+class JointPlace(NamedTuple):
+    """A joint of a leg, in the world.
+
+    Attributes:
+        kind: ``revolute`` (a universal joint is two of them), ``prismatic``, or ``feed`` where a rod of
+            varying length comes out; of the tip as the description calls it.
+        motor: Name of the motor that moves it; None: it is passive.
+        position: (3,) [m].
+    """
+
+    kind: str
+    motor: str | None
+    position: Floats
+
+
 @dataclass(frozen=True, eq=False)
 class LegShape:
-    """One leg from base to tip: points along its rods, and where its rigid links lead.
+    """One leg from base to tip: points along its rods, and where its links and shifts lead.
 
     Attributes:
         arc_length: Length of the way from the base, (P,) [m].
@@ -48,6 +65,7 @@ class LegShape:
         rotation: Cross-section frames in the world, (P, 3, 3); columns d1 (tangent), d2, d3.
         curvature: Strain (torsion, bending about d2, d3), (P, 3) [1/m]; zero on links.
         rod: Number of the rod in its leg, (P,); -1: a point of a rigid piece.
+        joints: Its joints, from the base on; the last one is that of the tip.
     """
 
     arc_length: Floats
@@ -55,6 +73,17 @@ class LegShape:
     rotation: Floats
     curvature: Floats
     rod: NDArray[np.int64]
+    joints: tuple[JointPlace, ...] = ()
+
+    @property
+    def rigid_pieces(self) -> tuple[Floats, ...]:
+        """Lines of the links and shifts, between the rods, (2 or more, 3) each [m]."""
+        found, points = [], len(self.rod)
+        ends = np.flatnonzero(np.diff(self.rod)) + 1
+        for start, stop in zip([0, *ends], [*ends, points], strict=True):
+            if self.rod[start] < 0 and stop - start + (start > 0) + (stop < points) > 1:
+                found.append(self.position[max(start - 1, 0) : stop + 1])
+        return tuple(found)
 
 
 def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ...]:
@@ -106,18 +135,29 @@ def _shapes(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
     rods, shapes = _rods_from_identity(robot, state, points), []
     for number in range(len(robot.description.legs)):
         poses, count = _element_poses(robot, number, state, rods)
-        shapes.append(_along(robot.description.legs[number].chain, poses, rods[:count], points))
+        shapes.append(_along(robot.description.legs[number], poses, rods[:count], points))
         rods = rods[count:]
     return tuple(shapes)
 
 
-def _along(
-    chain: tuple[ChainElement, ...], poses: list[Pose], rods: list[_RodShape], points: int
-) -> LegShape:
-    """Points of the elements of a chain, one after the other; joints add none."""
-    sigma = np.concatenate([[0.0], _grid(points).nodes, [1.0]])
+def _joint_places(leg: LegDescription, poses: list[Pose]) -> tuple[JointPlace, ...]:
+    """The joints of a leg where they are."""
+    found = []
+    for element, before, behind in zip(leg.chain, poses, poses[1:], strict=False):
+        if isinstance(element, ChainJoint):
+            kind = "revolute" if isinstance(element, Turn) else "prismatic"
+            found.append(JointPlace(kind, element.motor, behind.position))
+        elif isinstance(element, ChainRod) and element.motor is not None:
+            found.append(JointPlace("feed", element.motor, before.position))
+    tip = next(kind for kind, joint in JOINTS.items() if isinstance(leg.joint, joint))
+    return (*found, JointPlace(tip, None, poses[-1].position))
+
+
+def _along(leg: LegDescription, poses: list[Pose], rods: list[_RodShape], points: int) -> LegShape:
+    """Points of the elements of a chain, one after the other; turns add none."""
+    chain, sigma = leg.chain, np.concatenate([[0.0], _grid(points).nodes, [1.0]])
     parts, way, number = [], 0.0, 0
-    rigid = [element for element in chain if not isinstance(element, ChainJoint)]
+    rigid = [element for element in chain if not isinstance(element, Turn)]
     if not rigid or not isinstance(rigid[0], ChainRod):
         parts.append(_point(way, poses[0]))
     for element, start, end in zip(chain, poses, poses[1:], strict=False):
@@ -133,10 +173,10 @@ def _along(
                 )
             )
             way, number = way + shape.length, number + 1
-        elif not isinstance(element, ChainJoint):
+        elif not isinstance(element, Turn):
             way += float(np.linalg.norm(end.position - start.position))
             parts.append(_point(way, end))
-    if isinstance(chain[-1], ChainJoint):  # the tip is behind it
+    if isinstance(chain[-1], Turn):  # the tip is behind it
         parts.append(_point(way, poses[-1]))
     return LegShape(
         arc_length=np.concatenate([part.arc_length for part in parts]),
@@ -144,6 +184,7 @@ def _along(
         rotation=np.concatenate([part.rotation for part in parts]),
         curvature=np.concatenate([part.curvature for part in parts]),
         rod=np.concatenate([part.rod for part in parts]),
+        joints=_joint_places(leg, poses),
     )
 
 

@@ -5,17 +5,17 @@
 
 import numpy as np
 import pytest
+from helpers.shipped_steps import SHORT_FORM
 
 from benchmarks.batches import _batch, solve_batch
 from benchmarks.linear_algebra import matrix_sizes
 from benchmarks.scaling import AXES, _robot
 from benchmarks.walks import PROBLEMS, ROBOTS, walk_of
 from cpr_core import solve_home
-from cpr_core.description.description_file import shipped_robots
 
 
-def test_every_shipped_robot_is_measured():
-    assert set(ROBOTS) == set(shipped_robots())
+def test_every_robot_of_the_short_form_is_measured_and_one_of_chains():
+    assert set(ROBOTS) == {*SHORT_FORM, "six_rus"}
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)

@@ -1,9 +1,9 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The shipped robots: which have chains for legs, and a motor step off home far enough to leave symmetry."""
+"""The shipped robots: whose legs are chains, and a motor step off home that leaves its symmetry."""
 
-#: Robots whose legs are a motor and a rod; what takes long is tried on these, and on chains where they tell more.
+#: Legs of a motor and a rod. What takes long is tried on these, and on the chains that tell more.
 SHORT_FORM = ("gough_stewart", "planar_body", "rfrfr", "six_rfs", "three_rfs")
 CHAINS = ("delta", "four_rfr", "six_rus", "three_prs", "three_rfr_hubs", "two_rods")
 #: More motors than platform coordinates: a pose does not say where the motors are.

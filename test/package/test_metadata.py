@@ -95,6 +95,27 @@ def test_what_is_generated_in_the_docs_is_current(tool):
     assert done.returncode == 0, done.stderr
 
 
+def test_every_shipped_robot_is_in_the_docs_with_a_picture():
+    """Small ones: a page with all of them is to open at once."""
+    from cpr_core.description.description_file import shipped_robots
+
+    text = (ROOT / "docs/description.md").read_text()
+    for name in shipped_robots():
+        assert f"[{name}](../config/{name}.yaml)" in text
+        assert f'src="images/robots/{name}.png"' in text
+        assert (ROOT / f"docs/images/robots/{name}.png").stat().st_size < 60_000
+
+
+def test_pictures_of_the_docs_exist_and_are_shown():
+    shown = set()
+    for page in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:
+        for name in re.findall(r'!\[[^\]]*\]\(([^)]+)\)|src="([^"]+)"', page.read_text()):
+            file = (page.parent / "".join(name)).resolve()
+            assert file.is_file(), f"{page}: {name}"
+            shown.add(file)
+    assert set((ROOT / "docs/images").rglob("*.png")) <= shown
+
+
 def test_the_docs_list_the_parameters_of_the_node_and_no_others():
     """Read here, not by the tool that writes them."""
     text = (ROOT / "docs/node.md").read_text()

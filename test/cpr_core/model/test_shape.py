@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+from helpers.shipped_steps import CHAINS
 
 from cpr_core import InvalidRequest, leg_shapes, load_robot, solve_forward, solve_home
 
@@ -38,3 +39,46 @@ def test_too_few_points_are_refused(points):
     with pytest.raises(InvalidRequest, match="points"):
         leg_shapes(solve_home(load_robot("rfrfr")), points)
     assert len(leg_shapes(solve_home(load_robot("rfrfr")), 4)[0].arc_length) == 4
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_chains_lead_to_the_platform_and_are_as_long_as_their_pieces(name):
+    home = solve_home(load_robot(name))
+    for leg, shape in zip(home.robot.description.legs, leg_shapes(home, 40), strict=True):
+        tip = home.platform_position + home.platform_rotation @ leg.joint.position
+        np.testing.assert_allclose(shape.position[0], leg.base_position)
+        np.testing.assert_allclose(shape.position[-1], tip, atol=1e-9)
+        np.testing.assert_allclose(shape.joints[-1].position, tip, atol=1e-9)
+        assert np.all(np.diff(shape.arc_length) >= 0.0)
+        whole = np.linalg.norm(np.diff(shape.position, axis=0), axis=1).sum()
+        assert whole == pytest.approx(shape.arc_length[-1], rel=1e-3)
+        rods = sum(element.rod.length for element in leg.rods)
+        rigid = sum(
+            np.linalg.norm(np.diff(piece, axis=0), axis=1).sum() for piece in shape.rigid_pieces
+        )
+        assert rods + rigid == pytest.approx(shape.arc_length[-1], abs=1e-12)
+
+
+def test_joints_and_links_are_where_they_are():
+    """The carriage of a 3-PRS: along its rail, with the hinge three centimetres above."""
+    home = solve_home(load_robot("three_prs"))
+    base = home.robot.description.legs[0].base_position
+    shape = leg_shapes(home)[0]
+    assert [joint[:2] for joint in shape.joints] == [
+        ("prismatic", "motor1"),
+        ("revolute", None),
+        ("spherical", None),
+    ]
+    carriage = base + [home.motors[0], 0.0, 0.0]
+    hinge = carriage + [0.0, 0.0, 0.03]
+    np.testing.assert_allclose(shape.joints[0].position, carriage, atol=1e-12)
+    np.testing.assert_allclose(shape.joints[1].position, hinge, atol=1e-12)
+    rail, end = shape.rigid_pieces
+    np.testing.assert_allclose(rail, [base, carriage, hinge, hinge], atol=1e-12)
+    assert np.linalg.norm(end[-1] - end[0]) == pytest.approx(0.02)
+
+
+def test_legs_without_links_have_no_rigid_pieces_and_feeds_are_joints():
+    shape = leg_shapes(solve_home(load_robot("gough_stewart")))[0]
+    assert shape.rigid_pieces == ()
+    assert [joint[:2] for joint in shape.joints] == [("feed", "motor1"), ("fixed", None)]

@@ -310,6 +310,19 @@ def test_a_shared_motor_is_the_motors_moved_together():
     assert one.spectrum_free.index == one.index_free
 
 
+def test_the_six_rus_has_the_motor_angles_its_authors_give():
+    """For a pose in the README of their code, solved to 1e-5, where nothing but rods weighs."""
+    changed, published = content("six_rus"), [0.48785652, 0.42037453, 0.28121425]
+    changed["platform"]["mass"] = 0.0
+    for leg in changed["legs"]:
+        del leg["chain"][1]["mass"]
+    half = 0.5 * np.deg2rad(10.0)
+    pose = [0.0, 0.0, 0.5, np.cos(half), np.sin(half), 0.0, 0.0]
+    first, second, third = published
+    expected = [first, first, second, third, third, second]
+    np.testing.assert_allclose(solve_inverse(load_robot(changed), pose).motors, expected, atol=1e-4)
+
+
 def test_a_limit_of_one_rod_of_two_is_named(tmp_path):
     """In errors and in maps, and what is stored of a map has a column for every rod."""
     changed = content("three_rfr_hubs")

@@ -6,14 +6,13 @@
 import numpy as np
 import pytest
 from helpers.bordered_index import index_by_eigenvalues
-from helpers.shipped_steps import STEPS
+from helpers.shipped_steps import SHORT_FORM, STEPS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.near_requests import is_walked, straight_stewart_gough, walk_near
 from benchmarks.walks import PROBLEMS, SOLVERS
 from cpr_core import Loads, load_robot, solve_forward, solve_home, solve_inverse
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.condensation_kernel import DELAYED
 from cpr_core.kernels.continuation_kernel import UNPREDICTED, WATCHED, Requests, Start
 from cpr_core.kernels.kept_factors import kept_factors
@@ -44,7 +43,7 @@ def walks_among(robot, problem, count):
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 @pytest.mark.parametrize("modes", [3, 5, 12])
-@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("name", [*SHORT_FORM, "delta", "two_rods"])
 def test_near_requests_need_no_walk(name, modes, problem):
     assert walks_among(load_robot(name, modes=modes), problem, 40) == 0
 
@@ -96,7 +95,7 @@ def test_predictions_from_delayed_slots_are_used(straight):
     assert made == 0 or near.iterations < records[0, straight.state_size + STEPS_TAKEN]
 
 
-@pytest.fixture(scope="module", params=shipped_robots())
+@pytest.fixture(scope="module", params=[*SHORT_FORM, "delta", "three_prs"])
 def robot(request):
     return load_robot(request.param)
 

@@ -5,12 +5,12 @@
 
 import pytest
 
-from benchmarks.robustness import COUNTS, RANGES, experiment
+from benchmarks.robustness import COUNTS, ROBOTS, experiment
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("problem", COUNTS)
-@pytest.mark.parametrize("name", RANGES)
+@pytest.mark.parametrize("name", ROBOTS)
 def test_every_request_is_reached_or_stopped_by_a_real_event_and_leads_back(name, problem):
     found = experiment(name, problem, COUNTS[problem])
     assert sum(found.ends.values()) == COUNTS[problem]

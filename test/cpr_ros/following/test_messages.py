@@ -3,6 +3,8 @@
 
 """What decisions look like as messages; no node is needed for that."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
@@ -10,6 +12,7 @@ from cpr_msgs.msg import ErrorCode
 from geometry_msgs.msg import WrenchStamped
 from helpers.drive import SETTINGS, Drive, changed_robot, robot
 from sensor_msgs.msg import JointState
+from visualization_msgs.msg import Marker
 
 from cpr_core import InvalidRequest, NonFiniteInput, leg_shapes, solve_home
 from cpr_core.lie import rotation_exp
@@ -89,6 +92,35 @@ def test_legs_are_coloured_by_bending_strain_or_by_stability(rfrfr):
     color = by_stability[0].color
     assert not by_stability[0].colors
     assert color.g > color.r
+
+
+def test_links_and_joints_have_markers():
+    outcome = Drive(robot("three_prs")).tick()
+    by_name = {
+        marker.ns: marker for marker in leg_markers(outcome, "strain", FRAMES, Time()).markers
+    }
+    shapes = leg_shapes(outcome.assessment.equilibrium, 24)
+    links, joints = by_name["links"], by_name["joints"]
+    pieces = [piece for shape in shapes for piece in shape.rigid_pieces]
+    ends = [end for piece in pieces for pair in pairwise(piece) for end in pair]
+    assert (links.type, joints.type) == (Marker.LINE_LIST, Marker.SPHERE_LIST)
+    np.testing.assert_allclose([[p.x, p.y, p.z] for p in links.points], ends)
+    places = [joint for shape in shapes for joint in shape.joints]
+    np.testing.assert_allclose(
+        [[p.x, p.y, p.z] for p in joints.points], [joint.position for joint in places]
+    )
+    assert [color.r < 0.5 for color in joints.colors] == [
+        joint.motor is not None for joint in places
+    ]
+
+
+def test_clamped_tips_have_no_marker():
+    outcome = Drive(robot("gough_stewart")).tick()
+    markers = {
+        marker.ns: marker for marker in leg_markers(outcome, "strain", FRAMES, Time()).markers
+    }
+    assert "links" not in markers
+    assert len(markers["joints"].points) == 6
 
 
 @pytest.mark.parametrize(

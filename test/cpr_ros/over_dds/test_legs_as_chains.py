@@ -1,29 +1,32 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A node of a robot whose legs are chains: services, setpoints, markers."""
+"""A node of every shipped robot whose legs are chains: services, setpoints, markers."""
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from cpr_msgs.msg import ErrorCode
-from helpers.chain_robots import ROBOTS
+from cpr_msgs.srv import SolveInverse
 from helpers.driver import Driver
 from helpers.node_process import Client, NodeProcess, Running, free_domain
+from helpers.shipped_steps import CHAINS, REDUNDANT, STEPS
 from visualization_msgs.msg import MarkerArray
 
-from cpr_core import load_robot, solve_forward
+from cpr_core import load_robot, solve_forward, solve_home
+from cpr_ros.conversions import Frames, platform_pose
 
 
-@pytest.fixture(params=sorted(ROBOTS), scope="module")
+@pytest.fixture(params=CHAINS, scope="module")
 def running(request, tmp_path_factory):
     log, domain = tmp_path_factory.mktemp(request.param) / "node.log", free_domain()
-    options = ["-p", f"robot:={ROBOTS[request.param]}", "-p", "max_speed:=4.0"]
+    options = ["-p", f"robot:={request.param}", "-p", "max_speed:=4.0"]
     process = NodeProcess(log, domain, options)
     try:
         process.wait_for_log("ready")
         client = Client(domain)
         try:
-            yield load_robot(ROBOTS[request.param]), Running(process, client)
+            yield load_robot(request.param), Running(process, client)
         finally:
             client.close()
     finally:
@@ -32,7 +35,7 @@ def running(request, tmp_path_factory):
 
 def test_forward_is_that_of_the_library_and_setpoints_are_followed(running):
     robot, node = running
-    wanted = [0.05] * robot.motor_count
+    wanted = (solve_home(robot).motors + 0.5 * np.array(STEPS[robot.description.name])).tolist()
     expected = solve_forward(robot, wanted)
     markers = []
     subscription = node.client.node.create_subscription(
@@ -61,6 +64,26 @@ def test_forward_is_that_of_the_library_and_setpoints_are_followed(running):
     finally:
         driver.close()
         node.client.node.destroy_subscription(subscription)
+
+
+@pytest.mark.parametrize("running", sorted(set(CHAINS) - set(REDUNDANT)), indirect=True)
+def test_inverse_and_platform_setpoints_lead_back_to_the_motors(running):
+    robot, node = running
+    home = solve_home(robot).motors
+    there = solve_forward(robot, home + 0.5 * np.array(STEPS[robot.description.name]))
+    pose = platform_pose(there, Frames("base", "platform"), Time())
+    request = SolveInverse.Request(platform=pose, start=SolveInverse.Request.START_HOME)
+    driver = Driver(node.client)
+    try:
+        answer = node.client.call(SolveInverse, "/cpr_node/solve_inverse", request)
+        assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
+        np.testing.assert_allclose(answer.solution.motors.position, there.motors, atol=1e-8)
+        driver.send_motors(*home)
+        driver.until(lambda: np.array_equal(driver.motors, home))
+        driver.platform.publish(pose)
+        driver.until(lambda: np.allclose(driver.motors, there.motors, rtol=0.0, atol=1e-8))
+    finally:
+        driver.close()
 
 
 def _ends(message):

@@ -1,0 +1,59 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Drawings show rods, links and joints where they are."""
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from helpers.shipped_steps import CHAINS
+from matplotlib.figure import Figure
+
+from cpr_core import leg_shapes, load_robot, solve_home
+from cpr_core.drawing.robot_drawing import draw_equilibrium
+
+
+def drawn(name):
+    """Lines of a drawing of home in the plane, as points (P, 2), by colour and marker."""
+    home = solve_home(load_robot(name))
+    axes = Figure().add_subplot(projection=None if home.robot.planar else "3d")
+    draw_equilibrium(axes, home, color="tab:blue", label="home", frame_size=0.05)
+    return home, axes
+
+
+def points_of(line):
+    return np.column_stack(getattr(line, "_verts3d", line.get_data()))
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_rods_links_and_joints_are_drawn(name):
+    home, axes = drawn(name)
+    shapes, dimensions = leg_shapes(home, 40), 2 if home.robot.planar else 3
+    lines = [line for line in axes.lines if line.get_linestyle() != "None"]
+    rods = [points_of(line) for line in lines if line.get_linewidth() == 1.6]
+    expected = [
+        shape.position[shape.rod == rod] for shape in shapes for rod in range(shape.rod.max() + 1)
+    ]
+    assert len(rods) == len(expected) == len(home.robot.description.rods)
+    for points, of_rod in zip(rods, expected, strict=True):
+        np.testing.assert_allclose(points, of_rod[:, :dimensions])
+    links = [points_of(line) for line in lines if line.get_color() == "0.35"]
+    pieces = [piece for shape in shapes for piece in shape.rigid_pieces]
+    assert len(links) == len(pieces) > 0
+    for points, piece in zip(links, pieces, strict=True):
+        np.testing.assert_allclose(points, piece[:, :dimensions])
+    marks = [line for line in axes.lines if line.get_marker() in ("o", "s")]
+    joints = [joint for shape in shapes for joint in shape.joints]
+    assert len(marks) == len(joints)
+    for mark, joint in zip(marks, joints, strict=True):
+        np.testing.assert_allclose(points_of(mark)[0], joint.position[:dimensions])
+        moved = mpl.colors.same_color(mark.get_markerfacecolor(), "black")
+        assert moved == (joint.motor is not None)
+        assert (mark.get_marker() == "s") == (joint.kind == "prismatic")
+
+
+def test_clamped_tips_have_no_mark_and_the_label_is_given_once():
+    _, axes = drawn("gough_stewart")
+    marks = [line for line in axes.lines if line.get_marker() in ("o", "s")]
+    assert [mark.get_marker() for mark in marks] == ["s"] * 6  # the feeds
+    assert axes.get_legend_handles_labels()[1] == ["home"]
