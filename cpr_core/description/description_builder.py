@@ -29,6 +29,9 @@ __all__ = ["described_robot"]
 
 Floats = NDArray[np.float64]
 
+#: What rounding in a file may do to an inertia.
+_ROUNDED = 1e-3
+
 
 def described_robot(source: str, content: dict[str, Any], text: str) -> RobotDescription:
     """The robot a description stands for.
@@ -59,11 +62,40 @@ def described_robot(source: str, content: dict[str, Any], text: str) -> RobotDes
         home=home_guess(part, legs, point),
         loads=_loads(part, legs),
         stations=tuple(content.get("stations", ())),
+        platform_inertia=_inertia(platform, point),
         text=text,
     )
     _check_controlled(part, description)
     check_positions(part, description)
     return description
+
+
+def _inertia(platform: Part, point: bool) -> Floats:
+    """Inertia of the platform about its centre of mass, (3, 3) [kg m^2]."""
+    if "inertia" not in platform:
+        return np.zeros((3, 3))
+    given = platform.get("inertia")
+    if point:
+        raise platform.fail("inertia", "a point platform does not turn: leave it out")
+    if not platform.number("mass", 0.0):
+        raise platform.fail("inertia", "a platform without mass has none: expected mass too")
+    xx, yy, zz, xy, xz, yz = map(float, given)
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if platform.planar:
+        if zz < 0.0:
+            raise platform.fail("inertia", f"expected Izz of at least zero, got {zz:g}")
+        return inertia
+    # What masses add up to, int r r^T dm: no negative eigenvalue means no negative principal moment,
+    # and none greater than the other two together.
+    scaled = inertia / max(np.abs(inertia).max(), 1e-300)
+    if np.linalg.eigvalsh(0.5 * np.trace(scaled) * np.eye(3) - scaled)[0] < -_ROUNDED:
+        moments = ", ".join(f"{moment:g}" for moment in np.linalg.eigvalsh(inertia))
+        raise platform.fail(
+            "inertia",
+            f"got principal moments {moments}: expected none negative, and none greater than the other "
+            "two together",
+        )
+    return inertia
 
 
 def _legs(part: Part) -> tuple[LegDescription, ...]:

@@ -72,6 +72,8 @@ class RobotDescription:
         home: Rough home equilibrium.
         loads: Loads that always act, gravity included.
         stations: s/l where point forces may act, on every leg.
+        platform_inertia: About the centre of mass in the platform frame, (3, 3) [kg m^2]; statics does
+            not ask for it.
         text: The description as it was read.
     """
 
@@ -86,6 +88,7 @@ class RobotDescription:
     home: HomeGuess
     loads: Loads = field(default_factory=Loads.none)
     stations: tuple[float, ...] = ()
+    platform_inertia: Floats = field(default_factory=lambda: np.zeros((3, 3)))
     text: str = ""
 
     def __repr__(self) -> str:
