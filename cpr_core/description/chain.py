@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ..description_part import Described, Part, Vector, triple
 from ..description_part import field as described
 from ..rods.rod import Rod, StrainModes
-from .motors import NO_LIMITS, MotorLimits
+from .motors import NO_LIMITS, OFFSET, MotorLimits
 
 __all__ = [
     "CHAIN_JOINTS",
@@ -84,10 +84,7 @@ class ChainJoint(DescribedJoint):
             "type": "number",
             "description": "way of the joint per way of the motor; default 1",
         },
-        "offset": {
-            "type": "number",
-            "description": "where the joint is with its motor at zero [rad or m]; default 0",
-        },
+        "offset": OFFSET,
         "limits": described("limits", "what the motor can do"),
         **_SPRING,
     }

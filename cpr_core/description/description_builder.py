@@ -143,11 +143,12 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
         motor=motor,
         joint=joint,
         limits=limits,
+        offset=motor_part.number("offset", 0.0),
     )
 
 
 def _base_rotation(part: Part, motor: Motor, joint: Joint) -> Floats:
-    """Base frame in the world, motor at zero, (3, 3)."""
+    """Base frame in the world, joint at zero, (3, 3)."""
     tangent, across = part.direction("tangent"), motor.across()
     if across is not None and abs(np.dot(across, tangent)) <= 1e-6:
         return part.frame(np.array(across))

@@ -15,7 +15,7 @@ from ..rods.sections import SECTIONS
 from ..rods.strain_basis import STRAIN_BASES
 from .chain import CHAIN_JOINTS
 from .joints import JOINTS
-from .motors import MOTORS, Motor
+from .motors import MOTORS, OFFSET, Motor
 
 __all__ = ["DEFAULT_BASIS", "description_schema"]
 
@@ -84,7 +84,10 @@ def _chain_element() -> dict[str, Any]:
 
 
 def _motor_fields(kind: type[Motor]) -> Mapping[str, Any]:
-    return {**kind.fields, **_ACTUATED} if kind.actuated else kind.fields
+    if not kind.actuated:
+        return kind.fields
+    # The length of a rod is what it is.
+    return {**kind.fields, **_ACTUATED} | ({} if kind.extensible else {"offset": OFFSET})
 
 
 def _choice(

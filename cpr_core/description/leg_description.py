@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description_part import triple
+from ..description_part import Vector, triple
 from ..lie import rotation_exp, skew
 from ..rods.rod import Rod, StrainModes
-from .chain import ChainElement, ChainRod, Link, Shift, Turn
+from .chain import ChainElement, ChainJoint, ChainRod, Link, Shift, Turn
 from .joints import Joint
 from .motors import NO_LIMITS, Motor, MotorLimits
 
@@ -71,11 +71,12 @@ class LegDescription:
         motor_name: Name of its motor in messages; None for a passive base.
         rod: The rod; of a chain what its rods are where they do not say otherwise.
         modes: Its strain modes.
-        base_position: Base point in the world at motor zero, (3,) [m].
-        base_rotation: Base frame (d1, d2, d3 as columns) in the world at motor zero, (3, 3).
+        base_position: Base point in the world, all joints at zero, (3,) [m].
+        base_rotation: Base frame (d1, d2, d3 as columns) in the world, all joints at zero, (3, 3).
         motor: What holds the base; that of a chain is welded.
         joint: What holds the tip.
         limits: What the motor can do.
+        offset: Where its joint is with the motor at zero [rad or m].
         elements: A chain in place of motor and rod.
     """
 
@@ -88,6 +89,7 @@ class LegDescription:
     motor: Motor
     joint: Joint
     limits: MotorLimits = NO_LIMITS
+    offset: float = 0.0
     elements: tuple[ChainElement, ...] | None = None
 
     def __repr__(self) -> str:
@@ -99,18 +101,21 @@ class LegDescription:
         """From base to tip: the joints of the motor, and the rod."""
         if self.elements is not None:
             return self.elements
-        across = self.base_rotation.T
         turn, shift = self.motor.turn_axis(self.base_rotation), self.motor.shift_axis
-        turned, shifted = (
-            self.motor_name if self.motor.actuated == kind else None for kind in ("turn", "shift")
-        )
         joints: list[ChainElement] = []
         if turn is not None:
-            joints.append(Turn(triple(across @ turn), turned, limits=self.limits))
+            joints.append(self._joint(Turn, turn, self.motor.actuated == "turn"))
         if shift is not None and not self.motor.extensible:
-            joints.append(Shift(triple(across @ shift), shifted, limits=self.limits))
+            joints.append(self._joint(Shift, shift, self.motor.actuated == "shift"))
         fed = self.motor_name if self.motor.extensible else None
         return (*joints, ChainRod(self.rod, self.modes, fed, self.limits))
+
+    def _joint(self, kind: type[ChainJoint], axis: Vector, moved: bool) -> ChainJoint:
+        """The joint of the motor about or along an axis in the world, or a passive one."""
+        axis = triple(self.base_rotation.T @ axis)
+        if not moved:
+            return kind(axis)
+        return kind(axis, self.motor_name, zero=self.offset, limits=self.limits)
 
     def without_limits(self) -> LegDescription:
         """The same leg with motors that can do everything and rods that bear everything."""
@@ -171,9 +176,10 @@ class LegDescription:
 
     def base_at(self, motor: float) -> BasePose:
         """Base at a motor position [rad or m], a passive coordinate at zero."""
-        if self.motor.actuated == "turn":
-            return self.base_pose(turn=motor)
-        return self.base_pose(shift=motor)
+        way = self.offset + motor
+        return (
+            self.base_pose(turn=way) if self.motor.actuated == "turn" else self.base_pose(0.0, way)
+        )
 
 
 def described_motors(legs: Sequence[LegDescription]) -> tuple[DescribedMotor, ...]:

@@ -3,6 +3,8 @@
 
 """Robots whose legs are chains: against the short form, closed forms, rigid kinematics and work."""
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 import yaml
@@ -10,6 +12,7 @@ from helpers.chain_robots import ROBOTS, as_chains
 from numpy.polynomial.legendre import leggauss
 
 from cpr_core import (
+    DescriptionError,
     Loads,
     NoForwardSolution,
     StrainLimitExceeded,
@@ -57,6 +60,44 @@ def test_the_short_form_is_a_chain_with_links_of_no_length_or_none(name, pieces)
         kinemato_statics(same).jacobian, kinemato_statics(home).jacobian, atol=1e-9
     )
     assert same.spectrum_locked.margin == pytest.approx(home.spectrum_locked.margin, abs=1e-9)
+
+
+#: Robots in the short form by what their motors do: a name, and what its motors are in place of its own.
+OFFSETS = {
+    "turn": ("six_rfs", None),
+    "turn in the plane": ("planar_body", None),
+    "shift": ("gough_stewart", {"type": "prismatic", "axis": [0.3, -0.2, 1.0]}),
+    "shift in the plane": ("planar_body", {"type": "prismatic", "axis": [0.6, -0.8, 0.0]}),
+}
+
+
+@pytest.mark.parametrize("kind", OFFSETS)
+def test_the_zero_of_a_motor_is_that_of_its_joint(kind):
+    """As in a chain with the same offset, and as without offset where the joints are."""
+    name, motor = OFFSETS[kind]
+    plain = yaml.safe_load(shipped_robots()[name].read_text())
+    if motor is not None:
+        plain["home"]["motors"] = [0.0] * len(plain["legs"])
+        for leg in plain["legs"]:
+            leg["motor"] = dict(motor)
+    offsets = 0.02 * np.cos(1.0 + np.arange(len(plain["legs"])))
+    zeroed = deepcopy(plain)
+    for leg, offset in zip(zeroed["legs"], offsets.tolist(), strict=True):
+        leg["motor"]["offset"] = offset
+    zeroed["home"]["motors"] = (np.array(plain["home"]["motors"]) - offsets).tolist()
+    robot, spelt = load_robot(zeroed), load_robot(as_chains(zeroed, links=False))
+    assert all(leg.chain[0].zero for leg in spelt.description.legs)
+    home = solve_home(robot)
+    assert_same(solve_home(spelt), home)
+    assert_same(home, solve_home(load_robot(plain)), atol=1e-9)
+    np.testing.assert_allclose(home.motors, zeroed["home"]["motors"], atol=1e-15)
+
+
+def test_a_rod_that_is_fed_has_no_offset():
+    content = yaml.safe_load(shipped_robots()["gough_stewart"].read_text())
+    content["legs"][0]["motor"]["offset"] = 0.1
+    with pytest.raises(DescriptionError, match=r"legs\[0\]\.motor: unknown field 'offset'"):
+        load_robot(content)
 
 
 # Closed forms: a moment at the tip bends every rod to an arc.
