@@ -93,14 +93,20 @@ class ChainJoint(DescribedJoint):
     @classmethod
     def elements(cls, part: Part) -> tuple[ChainJoint, ...]:
         """One joint."""
-        axis = triple(cls._axis(part))
+        return (cls.on_axis(triple(cls._axis(part)), part),)
+
+    @classmethod
+    def on_axis(cls, axis: Vector, part: Part) -> Self:
+        """A joint with a unit axis in the frame before it; all else as its part of a description says.
+
+        Raises:
+            DescriptionError: It has a motor and a spring, or neither and what only one with motor has.
+        """
         if "motor" not in part:
             for name in ("ratio", "offset", "limits"):
                 if name in part:
                     raise part.fail(name, "no motor moves this joint: give one, or leave it out")
-            return (
-                cls(axis, stiffness=part.number("stiffness", 0.0), rest=part.number("rest", 0.0)),
-            )
+            return cls(axis, stiffness=part.number("stiffness", 0.0), rest=part.number("rest", 0.0))
         for name in ("stiffness", "rest"):
             if name in part:
                 raise part.fail(
@@ -111,9 +117,7 @@ class ChainJoint(DescribedJoint):
         if ratio == 0.0:
             raise part.fail("ratio", "expected a number other than zero")
         limits = MotorLimits.from_description(part.part("limits"), extensible=False)
-        return (
-            cls(axis, str(part.get("motor")), ratio, part.number("offset", 0.0), limits=limits),
-        )
+        return cls(axis, str(part.get("motor")), ratio, part.number("offset", 0.0), limits=limits)
 
     def without_limits(self) -> Self:
         """The same joint with a motor that can do everything."""
@@ -146,24 +150,32 @@ class Shift(ChainJoint):
         return part.shift_axis("axis")
 
 
+def _pair(items: Mapping[str, Any]) -> dict[str, Any]:
+    return {"type": "array", "items": items, "minItems": 2, "maxItems": 2}
+
+
+def _of_each_axis(schema: Mapping[str, Any]) -> dict[str, Any]:
+    """What a joint has, once for both axes or a pair, in which an axis may have none."""
+    kind = {name: value for name, value in schema.items() if name != "description"}
+    return {
+        "anyOf": [kind, _pair({"anyOf": [kind, {"type": "null"}]})],
+        "description": f"{schema['description']}; a pair: of either axis, null where it has none",
+    }
+
+
 class UniversalInChain(DescribedJoint):
-    """Two passive turns about crossing axes, the second one turned by the first."""
+    """Two turns about crossing axes, the second one turned by the first."""
 
     fields: ClassVar[Mapping[str, Any]] = {
-        "axes": {
-            "type": "array",
-            "items": {"$ref": "#/$defs/axis"},
-            "minItems": 2,
-            "maxItems": 2,
-            "description": "both axes in the frame before it",
+        "axes": _pair({"$ref": "#/$defs/axis"})
+        | {"description": "both axes in the frame before it"},
+        "motor": _pair({"type": ["string", "null"], "minLength": 1})
+        | {
+            "description": "the motors that turn it, null: passive about that axis; default passive"
         },
-        "stiffness": described("not_negative", "of a spring about either axis; default 0"),
-        "rest": {
-            "type": "array",
-            "items": {"type": "number"},
-            "minItems": 2,
-            "maxItems": 2,
-            "description": "where the springs are at rest [rad]; default [0, 0]",
+        **{
+            name: _of_each_axis(ChainJoint.fields[name])
+            for name in ("ratio", "offset", "limits", "stiffness", "rest")
         },
     }
     required = ("axes",)
@@ -173,14 +185,21 @@ class UniversalInChain(DescribedJoint):
         """Two joints."""
         if part.planar:
             raise part.fail("joint", "universal joints need a spatial robot")
-        stiffness, rest = part.number("stiffness", 0.0), part.get("rest", (0.0, 0.0))
         axes = [part.direction_of(f"axes[{i}]", axis) for i, axis in enumerate(part.get("axes"))]
         if abs(axes[0] @ axes[1]) > 0.999:
             raise part.fail("axes", f"expected two directions, got {part.get('axes')}")
         return tuple(
-            Turn(triple(axis), stiffness=stiffness, rest=float(at))
-            for axis, at in zip(axes, rest, strict=True)
+            Turn.on_axis(triple(axis), replace(part, content=_about_axis(part.content, number)))
+            for number, axis in enumerate(axes)
         )
+
+
+def _about_axis(content: Mapping[str, Any], number: int) -> dict[str, Any]:
+    """What the fields of a universal joint say of one of its axes."""
+    own = {
+        name: value[number] if isinstance(value, list) else value for name, value in content.items()
+    }
+    return {name: value for name, value in own.items() if value is not None}
 
 
 @dataclass(frozen=True, eq=False)

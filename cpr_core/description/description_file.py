@@ -233,6 +233,8 @@ def _explain(error: Any) -> str:
             return f"expected {bound} {limit} entries, got {len(found)}{about}"
         case "uniqueItems":
             return f"expected no entry twice, got {found}{about}"
+        case "anyOf":
+            return f"expected another form, got {found!r:.60}{about}"
         case "oneOf":
             names = [choice["required"][0] for choice in limit]
             given = [name for name in names if name in found]

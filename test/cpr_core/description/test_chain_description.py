@@ -131,6 +131,39 @@ def test_a_motor_in_several_joints_is_one():
     assert [(joint.ratio, joint.zero) for joint in joints] == [(-2.0, 0.1)] * 3
 
 
+def test_a_universal_joint_is_two_turns_each_with_its_own():
+    changed = content("six_rus")
+    changed["legs"][0]["chain"][2] |= {
+        "motor": [None, "second"],
+        "ratio": [None, -2.0],
+        "limits": [None, {"position": [-1.0, 1.0]}],
+        "stiffness": [0.2, None],
+        "rest": [0.1, None],
+    }
+    changed |= {"controlled": [], "home": {"motors": [0] * 7, "bow": "outward"}}
+    first, second = load_robot(changed).description.legs[0].chain[2:4]
+    assert (first.axis, first.motor, first.stiffness, first.rest) == ((0, 1, 0), None, 0.2, 0.1)
+    assert (second.axis, second.motor, second.ratio, second.stiffness) == (
+        (0, 0, 1), "second", -2.0, 0.0,
+    )  # fmt: skip
+    assert (second.limits.lower, second.limits.upper) == (-1.0, 1.0)
+
+
+def test_one_value_is_for_both_turns_of_a_universal_joint():
+    changed = content("six_rus")
+    changed["legs"][0]["chain"][2] |= {"stiffness": 0.2, "rest": 0.1}
+    for turn in load_robot(changed).description.legs[0].chain[2:4]:
+        assert (turn.stiffness, turn.rest) == (0.2, 0.1)
+    del changed["legs"][0]["chain"][2]["stiffness"], changed["legs"][0]["chain"][2]["rest"]
+    limits = {"position": [-1.0, 1.0]}
+    changed["legs"][0]["chain"][2] |= {"motor": ["a", "b"], "limits": limits, "offset": 0.3}
+    changed |= {"controlled": [], "home": {"motors": [0] * 8, "bow": "outward"}}
+    robot = load_robot(changed)
+    assert robot.motor_names[:3] == ("motor1", "a", "b")
+    for turn in robot.description.legs[0].chain[2:4]:
+        assert (turn.limits.lower, turn.zero) == (-1.0, 0.3)
+
+
 #: Name of the robot, path of the element changed, what it becomes, field blamed, words of the error.
 WRONG = {
     "motor and chain": (
@@ -173,6 +206,27 @@ WRONG = {
     "axes the same": (
         "six_rus", ["legs", 0, "chain", 2, "axes"], [[0, 1, 0], [0, -1, 0]], "legs[0].chain[2].axes",
         "expected two directions",
+    ),
+    "one motor for two axes": (
+        "six_rus", ["legs", 0, "chain", 2, "motor"], "both", "legs[0].chain[2].motor", "expected array",
+    ),
+    "three springs for two axes": (
+        "six_rus", ["legs", 0, "chain", 2, "rest"], [0.1, 0.2, 0.3], "legs[0].chain[2].rest",
+        "exactly 2 entries",
+    ),
+    "a word for a spring": (
+        "six_rus", ["legs", 0, "chain", 2, "stiffness"], "soft", "legs[0].chain[2].stiffness",
+        "got 'soft' (of its spring",
+    ),
+    "spring and motor about one axis": (
+        "six_rus", ["legs", 0, "chain", 2],
+        {"joint": "universal", "axes": [[0, 1, 0], [0, 0, 1]], "motor": ["m", None], "stiffness": 0.1},
+        "legs[0].chain[2].stiffness", "a motor holds this joint",
+    ),
+    "offset of a passive axis": (
+        "six_rus", ["legs", 0, "chain", 2],
+        {"joint": "universal", "axes": [[0, 1, 0], [0, 0, 1]], "motor": ["m", None], "offset": 0.1},
+        "legs[0].chain[2].offset", "no motor moves this joint",
     ),
     "negative mass": (
         "six_rus", ["legs", 0, "chain", 1, "mass"], -1.0, "legs[0].chain[1].mass", "at least 0",

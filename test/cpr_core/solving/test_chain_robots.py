@@ -100,6 +100,48 @@ def test_a_rod_that_is_fed_has_no_offset():
         load_robot(content)
 
 
+AXES = [[0.0, 1.0, 0.0], [0.1, 0.0, 1.0]]
+#: A universal joint, and the same as two revolute ones.
+UNIVERSAL = {
+    "passive": ({}, {}, {}),
+    "sprung": (
+        {"stiffness": [0.2, 0.1], "rest": [0.3, -0.2]},
+        {"stiffness": 0.2, "rest": 0.3},
+        {"stiffness": 0.1, "rest": -0.2},
+    ),
+    "first driven": (
+        {"motor": ["extra1", None], "ratio": [-0.5, None], "stiffness": [None, 0.2]},
+        {"motor": "extra1", "ratio": -0.5},
+        {"stiffness": 0.2},
+    ),
+    "both driven": (
+        {"motor": ["extra1", "extra2"], "offset": [0.1, -0.05], "ratio": 2.0},
+        {"motor": "extra1", "offset": 0.1, "ratio": 2.0},
+        {"motor": "extra2", "offset": -0.05, "ratio": 2.0},
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", UNIVERSAL)
+def test_a_universal_joint_is_two_revolute_ones(kind):
+    universal, *turns = UNIVERSAL[kind]
+    one, two = content("six_rus"), content("six_rus")
+    one["legs"][1]["chain"][2] = {"joint": "universal", "axes": AXES} | universal
+    two["legs"][1]["chain"][2:3] = [
+        {"joint": "revolute", "axis": axis} | turn for axis, turn in zip(AXES, turns, strict=True)
+    ]
+    extra = sum("motor" in turn for turn in turns)
+    for changed in (one, two):
+        changed["controlled"] = [] if extra else ["x", "y", "z", "orientation"]
+        changed["home"]["motors"] = [0.0] * 2 + [0.05, 0.02][:extra] + [0.0] * 4
+    first, second = load_robot(one), load_robot(two)
+    assert first.motor_names == second.motor_names and first.motor_count == 6 + extra
+    home, same = solve_home(first), solve_home(second)
+    assert_same(home, same)
+    moved = home.motors + 0.1 * np.cos(np.arange(first.motor_count))
+    assert_same(solve_forward(first, moved), solve_forward(second, moved))
+
+
 # Closed forms: a moment at the tip bends every rod to an arc.
 
 COLUMN = """
