@@ -35,6 +35,7 @@ __all__ = [
 ]
 
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
+_NAME = described("name", "default leg and number, such as leg1.joint2")
 _SPRING = {
     "stiffness": described("not_negative", "of its spring, passive joints only; default 0"),
     "rest": {"type": "number", "description": "where the spring is at rest [rad or m]; default 0"},
@@ -45,8 +46,12 @@ class DescribedJoint(Described):
     """A joint of a chain as descriptions know it; it may stand for several of one coordinate."""
 
     @classmethod
-    def elements(cls, part: Part) -> tuple[ChainJoint, ...]:
+    def elements(cls, part: Part, name: str) -> tuple[ChainJoint, ...]:
         """The joints its part of a description stands for.
+
+        Args:
+            part: The part.
+            name: Name of the joint; if it stands for several they are ``name[0]``, ``name[1]``, ...
 
         Raises:
             DescriptionError: Something a schema cannot say is wrong.
@@ -66,6 +71,7 @@ class ChainJoint(DescribedJoint):
         stiffness: Of its spring [N m/rad or N/m].
         rest: Coordinate at which the spring is at rest [rad or m].
         limits: What the motor can do.
+        name: In messages, and where home says roughly where a passive joint is.
         unit: Unit of the coordinate.
     """
 
@@ -76,8 +82,10 @@ class ChainJoint(DescribedJoint):
     stiffness: float = 0.0
     rest: float = 0.0
     limits: MotorLimits = NO_LIMITS
+    name: str = ""
     unit: ClassVar[str] = ""
     fields: ClassVar[Mapping[str, Any]] = {
+        "name": _NAME,
         "axis": described("axis", "in the frame before it"),
         "motor": described("name", "the motor that moves it; default none: it is passive"),
         "ratio": {
@@ -91,33 +99,40 @@ class ChainJoint(DescribedJoint):
     required = ("axis",)
 
     @classmethod
-    def elements(cls, part: Part) -> tuple[ChainJoint, ...]:
+    def elements(cls, part: Part, name: str) -> tuple[ChainJoint, ...]:
         """One joint."""
-        return (cls.on_axis(triple(cls._axis(part)), part),)
+        return (cls.on_axis(triple(cls._axis(part)), part, name),)
 
     @classmethod
-    def on_axis(cls, axis: Vector, part: Part) -> Self:
+    def on_axis(cls, axis: Vector, part: Part, name: str) -> Self:
         """A joint with a unit axis in the frame before it; all else as its part of a description says.
 
         Raises:
             DescriptionError: It has a motor and a spring, or neither and what only one with motor has.
         """
         if "motor" not in part:
-            for name in ("ratio", "offset", "limits"):
-                if name in part:
-                    raise part.fail(name, "no motor moves this joint: give one, or leave it out")
-            return cls(axis, stiffness=part.number("stiffness", 0.0), rest=part.number("rest", 0.0))
-        for name in ("stiffness", "rest"):
-            if name in part:
+            for given in ("ratio", "offset", "limits"):
+                if given in part:
+                    raise part.fail(given, "no motor moves this joint: give one, or leave it out")
+            stiffness, rest = part.number("stiffness", 0.0), part.number("rest", 0.0)
+            return cls(axis, stiffness=stiffness, rest=rest, name=name)
+        for given in ("stiffness", "rest"):
+            if given in part:
                 raise part.fail(
-                    name,
+                    given,
                     "a motor holds this joint: for its compliance put a passive joint behind it",
                 )
         ratio = part.number("ratio", 1.0)
         if ratio == 0.0:
             raise part.fail("ratio", "expected a number other than zero")
-        limits = MotorLimits.from_description(part.part("limits"), extensible=False)
-        return cls(axis, str(part.get("motor")), ratio, part.number("offset", 0.0), limits=limits)
+        return cls(
+            axis,
+            str(part.get("motor")),
+            ratio,
+            part.number("offset", 0.0),
+            limits=MotorLimits.from_description(part.part("limits"), extensible=False),
+            name=name,
+        )
 
     def without_limits(self) -> Self:
         """The same joint with a motor that can do everything."""
@@ -167,6 +182,7 @@ class UniversalInChain(DescribedJoint):
     """Two turns about crossing axes, the second one turned by the first."""
 
     fields: ClassVar[Mapping[str, Any]] = {
+        "name": _NAME,
         "axes": _pair({"$ref": "#/$defs/axis"})
         | {"description": "both axes in the frame before it"},
         "motor": _pair({"type": ["string", "null"], "minLength": 1})
@@ -181,15 +197,16 @@ class UniversalInChain(DescribedJoint):
     required = ("axes",)
 
     @classmethod
-    def elements(cls, part: Part) -> tuple[ChainJoint, ...]:
+    def elements(cls, part: Part, name: str) -> tuple[ChainJoint, ...]:
         """Two joints."""
         if part.planar:
             raise part.fail("joint", "universal joints need a spatial robot")
         axes = [part.direction_of(f"axes[{i}]", axis) for i, axis in enumerate(part.get("axes"))]
         if abs(axes[0] @ axes[1]) > 0.999:
             raise part.fail("axes", f"expected two directions, got {part.get('axes')}")
+        own = [replace(part, content=_about_axis(part.content, number)) for number in range(2)]
         return tuple(
-            Turn.on_axis(triple(axis), replace(part, content=_about_axis(part.content, number)))
+            Turn.on_axis(triple(axis), own[number], f"{name}[{number}]")
             for number, axis in enumerate(axes)
         )
 

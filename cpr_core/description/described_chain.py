@@ -14,7 +14,7 @@ from .joints import JOINTS
 from .leg_description import LegDescription
 from .motors import MotorLimits, Welded
 
-__all__ = ["chain_leg", "check_motors"]
+__all__ = ["chain_leg", "check_joints", "check_motors"]
 
 
 def chain_leg(whole: Part, part: Part, index: int) -> LegDescription:
@@ -29,17 +29,21 @@ def chain_leg(whole: Part, part: Part, index: int) -> LegDescription:
         DescriptionError: Something a schema cannot say is wrong.
     """
     rod, strain = (part if name in part else whole for name in ("rod", "strain"))
+    leg_name = part.get("name", f"leg{index + 1}")
     elements: list[ChainElement] = []
+    joints = 0
     for element in part.parts("chain"):
         if "joint" in element:
-            elements += CHAIN_JOINTS[element.get("joint")].elements(element)
+            joints += 1
+            name = element.get("name", f"{leg_name}.joint{joints}")
+            elements += CHAIN_JOINTS[element.get("joint")].elements(element, name)
         elif "link" in element:
             elements.append(Link.from_description(element))
         else:
             elements.append(_chain_rod(element, rod.part("rod"), strain.part("strain")))
     tip, base = part.part("tip"), part.part("base")
     return LegDescription(
-        name=part.get("name", f"leg{index + 1}"),
+        name=leg_name,
         motor_name=None,
         rod=described_rod(rod.part("rod")),
         modes=described_modes(strain.part("strain")),
@@ -68,6 +72,21 @@ def _chain_rod(part: Part, rod: Part, strain: Part) -> ChainRod:
         motor,
         MotorLimits.from_description(part.part("limits"), extensible=True),
     )
+
+
+def check_joints(part: Part, legs: tuple[LegDescription, ...]) -> None:
+    """Whether every joint has a name of its own.
+
+    Raises:
+        DescriptionError: It has not.
+    """
+    names: set[str] = set()
+    for number, leg in enumerate(legs):
+        for joint in leg.joints:
+            if joint.name in names:
+                problem = f"{joint.name!r} is the name of an earlier joint already"
+                raise part.fail(f"legs[{number}].chain", problem)
+            names.add(joint.name)
 
 
 def check_motors(part: Part, legs: tuple[LegDescription, ...]) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..description_part import Part
 from ..rods.rod import Rod
-from .described_chain import chain_leg, check_motors
+from .described_chain import chain_leg, check_joints, check_motors
 from .described_rods import check_jumps, described_modes, described_rod
 from .home_guess import home_guess
 from .joints import JOINTS, Joint
@@ -105,6 +105,7 @@ def _legs(part: Part) -> tuple[LegDescription, ...]:
         for index, leg in enumerate(part.parts("legs"))
     )
     check_motors(part, legs)
+    check_joints(part, legs)
     for kind, names in (
         ("name", [leg.name for leg in legs]),
         ("motor.name", [leg.motor_name for leg in legs if leg.motor_name]),

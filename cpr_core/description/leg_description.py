@@ -112,10 +112,10 @@ class LegDescription:
 
     def _joint(self, kind: type[ChainJoint], axis: Vector, moved: bool) -> ChainJoint:
         """The joint of the motor about or along an axis in the world, or a passive one."""
-        axis = triple(self.base_rotation.T @ axis)
+        axis, name = triple(self.base_rotation.T @ axis), f"{self.name}.joint1"
         if not moved:
-            return kind(axis)
-        return kind(axis, self.motor_name, zero=self.offset, limits=self.limits)
+            return kind(axis, name=name)
+        return kind(axis, self.motor_name, zero=self.offset, limits=self.limits, name=name)
 
     def without_limits(self) -> LegDescription:
         """The same leg with motors that can do everything and rods that bear everything."""
@@ -131,11 +131,12 @@ class LegDescription:
         )
         return replace(self, modes=self.modes.with_counts(modes), elements=elements)
 
-    def rod_frame(self, motors: Mapping[str, float]) -> Floats:
-        """Frame in the world where the first rod begins, (3, 3), passive joints at zero.
+    def rod_frame(self, motors: Mapping[str, float], joints: Mapping[str, float]) -> Floats:
+        """Frame in the world where the first rod begins, (3, 3).
 
         Args:
             motors: Motor positions by name [rad or m].
+            joints: Passive joints by name [rad or m]; those left out are where their springs rest.
         """
         rotation = self.base_rotation
         for element in self.chain:
@@ -144,9 +145,11 @@ class LegDescription:
             if isinstance(element, Link):
                 rotation = rotation @ element.rotation
             elif isinstance(element, Turn):
-                turn = element.zero
-                if element.motor is not None:
-                    turn += element.ratio * motors[element.motor]
+                if element.motor is None:
+                    at = joints.get(element.name, element.rest)
+                else:
+                    at = motors[element.motor]
+                turn = element.zero + element.ratio * at
                 rotation = rotation @ rotation_exp(turn * np.array(element.axis))
         return rotation
 
@@ -154,6 +157,11 @@ class LegDescription:
     def rods(self) -> tuple[ChainRod, ...]:
         """The rods of the chain."""
         return tuple(element for element in self.chain if isinstance(element, ChainRod))
+
+    @cached_property
+    def joints(self) -> tuple[ChainJoint, ...]:
+        """The joints of the chain, with motors and passive."""
+        return tuple(element for element in self.chain if isinstance(element, ChainJoint))
 
     def base_pose(self, turn: float = 0.0, shift: float = 0.0) -> BasePose:
         """Base with its coordinates, be they the motor's or passive; the kernels keep to this.

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -46,6 +47,7 @@ class HomeGuess:
             without loads: close enough for Newton's method. None: not known.
         bow: For every leg the side to which its middle stands out, a vector in the world, (3,); None
             where it is not known.
+        joints: Passive joints roughly, by name [rad or m]; those left out are where their springs rest.
     """
 
     motors: Floats
@@ -53,6 +55,7 @@ class HomeGuess:
     platform_rotation: Floats
     strain: tuple[tuple[Floats, Floats, Floats], ...] | None
     bow: tuple[Floats | None, ...] = ()
+    joints: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

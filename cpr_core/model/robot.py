@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.chain import ChainJoint
 from ..description.description_file import read_description
 from ..description.leg_description import DescribedMotor
 from ..description.loads import Loads
@@ -229,6 +230,16 @@ class Robot:
             leg.name if len(leg.rods) == 1 else f"{leg.name} rod {number + 1}"
             for leg in self.description.legs
             for number in range(len(leg.rods))
+        )
+
+    @cached_property
+    def passive_joints(self) -> tuple[tuple[ChainJoint, int], ...]:
+        """The passive joints of all legs, and where they are in the state."""
+        return tuple(
+            (element, index)
+            for leg, numbers in zip(self.description.legs, self.numbers.legs, strict=True)
+            for element, index in zip(leg.chain, numbers.coordinates, strict=True)
+            if isinstance(element, ChainJoint) and element.motor is None and index is not None
         )
 
     @cached_property

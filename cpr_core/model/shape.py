@@ -21,7 +21,7 @@ from ..validation import checked_count
 from .equilibrium import Equilibrium
 from .robot import Robot
 
-__all__ = ["LegShape", "Pose", "leg_shapes", "rod_bases", "tip_positions"]
+__all__ = ["LegShape", "Pose", "leg_shapes", "rod_bases", "shapes_at", "tip_poses"]
 
 Floats = NDArray[np.float64]
 
@@ -68,12 +68,13 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
         InvalidRequest: Too few points, or no whole number of them.
     """
     robot, state = equilibrium.robot, equilibrium.state
-    return _shapes(robot, state, checked_count("points", points, 4))
+    return shapes_at(robot, state, checked_count("points", points, 4))
 
 
-def tip_positions(robot: Robot, state: Floats) -> Floats:
-    """Tips of the legs in the world in any state (N,), in equilibrium or not, (L, 3) [m]."""
-    return np.array([shape.position[-1] for shape in _shapes(robot, state, 16)])
+def tip_poses(robot: Robot, state: Floats) -> tuple[Pose, ...]:
+    """Tips of the legs in the world in any state (N,), in equilibrium or not."""
+    shapes = shapes_at(robot, state, 16)
+    return tuple(Pose(shape.rotation[-1], shape.position[-1]) for shape in shapes)
 
 
 def rod_bases(robot: Robot, state: Floats) -> tuple[tuple[Pose, ...], ...]:
@@ -102,7 +103,8 @@ class _RodShape(NamedTuple):
     length: float
 
 
-def _shapes(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
+def shapes_at(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
+    """Shapes of the legs in any state (N,), in equilibrium or not."""
     rods, shapes = _rods_from_identity(robot, state, points), []
     for number in range(len(robot.description.legs)):
         poses, count = _element_poses(robot, number, state, rods)
