@@ -161,7 +161,7 @@ def _base_rotation(part: Part, motor: Motor, joint: Joint) -> Floats:
 def _loads(part: Part, legs: tuple[LegDescription, ...]) -> Loads:
     """Loads that always act."""
     loads = part.part("loads")
-    names = [leg.name for leg in legs]
+    names = [name for leg in legs for name in leg.rod_names]
 
     def leg(force: Part) -> str:
         name = force.get("leg")

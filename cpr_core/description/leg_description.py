@@ -158,6 +158,13 @@ class LegDescription:
         """The rods of the chain."""
         return tuple(element for element in self.chain if isinstance(element, ChainRod))
 
+    @property
+    def rod_names(self) -> tuple[str, ...]:
+        """Names of the rods: the leg's, or numbered where it has several."""
+        if len(self.rods) == 1:
+            return (self.name,)
+        return tuple(f"{self.name}.rod{number + 1}" for number in range(len(self.rods)))
+
     @cached_property
     def joints(self) -> tuple[ChainJoint, ...]:
         """The joints of the chain, with motors and passive."""

@@ -113,6 +113,11 @@ class RobotDescription:
         """The rods of all legs."""
         return tuple(element for leg in self.legs for element in leg.rods)
 
+    @cached_property
+    def rod_names(self) -> tuple[str, ...]:
+        """Names of the rods of all legs: those of their legs, numbered where a leg has several."""
+        return tuple(name for leg in self.legs for name in leg.rod_names)
+
     @property
     def mean_length(self) -> float:
         """Mean (nominal) rod length, the natural unit of length [m]."""

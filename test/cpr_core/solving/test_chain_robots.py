@@ -13,8 +13,11 @@ from numpy.polynomial.legendre import leggauss
 
 from cpr_core import (
     DescriptionError,
+    DistributedForce,
+    InvalidRequest,
     Loads,
     NoForwardSolution,
+    PointForce,
     StrainLimitExceeded,
     bending_strains,
     kinemato_statics,
@@ -213,6 +216,50 @@ def test_columns_with_a_moment_at_the_tip(elements):
     np.testing.assert_allclose(leg_shapes(found)[0].position[-1, :2], position, atol=1e-11)
 
 
+def two_rods(**more):
+    """A column of two rods with a hub and a rigid piece between."""
+    column = yaml.safe_load(COLUMN.replace("chain: []", "chain: null")) | more
+    column["home"]["platform"]["position"] = [0.3, 0.8, 0.0]
+    pieces = [rod(0.3, 0.001), {"link": [0.1, 0, 0]}, rod(0.2, 0.0013)]
+    column["legs"][0]["chain"] = [MOTOR, {"link": [0.05, 0, 0]}, *pieces]
+    return column
+
+
+@pytest.mark.parametrize("name", ["leg1.rod1", "leg1.rod2"])
+def test_loads_on_one_of_two_rods_turn_the_motor_about_the_base(name):
+    """Moments about the base, in the description and at run time alike."""
+    push, at = [0.2, -0.4, 0.0], np.array([[0.1, 0.3, 0.0], [-0.2, 0.5, 0.0]])
+    loads = {
+        "points": [{"leg": name, "at": 0.5, "force": push}],
+        "distributed": [{"leg": name, "at": [0, 1], "force": at.tolist()}],
+    }
+    robot = load_robot(two_rods(stations=[0.5]))
+    given = Loads.none().with_(
+        points=[PointForce(name, 0.5, push)], distributed=[DistributedForce(name, [0, 1], at)]
+    )
+    found = solve_forward(robot, solve_home(robot).motors, loads=given)
+    shape, number = leg_shapes(found, 33)[0], int(name[-1]) - 1
+    place, length = shape.position[shape.rod == number] - [0.1, 0.2, 0.0], (0.3, 0.2)[number]
+    nodes, weights = leggauss(31)
+    sigma = 0.5 * (nodes + 1.0)
+    density = (1.0 - sigma)[:, None] * at[0] + sigma[:, None] * at[1]
+    moment = np.cross(place[16], push)[2]
+    moment += 0.5 * length * weights @ np.cross(place[1:-1], density)[:, 2]
+    assert found.efforts[0] == pytest.approx(-moment, abs=1e-9)
+    described = solve_home(load_robot(two_rods(stations=[0.5], loads=loads)))
+    assert_same(described, found, atol=1e-9)
+
+
+def test_loads_on_a_leg_of_several_rods_name_one():
+    robot = load_robot(two_rods(stations=[0.5]))
+    load = PointForce("leg1", 0.5, [0.0, 1.0, 0.0])
+    with pytest.raises(InvalidRequest, match=r"out of leg1\.rod1, leg1\.rod2, got 'leg1'"):
+        solve_forward(robot, [0.3], loads=Loads.none().with_(points=[load]))
+    loads = {"points": [{"leg": "leg1", "at": 0.5, "force": [0, 1, 0]}]}
+    with pytest.raises(DescriptionError, match=r"points\[0\]\.leg: expected one of leg1\.rod1, l"):
+        load_robot(two_rods(loads=loads))
+
+
 @pytest.mark.parametrize("end_radius", [0.0007, 0.0015])
 def test_a_cone_with_a_moment_at_its_tip(end_radius):
     """E J is of fourth order in the radius, that is linear: int M / (E J) in closed form."""
@@ -399,20 +446,20 @@ def test_a_limit_of_one_rod_of_two_is_named(tmp_path):
     brittle = {"rod": {"length": 0.3, "yield_strain": 0.0024}}
     changed["legs"][1]["chain"][2:3] = [{"rod": {"length": 0.3}}, brittle]
     robot = load_robot(changed)
-    assert robot.rod_names == ("leg1", "leg2 rod 1", "leg2 rod 2", "leg3")
+    assert robot.rod_names == ("leg1", "leg2.rod1", "leg2.rod2", "leg3")
     home = solve_home(robot)
     strains = bending_strains(home)
     assert strains.shape == (4,) and strains[2] < 0.0024
     with pytest.raises(StrainLimitExceeded) as caught:
         solve_forward(robot, home.motors + [0.0, 2.5, 0.0], start=home)
-    assert caught.value.leg == "leg2 rod 2"
+    assert caught.value.leg == "leg2.rod2"
     x, y = home.platform_position[:2].tolist()
     angle = float(np.arctan2(home.platform_rotation[1, 0], home.platform_rotation[0, 0]))
     grid = pose_grid(
         robot, {"x": [x, x + 0.01], "y": [y, y + 0.01]}, resolution=0.01, held={"angle": angle}
     )
     found = map_workspace(robot, grid, workers=0)
-    assert found.limit_names[-1] == "strain_limit leg2 rod 2"
+    assert found.limit_names[-1] == "strain_limit leg2.rod2"
     assert found.strains.shape == (4, 4)
     write_map(found, tmp_path / "map.nc")
     kept = read_map(tmp_path / "map.nc", robot)
