@@ -13,6 +13,7 @@ from .described_rods import check_jumps, described_modes, described_rod
 from .joints import JOINTS
 from .leg_description import LegDescription
 from .motors import MotorLimits, Welded
+from .plausibility import check_link, check_moved
 
 __all__ = ["chain_leg", "check_joints", "check_motors"]
 
@@ -30,19 +31,21 @@ def chain_leg(whole: Part, part: Part, index: int) -> LegDescription:
     """
     rod, strain = (part if name in part else whole for name in ("rod", "strain"))
     leg_name = part.get("name", f"leg{index + 1}")
-    elements: list[ChainElement] = []
+    elements: list[tuple[Part, ChainElement]] = []
     joints = 0
     for element in part.parts("chain"):
         if "joint" in element:
             joints += 1
             name = element.get("name", f"{leg_name}.joint{joints}")
-            elements += CHAIN_JOINTS[element.get("joint")].elements(element, name)
+            found = CHAIN_JOINTS[element.get("joint")].elements(element, name)
+            elements += [(element, joint) for joint in found]
         elif "link" in element:
-            elements.append(Link.from_description(element))
+            elements.append((element, Link.from_description(element)))
         else:
-            elements.append(_chain_rod(element, rod.part("rod"), strain.part("strain")))
+            chain_rod = _chain_rod(element, rod.part("rod"), strain.part("strain"))
+            elements.append((element, chain_rod))
     tip, base = part.part("tip"), part.part("base")
-    return LegDescription(
+    leg = LegDescription(
         name=leg_name,
         motor_name=None,
         rod=described_rod(rod.part("rod")),
@@ -51,8 +54,22 @@ def chain_leg(whole: Part, part: Part, index: int) -> LegDescription:
         base_rotation=base.frame(),
         motor=Welded(),
         joint=JOINTS[tip.get("type")].from_description(tip),
-        elements=tuple(elements),
+        elements=tuple(element for _, element in elements),
     )
+    length = max([element.rod.length for element in leg.rods], default=leg.rod.length)
+    for own, one in elements:
+        _check_units(own, one, length)
+    return leg
+
+
+def _check_units(part: Part, element: ChainElement, length: float) -> None:
+    """Whether numbers of an element of a leg with rods of a length [m] are in radians and metres."""
+    if isinstance(element, Link):
+        check_link(part, element, length)
+    elif isinstance(element, ChainRod):
+        check_moved(part, element.unit, element.limits, length)
+    else:
+        check_moved(part, element.unit, element.limits, length, element.zero, element.rest)
 
 
 def _chain_rod(part: Part, rod: Part, strain: Part) -> ChainRod:

@@ -22,7 +22,7 @@ from .joints import JOINTS, Joint
 from .leg_description import LegDescription
 from .loads import DistributedForce, Loads, PointForce
 from .motors import MOTORS, Motor, MotorLimits
-from .plausibility import check_limits, check_positions
+from .plausibility import check_inertia, check_moved, check_positions
 from .robot_description import CONTROLLED_COORDINATES, RobotDescription
 
 __all__ = ["described_robot"]
@@ -67,6 +67,7 @@ def described_robot(source: str, content: dict[str, Any], text: str) -> RobotDes
     )
     _check_controlled(part, description)
     check_positions(part, description)
+    check_inertia(part, description)
     return description
 
 
@@ -105,7 +106,6 @@ def _legs(part: Part) -> tuple[LegDescription, ...]:
         for index, leg in enumerate(part.parts("legs"))
     )
     check_motors(part, legs)
-    check_joints(part, legs)
     for kind, names in (
         ("name", [leg.name for leg in legs]),
         ("motor.name", [leg.motor_name for leg in legs if leg.motor_name]),
@@ -115,6 +115,7 @@ def _legs(part: Part) -> tuple[LegDescription, ...]:
                 raise part.fail(
                     f"legs[{index}].{kind}", f"{name!r} is the name of an earlier leg already"
                 )
+    check_joints(part, legs)
     return legs
 
 
@@ -132,7 +133,8 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
     joint = JOINTS[tip.get("type")].from_description(tip)
     motor.check_tip(motor_part, len(joint.orientation(part.planar)) > 0)
     limits = MotorLimits.from_description(motor_part.part("limits"), motor.extensible)
-    check_limits(motor_part.part("limits"), motor, limits, rod.length)
+    offset = motor_part.number("offset", 0.0)
+    check_moved(motor_part, motor.unit, limits, rod.length, offset)
     base = part.part("base")
     return LegDescription(
         name=part.get("name", f"leg{index + 1}"),
@@ -144,7 +146,7 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
         motor=motor,
         joint=joint,
         limits=limits,
-        offset=motor_part.number("offset", 0.0),
+        offset=offset,
     )
 
 

@@ -16,7 +16,7 @@ from ..errors import CprError
 from ..lie import rotation_from_quaternion
 from ..rods.rod import strain_series
 from .leg_description import LegDescription, described_motors
-from .plausibility import check_home_motors, check_quaternion
+from .plausibility import check_home_joints, check_home_motors, check_quaternion
 from .robot_description import HomeGuess
 from .rough_joints import rough_joints
 
@@ -53,6 +53,8 @@ def home_guess(whole: Part, legs: tuple[LegDescription, ...], point: bool) -> Ho
         if part.planar and ("torsion" in series or "bending_2" in series):
             raise series.fail("", "a planar robot bends about d3 only: expected bending_3")
     platform, joints = part.part("platform"), rough_joints(part, legs)
+    longest = max(leg.rod.length for leg in legs)
+    check_home_joints(part, (joint for leg in legs for joint in leg.joints), joints, longest)
     rotation = _rotation(platform)
     return HomeGuess(
         motors=motors,
