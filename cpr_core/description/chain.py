@@ -4,7 +4,8 @@
 """A leg as a chain from its base towards the platform: joints, rigid links and rods.
 
 Everything is in the frame (d1, d2, d3) that the elements before lead to, all joints at zero. A new joint
-is one class, which reads its own part of a description, and its name in ``CHAIN_JOINTS``.
+is one class, which reads its own part of a description, and its name in ``CHAIN_JOINTS``; what the model
+asks of it is in ``ChainElement``.
 """
 
 from __future__ import annotations
@@ -12,18 +13,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Self, TypeAlias
+from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..description_part import Described, Part, Vector, triple
 from ..description_part import field as described
+from ..lie import rotation_exp
 from ..rods.rod import Rod, StrainModes
+from .chain_element import ChainElement
 from .motors import NO_LIMITS, OFFSET, MotorLimits
 
 __all__ = [
-    "CHAIN_JOINTS",
     "ChainElement",
     "ChainJoint",
     "ChainRod",
@@ -31,8 +33,9 @@ __all__ = [
     "Link",
     "Shift",
     "Turn",
-    "UniversalInChain",
 ]
+
+Floats = NDArray[np.float64]
 
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 _NAME = described("name", "default leg and number, such as leg1.joint2")
@@ -60,7 +63,7 @@ class DescribedJoint(Described):
 
 
 @dataclass(frozen=True)
-class ChainJoint(DescribedJoint):
+class ChainJoint(DescribedJoint, ChainElement):
     """A joint with one coordinate.
 
     Attributes:
@@ -72,7 +75,6 @@ class ChainJoint(DescribedJoint):
         rest: Coordinate at which the spring is at rest [rad or m].
         limits: What the motor can do.
         name: In messages, and where home says roughly where a passive joint is.
-        unit: Unit of the coordinate.
     """
 
     axis: Vector
@@ -83,7 +85,6 @@ class ChainJoint(DescribedJoint):
     rest: float = 0.0
     limits: MotorLimits = NO_LIMITS
     name: str = ""
-    unit: ClassVar[str] = ""
     fields: ClassVar[Mapping[str, Any]] = {
         "name": _NAME,
         "axis": described("axis", "in the frame before it"),
@@ -134,12 +135,21 @@ class ChainJoint(DescribedJoint):
             name=name,
         )
 
+    def constants(self) -> Mapping[str, ArrayLike]:
+        """Axis, zero and spring."""
+        return {
+            "axis": self.axis,
+            "zero": self.zero,
+            "stiffness": self.stiffness,
+            "rest": self.rest,
+        }
+
     def without_limits(self) -> Self:
         """The same joint with a motor that can do everything."""
         return replace(self, limits=NO_LIMITS)
 
     @classmethod
-    def _axis(cls, part: Part) -> NDArray[np.float64]:
+    def _axis(cls, part: Part) -> Floats:
         raise NotImplementedError
 
 
@@ -147,10 +157,18 @@ class ChainJoint(DescribedJoint):
 class Turn(ChainJoint):
     """Turns all behind it about its axis."""
 
+    kind = "turn"
     unit = "rad"
 
+    def behind(
+        self, rotation: Floats, position: Floats, coordinate: float
+    ) -> tuple[Floats, Floats]:
+        """Turned."""
+        way = self.zero + self.ratio * coordinate
+        return rotation @ rotation_exp(way * np.array(self.axis)), position
+
     @classmethod
-    def _axis(cls, part: Part) -> NDArray[np.float64]:
+    def _axis(cls, part: Part) -> Floats:
         return part.turn_axis("axis")
 
 
@@ -158,69 +176,23 @@ class Turn(ChainJoint):
 class Shift(ChainJoint):
     """Shifts all behind it along its axis."""
 
+    kind = "shift"
     unit = "m"
 
+    def behind(
+        self, rotation: Floats, position: Floats, coordinate: float
+    ) -> tuple[Floats, Floats]:
+        """Shifted."""
+        way = self.zero + self.ratio * coordinate
+        return rotation, position + way * rotation @ self.axis
+
     @classmethod
-    def _axis(cls, part: Part) -> NDArray[np.float64]:
+    def _axis(cls, part: Part) -> Floats:
         return part.shift_axis("axis")
 
 
-def _pair(items: Mapping[str, Any]) -> dict[str, Any]:
-    return {"type": "array", "items": items, "minItems": 2, "maxItems": 2}
-
-
-def _of_each_axis(schema: Mapping[str, Any]) -> dict[str, Any]:
-    """What a joint has, once for both axes or a pair, in which an axis may have none."""
-    kind = {name: value for name, value in schema.items() if name != "description"}
-    return {
-        "anyOf": [kind, _pair({"anyOf": [kind, {"type": "null"}]})],
-        "description": f"{schema['description']}; a pair: of either axis, null where it has none",
-    }
-
-
-class UniversalInChain(DescribedJoint):
-    """Two turns about crossing axes, the second one turned by the first."""
-
-    fields: ClassVar[Mapping[str, Any]] = {
-        "name": _NAME,
-        "axes": _pair({"$ref": "#/$defs/axis"})
-        | {"description": "both axes in the frame before it"},
-        "motor": _pair({"type": ["string", "null"], "minLength": 1})
-        | {
-            "description": "the motors that turn it, null: passive about that axis; default passive"
-        },
-        **{
-            name: _of_each_axis(ChainJoint.fields[name])
-            for name in ("ratio", "offset", "limits", "stiffness", "rest")
-        },
-    }
-    required = ("axes",)
-
-    @classmethod
-    def elements(cls, part: Part, name: str) -> tuple[ChainJoint, ...]:
-        """Two joints."""
-        if part.planar:
-            raise part.fail("joint", "universal joints need a spatial robot")
-        axes = [part.direction_of(f"axes[{i}]", axis) for i, axis in enumerate(part.get("axes"))]
-        if abs(axes[0] @ axes[1]) > 0.999:
-            raise part.fail("axes", f"expected two directions, got {part.get('axes')}")
-        own = [replace(part, content=_about_axis(part.content, number)) for number in range(2)]
-        return tuple(
-            Turn.on_axis(triple(axis), own[number], f"{name}[{number}]")
-            for number, axis in enumerate(axes)
-        )
-
-
-def _about_axis(content: Mapping[str, Any], number: int) -> dict[str, Any]:
-    """What the fields of a universal joint say of one of its axes."""
-    own = {
-        name: value[number] if isinstance(value, list) else value for name, value in content.items()
-    }
-    return {name: value for name, value in own.items() if value is not None}
-
-
 @dataclass(frozen=True, eq=False)
-class Link:
+class Link(ChainElement):
     """A rigid piece.
 
     Attributes:
@@ -234,10 +206,29 @@ class Link:
     rotation: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
     mass: float = 0.0
     center_of_mass: Vector = _ORIGIN
+    kind = "link"
+    fields: ClassVar[Mapping[str, Any]] = {
+        "link": described("vector", "where it leads, in the frame before it [m]"),
+        "tangent": described("axis", "d1 behind it; default as before it"),
+        "normal": described("axis", "d2 behind it; required in space where tangent is given"),
+        "mass": described("not_negative", "[kg]; default 0"),
+        "center_of_mass": described("vector", "in the frame before it [m]; default its middle"),
+    }
 
-    def without_limits(self) -> Self:
-        """A link has none."""
-        return self
+    def constants(self) -> Mapping[str, ArrayLike]:
+        """Where it leads, and its mass."""
+        return {
+            "offset": self.offset,
+            "rotation": self.rotation,
+            "mass": self.mass,
+            "center": self.center_of_mass,
+        }
+
+    def behind(
+        self, rotation: Floats, position: Floats, coordinate: float
+    ) -> tuple[Floats, Floats]:
+        """At its end."""
+        return rotation @ self.rotation, position + rotation @ self.offset
 
     @classmethod
     def from_description(cls, part: Part) -> Self:
@@ -253,7 +244,7 @@ class Link:
 
 
 @dataclass(frozen=True, eq=False)
-class ChainRod:
+class ChainRod(ChainElement):
     """A rod.
 
     Attributes:
@@ -268,7 +259,14 @@ class ChainRod:
     modes: StrainModes
     motor: str | None = None
     limits: MotorLimits = NO_LIMITS
-    unit: ClassVar[str] = "m"
+    kind = "rod"
+    unit = "m"
+    fields: ClassVar[Mapping[str, Any]] = {
+        "rod": described("chain_rod", "what it is made of"),
+        "strain": described("strain", "its modes; fields left out are the leg's or the robot's"),
+        "motor": described("name", "the motor that feeds it: its length; default none"),
+        "limits": described("limits", "what that motor can do"),
+    }
 
     def without_limits(self) -> Self:
         """The same rod, unbreakable, with a motor that can do everything."""
@@ -277,13 +275,3 @@ class ChainRod:
     def with_modes(self, modes: int) -> Self:
         """The same rod with another number of modes in every direction that has any."""
         return replace(self, modes=self.modes.with_counts(modes))
-
-
-ChainElement: TypeAlias = ChainJoint | Link | ChainRod
-
-#: Joints of chains by the name used in descriptions.
-CHAIN_JOINTS: dict[str, type[DescribedJoint]] = {
-    "revolute": Turn,
-    "prismatic": Shift,
-    "universal": UniversalInChain,
-}

@@ -8,7 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..description_part import Part
-from .chain import CHAIN_JOINTS, ChainElement, ChainRod, Link
+from .chain import ChainElement, ChainRod, Link
+from .chain_joints import CHAIN_JOINTS
 from .described_rods import check_jumps, described_modes, described_rod
 from .joints import JOINTS
 from .leg_description import LegDescription
@@ -66,8 +67,6 @@ def _check_units(part: Part, element: ChainElement, length: float) -> None:
     """Whether numbers of an element of a leg with rods of a length [m] are in radians and metres."""
     if isinstance(element, Link):
         check_link(part, element, length)
-    elif isinstance(element, ChainRod):
-        check_moved(part, element.unit, element.limits, length)
     else:
         check_moved(part, element.unit, element.limits, length, element.zero, element.rest)
 
@@ -115,10 +114,10 @@ def check_motors(part: Part, legs: tuple[LegDescription, ...]) -> None:
     known: dict[str, ChainElement] = {}
     for number, leg in enumerate(legs):
         for element in leg.elements or ():
-            if isinstance(element, Link) or element.motor is None:
+            if element.motor is None:
                 continue
             first = known.setdefault(element.motor, element)
-            if isinstance(first, Link) or type(first) is not type(element):
+            if first.kind != element.kind:
                 problem = f"motor {element.motor!r} cannot turn, shift or feed at the same time"
                 raise part.fail(f"legs[{number}].chain", problem)
             if (

@@ -116,6 +116,8 @@ def _legs(part: Part) -> tuple[LegDescription, ...]:
                     f"legs[{index}].{kind}", f"{name!r} is the name of an earlier leg already"
                 )
     check_joints(part, legs)
+    if not any(leg.rods for leg in legs):
+        raise part.fail("legs", "expected a rod in at least one leg")
     return legs
 
 

@@ -19,7 +19,7 @@ from ..description_part import Described
 from ..errors import DescriptionError
 from ..rods.sections import SECTIONS
 from ..rods.strain_basis import STRAIN_BASES
-from .chain import CHAIN_JOINTS
+from .chain_joints import CHAIN_JOINTS
 from .description_builder import described_robot
 from .description_schema import description_schema
 from .joints import JOINTS

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description_part import Vector, triple
-from ..lie import rotation_exp, skew
+from ..lie import skew
 from ..rods.rod import Rod, StrainModes
-from .chain import ChainElement, ChainJoint, ChainRod, Link, Shift, Turn
+from .chain import ChainElement, ChainJoint, ChainRod, Shift, Turn
 from .joints import Joint
 from .motors import NO_LIMITS, Motor, MotorLimits
 
@@ -125,10 +125,7 @@ class LegDescription:
 
     def with_modes(self, modes: int) -> LegDescription:
         """The same leg with another number of modes in every direction that has any."""
-        elements = self.elements and tuple(
-            element.with_modes(modes) if isinstance(element, ChainRod) else element
-            for element in self.elements
-        )
+        elements = self.elements and tuple(element.with_modes(modes) for element in self.elements)
         return replace(self, modes=self.modes.with_counts(modes), elements=elements)
 
     def rod_frame(self, motors: Mapping[str, float], joints: Mapping[str, float]) -> Floats:
@@ -142,15 +139,11 @@ class LegDescription:
         for element in self.chain:
             if isinstance(element, ChainRod):
                 break
-            if isinstance(element, Link):
-                rotation = rotation @ element.rotation
-            elif isinstance(element, Turn):
-                if element.motor is None:
-                    at = joints.get(element.name, element.rest)
-                else:
-                    at = motors[element.motor]
-                turn = element.zero + element.ratio * at
-                rotation = rotation @ rotation_exp(turn * np.array(element.axis))
+            at = 0.0
+            if isinstance(element, ChainJoint):
+                passive = joints.get(element.name, element.rest)
+                at = passive if element.motor is None else motors[element.motor]
+            rotation, _ = element.behind(rotation, self.base_position, at)
         return rotation
 
     @cached_property
@@ -202,9 +195,9 @@ def described_motors(legs: Sequence[LegDescription]) -> tuple[DescribedMotor, ..
     found: dict[str, DescribedMotor] = {}
     for leg in legs:
         for element in leg.chain:
-            if isinstance(element, Link) or element.motor is None:
+            if element.motor is None:
                 continue
-            feeds = isinstance(element, ChainRod)
+            feeds = element.kind == "rod"
             motor = DescribedMotor(element.motor, element.unit, element.limits, feeds)
             if found.setdefault(motor.name, motor).limits == NO_LIMITS:
                 found[motor.name] = motor  # limits may be said at any of its joints

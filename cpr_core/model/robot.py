@@ -235,7 +235,7 @@ class Robot:
             (element, index)
             for leg, numbers in zip(self.description.legs, self.numbers.legs, strict=True)
             for element, index in zip(leg.chain, numbers.coordinates, strict=True)
-            if isinstance(element, ChainJoint) and element.motor is None and index is not None
+            if isinstance(element, ChainJoint) and element.passive and index is not None
         )
 
     @cached_property

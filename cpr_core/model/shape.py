@@ -12,16 +12,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.chain import ChainElement, ChainJoint, ChainRod, Turn
+from ..description.chain import ChainElement, ChainJoint, ChainRod
 from ..kernels.rotation_kernel import rotation_steps
-from ..lie import rotation_exp
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid, rod_grid
 from ..rods.rod import StrainModes
 from ..validation import checked_count
 from .equilibrium import Equilibrium
 from .robot import Robot
 
-__all__ = ["LegShape", "Pose", "leg_shapes", "rod_bases", "shapes_at", "tip_poses"]
+__all__ = ["LegShape", "Pose", "leg_shapes", "rod_bases", "tip_poses"]
 
 Floats = NDArray[np.float64]
 
@@ -68,12 +67,12 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
         InvalidRequest: Too few points, or no whole number of them.
     """
     robot, state = equilibrium.robot, equilibrium.state
-    return shapes_at(robot, state, checked_count("points", points, 4))
+    return _shapes(robot, state, checked_count("points", points, 4))
 
 
 def tip_poses(robot: Robot, state: Floats) -> tuple[Pose, ...]:
     """Tips of the legs in the world in any state (N,), in equilibrium or not."""
-    shapes = shapes_at(robot, state, 16)
+    shapes = _shapes(robot, state, 16)
     return tuple(Pose(shape.rotation[-1], shape.position[-1]) for shape in shapes)
 
 
@@ -103,8 +102,7 @@ class _RodShape(NamedTuple):
     length: float
 
 
-def shapes_at(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
-    """Shapes of the legs in any state (N,), in equilibrium or not."""
+def _shapes(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
     rods, shapes = _rods_from_identity(robot, state, points), []
     for number in range(len(robot.description.legs)):
         poses, count = _element_poses(robot, number, state, rods)
@@ -172,16 +170,9 @@ def _element_poses(
             shape, count = rods[count], count + 1
             position = position + rotation @ shape.position[-1]
             rotation = rotation @ shape.rotation[-1]
-        elif isinstance(element, ChainJoint):
-            assert index is not None
-            way = element.zero + element.ratio * float(state[index])
-            if isinstance(element, Turn):
-                rotation = rotation @ rotation_exp(way * np.array(element.axis))
-            else:
-                position = position + way * rotation @ element.axis
         else:
-            position = position + rotation @ element.offset
-            rotation = rotation @ element.rotation
+            at = 0.0 if index is None else float(state[index])
+            rotation, position = element.behind(rotation, position, at)
         poses.append(Pose(rotation, position))
     return poses, count
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from cpr_core import Robot, load_robot
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
-from cpr_core.model.shape import shapes_at, tip_poses
+from cpr_core.model.shape import rod_bases, tip_poses
 from cpr_core.solving.rough_shape import rough_state
 
 LENGTH = 0.4
@@ -164,8 +164,9 @@ def sides(robot: RandomRobot) -> list[list[float]]:
     content = deepcopy(robot.content)
     content["home"]["joints"] = robot.joints
     exact = load_robot(content)
+    bases = rod_bases(exact, rough_state(exact, exact.description.home))
     found = []
-    for shape in shapes_at(exact, rough_state(exact, exact.description.home), 33):
-        rod = shape.position[shape.rod == 0]
-        found.append(_numbers(rod[len(rod) // 2] - 0.5 * (rod[0] + rod[-1])))
+    for leg, poses in zip(exact.description.legs, bases, strict=True):
+        _, bending_2, bending_3 = leg.rods[0].rod.rest_curvature_at(np.array([0.5]))[0]
+        found.append(_numbers(poses[0].rotation @ [0.0, -bending_3, bending_2]))  # against r''
     return found

@@ -4,14 +4,18 @@
 """Chains as descriptions say them: what is read, and what is refused with which words."""
 
 from copy import deepcopy
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import pytest
 import yaml
 from helpers.chain_robots import ROBOTS
 
-from cpr_core import DescriptionError, load_robot
-from cpr_core.description.chain import ChainRod, Link, Turn
+from cpr_core import DescriptionError, load_robot, solve_home
+from cpr_core.description.chain import ChainRod, DescribedJoint, Link, Shift, Turn
+from cpr_core.description.chain_joints import CHAIN_JOINTS
+from cpr_core.description_part import field, triple
 
 PLANAR = """
 base: {position: [0.0, 0.55, 0.0], tangent: [0.0, -1.0, 0.0]}
@@ -328,3 +332,76 @@ def test_a_stiffness_that_changes_slowly_or_with_knots_is_taken():
     del knots["rod"]["profile"]
     knots["legs"][0]["rod"] = knots["rod"]
     assert load_robot(knots).description.legs[0].rods[0].rod.uniform
+
+
+# Joints of one's own: one class and its name.
+
+
+@dataclass(frozen=True)
+class Leaning(Turn):
+    """Turns about an axis across d1 that leans from d2 towards d3."""
+
+    fields: ClassVar = {"lean": {"type": "number", "description": "[rad]"}, **Turn.fields}
+    required = ("lean",)
+
+    @classmethod
+    def _axis(cls, part):
+        return np.array([0.0, np.cos(part.number("lean")), np.sin(part.number("lean"))])
+
+
+class Cylindrical(DescribedJoint):
+    """Turns about an axis and shifts along it, sprung."""
+
+    fields: ClassVar = {"axis": field("axis", "of both"), "stiffness": field("positive", "of both")}
+    required = ("axis", "stiffness")
+
+    @classmethod
+    def elements(cls, part, name):
+        axis, stiffness = triple(part.direction("axis")), part.number("stiffness")
+        return tuple(
+            kind(axis, stiffness=stiffness, name=f"{name}[{number}]")
+            for number, kind in enumerate((Turn, Shift))
+        )
+
+
+OWN = {
+    "leaning": (
+        [{"joint": "leaning", "lean": 0.3, "stiffness": 0.2, "rest": 0.1}],
+        [
+            {"joint": "revolute", "axis": [0, float(np.cos(0.3)), float(np.sin(0.3))]}
+            | {"stiffness": 0.2, "rest": 0.1}
+        ],
+    ),
+    "cylindrical": (
+        [{"joint": "cylindrical", "axis": [1, 2, 0], "stiffness": 50.0}],
+        [
+            {"joint": kind, "axis": [1, 2, 0], "stiffness": 50.0}
+            for kind in ("revolute", "prismatic")
+        ],
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", OWN)
+def test_a_joint_of_ones_own_is_one_class(kind, monkeypatch):
+    monkeypatch.setitem(CHAIN_JOINTS, "leaning", Leaning)
+    monkeypatch.setitem(CHAIN_JOINTS, "cylindrical", Cylindrical)
+    homes = []
+    for chain in OWN[kind]:
+        changed = content("six_rus")
+        for leg in changed["legs"]:
+            leg["chain"][3:3] = deepcopy(chain)
+        homes.append(solve_home(load_robot(changed)))
+    np.testing.assert_allclose(homes[0].state, homes[1].state, atol=1e-12)
+    misspelt = content("six_rus")
+    misspelt["legs"][0]["chain"].insert(3, OWN[kind][0][0] | {"bend": 1})
+    with pytest.raises(DescriptionError, match="unknown field 'bend'"):
+        load_robot(misspelt)
+
+
+def test_rods_are_needed():
+    changed = content("rfr_with_hubs")
+    for leg in changed["legs"]:
+        leg["chain"] = [element for element in leg["chain"] if "rod" not in element]
+    with pytest.raises(DescriptionError, match="legs: expected a rod in at least one leg"):
+        load_robot(changed)
