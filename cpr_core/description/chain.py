@@ -4,7 +4,8 @@
 """A leg as a chain from its base towards the platform: joints, rigid links and rods.
 
 Everything is in the frame (d1, d2, d3) that the elements before lead to, all joints at zero. A new joint
-is one class, which reads its own part of a description, and its name in ``CHAIN_JOINTS``.
+is one class, which reads its own part of a description, and its name in ``CHAIN_JOINTS``; what the model
+asks of it is in ``ChainElement``.
 """
 
 from __future__ import annotations
@@ -12,18 +13,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Self, TypeAlias
+from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..description_part import Described, Part, Vector, triple
 from ..description_part import field as described
+from ..lie import rotation_exp
 from ..rods.rod import Rod, StrainModes
-from .motors import NO_LIMITS, MotorLimits
+from .chain_element import ChainElement
+from .motors import NO_LIMITS, OFFSET, MotorLimits
 
 __all__ = [
-    "CHAIN_JOINTS",
     "ChainElement",
     "ChainJoint",
     "ChainRod",
@@ -31,10 +33,12 @@ __all__ = [
     "Link",
     "Shift",
     "Turn",
-    "UniversalInChain",
 ]
 
+Floats = NDArray[np.float64]
+
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
+_NAME = described("name", "default leg and number, such as leg1.joint2")
 _SPRING = {
     "stiffness": described("not_negative", "of its spring, passive joints only; default 0"),
     "rest": {"type": "number", "description": "where the spring is at rest [rad or m]; default 0"},
@@ -45,8 +49,12 @@ class DescribedJoint(Described):
     """A joint of a chain as descriptions know it; it may stand for several of one coordinate."""
 
     @classmethod
-    def elements(cls, part: Part) -> tuple[ChainJoint, ...]:
+    def elements(cls, part: Part, name: str) -> tuple[ChainJoint, ...]:
         """The joints its part of a description stands for.
+
+        Args:
+            part: The part.
+            name: Name of the joint; if it stands for several they are ``name[0]``, ``name[1]``, ...
 
         Raises:
             DescriptionError: Something a schema cannot say is wrong.
@@ -55,7 +63,7 @@ class DescribedJoint(Described):
 
 
 @dataclass(frozen=True)
-class ChainJoint(DescribedJoint):
+class ChainJoint(DescribedJoint, ChainElement):
     """A joint with one coordinate.
 
     Attributes:
@@ -66,7 +74,7 @@ class ChainJoint(DescribedJoint):
         stiffness: Of its spring [N m/rad or N/m].
         rest: Coordinate at which the spring is at rest [rad or m].
         limits: What the motor can do.
-        unit: Unit of the coordinate.
+        name: In messages, and where home says roughly where a passive joint is.
     """
 
     axis: Vector
@@ -76,54 +84,72 @@ class ChainJoint(DescribedJoint):
     stiffness: float = 0.0
     rest: float = 0.0
     limits: MotorLimits = NO_LIMITS
-    unit: ClassVar[str] = ""
+    name: str = ""
     fields: ClassVar[Mapping[str, Any]] = {
+        "name": _NAME,
         "axis": described("axis", "in the frame before it"),
         "motor": described("name", "the motor that moves it; default none: it is passive"),
         "ratio": {
             "type": "number",
             "description": "way of the joint per way of the motor; default 1",
         },
-        "offset": {
-            "type": "number",
-            "description": "where the joint is with its motor at zero [rad or m]; default 0",
-        },
+        "offset": OFFSET,
         "limits": described("limits", "what the motor can do"),
         **_SPRING,
     }
     required = ("axis",)
 
     @classmethod
-    def elements(cls, part: Part) -> tuple[ChainJoint, ...]:
+    def elements(cls, part: Part, name: str) -> tuple[ChainJoint, ...]:
         """One joint."""
-        axis = triple(cls._axis(part))
+        return (cls.on_axis(triple(cls._axis(part)), part, name),)
+
+    @classmethod
+    def on_axis(cls, axis: Vector, part: Part, name: str) -> Self:
+        """A joint with a unit axis in the frame before it; all else as its part of a description says.
+
+        Raises:
+            DescriptionError: It has a motor and a spring, or neither and what only one with motor has.
+        """
         if "motor" not in part:
-            for name in ("ratio", "offset", "limits"):
-                if name in part:
-                    raise part.fail(name, "no motor moves this joint: give one, or leave it out")
-            return (
-                cls(axis, stiffness=part.number("stiffness", 0.0), rest=part.number("rest", 0.0)),
-            )
-        for name in ("stiffness", "rest"):
-            if name in part:
+            for given in ("ratio", "offset", "limits"):
+                if given in part:
+                    raise part.fail(given, "no motor moves this joint: give one, or leave it out")
+            stiffness, rest = part.number("stiffness", 0.0), part.number("rest", 0.0)
+            return cls(axis, stiffness=stiffness, rest=rest, name=name)
+        for given in ("stiffness", "rest"):
+            if given in part:
                 raise part.fail(
-                    name,
+                    given,
                     "a motor holds this joint: for its compliance put a passive joint behind it",
                 )
         ratio = part.number("ratio", 1.0)
         if ratio == 0.0:
             raise part.fail("ratio", "expected a number other than zero")
-        limits = MotorLimits.from_description(part.part("limits"), extensible=False)
-        return (
-            cls(axis, str(part.get("motor")), ratio, part.number("offset", 0.0), limits=limits),
+        return cls(
+            axis,
+            str(part.get("motor")),
+            ratio,
+            part.number("offset", 0.0),
+            limits=MotorLimits.from_description(part.part("limits"), extensible=False),
+            name=name,
         )
+
+    def constants(self) -> Mapping[str, ArrayLike]:
+        """Axis, zero and spring."""
+        return {
+            "axis": self.axis,
+            "zero": self.zero,
+            "stiffness": self.stiffness,
+            "rest": self.rest,
+        }
 
     def without_limits(self) -> Self:
         """The same joint with a motor that can do everything."""
         return replace(self, limits=NO_LIMITS)
 
     @classmethod
-    def _axis(cls, part: Part) -> NDArray[np.float64]:
+    def _axis(cls, part: Part) -> Floats:
         raise NotImplementedError
 
 
@@ -131,10 +157,18 @@ class ChainJoint(DescribedJoint):
 class Turn(ChainJoint):
     """Turns all behind it about its axis."""
 
+    kind = "turn"
     unit = "rad"
 
+    def behind(
+        self, rotation: Floats, position: Floats, coordinate: float
+    ) -> tuple[Floats, Floats]:
+        """Turned."""
+        way = self.zero + self.ratio * coordinate
+        return rotation @ rotation_exp(way * np.array(self.axis)), position
+
     @classmethod
-    def _axis(cls, part: Part) -> NDArray[np.float64]:
+    def _axis(cls, part: Part) -> Floats:
         return part.turn_axis("axis")
 
 
@@ -142,52 +176,23 @@ class Turn(ChainJoint):
 class Shift(ChainJoint):
     """Shifts all behind it along its axis."""
 
+    kind = "shift"
     unit = "m"
 
+    def behind(
+        self, rotation: Floats, position: Floats, coordinate: float
+    ) -> tuple[Floats, Floats]:
+        """Shifted."""
+        way = self.zero + self.ratio * coordinate
+        return rotation, position + way * rotation @ self.axis
+
     @classmethod
-    def _axis(cls, part: Part) -> NDArray[np.float64]:
+    def _axis(cls, part: Part) -> Floats:
         return part.shift_axis("axis")
 
 
-class UniversalInChain(DescribedJoint):
-    """Two passive turns about crossing axes, the second one turned by the first."""
-
-    fields: ClassVar[Mapping[str, Any]] = {
-        "axes": {
-            "type": "array",
-            "items": {"$ref": "#/$defs/axis"},
-            "minItems": 2,
-            "maxItems": 2,
-            "description": "both axes in the frame before it",
-        },
-        "stiffness": described("not_negative", "of a spring about either axis; default 0"),
-        "rest": {
-            "type": "array",
-            "items": {"type": "number"},
-            "minItems": 2,
-            "maxItems": 2,
-            "description": "where the springs are at rest [rad]; default [0, 0]",
-        },
-    }
-    required = ("axes",)
-
-    @classmethod
-    def elements(cls, part: Part) -> tuple[ChainJoint, ...]:
-        """Two joints."""
-        if part.planar:
-            raise part.fail("joint", "universal joints need a spatial robot")
-        stiffness, rest = part.number("stiffness", 0.0), part.get("rest", (0.0, 0.0))
-        axes = [part.direction_of(f"axes[{i}]", axis) for i, axis in enumerate(part.get("axes"))]
-        if abs(axes[0] @ axes[1]) > 0.999:
-            raise part.fail("axes", f"expected two directions, got {part.get('axes')}")
-        return tuple(
-            Turn(triple(axis), stiffness=stiffness, rest=float(at))
-            for axis, at in zip(axes, rest, strict=True)
-        )
-
-
 @dataclass(frozen=True, eq=False)
-class Link:
+class Link(ChainElement):
     """A rigid piece.
 
     Attributes:
@@ -201,10 +206,29 @@ class Link:
     rotation: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
     mass: float = 0.0
     center_of_mass: Vector = _ORIGIN
+    kind = "link"
+    fields: ClassVar[Mapping[str, Any]] = {
+        "link": described("vector", "where it leads, in the frame before it [m]"),
+        "tangent": described("axis", "d1 behind it; default as before it"),
+        "normal": described("axis", "d2 behind it; required in space where tangent is given"),
+        "mass": described("not_negative", "[kg]; default 0"),
+        "center_of_mass": described("vector", "in the frame before it [m]; default its middle"),
+    }
 
-    def without_limits(self) -> Self:
-        """A link has none."""
-        return self
+    def constants(self) -> Mapping[str, ArrayLike]:
+        """Where it leads, and its mass."""
+        return {
+            "offset": self.offset,
+            "rotation": self.rotation,
+            "mass": self.mass,
+            "center": self.center_of_mass,
+        }
+
+    def behind(
+        self, rotation: Floats, position: Floats, coordinate: float
+    ) -> tuple[Floats, Floats]:
+        """At its end."""
+        return rotation @ self.rotation, position + rotation @ self.offset
 
     @classmethod
     def from_description(cls, part: Part) -> Self:
@@ -220,7 +244,7 @@ class Link:
 
 
 @dataclass(frozen=True, eq=False)
-class ChainRod:
+class ChainRod(ChainElement):
     """A rod.
 
     Attributes:
@@ -235,7 +259,14 @@ class ChainRod:
     modes: StrainModes
     motor: str | None = None
     limits: MotorLimits = NO_LIMITS
-    unit: ClassVar[str] = "m"
+    kind = "rod"
+    unit = "m"
+    fields: ClassVar[Mapping[str, Any]] = {
+        "rod": described("chain_rod", "what it is made of"),
+        "strain": described("strain", "its modes; fields left out are the leg's or the robot's"),
+        "motor": described("name", "the motor that feeds it: its length; default none"),
+        "limits": described("limits", "what that motor can do"),
+    }
 
     def without_limits(self) -> Self:
         """The same rod, unbreakable, with a motor that can do everything."""
@@ -244,13 +275,3 @@ class ChainRod:
     def with_modes(self, modes: int) -> Self:
         """The same rod with another number of modes in every direction that has any."""
         return replace(self, modes=self.modes.with_counts(modes))
-
-
-ChainElement: TypeAlias = ChainJoint | Link | ChainRod
-
-#: Joints of chains by the name used in descriptions.
-CHAIN_JOINTS: dict[str, type[DescribedJoint]] = {
-    "revolute": Turn,
-    "prismatic": Shift,
-    "universal": UniversalInChain,
-}

@@ -8,13 +8,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..description_part import Part
-from .chain import CHAIN_JOINTS, ChainElement, ChainRod, Link
+from .chain import ChainElement, ChainRod, Link
+from .chain_joints import CHAIN_JOINTS
 from .described_rods import check_jumps, described_modes, described_rod
 from .joints import JOINTS
 from .leg_description import LegDescription
 from .motors import MotorLimits, Welded
+from .plausibility import check_link, check_moved
 
-__all__ = ["chain_leg", "check_motors"]
+__all__ = ["chain_leg", "check_joints", "check_motors"]
 
 
 def chain_leg(whole: Part, part: Part, index: int) -> LegDescription:
@@ -29,17 +31,23 @@ def chain_leg(whole: Part, part: Part, index: int) -> LegDescription:
         DescriptionError: Something a schema cannot say is wrong.
     """
     rod, strain = (part if name in part else whole for name in ("rod", "strain"))
-    elements: list[ChainElement] = []
+    leg_name = part.get("name", f"leg{index + 1}")
+    elements: list[tuple[Part, ChainElement]] = []
+    joints = 0
     for element in part.parts("chain"):
         if "joint" in element:
-            elements += CHAIN_JOINTS[element.get("joint")].elements(element)
+            joints += 1
+            name = element.get("name", f"{leg_name}.joint{joints}")
+            found = CHAIN_JOINTS[element.get("joint")].elements(element, name)
+            elements += [(element, joint) for joint in found]
         elif "link" in element:
-            elements.append(Link.from_description(element))
+            elements.append((element, Link.from_description(element)))
         else:
-            elements.append(_chain_rod(element, rod.part("rod"), strain.part("strain")))
+            chain_rod = _chain_rod(element, rod.part("rod"), strain.part("strain"))
+            elements.append((element, chain_rod))
     tip, base = part.part("tip"), part.part("base")
-    return LegDescription(
-        name=part.get("name", f"leg{index + 1}"),
+    leg = LegDescription(
+        name=leg_name,
         motor_name=None,
         rod=described_rod(rod.part("rod")),
         modes=described_modes(strain.part("strain")),
@@ -47,8 +55,20 @@ def chain_leg(whole: Part, part: Part, index: int) -> LegDescription:
         base_rotation=base.frame(),
         motor=Welded(),
         joint=JOINTS[tip.get("type")].from_description(tip),
-        elements=tuple(elements),
+        elements=tuple(element for _, element in elements),
     )
+    length = max([element.rod.length for element in leg.rods], default=leg.rod.length)
+    for own, one in elements:
+        _check_units(own, one, length)
+    return leg
+
+
+def _check_units(part: Part, element: ChainElement, length: float) -> None:
+    """Whether numbers of an element of a leg with rods of a length [m] are in radians and metres."""
+    if isinstance(element, Link):
+        check_link(part, element, length)
+    else:
+        check_moved(part, element.unit, element.limits, length, element.zero, element.rest)
 
 
 def _chain_rod(part: Part, rod: Part, strain: Part) -> ChainRod:
@@ -70,6 +90,21 @@ def _chain_rod(part: Part, rod: Part, strain: Part) -> ChainRod:
     )
 
 
+def check_joints(part: Part, legs: tuple[LegDescription, ...]) -> None:
+    """Whether every joint has a name of its own.
+
+    Raises:
+        DescriptionError: It has not.
+    """
+    names: set[str] = set()
+    for number, leg in enumerate(legs):
+        for joint in leg.joints:
+            if joint.name in names:
+                problem = f"{joint.name!r} is the name of an earlier joint already"
+                raise part.fail(f"legs[{number}].chain", problem)
+            names.add(joint.name)
+
+
 def check_motors(part: Part, legs: tuple[LegDescription, ...]) -> None:
     """Whether every motor turns, shifts or feeds, and nothing else, and has its limits once.
 
@@ -79,10 +114,10 @@ def check_motors(part: Part, legs: tuple[LegDescription, ...]) -> None:
     known: dict[str, ChainElement] = {}
     for number, leg in enumerate(legs):
         for element in leg.elements or ():
-            if isinstance(element, Link) or element.motor is None:
+            if element.motor is None:
                 continue
             first = known.setdefault(element.motor, element)
-            if isinstance(first, Link) or type(first) is not type(element):
+            if first.kind != element.kind:
                 problem = f"motor {element.motor!r} cannot turn, shift or feed at the same time"
                 raise part.fail(f"legs[{number}].chain", problem)
             if (

@@ -15,19 +15,22 @@ from numpy.typing import NDArray
 
 from ..description_part import Part
 from ..rods.rod import Rod
-from .described_chain import chain_leg, check_motors
+from .described_chain import chain_leg, check_joints, check_motors
 from .described_rods import check_jumps, described_modes, described_rod
 from .home_guess import home_guess
 from .joints import JOINTS, Joint
 from .leg_description import LegDescription
 from .loads import DistributedForce, Loads, PointForce
 from .motors import MOTORS, Motor, MotorLimits
-from .plausibility import check_limits, check_positions
+from .plausibility import check_inertia, check_moved, check_positions
 from .robot_description import CONTROLLED_COORDINATES, RobotDescription
 
 __all__ = ["described_robot"]
 
 Floats = NDArray[np.float64]
+
+#: What rounding in a file may do to an inertia.
+_ROUNDED = 1e-3
 
 
 def described_robot(source: str, content: dict[str, Any], text: str) -> RobotDescription:
@@ -59,11 +62,41 @@ def described_robot(source: str, content: dict[str, Any], text: str) -> RobotDes
         home=home_guess(part, legs, point),
         loads=_loads(part, legs),
         stations=tuple(content.get("stations", ())),
+        platform_inertia=_inertia(platform, point),
         text=text,
     )
     _check_controlled(part, description)
     check_positions(part, description)
+    check_inertia(part, description)
     return description
+
+
+def _inertia(platform: Part, point: bool) -> Floats:
+    """Inertia of the platform about its centre of mass, (3, 3) [kg m^2]."""
+    if "inertia" not in platform:
+        return np.zeros((3, 3))
+    given = platform.get("inertia")
+    if point:
+        raise platform.fail("inertia", "a point platform does not turn: leave it out")
+    if not platform.number("mass", 0.0):
+        raise platform.fail("inertia", "a platform without mass has none: expected mass too")
+    xx, yy, zz, xy, xz, yz = map(float, given)
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if platform.planar:
+        if zz < 0.0:
+            raise platform.fail("inertia", f"expected Izz of at least zero, got {zz:g}")
+        return inertia
+    # What masses add up to, int r r^T dm: no negative eigenvalue means no negative principal moment,
+    # and none greater than the other two together.
+    scaled = inertia / max(np.abs(inertia).max(), 1e-300)
+    if np.linalg.eigvalsh(0.5 * np.trace(scaled) * np.eye(3) - scaled)[0] < -_ROUNDED:
+        moments = ", ".join(f"{moment:g}" for moment in np.linalg.eigvalsh(inertia))
+        raise platform.fail(
+            "inertia",
+            f"got principal moments {moments}: expected none negative, and none greater than the other "
+            "two together",
+        )
+    return inertia
 
 
 def _legs(part: Part) -> tuple[LegDescription, ...]:
@@ -82,6 +115,9 @@ def _legs(part: Part) -> tuple[LegDescription, ...]:
                 raise part.fail(
                     f"legs[{index}].{kind}", f"{name!r} is the name of an earlier leg already"
                 )
+    check_joints(part, legs)
+    if not any(leg.rods for leg in legs):
+        raise part.fail("legs", "expected a rod in at least one leg")
     return legs
 
 
@@ -99,7 +135,8 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
     joint = JOINTS[tip.get("type")].from_description(tip)
     motor.check_tip(motor_part, len(joint.orientation(part.planar)) > 0)
     limits = MotorLimits.from_description(motor_part.part("limits"), motor.extensible)
-    check_limits(motor_part.part("limits"), motor, limits, rod.length)
+    offset = motor_part.number("offset", 0.0)
+    check_moved(motor_part, motor.unit, limits, rod.length, offset)
     base = part.part("base")
     return LegDescription(
         name=part.get("name", f"leg{index + 1}"),
@@ -111,11 +148,12 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
         motor=motor,
         joint=joint,
         limits=limits,
+        offset=offset,
     )
 
 
 def _base_rotation(part: Part, motor: Motor, joint: Joint) -> Floats:
-    """Base frame in the world, motor at zero, (3, 3)."""
+    """Base frame in the world, joint at zero, (3, 3)."""
     tangent, across = part.direction("tangent"), motor.across()
     if across is not None and abs(np.dot(across, tangent)) <= 1e-6:
         return part.frame(np.array(across))
@@ -127,7 +165,7 @@ def _base_rotation(part: Part, motor: Motor, joint: Joint) -> Floats:
 def _loads(part: Part, legs: tuple[LegDescription, ...]) -> Loads:
     """Loads that always act."""
     loads = part.part("loads")
-    names = [leg.name for leg in legs]
+    names = [name for leg in legs for name in leg.rod_names]
 
     def leg(force: Part) -> str:
         name = force.get("leg")

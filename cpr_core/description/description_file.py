@@ -19,7 +19,7 @@ from ..description_part import Described
 from ..errors import DescriptionError
 from ..rods.sections import SECTIONS
 from ..rods.strain_basis import STRAIN_BASES
-from .chain import CHAIN_JOINTS
+from .chain_joints import CHAIN_JOINTS
 from .description_builder import described_robot
 from .description_schema import description_schema
 from .joints import JOINTS
@@ -233,6 +233,8 @@ def _explain(error: Any) -> str:
             return f"expected {bound} {limit} entries, got {len(found)}{about}"
         case "uniqueItems":
             return f"expected no entry twice, got {found}{about}"
+        case "anyOf":
+            return f"expected another form, got {found!r:.60}{about}"
         case "oneOf":
             names = [choice["required"][0] for choice in limit]
             given = [name for name in names if name in found]

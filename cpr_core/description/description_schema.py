@@ -13,9 +13,10 @@ from typing import Any
 from ..description_part import Described, field
 from ..rods.sections import SECTIONS
 from ..rods.strain_basis import STRAIN_BASES
-from .chain import CHAIN_JOINTS
+from .chain import ChainRod, Link
+from .chain_joints import CHAIN_JOINTS
 from .joints import JOINTS
-from .motors import MOTORS, Motor
+from .motors import MOTORS, OFFSET, Motor
 
 __all__ = ["DEFAULT_BASIS", "description_schema"]
 
@@ -56,25 +57,12 @@ def description_schema() -> dict[str, Any]:
 
 def _chain_element() -> dict[str, Any]:
     """A joint, a link or a rod: the field that names it says which others there are."""
-    link = {
-        "link": field("vector", "where it leads, in the frame before it [m]"),
-        "tangent": field("axis", "d1 behind it; default as before it"),
-        "normal": field("axis", "d2 behind it; required in space where tangent is given"),
-        "mass": field("not_negative", "[kg]; default 0"),
-        "center_of_mass": field("vector", "in the frame before it [m]; default its middle"),
-    }
-    rod = {
-        "rod": field("chain_rod", "what it is made of"),
-        "strain": field("strain", "its modes; fields left out are the leg's or the robot's"),
-        "motor": field("name", "the motor that feeds it: its length; default none"),
-        "limits": field("limits", "what that motor can do"),
-    }
     joint = _choice(
         "joint", {name: kind.fields for name, kind in CHAIN_JOINTS.items()}, CHAIN_JOINTS
     )
     kinds = {"joint": joint} | {
         name: {"additionalProperties": False, "properties": fields}
-        for name, fields in (("link", link), ("rod", rod))
+        for name, fields in (("link", Link.fields), ("rod", ChainRod.fields))
     }
     return {
         "type": "object",
@@ -84,7 +72,10 @@ def _chain_element() -> dict[str, Any]:
 
 
 def _motor_fields(kind: type[Motor]) -> Mapping[str, Any]:
-    return {**kind.fields, **_ACTUATED} if kind.actuated else kind.fields
+    if not kind.actuated:
+        return kind.fields
+    # The length of a rod is what it is.
+    return {**kind.fields, **_ACTUATED} | ({} if kind.extensible else {"offset": OFFSET})
 
 
 def _choice(

@@ -1,10 +1,11 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a description knows of the home equilibrium: motors, sides of the rods, a rough pose."""
+"""What a description knows of the home equilibrium: motors, sides of the rods, rough joints and pose."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,9 @@ from ..errors import CprError
 from ..lie import rotation_from_quaternion
 from ..rods.rod import strain_series
 from .leg_description import LegDescription, described_motors
-from .plausibility import check_home_motors, check_quaternion
+from .plausibility import check_home_joints, check_home_motors, check_quaternion
 from .robot_description import HomeGuess
+from .rough_joints import rough_joints
 
 __all__ = ["home_guess"]
 
@@ -36,8 +38,9 @@ def home_guess(whole: Part, legs: tuple[LegDescription, ...], point: bool) -> Ho
     """
     part = whole.part("home")
     motors = _motors(part, legs)
-    if not any(name in part for name in ("bow", "platform", "strain")):
-        raise part.fail("", "expected bow (the side of every rod) or a rough platform pose")
+    if not any(name in part for name in ("bow", "platform", "joints", "strain")):
+        problem = "expected bow (the side of every rod), rough joints or a rough platform pose"
+        raise part.fail("", problem)
     strain = part.get("strain", ())
     if "strain" in part and len(strain) != len(legs):
         raise part.fail("strain", f"expected {len(legs)} entries, one per leg, got {len(strain)}")
@@ -49,14 +52,17 @@ def home_guess(whole: Part, legs: tuple[LegDescription, ...], point: bool) -> Ho
             raise part.fail("strain", problem)
         if part.planar and ("torsion" in series or "bending_2" in series):
             raise series.fail("", "a planar robot bends about d3 only: expected bending_3")
-    platform = part.part("platform")
+    platform, joints = part.part("platform"), rough_joints(part, legs)
+    longest = max(leg.rod.length for leg in legs)
+    check_home_joints(part, (joint for leg in legs for joint in leg.joints), joints, longest)
     rotation = _rotation(platform)
     return HomeGuess(
         motors=motors,
         platform_position=platform.vector("position") if "platform" in part else None,
         platform_rotation=np.eye(3) if point else rotation,
         strain=tuple(strain_series(series) for series in strain) if "strain" in part else None,
-        bow=_bow(part, legs, motors),
+        bow=_bow(part, legs, motors, joints),
+        joints=joints,
     )
 
 
@@ -90,7 +96,12 @@ def _rotation(part: Part) -> Floats:
     return rotation
 
 
-def _bow(part: Part, legs: tuple[LegDescription, ...], motors: Floats) -> tuple[Floats | None, ...]:
+def _bow(
+    part: Part,
+    legs: tuple[LegDescription, ...],
+    motors: Floats,
+    joints: Mapping[str, float],
+) -> tuple[Floats | None, ...]:
     """Sides to which the rods bow, in the world; None: straight."""
     given = part.get("bow", [None] * len(legs))
     # One side for all legs: a word, or a vector.
@@ -105,7 +116,7 @@ def _bow(part: Part, legs: tuple[LegDescription, ...], motors: Floats) -> tuple[
     positions = dict(zip(names, motors.tolist(), strict=True))
     found: list[Floats | None] = []
     for index, (side, leg) in enumerate(zip(every, legs, strict=True)):
-        frame = leg.rod_frame(positions)
+        frame = leg.rod_frame(positions, joints)
         name = "bow" if same_for_all else f"bow[{index}]"
         found.append(None if side is None else _side(part, name, side, leg, frame, middle))
     return tuple(found)

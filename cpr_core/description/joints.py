@@ -54,11 +54,16 @@ class Joint(Described):
         """Matrices M_k of the orientation constraints, shape (0 to 3, 3, 3)."""
         return np.zeros((0, 3, 3))
 
-    def turned_over(
+    def misalignment(
         self, platform_rotation: NDArray[np.float64], tip_rotation: NDArray[np.float64]
-    ) -> bool:
-        """Whether the constraints hold, but half a turn away from how the joint is built."""
-        return False
+    ) -> float:
+        """How far the tip is turned out of the joint [rad]; the constraints hold at half a turn too.
+
+        Args:
+            platform_rotation: R_p in the world, (3, 3).
+            tip_rotation: R_l in the world, (3, 3).
+        """
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -97,11 +102,13 @@ class Fixed(Joint):
         axes = np.eye(3)[2:] if planar else np.eye(3)
         return np.array([0.5 * skew(axis) for axis in axes])
 
-    def turned_over(
+    def misalignment(
         self, platform_rotation: NDArray[np.float64], tip_rotation: NDArray[np.float64]
-    ) -> bool:
-        """Whether the tip is half a turn away from its prescribed frame."""
-        return bool(np.trace(self.rotation().T @ platform_rotation.T @ tip_rotation) < 1.0)
+    ) -> float:
+        """Angle between the tip frame and its prescribed frame."""
+        turn = self.rotation().T @ platform_rotation.T @ tip_rotation
+        sines = turn[[2, 0, 1], [1, 2, 0]] - turn[[1, 2, 0], [2, 0, 1]]
+        return float(np.arctan2(np.linalg.norm(sines), np.trace(turn) - 1.0))
 
 
 @dataclass(frozen=True)
@@ -140,11 +147,12 @@ class RevoluteJoint(Joint):
         across = np.linalg.svd(np.array([self.axis]))[2][1:]
         return np.array([np.outer(direction, self.axis_in_rod) for direction in across])
 
-    def turned_over(
+    def misalignment(
         self, platform_rotation: NDArray[np.float64], tip_rotation: NDArray[np.float64]
-    ) -> bool:
-        """Whether the two axes point in opposite directions."""
-        return bool((platform_rotation @ self.axis) @ (tip_rotation @ self.axis_in_rod) < 0.0)
+    ) -> float:
+        """Angle between the two axes."""
+        one, other = platform_rotation @ self.axis, tip_rotation @ self.axis_in_rod
+        return float(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other))
 
 
 @dataclass(frozen=True)
@@ -178,6 +186,13 @@ class Universal(Joint):
     def orientation(self, planar: bool) -> NDArray[np.float64]:
         """The cosine between the two axes of the cross."""
         return np.array([np.outer(self.axis, self.axis_in_rod)])
+
+    def misalignment(
+        self, platform_rotation: NDArray[np.float64], tip_rotation: NDArray[np.float64]
+    ) -> float:
+        """How far the two axes of the cross are from a right angle."""
+        cosine = (platform_rotation @ self.axis) @ (tip_rotation @ self.axis_in_rod)
+        return float(abs(np.arcsin(np.clip(cosine, -1.0, 1.0))))
 
 
 #: Joints by the name used in descriptions.

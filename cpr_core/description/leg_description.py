@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description_part import triple
-from ..lie import rotation_exp, skew
+from ..description_part import Vector, triple
+from ..lie import skew
 from ..rods.rod import Rod, StrainModes
-from .chain import ChainElement, ChainRod, Link, Shift, Turn
+from .chain import ChainElement, ChainJoint, ChainRod, Shift, Turn
 from .joints import Joint
 from .motors import NO_LIMITS, Motor, MotorLimits
 
@@ -71,11 +71,12 @@ class LegDescription:
         motor_name: Name of its motor in messages; None for a passive base.
         rod: The rod; of a chain what its rods are where they do not say otherwise.
         modes: Its strain modes.
-        base_position: Base point in the world at motor zero, (3,) [m].
-        base_rotation: Base frame (d1, d2, d3 as columns) in the world at motor zero, (3, 3).
+        base_position: Base point in the world, all joints at zero, (3,) [m].
+        base_rotation: Base frame (d1, d2, d3 as columns) in the world, all joints at zero, (3, 3).
         motor: What holds the base; that of a chain is welded.
         joint: What holds the tip.
         limits: What the motor can do.
+        offset: Where its joint is with the motor at zero [rad or m].
         elements: A chain in place of motor and rod.
     """
 
@@ -88,6 +89,7 @@ class LegDescription:
     motor: Motor
     joint: Joint
     limits: MotorLimits = NO_LIMITS
+    offset: float = 0.0
     elements: tuple[ChainElement, ...] | None = None
 
     def __repr__(self) -> str:
@@ -99,18 +101,21 @@ class LegDescription:
         """From base to tip: the joints of the motor, and the rod."""
         if self.elements is not None:
             return self.elements
-        across = self.base_rotation.T
         turn, shift = self.motor.turn_axis(self.base_rotation), self.motor.shift_axis
-        turned, shifted = (
-            self.motor_name if self.motor.actuated == kind else None for kind in ("turn", "shift")
-        )
         joints: list[ChainElement] = []
         if turn is not None:
-            joints.append(Turn(triple(across @ turn), turned, limits=self.limits))
+            joints.append(self._joint(Turn, turn, self.motor.actuated == "turn"))
         if shift is not None and not self.motor.extensible:
-            joints.append(Shift(triple(across @ shift), shifted, limits=self.limits))
+            joints.append(self._joint(Shift, shift, self.motor.actuated == "shift"))
         fed = self.motor_name if self.motor.extensible else None
         return (*joints, ChainRod(self.rod, self.modes, fed, self.limits))
+
+    def _joint(self, kind: type[ChainJoint], axis: Vector, moved: bool) -> ChainJoint:
+        """The joint of the motor about or along an axis in the world, or a passive one."""
+        axis, name = triple(self.base_rotation.T @ axis), f"{self.name}.joint1"
+        if not moved:
+            return kind(axis, name=name)
+        return kind(axis, self.motor_name, zero=self.offset, limits=self.limits, name=name)
 
     def without_limits(self) -> LegDescription:
         """The same leg with motors that can do everything and rods that bear everything."""
@@ -120,35 +125,43 @@ class LegDescription:
 
     def with_modes(self, modes: int) -> LegDescription:
         """The same leg with another number of modes in every direction that has any."""
-        elements = self.elements and tuple(
-            element.with_modes(modes) if isinstance(element, ChainRod) else element
-            for element in self.elements
-        )
+        elements = self.elements and tuple(element.with_modes(modes) for element in self.elements)
         return replace(self, modes=self.modes.with_counts(modes), elements=elements)
 
-    def rod_frame(self, motors: Mapping[str, float]) -> Floats:
-        """Frame in the world where the first rod begins, (3, 3), passive joints at zero.
+    def rod_frame(self, motors: Mapping[str, float], joints: Mapping[str, float]) -> Floats:
+        """Frame in the world where the first rod begins, (3, 3).
 
         Args:
             motors: Motor positions by name [rad or m].
+            joints: Passive joints by name [rad or m]; those left out are where their springs rest.
         """
         rotation = self.base_rotation
         for element in self.chain:
             if isinstance(element, ChainRod):
                 break
-            if isinstance(element, Link):
-                rotation = rotation @ element.rotation
-            elif isinstance(element, Turn):
-                turn = element.zero
-                if element.motor is not None:
-                    turn += element.ratio * motors[element.motor]
-                rotation = rotation @ rotation_exp(turn * np.array(element.axis))
+            at = 0.0
+            if isinstance(element, ChainJoint):
+                passive = joints.get(element.name, element.rest)
+                at = passive if element.motor is None else motors[element.motor]
+            rotation, _ = element.behind(rotation, self.base_position, at)
         return rotation
 
     @cached_property
     def rods(self) -> tuple[ChainRod, ...]:
         """The rods of the chain."""
         return tuple(element for element in self.chain if isinstance(element, ChainRod))
+
+    @property
+    def rod_names(self) -> tuple[str, ...]:
+        """Names of the rods: the leg's, or numbered where it has several."""
+        if len(self.rods) == 1:
+            return (self.name,)
+        return tuple(f"{self.name}.rod{number + 1}" for number in range(len(self.rods)))
+
+    @cached_property
+    def joints(self) -> tuple[ChainJoint, ...]:
+        """The joints of the chain, with motors and passive."""
+        return tuple(element for element in self.chain if isinstance(element, ChainJoint))
 
     def base_pose(self, turn: float = 0.0, shift: float = 0.0) -> BasePose:
         """Base with its coordinates, be they the motor's or passive; the kernels keep to this.
@@ -171,9 +184,10 @@ class LegDescription:
 
     def base_at(self, motor: float) -> BasePose:
         """Base at a motor position [rad or m], a passive coordinate at zero."""
-        if self.motor.actuated == "turn":
-            return self.base_pose(turn=motor)
-        return self.base_pose(shift=motor)
+        way = self.offset + motor
+        return (
+            self.base_pose(turn=way) if self.motor.actuated == "turn" else self.base_pose(0.0, way)
+        )
 
 
 def described_motors(legs: Sequence[LegDescription]) -> tuple[DescribedMotor, ...]:
@@ -181,9 +195,9 @@ def described_motors(legs: Sequence[LegDescription]) -> tuple[DescribedMotor, ..
     found: dict[str, DescribedMotor] = {}
     for leg in legs:
         for element in leg.chain:
-            if isinstance(element, Link) or element.motor is None:
+            if element.motor is None:
                 continue
-            feeds = isinstance(element, ChainRod)
+            feeds = element.kind == "rod"
             motor = DescribedMotor(element.motor, element.unit, element.limits, feeds)
             if found.setdefault(motor.name, motor).limits == NO_LIMITS:
                 found[motor.name] = motor  # limits may be said at any of its joints

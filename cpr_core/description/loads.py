@@ -32,7 +32,7 @@ class DistributedForce:
     """Force per length on one rod, fixed in space, linear between stations.
 
     Attributes:
-        leg: Name of the leg.
+        leg: Name of the leg; of a leg with several rods that of the rod, such as ``leg2.rod1``.
         at: Stations in s/l, from 0 to 1, increasing, (P,). Interior ones must be stations of the robot.
         force: Force per length at the stations, in the world, (P, 3) [N/m].
     """
@@ -76,7 +76,7 @@ class PointForce:
     """Force on a point of one rod, fixed in space.
 
     Attributes:
-        leg: Name of the leg.
+        leg: Name of the leg; of a leg with several rods that of the rod, such as ``leg2.rod1``.
         at: Where, s/l in (0, 1); must be a station of the robot.
         force: In the world, (3,) [N].
     """

@@ -23,6 +23,7 @@ from ..description_part import Described, Part, Vector, field, triple
 __all__ = [
     "MOTORS",
     "NO_LIMITS",
+    "OFFSET",
     "Extensible",
     "Hinge",
     "Motor",
@@ -67,6 +68,12 @@ class MotorLimits:
 
 NO_LIMITS = MotorLimits()
 
+#: Schema of the zero of a motor.
+OFFSET = {
+    "type": "number",
+    "description": "where the joint is with its motor at zero [rad or m]; default 0",
+}
+
 
 @dataclass(frozen=True)
 class Motor(Described):
@@ -74,7 +81,7 @@ class Motor(Described):
 
     Attributes:
         actuated: Which coordinate is the motor's: ``turn``, ``shift`` or None. One that has any has
-            the fields ``name`` and ``limits`` in descriptions too.
+            the fields ``name`` and ``limits`` in descriptions too, and ``offset`` if it is no length.
         extensible: Whether the shift is the rod's length.
         unit: Unit of the motor position.
     """

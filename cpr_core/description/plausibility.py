@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +19,17 @@ from numpy.typing import NDArray
 from ..description_part import Part
 from ..errors import DescriptionWarning
 from ..rods.rod import Rod
+from .chain import ChainJoint, Link
 from .leg_description import DescribedMotor
-from .motors import Motor, MotorLimits
+from .motors import MotorLimits
 from .robot_description import RobotDescription
 
 __all__ = [
+    "check_home_joints",
     "check_home_motors",
-    "check_limits",
+    "check_inertia",
+    "check_link",
+    "check_moved",
     "check_positions",
     "check_quaternion",
     "check_rod",
@@ -116,12 +120,57 @@ def _can_be_computed(rod: Rod) -> bool:
     return all(1e-100 < scale < 1e100 for scale in scales) and mass < 1e100
 
 
-def check_limits(part: Part, motor: Motor, limits: MotorLimits, length: float) -> None:
-    """Whether the position limits of a motor on a rod of a length [m] are in radians and metres."""
-    for limit in (limits.lower, limits.upper):
-        if math.isfinite(limit) and _motor_doubt(motor.unit, limit, length):
-            _warn(part, "position", f"{limit:g}: {_motor_doubt(motor.unit, limit, length)}")
+def check_moved(
+    part: Part,
+    unit: str,
+    limits: MotorLimits,
+    length: float,
+    offset: float = 0.0,
+    rest: float = 0.0,
+) -> None:
+    """Whether positions of a joint, or lengths of a rod, are in radians and metres.
+
+    Args:
+        part: The joint, motor or rod in the description.
+        unit: Expected.
+        limits: Of its motor.
+        length: Of the rods of its leg [m].
+        offset: Where it is with its motor at zero.
+        rest: Where its spring is at rest.
+    """
+    for name, value in (
+        ("limits.position", limits.lower),
+        ("limits.position", limits.upper),
+        ("offset", offset),
+        ("rest", rest),
+    ):
+        if math.isfinite(value) and (doubt := _motor_doubt(unit, value, length)):
+            _warn(part, name, f"{value:g}: {doubt}")
             return
+
+
+def check_link(part: Part, link: Link, length: float) -> None:
+    """Whether a link of a leg with rods of a length [m] leads somewhere in metres.
+
+    Raises:
+        DescriptionError: It does not.
+    """
+    for name, vector in (("link", link.offset), ("center_of_mass", link.center_of_mass)):
+        size = math.hypot(*vector)
+        if size > _LONGEST:
+            raise part.fail(name, f"got {list(vector)}: {_MILLIMETRES}")
+        if size > _FAR * length:
+            _warn(part, name, f"{size:g} m, more than {_FAR:g} rod lengths: {_MILLIMETRES}?")
+            return
+
+
+def check_inertia(part: Part, description: RobotDescription) -> None:
+    """Whether the inertia of the platform is that of a body as large as the robot at most."""
+    moment = float(np.abs(description.platform_inertia).max())
+    farthest = _FAR * _reach(description)[0]
+    if moment > description.platform_mass * farthest**2:
+        mass = f"{description.platform_mass:g} kg"
+        _warn(part, "platform.inertia", f"{moment:g} with {mass}: looks like kg mm^2, not kg m^2")
 
 
 def check_home_motors(
@@ -132,6 +181,18 @@ def check_home_motors(
         doubt = _motor_doubt(motor.unit, position, length)
         if doubt:
             _warn(part, f"motors[{index}]", f"{position:g}: {doubt}")
+            return
+
+
+def check_home_joints(
+    part: Part, joints: Iterable[ChainJoint], positions: Mapping[str, float], length: float
+) -> None:
+    """Whether rough positions of passive joints at home are in radians and metres."""
+    for joint in joints:
+        position = positions.get(joint.name, 0.0)
+        doubt = _motor_doubt(joint.unit, position, length)
+        if doubt:
+            _warn(part, f"joints.{joint.name}", f"{position:g}: {doubt}")
             return
 
 

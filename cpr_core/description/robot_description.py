@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -46,6 +47,7 @@ class HomeGuess:
             without loads: close enough for Newton's method. None: not known.
         bow: For every leg the side to which its middle stands out, a vector in the world, (3,); None
             where it is not known.
+        joints: Passive joints roughly, by name [rad or m]; those left out are where their springs rest.
     """
 
     motors: Floats
@@ -53,6 +55,7 @@ class HomeGuess:
     platform_rotation: Floats
     strain: tuple[tuple[Floats, Floats, Floats], ...] | None
     bow: tuple[Floats | None, ...] = ()
+    joints: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -72,6 +75,8 @@ class RobotDescription:
         home: Rough home equilibrium.
         loads: Loads that always act, gravity included.
         stations: s/l where point forces may act, on every leg.
+        platform_inertia: About the centre of mass in the platform frame, (3, 3) [kg m^2]; statics does
+            not ask for it.
         text: The description as it was read.
     """
 
@@ -86,6 +91,7 @@ class RobotDescription:
     home: HomeGuess
     loads: Loads = field(default_factory=Loads.none)
     stations: tuple[float, ...] = ()
+    platform_inertia: Floats = field(default_factory=lambda: np.zeros((3, 3)))
     text: str = ""
 
     def __repr__(self) -> str:
@@ -106,6 +112,11 @@ class RobotDescription:
     def rods(self) -> tuple[ChainRod, ...]:
         """The rods of all legs."""
         return tuple(element for leg in self.legs for element in leg.rods)
+
+    @cached_property
+    def rod_names(self) -> tuple[str, ...]:
+        """Names of the rods of all legs: those of their legs, numbered where a leg has several."""
+        return tuple(name for leg in self.legs for name in leg.rod_names)
 
     @property
     def mean_length(self) -> float:

@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from ..blas_threads import on_one_blas_thread
-from ..description.chain import Turn
 from ..errors import InvalidRequest
 from ..lie import angle_motions
 from ..validation import checked_number, checked_vector
@@ -471,7 +470,7 @@ class KinematoStatics:
             unit[leg.forces] /= ratio**2
             unit[leg.moments] /= ratio
             moved = zip(leg.coordinates, chain.chain, strict=True)
-            shifts |= {i for i, element in moved if i is not None and not isinstance(element, Turn)}
+            shifts |= {i for i, element in moved if i is not None and element.unit == "m"}
         unit[sorted(shifts)] *= ratio
         unit[robot.platform_indices[robot.platform_axes >= 3]] *= ratio
         return unit, energy_unit

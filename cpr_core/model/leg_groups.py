@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.chain import ChainElement, ChainRod, Link, Turn
+from ..description.chain import ChainElement
 from ..description.leg_description import LegDescription
 from ..kernels.kernel_arrays import Element
 from ..kernels.lanes import WIDTH
@@ -77,11 +77,7 @@ def leg_groups(legs: tuple[LegDescription, ...]) -> list[LegGroup]:
 
 
 def _structure(element: ChainElement) -> tuple[Element, bool]:
-    if isinstance(element, Link):
-        return Element.LINK, False
-    if isinstance(element, ChainRod):
-        return Element.ROD, element.motor is not None
-    return Element.TURN if isinstance(element, Turn) else Element.SHIFT, element.motor is not None
+    return Element[element.kind.upper()], element.motor is not None
 
 
 def _strain_slots(legs: list[LegDescription]) -> tuple[tuple[Integers, ...], tuple[int, ...]]:

@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.chain import ChainJoint
 from ..description.description_file import read_description
 from ..description.leg_description import DescribedMotor
 from ..description.loads import Loads
@@ -241,10 +242,16 @@ class Robot:
     @cached_property
     def rod_names(self) -> tuple[str, ...]:
         """Names of the rods, (R,): of their legs, numbered where a leg has several."""
+        return self.description.rod_names
+
+    @cached_property
+    def passive_joints(self) -> tuple[tuple[ChainJoint, int], ...]:
+        """The passive joints of all legs, and where they are in the state."""
         return tuple(
-            leg.name if len(leg.rods) == 1 else f"{leg.name} rod {number + 1}"
-            for leg in self.description.legs
-            for number in range(len(leg.rods))
+            (element, index)
+            for leg, numbers in zip(self.description.legs, self.numbers.legs, strict=True)
+            for element, index in zip(leg.chain, numbers.coordinates, strict=True)
+            if isinstance(element, ChainJoint) and element.passive and index is not None
         )
 
     @cached_property
@@ -423,15 +430,11 @@ class Robot:
         )
 
     def _rod_of(self, load: str, name: str) -> int:
-        """Number, among all rods, of the rod of a leg."""
-        legs = self.description.legs
-        names = [leg.name for leg in legs]
+        """Number of a rod among all."""
+        names = self.rod_names
         if not isinstance(name, str) or name not in names:
             raise InvalidRequest(load, f"expected a leg out of {', '.join(names)}, got {name!r}")
-        number = names.index(name)
-        if len(legs[number].rods) != 1:
-            raise InvalidRequest(load, f"expected a leg with one rod, got {name!r}")
-        return sum(len(leg.rods) for leg in legs[:number])
+        return names.index(name)
 
     def _check_stations(self, load: str, at: list[float]) -> None:
         for station in at:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.chain import ChainJoint, ChainRod, Link
+from ..description.chain import ChainRod
 from ..description.robot_description import RobotDescription
 from ..kernels.kept_factors import kept_count
 from ..kernels.kernel_arrays import (
@@ -215,24 +215,16 @@ class _Builder:
 
     def _fill_chain(self, arrays: _SlotArrays, number: int, group: int, lane: int) -> None:
         """Base, joints, links and rods of a leg: what every lane has."""
-        leg, fields, rod = self.described[number], arrays.groups[group], 0
+        leg, fields = self.described[number], arrays.groups[group]
         fields["base_rotation"][..., lane] = leg.base_rotation
         fields["base_position"][..., lane] = leg.base_position
         for position, element in enumerate(leg.chain):
             row = arrays.elements[group, position]
-            if isinstance(element, ChainRod):
-                self._fill_rod(arrays, element, group, rod, lane)
-                rod += 1
-            elif isinstance(element, Link):
-                row["offset"][:, lane], row["rotation"][..., lane] = (
-                    element.offset,
-                    element.rotation,
-                )
-                row["mass"][lane], row["center"][:, lane] = element.mass, element.center_of_mass
-                row["heavy"] |= element.mass > 0.0
-            else:
-                row["axis"][:, lane], row["zero"][lane] = element.axis, element.zero
-                row["stiffness"][lane], row["rest"][lane] = element.stiffness, element.rest
+            for name, value in element.constants().items():
+                row[name][..., lane] = value
+            row["heavy"] |= row["mass"][lane] > 0.0
+        for rod, element in enumerate(leg.rods):
+            self._fill_rod(arrays, element, group, rod, lane)
 
     def _fill_rod(
         self, arrays: _SlotArrays, element: ChainRod, group: int, rod: int, lane: int
@@ -284,17 +276,17 @@ class _Builder:
             if index is None:
                 continue
             slot = int(elements["slot"][position])
-            if isinstance(element, ChainRod):
-                row = arrays.rods[group, elements["rod"][position]]
+            rod = int(elements["rod"][position])
+            if rod >= 0:
+                row = arrays.rods[group, rod]
                 slot = int(row["length_slot"])
                 row["length_index"][lane] = index
             if slot < slots.inner_count:
                 arrays.slot_index[group, slot, lane] = index
                 continue
-            ratio = element.ratio if isinstance(element, ChainJoint) else 1.0
             arrays.motor_slot_index[group, slot - slots.first_motor, lane] = index
-            arrays.motor_ratio["lane"][group, slot - slots.first_motor, lane] = ratio
-            arrays.units["lane"][group, slot, lane] = ratio * self.numbers.unit[index]
+            arrays.motor_ratio["lane"][group, slot - slots.first_motor, lane] = element.ratio
+            arrays.units["lane"][group, slot, lane] = element.ratio * self.numbers.unit[index]
 
 
 def _mode_slots(arrays: _SlotArrays, element: ChainRod, group: int, rod: int) -> Integers:

@@ -16,14 +16,13 @@ from ..description.chain import ChainJoint, ChainRod, Turn
 from ..description.joints import JOINTS
 from ..description.leg_description import LegDescription
 from ..kernels.rotation_kernel import rotation_steps
-from ..lie import rotation_exp
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid, rod_grid
 from ..rods.rod import StrainModes
 from ..validation import checked_count
 from .equilibrium import Equilibrium
 from .robot import Robot
 
-__all__ = ["JointPlace", "LegShape", "Pose", "leg_shapes", "rod_bases", "tip_positions"]
+__all__ = ["JointPlace", "LegShape", "Pose", "leg_shapes", "rod_bases", "tip_poses"]
 
 Floats = NDArray[np.float64]
 
@@ -100,9 +99,10 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
     return _shapes(robot, state, checked_count("points", points, 4))
 
 
-def tip_positions(robot: Robot, state: Floats) -> Floats:
-    """Tips of the legs in the world in any state (N,), in equilibrium or not, (L, 3) [m]."""
-    return np.array([shape.position[-1] for shape in _shapes(robot, state, 16)])
+def tip_poses(robot: Robot, state: Floats) -> tuple[Pose, ...]:
+    """Tips of the legs in the world in any state (N,), in equilibrium or not."""
+    shapes = _shapes(robot, state, 16)
+    return tuple(Pose(shape.rotation[-1], shape.position[-1]) for shape in shapes)
 
 
 def rod_bases(robot: Robot, state: Floats) -> tuple[tuple[Pose, ...], ...]:
@@ -211,16 +211,9 @@ def _element_poses(
             shape, count = rods[count], count + 1
             position = position + rotation @ shape.position[-1]
             rotation = rotation @ shape.rotation[-1]
-        elif isinstance(element, ChainJoint):
-            assert index is not None
-            way = element.zero + element.ratio * float(state[index])
-            if isinstance(element, Turn):
-                rotation = rotation @ rotation_exp(way * np.array(element.axis))
-            else:
-                position = position + way * rotation @ element.axis
         else:
-            position = position + rotation @ element.offset
-            rotation = rotation @ element.rotation
+            at = 0.0 if index is None else float(state[index])
+            rotation, position = element.behind(rotation, position, at)
         poses.append(Pose(rotation, position))
     return poses, count
 

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from ..blas_threads import on_one_blas_thread
-from ..description.chain import ChainJoint
 from .linearisation import Linearisation
 from .model_state import ModelState
 
@@ -161,6 +160,6 @@ def _elastic_hessian(solution: ModelState) -> Floats:
         elastic[shift, shift] += ratio / length**2 * couple @ state[strains]
     for leg, numbers in zip(robot.description.legs, robot.numbers.legs, strict=True):
         for element, index in zip(leg.chain, numbers.coordinates, strict=True):
-            if isinstance(element, ChainJoint) and index is not None:
+            if index is not None:
                 elastic[index, index] += element.ratio**2 * element.stiffness
     return elastic

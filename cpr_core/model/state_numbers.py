@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.chain import ChainElement, ChainJoint, ChainRod, Link, Turn
+from ..description.chain import ChainRod
 from ..description.leg_description import LegDescription
 from ..description.robot_description import RobotDescription
 from .platform_coordinates import PlatformCoordinates
@@ -113,9 +113,9 @@ def state_numbers(description: RobotDescription, coordinates: PlatformCoordinate
     numbered = []
     for leg in legs:
         passive = {
-            position: take(1, _natural(element, length_unit)).start
+            position: take(1, element.natural_unit(length_unit)).start
             for position, element in enumerate(leg.chain)
-            if isinstance(element, ChainJoint) and element.motor is None
+            if element.passive
         }
         strains = [take(element.modes.total, 1.0 / length_unit) for element in leg.rods]
         forces = take(held, energy_unit / length_unit)
@@ -128,8 +128,8 @@ def state_numbers(description: RobotDescription, coordinates: PlatformCoordinate
     motors: dict[str, int] = {}
     for leg in legs:
         for element in leg.chain:
-            if (motor := _motor(element)) is not None and motor not in motors:
-                motors[motor] = take(1, _natural(element, length_unit)).start
+            if element.motor is not None and element.motor not in motors:
+                motors[element.motor] = take(1, element.natural_unit(length_unit)).start
     return StateNumbers(
         legs=tuple(
             _leg_numbers(number, leg, *numbers, motors)
@@ -142,15 +142,6 @@ def state_numbers(description: RobotDescription, coordinates: PlatformCoordinate
     )
 
 
-def _motor(element: ChainElement) -> str | None:
-    return None if isinstance(element, Link) else element.motor
-
-
-def _natural(element: ChainElement, length_unit: float) -> float:
-    """Natural unit of a coordinate."""
-    return 1.0 if isinstance(element, Turn) else length_unit
-
-
 def _leg_numbers(
     number: int,
     leg: LegDescription,
@@ -161,13 +152,13 @@ def _leg_numbers(
     motors: dict[str, int],
 ) -> LegNumbers:
     coordinates = tuple(
-        passive[position] if position in passive else motors.get(_motor(element) or "")
+        passive[position] if position in passive else motors.get(element.motor or "")
         for position, element in enumerate(leg.chain)
     )
     fed = [
         index
         for index, element in zip(coordinates, leg.chain, strict=True)
-        if isinstance(element, ChainRod)
+        if element.kind == "rod"
     ]
     return LegNumbers(
         coordinates=coordinates,

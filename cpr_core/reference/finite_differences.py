@@ -101,7 +101,7 @@ class FiniteDifferences:
         legs = robot.description.legs
         self.robot, self.elements, self.length = robot, elements, robot.mean_length
         stiffness = np.array([leg.rod.rigidities[2] for leg in legs])
-        tangents = np.array([leg.base_rotation[:2, 0] for leg in legs])
+        tangents = np.array([leg.base_at(0.0).rotation[:2, 0] for leg in legs])
         self.base_angles = np.arctan2(tangents[:, 1], tangents[:, 0])
         self.bases = np.array([leg.base_position[:2] for leg in legs]) / self.length
         self.steps = np.array([leg.rod.length for leg in legs]) / self.length / elements

@@ -76,7 +76,7 @@ def shooting_of(
     shooting = Shooting(
         planar=robot.planar,
         base_position=np.array([leg.base_position for leg in legs]) / length,
-        base_tangent=np.array([leg.base_rotation[:, 0] for leg in legs]),
+        base_tangent=np.array([leg.base_at(0.0).rotation[:, 0] for leg in legs]),
         motor_axis=motor_axes(robot),
         tip_position=np.array([leg.joint.position for leg in legs], float) / length,
         length=np.array([leg.rod.length for leg in legs]) / length,

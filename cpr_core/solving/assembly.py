@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Assembling a robot from nothing: rods bowed to their sides, pulled into their joints by springs.
+"""Assembling a robot: the tips of its legs are pulled into their joints by springs.
 
 The tip joints of free rods are closed by springs of growing stiffness, and the energy of rods and
 springs is brought to a minimum for every stiffness. Minima are stable equilibria, so what is found is
@@ -24,15 +24,13 @@ from ..lie import rotation_exp
 from ..model.equilibrium import Equilibrium
 from ..model.model_state import ModelValue, evaluate
 from ..model.robot import Robot
-from ..model.shape import leg_shapes, rod_bases, tip_positions
+from ..model.shape import tip_poses
 from .refining import refine
 
 __all__ = [
     "Shape",
     "assemble",
-    "bowed_strain",
     "moved_shape",
-    "platform_between_tips",
     "settle",
     "turned_over",
     "with_best_multipliers",
@@ -40,8 +38,6 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
-#: Turn of a bowed rod from base to tip before it is pulled into its joint [rad].
-_BOW = 1.5
 #: Stiffness of the springs, dimensionless (E J / l per unit gap), one after the other.
 _SPRINGS = (1.0, 10.0, 100.0, 1e3, 1e4)
 #: Steps of descent per stiffness, longest step (dimensionless), and where the gradient is small.
@@ -63,43 +59,6 @@ class Shape:
     state: Floats
     platform_rotation: Floats
     platform_position: Floats
-
-
-def bowed_strain(robot: Robot, motors: Floats, bow: tuple[Floats | None, ...]) -> Floats:
-    """State (N,) of rods bent evenly, so that their middles stand out to given sides.
-
-    Args:
-        robot: The robot.
-        motors: Motor positions, (n,).
-        bow: For every leg the side as a vector in the world, (3,); None: straight.
-    """
-    state = np.zeros(len(robot.arrays.unit))
-    state[robot.motor_indices] = motors
-    bases = rod_bases(robot, state)  # of straight rods
-    for leg, poses, side in zip(robot.numbers.legs, bases, bow, strict=True):
-        if side is None:
-            continue
-        for rod, base in zip(leg.rods, poses, strict=True):
-            across = (
-                base.rotation.T @ side
-            )  # r'' = R (0, kappa_3, -kappa_2) leads away from the bow
-            size = max(1e-12, float(np.hypot(*across[1:])))
-            across = _BOW / len(poses) / rod.element.rod.length * across / size
-            bent = np.tile([0.0, across[2], -across[1]], (len(robot.grid.nodes), 1))
-            state[rod.strain] = rod.element.modes.project(bent, robot.grid)
-    return state
-
-
-def platform_between_tips(robot: Robot, state: Floats, rotation: Floats) -> Floats:
-    """Platform position (3,) [m] where its joints are on average at the rod tips.
-
-    Args:
-        robot: The robot.
-        state: State with the motors (N,); multipliers are not read.
-        rotation: R_p in the world, (3, 3).
-    """
-    joints = np.array([leg.joint.position for leg in robot.description.legs]) @ rotation.T
-    return np.mean(tip_positions(robot, state) - joints, axis=0)
 
 
 def with_best_multipliers(robot: Robot, loads: LoadArrays, shape: Shape) -> Floats:
@@ -166,9 +125,9 @@ def settle(
 
 def turned_over(equilibrium: Equilibrium) -> str | None:
     """Name of a leg whose tip joint holds half a turn away from how it is built, if there is one."""
-    legs = equilibrium.robot.description.legs
-    for leg, shape in zip(legs, leg_shapes(equilibrium, 8), strict=True):
-        if leg.joint.turned_over(equilibrium.platform_rotation, shape.rotation[-1]):
+    tips = tip_poses(equilibrium.robot, equilibrium.state)
+    for leg, tip in zip(equilibrium.robot.description.legs, tips, strict=True):
+        if leg.joint.misalignment(equilibrium.platform_rotation, tip.rotation) > 0.5 * np.pi:
             return leg.name
     return None
 

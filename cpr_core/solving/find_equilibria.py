@@ -21,10 +21,11 @@ from ..model.equilibrium import Equilibrium
 from ..model.model_state import evaluate
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_count, checked_vector
-from .assembly import Shape, moved_shape, platform_between_tips, turned_over, with_best_multipliers
+from .assembly import Shape, moved_shape, turned_over, with_best_multipliers
 from .geometrico_statics import solve_forward
 from .not_reached import NotReached
 from .refining import refine
+from .rough_shape import platform_between_tips
 from .targets import check_rod_lengths
 
 __all__ = ["FoundEquilibrium", "find_equilibria"]

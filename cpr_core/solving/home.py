@@ -8,7 +8,6 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from ..description.loads import Loads
@@ -17,11 +16,10 @@ from ..errors import DescriptionError, DescriptionWarning
 from ..model.equilibrium import Equilibrium, spectrum
 from ..model.model_state import evaluate
 from ..model.robot import Robot
+from ..model.shape import tip_poses
 from .assembly import (
     Shape,
     assemble,
-    bowed_strain,
-    platform_between_tips,
     settle,
     turned_over,
     with_best_multipliers,
@@ -29,6 +27,7 @@ from .assembly import (
 from .limits import check_limits
 from .not_reached import MotorLimitExceeded, NoForwardSolution, NotReached
 from .refining import refine
+from .rough_shape import rough_platforms, rough_state
 from .solve_from import solve_from
 
 __all__ = ["solve_home"]
@@ -57,15 +56,12 @@ def solve_home(robot: Robot) -> Equilibrium:
 
 def _found(robot: Robot) -> Equilibrium:
     guess, source = robot.description.home, robot.description.source
-    if guess.strain is not None:
-        unloaded = _from_strain(robot, guess, guess.strain)
-    else:
-        unloaded = _assembled(robot, guess)
+    unloaded = (_assembled if guess.strain is None else _from_strain)(robot, guess)
     leg = turned_over(unloaded)
     if leg is not None:
         raise NoForwardSolution(
             f"{source}: home: it leads to an equilibrium with the tip joint of {leg} turned over; give "
-            "a better platform pose, bow or strain",
+            "a better platform pose, bow, joints or strain",
             0.0,
             None,
         )
@@ -107,11 +103,15 @@ def _loaded(robot: Robot, guess: HomeGuess, unloaded: Equilibrium) -> Equilibriu
 
 
 def _assembled(robot: Robot, guess: HomeGuess) -> Equilibrium:
-    """From motors with the sides of the rods or a rough platform pose."""
-    state = bowed_strain(robot, guess.motors, guess.bow)
-    rotation = guess.platform_rotation
-    shape = Shape(state, rotation, _platform_position(robot, guess, state))
-    found = assemble(robot, shape, Loads.none(), guess.platform_position is not None)
+    """From motors with the sides of the rods, rough joints or a rough platform pose."""
+    state, attempts = rough_state(robot, guess), []
+    for platform in rough_platforms(robot, guess, state):
+        shape = Shape(state, *platform)
+        found = assemble(robot, shape, Loads.none(), guess.platform_position is not None)
+        if found.converged and turned_over(found) is None:
+            return found
+        attempts.append(found)
+    found = min(attempts, key=lambda attempt: not attempt.converged)
     if not found.converged:
         raise NoForwardSolution(
             f"{robot.description.source}: home: the robot cannot be assembled at these motors: "
@@ -137,24 +137,19 @@ def _settled(robot: Robot, unloaded: Equilibrium) -> Equilibrium | None:
     return found
 
 
-def _from_strain(
-    robot: Robot, guess: HomeGuess, strain: tuple[tuple[Floats, Floats, Floats], ...]
-) -> Equilibrium:
+def _from_strain(robot: Robot, guess: HomeGuess) -> Equilibrium:
     """From a shape that is known well: Newton's method keeps to it, stable or not."""
-    arrays, loads = robot.arrays, Loads.none()
-    state = np.zeros(len(arrays.unit))
-    state[robot.motor_indices] = guess.motors
-    for rod in robot.numbers.rods:
-        target = np.zeros((len(robot.grid.nodes), 3))
-        for component, coefficients in enumerate(strain[rod.leg]):
-            if len(coefficients):
-                target[:, component] = legendre.legval(2.0 * robot.grid.nodes - 1.0, coefficients)
-        state[rod.strain] = rod.element.modes.project(target, robot.grid)
-    rotation, position = guess.platform_rotation, _platform_position(robot, guess, state)
-    rough = Shape(state, rotation, position)
+    loads, state = Loads.none(), rough_state(robot, guess)
+    rough = Shape(state, *rough_platforms(robot, guess, state)[0])
     state = with_best_multipliers(robot, robot.load_arrays(loads), rough)
     found = refine(
-        robot, loads, state, rotation.copy(), position.copy(), iterations=200, contraction=1.0
+        robot,
+        loads,
+        state,
+        rough.platform_rotation.copy(),
+        rough.platform_position.copy(),
+        iterations=200,
+        contraction=1.0,
     )
     if found.converged:
         return found
@@ -197,23 +192,13 @@ def _loose_motion(found: Equilibrium) -> str:
 
 def _loose_joint(robot: Robot, motions: Floats) -> str:
     """A passive joint of a leg that some of the motions without stiffness move, in words."""
-    for leg, numbers in zip(robot.description.legs, robot.numbers.legs, strict=True):
-        for place, index in enumerate(numbers.coordinates):
-            if index is None or index >= robot.arrays.platform_index:
-                continue
-            if np.any(np.abs(motions[index]) > _LOOSE * robot.arrays.unit[index]):
-                return (
-                    f"nothing holds joint {place + 1} of {leg.name}: with the others it moves freely; "
-                    "give it a spring, or leave it out"
-                )
+    for joint, index in robot.passive_joints:
+        if np.any(np.abs(motions[index]) > _LOOSE * robot.arrays.unit[index]):
+            return (
+                f"nothing holds joint {joint.name}: with the others it moves freely; give it a spring, "
+                "or leave it out"
+            )
     return ""
-
-
-def _platform_position(robot: Robot, guess: HomeGuess, state: Floats) -> Floats:
-    """Where the platform is said to be; else between the rod tips."""
-    if guess.platform_position is not None:
-        return guess.platform_position
-    return platform_between_tips(robot, state, guess.platform_rotation)
 
 
 def _shape_of(found: Equilibrium) -> Shape:
@@ -229,13 +214,13 @@ def _worst_gap(robot: Robot, shape: Shape) -> str:
         shape.platform_rotation,
         shape.platform_position,
     ).residual
-    worst, text = -1.0, ""
-    for numbers, leg in zip(robot.numbers.legs, robot.description.legs, strict=True):
+    tips, worst, text = tip_poses(robot, shape.state), -1.0, ""
+    for numbers, leg, tip in zip(robot.numbers.legs, robot.description.legs, tips, strict=True):
         gap = float(np.linalg.norm(residual[numbers.forces]))
-        turn = float(np.linalg.norm(residual[numbers.moments]))
+        turn = leg.joint.misalignment(shape.platform_rotation, tip.rotation)
         if gap / robot.mean_length + turn > worst:
             worst = gap / robot.mean_length + turn
             text = f"there {leg.name} misses its tip joint by {gap:.3g} m"
-            if numbers.moments.stop > numbers.moments.start:
-                text += f" and {turn:.3g} (sine) in orientation"
+            if len(leg.joint.orientation(robot.planar)):
+                text += f" and {turn:.3g} rad"
     return text

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
@@ -22,11 +23,13 @@ from cpr_core.rods.rod import StrainModes
 _NOWHERE = {"link": [0.0, 0.0, 0.0]}
 
 
-def as_chains(name: str, links: bool) -> dict[str, Any]:
-    """A shipped robot with its motors spelt as chains, and links of length zero about its rods."""
-    described, content = (
-        load_robot(name).description,
-        yaml.safe_load(shipped_robots()[name].read_text()),
+def as_chains(robot: str | dict[str, Any], links: bool) -> dict[str, Any]:
+    """A robot with its motors spelt as chains, and links of length zero about its rods."""
+    described = load_robot(robot).description
+    content = (
+        yaml.safe_load(shipped_robots()[robot].read_text())
+        if isinstance(robot, str)
+        else deepcopy(robot)
     )
     for leg, fields in zip(described.legs, content["legs"], strict=True):
         chain: list[dict[str, Any]] = []
@@ -37,6 +40,7 @@ def as_chains(name: str, links: bool) -> dict[str, Any]:
                 chain += [_NOWHERE, rod, _NOWHERE] if links else [rod]
             else:
                 joint = "revolute" if isinstance(element, Turn) else "prismatic"
+                moved |= {"offset": element.zero} if element.zero else {}
                 chain.append({"joint": joint, "axis": list(element.axis)} | moved)
         del fields["motor"]
         fields["chain"] = chain

@@ -4,14 +4,18 @@
 """Chains as descriptions say them: what is read, and what is refused with which words."""
 
 from copy import deepcopy
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import pytest
 import yaml
 
-from cpr_core import DescriptionError, load_robot
-from cpr_core.description.chain import ChainRod, Link, Turn
+from cpr_core import DescriptionError, load_robot, solve_home
+from cpr_core.description.chain import ChainRod, DescribedJoint, Link, Shift, Turn
+from cpr_core.description.chain_joints import CHAIN_JOINTS
 from cpr_core.description.description_file import shipped_robots
+from cpr_core.description_part import field, triple
 
 PLANAR = """
 base: {position: [0.0, 0.55, 0.0], tangent: [0.0, -1.0, 0.0]}
@@ -131,6 +135,39 @@ def test_a_motor_in_several_joints_is_one():
     assert [(joint.ratio, joint.zero) for joint in joints] == [(-2.0, 0.1)] * 3
 
 
+def test_a_universal_joint_is_two_turns_each_with_its_own():
+    changed = content("six_rus")
+    changed["legs"][0]["chain"][2] |= {
+        "motor": [None, "second"],
+        "ratio": [None, -2.0],
+        "limits": [None, {"position": [-1.0, 1.0]}],
+        "stiffness": [0.2, None],
+        "rest": [0.1, None],
+    }
+    changed |= {"controlled": [], "home": {"motors": [0] * 7, "bow": "outward"}}
+    first, second = load_robot(changed).description.legs[0].chain[2:4]
+    assert (first.axis, first.motor, first.stiffness, first.rest) == ((0, 1, 0), None, 0.2, 0.1)
+    assert (second.axis, second.motor, second.ratio, second.stiffness) == (
+        (0, 0, 1), "second", -2.0, 0.0,
+    )  # fmt: skip
+    assert (second.limits.lower, second.limits.upper) == (-1.0, 1.0)
+
+
+def test_one_value_is_for_both_turns_of_a_universal_joint():
+    changed = content("six_rus")
+    changed["legs"][0]["chain"][2] |= {"stiffness": 0.2, "rest": 0.1}
+    for turn in load_robot(changed).description.legs[0].chain[2:4]:
+        assert (turn.stiffness, turn.rest) == (0.2, 0.1)
+    del changed["legs"][0]["chain"][2]["stiffness"], changed["legs"][0]["chain"][2]["rest"]
+    limits = {"position": [-1.0, 1.0]}
+    changed["legs"][0]["chain"][2] |= {"motor": ["a", "b"], "limits": limits, "offset": 0.3}
+    changed |= {"controlled": [], "home": {"motors": [0] * 8, "bow": "outward"}}
+    robot = load_robot(changed)
+    assert robot.motor_names[:3] == ("motor1", "a", "b")
+    for turn in robot.description.legs[0].chain[2:4]:
+        assert (turn.limits.lower, turn.zero) == (-1.0, 0.3)
+
+
 #: Name of the robot, path of the element changed, what it becomes, field blamed, words of the error.
 WRONG = {
     "motor and chain": (
@@ -173,6 +210,27 @@ WRONG = {
     "axes the same": (
         "six_rus", ["legs", 0, "chain", 2, "axes"], [[0, 1, 0], [0, -1, 0]], "legs[0].chain[2].axes",
         "expected two directions",
+    ),
+    "one motor for two axes": (
+        "six_rus", ["legs", 0, "chain", 2, "motor"], "both", "legs[0].chain[2].motor", "expected array",
+    ),
+    "three springs for two axes": (
+        "six_rus", ["legs", 0, "chain", 2, "rest"], [0.1, 0.2, 0.3], "legs[0].chain[2].rest",
+        "exactly 2 entries",
+    ),
+    "a word for a spring": (
+        "six_rus", ["legs", 0, "chain", 2, "stiffness"], "soft", "legs[0].chain[2].stiffness",
+        "got 'soft' (of its spring",
+    ),
+    "spring and motor about one axis": (
+        "six_rus", ["legs", 0, "chain", 2],
+        {"joint": "universal", "axes": [[0, 1, 0], [0, 0, 1]], "motor": ["m", None], "stiffness": 0.1},
+        "legs[0].chain[2].stiffness", "a motor holds this joint",
+    ),
+    "offset of a passive axis": (
+        "six_rus", ["legs", 0, "chain", 2],
+        {"joint": "universal", "axes": [[0, 1, 0], [0, 0, 1]], "motor": ["m", None], "offset": 0.1},
+        "legs[0].chain[2].offset", "no motor moves this joint",
     ),
     "negative mass": (
         "six_rus", ["legs", 0, "chain", 1, "mass"], -1.0, "legs[0].chain[1].mass", "at least 0",
@@ -274,3 +332,76 @@ def test_a_stiffness_that_changes_slowly_or_with_knots_is_taken():
     del knots["rod"]["profile"]
     knots["legs"][0]["rod"] = knots["rod"]
     assert load_robot(knots).description.legs[0].rods[0].rod.uniform
+
+
+# Joints of one's own: one class and its name.
+
+
+@dataclass(frozen=True)
+class Leaning(Turn):
+    """Turns about an axis across d1 that leans from d2 towards d3."""
+
+    fields: ClassVar = {"lean": {"type": "number", "description": "[rad]"}, **Turn.fields}
+    required = ("lean",)
+
+    @classmethod
+    def _axis(cls, part):
+        return np.array([0.0, np.cos(part.number("lean")), np.sin(part.number("lean"))])
+
+
+class Cylindrical(DescribedJoint):
+    """Turns about an axis and shifts along it, sprung."""
+
+    fields: ClassVar = {"axis": field("axis", "of both"), "stiffness": field("positive", "of both")}
+    required = ("axis", "stiffness")
+
+    @classmethod
+    def elements(cls, part, name):
+        axis, stiffness = triple(part.direction("axis")), part.number("stiffness")
+        return tuple(
+            kind(axis, stiffness=stiffness, name=f"{name}[{number}]")
+            for number, kind in enumerate((Turn, Shift))
+        )
+
+
+OWN = {
+    "leaning": (
+        [{"joint": "leaning", "lean": 0.3, "stiffness": 0.2, "rest": 0.1}],
+        [
+            {"joint": "revolute", "axis": [0, float(np.cos(0.3)), float(np.sin(0.3))]}
+            | {"stiffness": 0.2, "rest": 0.1}
+        ],
+    ),
+    "cylindrical": (
+        [{"joint": "cylindrical", "axis": [1, 2, 0], "stiffness": 50.0}],
+        [
+            {"joint": kind, "axis": [1, 2, 0], "stiffness": 50.0}
+            for kind in ("revolute", "prismatic")
+        ],
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", OWN)
+def test_a_joint_of_ones_own_is_one_class(kind, monkeypatch):
+    monkeypatch.setitem(CHAIN_JOINTS, "leaning", Leaning)
+    monkeypatch.setitem(CHAIN_JOINTS, "cylindrical", Cylindrical)
+    homes = []
+    for chain in OWN[kind]:
+        changed = content("six_rus")
+        for leg in changed["legs"]:
+            leg["chain"][3:3] = deepcopy(chain)
+        homes.append(solve_home(load_robot(changed)))
+    np.testing.assert_allclose(homes[0].state, homes[1].state, atol=1e-12)
+    misspelt = content("six_rus")
+    misspelt["legs"][0]["chain"].insert(3, OWN[kind][0][0] | {"bend": 1})
+    with pytest.raises(DescriptionError, match="unknown field 'bend'"):
+        load_robot(misspelt)
+
+
+def test_rods_are_needed():
+    changed = content("three_rfr_hubs")
+    for leg in changed["legs"]:
+        leg["chain"] = [element for element in leg["chain"] if "rod" not in element]
+    with pytest.raises(DescriptionError, match="legs: expected a rod in at least one leg"):
+        load_robot(changed)

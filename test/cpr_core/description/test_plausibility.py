@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 import pytest
 import yaml
-from helpers.shipped_steps import REDUNDANT
+from helpers.shipped_steps import CHAINS, REDUNDANT
 
 from cpr_core import (
     DescriptionError,
@@ -133,6 +133,104 @@ def test_what_looks_like_another_unit_is_said(path, value, says):
     put(content, path, value)
     with pytest.warns(DescriptionWarning, match=says):
         read_description(content)
+
+
+def chained(name="six_rus"):
+    return yaml.safe_load(shipped_robots()[name].read_text())
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "says"),
+    [
+        (("chain", 0, "limits"), {"position": [-90, 90]}, rf"limits\.position: -90: {DEGREES}"),
+        (("chain", 0, "limits"), {"position": [-1, 90]}, rf"limits\.position: 90: {DEGREES}"),
+        (("chain", 0, "offset"), 45, rf"offset: 45: {DEGREES}"),
+        (("chain", 2, "rest"), [0, 30], rf"rest: 30: {DEGREES}"),
+        (
+            ("chain", 0),
+            {"joint": "prismatic", "axis": [0, 0, 1], "motor": "motor2", "offset": 50},
+            rf"offset: 50: {MILLIMETRES}",
+        ),
+        (
+            ("chain", 2),
+            {"joint": "prismatic", "axis": [0, 0, 1], "stiffness": 100.0, "rest": -20},
+            rf"rest: -20: {MILLIMETRES}",
+        ),
+        (("chain", 1, "link"), [23.1, 0, 0], rf"link: 23.1 m, more than .*{MILLIMETRES}"),
+        (("chain", 1, "center_of_mass"), [0, 12, 0], rf"center_of_mass: 12 m.*{MILLIMETRES}"),
+        (("chain", 3, "rod"), {"length": 53.0}, rf"rod\.length: 53 m: {MILLIMETRES}"),
+        (("chain", 3, "rod"), {"density": 4.4}, r"rod\.density: 4.4: looks like g/cm\^3"),
+    ],
+)  # fmt: skip
+def test_what_looks_like_another_unit_in_a_chain_is_said(path, value, says):
+    content = chained()
+    put(content["legs"][1], path, value)
+    with pytest.warns(DescriptionWarning, match=rf"legs\[1\]\.chain\[{path[1]}\]\.{says}"):
+        read_description(content)
+
+
+def test_a_rod_of_a_chain_that_is_fed_millimetres_is_said():
+    content = chained()
+    content["legs"][0]["chain"][3] = {
+        "rod": {"rest_curvature": {}},
+        "motor": "feed",
+        "limits": {"position": [100, 600]},
+    }
+    content |= {"controlled": [], "home": {"motors": [0, 0.5, 0, 0, 0, 0, 0], "bow": "outward"}}
+    with pytest.warns(
+        DescriptionWarning, match=rf"chain\[3\]\.limits\.position: 100: {MILLIMETRES}"
+    ):
+        read_description(content)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "field", "says"),
+    [
+        (("chain", 1, "link"), [231.64, 0, 0], "chain[1].link", f"[231.64, 0.0, 0.0]: {MILLIMETRES}"),
+        (("chain", 1, "center_of_mass"), [0, 0, 115], "chain[1].center_of_mass", MILLIMETRES),
+        (("chain", 3, "rod"), {"young_modulus": 110}, "chain[3].rod.young_modulus", "looks like GPa"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_in_a_chain_is_refused(path, value, field, says):
+    content = chained()
+    put(content["legs"][1], path, value)
+    with pytest.raises(DescriptionError) as caught:
+        read_description(content)
+    assert caught.value.field == f"legs[1].{field}"
+    assert says in caught.value.problem
+
+
+@pytest.mark.parametrize("joints", [{"leg2.joint2": [0.1, 45]}, {"leg2.joint2[1]": 45}])
+def test_rough_joints_in_degrees_are_said(joints):
+    content = chained()
+    content["home"]["joints"] = joints
+    with pytest.warns(DescriptionWarning, match=rf"home\.joints\.leg2\.joint2\[1\]: 45: {DEGREES}"):
+        read_description(content)
+
+
+def test_the_zero_of_a_motor_in_degrees_is_said():
+    content = content_of("three_rfs")
+    content["legs"][1]["motor"]["offset"] = -270
+    with pytest.warns(DescriptionWarning, match=rf"legs\[1\]\.motor\.offset: -270: {DEGREES}"):
+        read_description(content)
+
+
+def test_an_inertia_in_square_millimetres_is_said():
+    content = content_of("three_rfs")
+    content["platform"] = {"mass": 0.3, "inertia": [1500, 1500, 3000, 0, 0, 0]}
+    with pytest.warns(
+        DescriptionWarning, match=r"platform\.inertia: 3000 with 0\.3 kg: looks like kg"
+    ):
+        read_description(content)
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_robots_of_chains_are_beyond_doubt(name):
+    content = chained(name)
+    content["platform"] |= {"mass": 0.3, "inertia": [0.0015, 0.0015, 0.003, 0, 0, 0]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DescriptionWarning)
+        _ = solve_home(load_robot(content))
 
 
 def test_rods_of_silicone_and_of_glass_fibre_are_beyond_doubt():

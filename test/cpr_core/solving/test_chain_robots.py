@@ -3,6 +3,8 @@
 
 """Robots whose legs are chains: against the short form, closed forms, rigid kinematics and work."""
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 import yaml
@@ -11,8 +13,12 @@ from helpers.shipped_steps import CHAINS, SHORT_FORM, STEPS
 from numpy.polynomial.legendre import leggauss
 
 from cpr_core import (
+    DescriptionError,
+    DistributedForce,
+    InvalidRequest,
     Loads,
     NoForwardSolution,
+    PointForce,
     StrainLimitExceeded,
     bending_strains,
     kinemato_statics,
@@ -58,6 +64,86 @@ def test_the_short_form_is_a_chain_with_links_of_no_length_or_none(name, pieces)
         kinemato_statics(same).jacobian, kinemato_statics(home).jacobian, atol=1e-9
     )
     assert same.spectrum_locked.margin == pytest.approx(home.spectrum_locked.margin, abs=1e-9)
+
+
+#: Robots in the short form by what their motors do: a name, and what its motors are in place of its own.
+OFFSETS = {
+    "turn": ("six_rfs", None),
+    "turn in the plane": ("planar_body", None),
+    "shift": ("gough_stewart", {"type": "prismatic", "axis": [0.3, -0.2, 1.0]}),
+    "shift in the plane": ("planar_body", {"type": "prismatic", "axis": [0.6, -0.8, 0.0]}),
+}
+
+
+@pytest.mark.parametrize("kind", OFFSETS)
+def test_the_zero_of_a_motor_is_that_of_its_joint(kind):
+    """As in a chain with the same offset, and as without offset where the joints are."""
+    name, motor = OFFSETS[kind]
+    plain = yaml.safe_load(shipped_robots()[name].read_text())
+    if motor is not None:
+        plain["home"]["motors"] = [0.0] * len(plain["legs"])
+        for leg in plain["legs"]:
+            leg["motor"] = dict(motor)
+    offsets = 0.02 * np.cos(1.0 + np.arange(len(plain["legs"])))
+    zeroed = deepcopy(plain)
+    for leg, offset in zip(zeroed["legs"], offsets.tolist(), strict=True):
+        leg["motor"]["offset"] = offset
+    zeroed["home"]["motors"] = (np.array(plain["home"]["motors"]) - offsets).tolist()
+    robot, spelt = load_robot(zeroed), load_robot(as_chains(zeroed, links=False))
+    assert all(leg.chain[0].zero for leg in spelt.description.legs)
+    home = solve_home(robot)
+    assert_same(solve_home(spelt), home)
+    assert_same(home, solve_home(load_robot(plain)), atol=1e-9)
+    np.testing.assert_allclose(home.motors, zeroed["home"]["motors"], atol=1e-15)
+
+
+def test_a_rod_that_is_fed_has_no_offset():
+    content = yaml.safe_load(shipped_robots()["gough_stewart"].read_text())
+    content["legs"][0]["motor"]["offset"] = 0.1
+    with pytest.raises(DescriptionError, match=r"legs\[0\]\.motor: unknown field 'offset'"):
+        load_robot(content)
+
+
+AXES = [[0.0, 1.0, 0.0], [0.1, 0.0, 1.0]]
+#: A universal joint, and the same as two revolute ones.
+UNIVERSAL = {
+    "passive": ({}, {}, {}),
+    "sprung": (
+        {"stiffness": [0.2, 0.1], "rest": [0.3, -0.2]},
+        {"stiffness": 0.2, "rest": 0.3},
+        {"stiffness": 0.1, "rest": -0.2},
+    ),
+    "first driven": (
+        {"motor": ["extra1", None], "ratio": [-0.5, None], "stiffness": [None, 0.2]},
+        {"motor": "extra1", "ratio": -0.5},
+        {"stiffness": 0.2},
+    ),
+    "both driven": (
+        {"motor": ["extra1", "extra2"], "offset": [0.1, -0.05], "ratio": 2.0},
+        {"motor": "extra1", "offset": 0.1, "ratio": 2.0},
+        {"motor": "extra2", "offset": -0.05, "ratio": 2.0},
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", UNIVERSAL)
+def test_a_universal_joint_is_two_revolute_ones(kind):
+    universal, *turns = UNIVERSAL[kind]
+    one, two = content("six_rus"), content("six_rus")
+    one["legs"][1]["chain"][2] = {"joint": "universal", "axes": AXES} | universal
+    two["legs"][1]["chain"][2:3] = [
+        {"joint": "revolute", "axis": axis} | turn for axis, turn in zip(AXES, turns, strict=True)
+    ]
+    extra = sum("motor" in turn for turn in turns)
+    for changed in (one, two):
+        changed["controlled"] = [] if extra else ["x", "y", "z", "orientation"]
+        changed["home"]["motors"] = [0.0] * 2 + [0.05, 0.02][:extra] + [0.0] * 4
+    first, second = load_robot(one), load_robot(two)
+    assert first.motor_names == second.motor_names and first.motor_count == 6 + extra
+    home, same = solve_home(first), solve_home(second)
+    assert_same(home, same)
+    moved = home.motors + 0.1 * np.cos(np.arange(first.motor_count))
+    assert_same(solve_forward(first, moved), solve_forward(second, moved))
 
 
 # Closed forms: a moment at the tip bends every rod to an arc.
@@ -129,6 +215,50 @@ def test_columns_with_a_moment_at_the_tip(elements):
     assert angle == pytest.approx(turn, abs=1e-11)
     assert found.efforts[0] == pytest.approx(-MOMENT, abs=1e-12)
     np.testing.assert_allclose(leg_shapes(found)[0].position[-1, :2], position, atol=1e-11)
+
+
+def two_rods(**more):
+    """A column of two rods with a hub and a rigid piece between."""
+    column = yaml.safe_load(COLUMN.replace("chain: []", "chain: null")) | more
+    column["home"]["platform"]["position"] = [0.3, 0.8, 0.0]
+    pieces = [rod(0.3, 0.001), {"link": [0.1, 0, 0]}, rod(0.2, 0.0013)]
+    column["legs"][0]["chain"] = [MOTOR, {"link": [0.05, 0, 0]}, *pieces]
+    return column
+
+
+@pytest.mark.parametrize("name", ["leg1.rod1", "leg1.rod2"])
+def test_loads_on_one_of_two_rods_turn_the_motor_about_the_base(name):
+    """Moments about the base, in the description and at run time alike."""
+    push, at = [0.2, -0.4, 0.0], np.array([[0.1, 0.3, 0.0], [-0.2, 0.5, 0.0]])
+    loads = {
+        "points": [{"leg": name, "at": 0.5, "force": push}],
+        "distributed": [{"leg": name, "at": [0, 1], "force": at.tolist()}],
+    }
+    robot = load_robot(two_rods(stations=[0.5]))
+    given = Loads.none().with_(
+        points=[PointForce(name, 0.5, push)], distributed=[DistributedForce(name, [0, 1], at)]
+    )
+    found = solve_forward(robot, solve_home(robot).motors, loads=given)
+    shape, number = leg_shapes(found, 33)[0], int(name[-1]) - 1
+    place, length = shape.position[shape.rod == number] - [0.1, 0.2, 0.0], (0.3, 0.2)[number]
+    nodes, weights = leggauss(31)
+    sigma = 0.5 * (nodes + 1.0)
+    density = (1.0 - sigma)[:, None] * at[0] + sigma[:, None] * at[1]
+    moment = np.cross(place[16], push)[2]
+    moment += 0.5 * length * weights @ np.cross(place[1:-1], density)[:, 2]
+    assert found.efforts[0] == pytest.approx(-moment, abs=1e-9)
+    described = solve_home(load_robot(two_rods(stations=[0.5], loads=loads)))
+    assert_same(described, found, atol=1e-9)
+
+
+def test_loads_on_a_leg_of_several_rods_name_one():
+    robot = load_robot(two_rods(stations=[0.5]))
+    load = PointForce("leg1", 0.5, [0.0, 1.0, 0.0])
+    with pytest.raises(InvalidRequest, match=r"out of leg1\.rod1, leg1\.rod2, got 'leg1'"):
+        solve_forward(robot, [0.3], loads=Loads.none().with_(points=[load]))
+    loads = {"points": [{"leg": "leg1", "at": 0.5, "force": [0, 1, 0]}]}
+    with pytest.raises(DescriptionError, match=r"points\[0\]\.leg: expected one of leg1\.rod1, l"):
+        load_robot(two_rods(loads=loads))
 
 
 @pytest.mark.parametrize("end_radius", [0.0007, 0.0015])
@@ -329,20 +459,20 @@ def test_a_limit_of_one_rod_of_two_is_named(tmp_path):
     brittle = {"rod": {"length": 0.3, "yield_strain": 0.0036}}
     changed["legs"][1]["chain"][2:3] = [{"rod": {"length": 0.3}}, brittle]
     robot = load_robot(changed)
-    assert robot.rod_names == ("leg1", "leg2 rod 1", "leg2 rod 2", "leg3")
+    assert robot.rod_names == ("leg1", "leg2.rod1", "leg2.rod2", "leg3")
     home = solve_home(robot)
     strains = bending_strains(home)
     assert strains.shape == (4,) and strains[2] < 0.0036
     with pytest.raises(StrainLimitExceeded) as caught:
         solve_forward(robot, home.motors + [0.0, 1.0, 0.0], start=home)
-    assert caught.value.leg == "leg2 rod 2"
+    assert caught.value.leg == "leg2.rod2"
     x, y = home.platform_position[:2].tolist()
     angle = float(np.arctan2(home.platform_rotation[1, 0], home.platform_rotation[0, 0]))
     grid = pose_grid(
         robot, {"x": [x, x + 0.01], "y": [y, y + 0.01]}, resolution=0.01, held={"angle": angle}
     )
     found = map_workspace(robot, grid, workers=0)
-    assert found.limit_names[-1] == "strain_limit leg2 rod 2"
+    assert found.limit_names[-1] == "strain_limit leg2.rod2"
     assert found.strains.shape == (4, 4)
     write_map(found, tmp_path / "map.nc")
     kept = read_map(tmp_path / "map.nc", robot)
@@ -356,7 +486,7 @@ def test_a_joint_that_nothing_holds_is_named():
         leg["chain"][3:] = [{"rod": {"rest_curvature": {}}}]
     load_robot(changed)
     changed["legs"][2]["chain"].insert(3, {"joint": "revolute", "axis": [1, 0, 0]})
-    with pytest.raises(NoForwardSolution, match=r"nothing holds joint \d of leg3"):
+    with pytest.raises(NoForwardSolution, match=r"nothing holds joint leg3\.joint\d"):
         solve_home(load_robot(changed))
     changed["legs"][2]["chain"][3]["stiffness"] = 0.01
     assert solve_home(load_robot(changed)).stable

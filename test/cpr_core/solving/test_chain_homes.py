@@ -1,0 +1,249 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Home of robots of chains: from the sides of the rods, a rough pose or rough passive joints."""
+
+from copy import deepcopy
+
+import numpy as np
+import pytest
+import yaml
+from helpers.random_chains import random_chain_robot, rough_joints, rough_pose, sides
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cpr_core import DescriptionError, NoForwardSolution, load_robot, solve_home
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.description.joints import Fixed, Joint, RevoluteJoint, Universal
+from cpr_core.lie import rotation_exp
+from cpr_core.model.shape import rod_bases, tip_poses
+from cpr_core.solving.rough_shape import rough_platforms, rough_state
+
+
+def content(name):
+    return yaml.safe_load(shipped_robots()[name].read_text())
+
+
+KNOWN = {
+    "pose": lambda made, seed: {"platform": rough_pose(made, seed, 0.05, 0.2)},
+    "joints": lambda made, seed: {"joints": rough_joints(made, seed, 0.25)},
+    "sides": lambda made, seed: {"bow": sides(made)},
+}
+
+
+def found_from(known, seed, planar, **made_with):
+    """A random robot, and its home from what is known."""
+    made = random_chain_robot(seed, planar, **made_with)
+    made.content["home"] |= KNOWN[known](made, seed)
+    return made, solve_home(load_robot(made.content))
+
+
+@pytest.mark.parametrize("known", KNOWN)
+@settings(deadline=None, max_examples=10)
+@given(seed=st.integers(0, 10**6), planar=st.booleans())
+def test_random_robots_come_to_rest(known, seed, planar):
+    """One in a hundred has another stable equilibrium near by."""
+    _, home = found_from(known, seed, planar)
+    assert home.residual < 1e-10 and home.index_locked == 0
+
+
+@pytest.mark.parametrize("planar", [False, True])
+@pytest.mark.parametrize("known", KNOWN)
+@pytest.mark.parametrize("seed", range(5))
+def test_robots_come_to_rest_where_they_are_made_to(seed, known, planar):
+    made, home = found_from(known, seed, planar)
+    np.testing.assert_allclose(home.platform_position, made.position, atol=1e-6)
+    np.testing.assert_allclose(home.platform_rotation, made.rotation, atol=1e-5)
+
+
+@pytest.mark.parametrize("planar", [False, True])
+@pytest.mark.parametrize("seed", range(8))
+def test_joints_say_how_the_platform_is_turned(seed, planar):
+    """Not at all like the world: nobody says so, but the tips do."""
+    made, home = found_from("joints", seed, planar, turn=0.4, platform_turn=3.0)
+    np.testing.assert_allclose(home.platform_rotation, made.rotation, atol=1e-5)
+
+
+FIVE_BAR = """
+name: five_bar
+space: planar
+rod: {length: 0.3, section: {shape: circular, radius: 0.001}, young_modulus: 210e9, shear_modulus: 82e9}
+strain: {bending_3: 4}
+platform: {shape: point}
+controlled: [x, y]
+legs:
+- base: {position: [-0.2, 0, 0], tangent: [1, 0, 0]}
+  chain:
+  - {joint: revolute, axis: [0, 0, 1], motor: motor1}
+  - {link: [0.05, 0, 0]}
+  - {joint: revolute, axis: [0, 0, 1], stiffness: 0.001}
+  - {rod: {}}
+  tip: {type: revolute, position: [0, 0, 0]}
+- base: {position: [0.2, 0, 0], tangent: [-1, 0, 0]}
+  chain:
+  - {joint: revolute, axis: [0, 0, 1], motor: motor2}
+  - {link: [0.05, 0, 0]}
+  - {joint: revolute, axis: [0, 0, 1], name: elbow, stiffness: 0.001}
+  - {rod: {}}
+  tip: {type: revolute, position: [0, 0, 0]}
+home: {motors: [0, 0]}
+"""
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_joints_choose_between_assemblies_at_the_same_motors(side):
+    """The point above or below the line of the bases: elbows 0.3 m apart, rods of 0.3 m."""
+    robot = yaml.safe_load(FIVE_BAR)
+    robot["home"]["joints"] = {"leg1.joint2": 0.5 * side, "elbow": -0.5 * side}
+    home = solve_home(load_robot(robot))
+    assert home.stable
+    height = side * np.sqrt(0.3**2 - 0.15**2)
+    np.testing.assert_allclose(home.platform_position, [0.0, height, 0.0], atol=1e-3)
+
+
+def test_rods_and_joints_begin_as_they_are_at_rest():
+    changed = content("six_rus")
+    changed["legs"][0]["chain"][2] |= {"stiffness": 0.1, "rest": [0.3, -0.2]}
+    changed["home"]["joints"] = {"leg2.joint2": [0.1, 0.4]}
+    robot = load_robot(changed)
+    state = rough_state(robot, robot.description.home)
+    at = {joint.name: state[index] for joint, index in robot.passive_joints}
+    assert [at[f"leg1.joint2[{axis}]"] for axis in (0, 1)] == [0.3, -0.2]
+    assert [at[f"leg2.joint2[{axis}]"] for axis in (0, 1)] == [0.1, 0.4]
+    assert [at[f"leg3.joint2[{axis}]"] for axis in (0, 1)] == [0.0, 0.0]
+    # Arcs of radius 0.3 m.
+    bases, tips = leg_ends(robot, state)
+    chord = 2 * 0.3 * np.sin(0.53 / 0.3 / 2)
+    np.testing.assert_allclose(np.linalg.norm(tips - bases, axis=1), chord, atol=1e-9)
+
+
+def leg_ends(robot, state):
+    bases = np.array([poses[0].position for poses in rod_bases(robot, state)])
+    return bases, np.array([pose.position for pose in tip_poses(robot, state)])
+
+
+@pytest.mark.parametrize(
+    ("joints", "field", "says"),
+    [
+        ({"leg9.joint2": 0.1}, "home.joints.leg9.joint2", "expected one of leg1.joint2[0], leg1"),
+        ({"leg1.joint1": 0.1}, "home.joints.leg1.joint1", "motor1 moves it: give home.motors"),
+        ({"leg1.joint2": 0.1}, "home.joints.leg1.joint2", "2 numbers, one for every axis, got 0.1"),
+        ({"leg1.joint2": [0.1]}, "home.joints.leg1.joint2", "2 numbers, one for every axis, got [0.1]"),
+        ({"leg1.joint2": [0.1, 0, 0]}, "home.joints.leg1.joint2", "2 numbers"),
+        ({"leg2.joint2": [0.1]}, "home.joints.leg2.joint2", "expected a number, got [0.1]"),
+        ({"leg2.joint2": "bent"}, "home.joints.leg2.joint2", "got 'bent'"),
+    ],
+)  # fmt: skip
+def test_joints_that_are_not_there_or_have_other_axes_are_refused(joints, field, says):
+    changed = content("six_rus")
+    changed["legs"][1]["chain"][2] = {"joint": "revolute", "axis": [0, 1, 0]}
+    changed["home"]["joints"] = joints
+    with pytest.raises(DescriptionError) as caught:
+        load_robot(changed)
+    assert caught.value.field == field
+    assert says in str(caught.value)
+
+
+def test_a_universal_joint_with_a_motor_has_one_rough_turn():
+    changed = content("six_rus")
+    changed["legs"][0]["chain"][2] |= {"motor": [None, "extra"]}
+    changed |= {
+        "controlled": [],
+        "home": {"motors": [0.0] * 7, "joints": {"leg1.joint2": [0.2, None]}},
+    }
+    assert load_robot(changed).description.home.joints == {"leg1.joint2[0]": 0.2}
+    changed["home"]["joints"]["leg1.joint2"] = [0.2, 0.1]
+    with pytest.raises(DescriptionError, match="extra moves it"):
+        load_robot(changed)
+
+
+def test_joints_have_the_names_they_are_given_and_each_its_own():
+    changed = content("six_rus")
+    changed["legs"][0]["chain"][2]["name"] = "hip"
+    changed["legs"][1]["name"] = "left"
+    names = [[joint.name for joint in leg.joints] for leg in load_robot(changed).description.legs]
+    assert names[0] == ["leg1.joint1", "hip[0]", "hip[1]"]
+    assert names[1] == ["left.joint1", "left.joint2[0]", "left.joint2[1]"]
+    changed["legs"][1]["chain"][2]["name"] = "hip"
+    with pytest.raises(
+        DescriptionError, match=r"legs\[1\]\.chain: 'hip\[0\]' is the name of an ea"
+    ):
+        load_robot(changed)
+
+
+def test_the_hinge_of_a_leg_in_the_short_form_has_a_name_too():
+    changed = content("three_rfr_hubs")
+    del changed["legs"][0]["chain"]
+    changed["legs"][0]["motor"] = {"type": "hinge", "axis": [0, 0, 1]}
+    changed |= {"controlled": ["x", "y"], "home": {"motors": [0, 0], "bow": "left"}}
+    changed["home"]["joints"] = {"leg1.joint1": 0.4}
+    robot = load_robot(changed)
+    assert rough_state(robot, robot.description.home)[0] == 0.4
+    assert solve_home(robot).stable
+
+
+def test_sides_are_across_the_rod_where_the_joints_are():
+    robot = yaml.safe_load(FIVE_BAR)
+    robot["home"] |= {"joints": {"leg1.joint2": 0.5}, "bow": "left"}
+    bow = load_robot(robot).description.home.bow
+    np.testing.assert_allclose(bow[0], [-np.sin(0.5), np.cos(0.5), 0.0], atol=1e-12)
+
+
+# What cannot be closed.
+
+TIPS = {
+    "fixed": {"tangent": [1, 0, 0], "normal": [0, 1, 0]},
+    "revolute": {"axis": [0, 0, 1]},
+    "universal": {"axis": [0, 1, 0]},
+}
+
+
+@pytest.mark.parametrize("tip", TIPS)
+def test_what_cannot_be_closed_names_leg_gap_and_angle(tip):
+    changed = content("six_rus")
+    changed["legs"][2]["base"]["position"][0] += 3.0
+    changed["legs"][2]["tip"] |= {"type": tip} | TIPS[tip]
+    says = r"leg3 misses its tip joint by [12]\.\d+ m and [\d.e-]+ rad$"
+    with pytest.raises(NoForwardSolution, match=says):
+        solve_home(load_robot(changed))
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.4, 2.0, 3.0])
+def test_angles_between_tips_and_their_joints(angle):
+    platform, tip_axis = rotation_exp([0.3, -0.5, 0.2]), np.array([0.6, 0.0, 0.8])
+    turn = platform @ rotation_exp(angle * tip_axis)
+    assert Joint((0, 0, 0)).misalignment(platform, turn) == 0.0
+    assert Fixed((0, 0, 0)).misalignment(platform, turn) == pytest.approx(angle)
+    across, along = (0.0, 1.0, 0.0), (0.6, 0.0, 0.8)
+    hinge = RevoluteJoint((0, 0, 0), across, across)
+    assert hinge.misalignment(platform, turn) == pytest.approx(angle)
+    assert RevoluteJoint((0, 0, 0), along, along).misalignment(platform, turn) < 1e-7
+    cross = Universal((0, 0, 0), across, (0.8, 0.0, -0.6))
+    expected = abs(np.arcsin(np.sin(angle)))
+    assert cross.misalignment(platform, turn) == pytest.approx(expected)
+
+
+def test_a_platform_without_known_rotation_is_tried_as_the_world_and_turned_to_the_tips():
+    made = random_chain_robot(3, False, platform_turn=2.0)
+    exact = deepcopy(made.content)
+    exact["home"]["joints"] = made.joints
+    robot = load_robot(exact)
+    guess = robot.description.home
+    first, second = rough_platforms(robot, guess, rough_state(robot, guess))
+    np.testing.assert_allclose(first.rotation, made.rotation, atol=1e-2)
+    np.testing.assert_array_equal(second.rotation, np.eye(3))
+    assert np.linalg.det(first.rotation) == pytest.approx(1.0)
+
+
+def test_a_flat_platform_that_is_upside_down_is_turned_and_not_mirrored():
+    changed, turned = content("six_rus"), rotation_exp([np.pi, 0.0, 0.0])
+    changed["home"] = {"motors": [0.0] * 6, "joints": {"leg1.joint2": [0.0, 0.0]}}
+    robot = load_robot(changed)
+    _, tips = leg_ends(robot, rough_state(robot, robot.description.home))
+    assert np.ptp(tips[:, 2]) < 1e-9
+    for leg, tip in zip(changed["legs"], tips - tips.mean(axis=0), strict=True):
+        leg["tip"]["position"] = (turned.T @ tip).tolist()
+    robot = load_robot(changed)
+    guess = robot.description.home
+    found = rough_platforms(robot, guess, rough_state(robot, guess))[0].rotation
+    np.testing.assert_allclose(found, turned, atol=1e-6)
