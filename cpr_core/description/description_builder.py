@@ -208,13 +208,7 @@ def _check_controlled(part: Part, description: RobotDescription) -> None:
         raise part.fail("controlled", "expected either orientation or single angles, got both")
     count = sum(CONTROLLED_COORDINATES[name] for name in controlled)
     motor_count, freedom = len(description.motor_names), description.platform_freedom
-    if motor_count > freedom:
-        if count > freedom:
-            raise part.fail(
-                "controlled",
-                f"expected at most {freedom} coordinates, as many as the platform has, got {count}",
-            )
-    elif count != motor_count:
+    if count != motor_count and motor_count <= freedom:
         raise part.fail(
             "controlled",
             f"expected {motor_count} coordinates, as many as motors, got {count} "

@@ -6,7 +6,7 @@
 import json
 
 import pytest
-from helpers.shipped_steps import CHAINS, STEPS
+from helpers.shipped_steps import CHAINS, REDUNDANT, STEPS
 
 from cpr_core import load_robot, solve_forward, solve_home
 from cpr_core.command_line import main
@@ -56,7 +56,9 @@ def test_forward_stability_and_kinemato(capsys, name, there):
 @pytest.mark.parametrize("name", CONTROLLED)
 def test_inverse(capsys, name, there):
     found = answered(capsys, "inverse", name, "--pose", *there.pose.tolist())
-    assert found["motors"] == pytest.approx(there.motors, abs=1e-8)
+    assert found["platform"]["position"] == pytest.approx(there.platform_position, abs=1e-9)
+    if name not in REDUNDANT:  # with redundant motors others are nearer to home
+        assert found["motors"] == pytest.approx(there.motors, abs=1e-8)
 
 
 def test_trace_with_a_picture(capsys, name, there, tmp_path):

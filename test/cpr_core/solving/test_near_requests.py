@@ -137,7 +137,7 @@ def test_kernel_and_targets_agree_on_what_is_near(robot, seed, distance):
     ):
         if isinstance(target, PoseTarget):  # what is not controlled is not read
             given = target.given(start)[0]
-            target = PoseTarget(given[:9].reshape(3, 3), given[9:])
+            target = PoseTarget(given[:9].reshape(3, 3), given[9:12])
         far = target.distance(start)
         if abs(far - LONGEST_STEP) > 1e-9:
             assert taken_as_near(start, target) == (far < LONGEST_STEP), target.problem
