@@ -46,6 +46,7 @@ class MotorLimitArrays(NamedTuple):
         upper: largest position of these, infinite where not limited [rad or m].
         loaded: Numbers of the motors with an effort limit, (m,).
         effort: Largest effort of these [N m or N].
+        order: Position limits, then effort limits, by motor, (k + m,).
     """
 
     ranged: Integers
@@ -53,6 +54,7 @@ class MotorLimitArrays(NamedTuple):
     upper: Floats
     loaded: Integers
     effort: Floats
+    order: Integers
 
 
 def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) -> Robot:
@@ -260,7 +262,8 @@ class Robot:
         ranged = np.flatnonzero(np.isfinite(ranges).any(axis=1))
         loaded = np.flatnonzero(np.isfinite(efforts))
         lower, upper = ranges[ranged].T
-        return MotorLimitArrays(ranged, lower, upper, loaded, efforts[loaded])
+        order = np.argsort(np.concatenate([ranged, loaded]), kind="stable")
+        return MotorLimitArrays(ranged, lower, upper, loaded, efforts[loaded], order)
 
     @cached_property
     def strain_limits(self) -> Floats:

@@ -52,16 +52,17 @@ class Limit(NamedTuple):
 
 def limits_of(robot: Robot) -> tuple[Limit, ...]:
     """All limits of a robot, in the order of ``margins``."""
-    rods = np.flatnonzero(np.isfinite(robot.strain_limits))
+    limits, rods = robot.motor_limits, np.flatnonzero(np.isfinite(robot.strain_limits))
+    motors = [Limit("motor_limit", number) for number in limits.ranged.tolist()]
+    motors += [Limit("effort_limit", number) for number in limits.loaded.tolist()]
     return (
-        *(Limit("motor_limit", number) for number in robot.motor_limits.ranged.tolist()),
-        *(Limit("effort_limit", number) for number in robot.motor_limits.loaded.tolist()),
+        *(motors[place] for place in limits.order),
         *(Limit("strain_limit", number) for number in rods.tolist()),
     )
 
 
 def motor_margins(robot: Robot, motors: Floats, efforts: Floats) -> Floats:
-    """How far the limits of the motors are, positions first, (..., K); as ``margins``.
+    """How far the limits of the motors are, (..., K), as ``margins``.
 
     Args:
         robot: The robot.
@@ -72,7 +73,8 @@ def motor_margins(robot: Robot, motors: Floats, efforts: Floats) -> Floats:
     at = motors[..., limits.ranged]
     inside = np.minimum(at - limits.lower, limits.upper - at) / robot.motor_units[limits.ranged]
     reserve = 1.0 - np.abs(efforts[..., limits.loaded]) / limits.effort
-    return np.concatenate([inside, reserve], axis=-1)
+    found: Floats = np.concatenate([inside, reserve], axis=-1)[..., limits.order]
+    return found
 
 
 def margins(equilibrium: Equilibrium) -> Floats:
