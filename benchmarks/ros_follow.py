@@ -17,6 +17,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -127,6 +128,8 @@ def main() -> int:
     options = parser.parse_args()
     os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    folder = tempfile.TemporaryDirectory()
+    os.environ["ROS_HOME"] = folder.name  # the node begins at home, whatever was done before
     process = subprocess.Popen(
         [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", "-p", "robot:=six_rfs"]
     )

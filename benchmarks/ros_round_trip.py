@@ -15,6 +15,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from typing import Any
 
@@ -95,6 +96,8 @@ def main() -> int:
         run(NodeWithEmptyService, [sys.argv[0], *others])
     os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    folder = tempfile.TemporaryDirectory()
+    os.environ["ROS_HOME"] = folder.name  # the node begins at home, whatever was done before
     process = subprocess.Popen(
         [sys.executable, __file__, "--serve", "--ros-args", "-p", f"robot:={options.robot}"]
     )

@@ -64,9 +64,11 @@ def main(arguments: list[str] | None = None) -> int:
     os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     print(f"ROS_DOMAIN_ID={os.environ['ROS_DOMAIN_ID']}: starting cpr_node with {ROBOT}")
-    with tempfile.TemporaryFile("w+") as log:
+    with tempfile.TemporaryFile("w+") as log, tempfile.TemporaryDirectory() as folder:
+        # It begins at home, whatever was done before.
+        parameters = ["-p", f"robot:={ROBOT}", "-p", f"state_directory:={folder}"]
         node = subprocess.Popen(
-            [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", "-p", f"robot:={ROBOT}"],
+            [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", *parameters],
             stdout=log,
             stderr=subprocess.STDOUT,
         )

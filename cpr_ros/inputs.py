@@ -5,17 +5,22 @@
 
 from __future__ import annotations
 
+import contextlib
+import time
 import traceback
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from geometry_msgs.msg import PoseStamped, WrenchStamped
+from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.wait_for_message import wait_for_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
-from cpr_core import CprError
+from cpr_core import CprError, Robot
 from cpr_core.validation import checked_vector
 
 from .conversions import (
@@ -28,10 +33,37 @@ from .goals import MotorGoal, PoseGoal
 from .motor_messages import measured_motors, motor_setpoint
 from .session import Session
 
-__all__ = ["Inputs"]
+__all__ = ["MEASURED", "Inputs", "newest_measured"]
+
+#: Topic of the motors as they are measured.
+MEASURED = "measured_joint_states"
 
 #: The newest setpoint is the one that counts; some by name may belong together.
 NEWEST, SOME = QoSProfile(depth=1), QoSProfile(depth=10)
+
+
+def newest_measured(
+    node: Node, robot: Robot, wait: float, given_up: Callable[[], bool]
+) -> NDArray[np.float64] | None:
+    """Motors of the next message that has them all, (n,); None if none comes.
+
+    Waits without an executor, for a node that is about to become active.
+
+    Args:
+        node: The node.
+        robot: The robot.
+        wait: How long to wait [s].
+        given_up: Asked several times a second: whether to stop waiting.
+    """
+    end = time.monotonic() + wait
+    while time.monotonic() < end and not given_up():
+        came, message = wait_for_message(
+            JointState, node, MEASURED, qos_profile=qos_profile_sensor_data, time_to_wait=0.2
+        )
+        if came:
+            with contextlib.suppress(CprError):
+                return measured_motors(robot, message)
+    return None
 
 
 class Inputs:
@@ -63,7 +95,7 @@ class Inputs:
             (Float64MultiArray, "~/commands", self._commands, NEWEST),
             (PoseStamped, "~/platform_setpoint", self._platform_setpoint, NEWEST),
             (WrenchStamped, "~/external_wrench", self._external_wrench, qos_profile_sensor_data),
-            (JointState, "measured_joint_states", self._measured, qos_profile_sensor_data),
+            (JointState, MEASURED, self._measured, qos_profile_sensor_data),
         ):
             node.create_subscription(kind, topic, self._guarded(topic, take), qos)
 

@@ -34,8 +34,12 @@ from .session import Session
 from .stop_signal import StopSignal
 from .transforms import Transforms
 from .warming import warm_up
+from .whereabouts import Whereabouts
 
 __all__ = ["CprNode", "run"]
+
+#: How often the last motor commands are said again at rest [Hz].
+_REPEAT_RATE = 1.0
 
 
 class CprNode(LifecycleNode):
@@ -59,6 +63,7 @@ class CprNode(LifecycleNode):
         self._stop = stop
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._session: Session | None = None
+        self._whereabouts: Whereabouts | None = None
         self._active = False
         self._ticks: list[Any] = []
         self._last_tick, self._last_state, self._late_ticks = 0.0, 0.0, 0
@@ -94,6 +99,7 @@ class CprNode(LifecycleNode):
         """End what the node started, and the node."""
         if self.maps is not None:
             self.maps.close()
+        self._lose_whereabouts()
         super().destroy_node()
         # rclpy leaves it, and what DDS has in shared memory, to the end of Python, which may not come.
         self._state_machine.destroy_when_not_in_use()
@@ -160,6 +166,9 @@ class CprNode(LifecycleNode):
         logger.info(f"at home after {time.monotonic() - begin:.1f} s, index {index}")
         if index > 0:
             logger.warning("home is unstable: does every leg bow to the side it should?")
+        if session.tracker is None:
+            self._whereabouts = Whereabouts(self, self.parameters, session, self._stop)
+            logger.info(self._stop.wait_for(self._whereabouts.begin))
         steps = warm_up(session, frames)
         while compiled := self._stop.wait_for(lambda: next(steps, "")):
             logger.info(f"compiled {compiled} after {time.monotonic() - begin:.1f} s")
@@ -169,6 +178,8 @@ class CprNode(LifecycleNode):
     def _activate(self) -> None:
         session = self._required_session()
         session.follower.drop()
+        if self._whereabouts is not None:
+            self._whereabouts.look()
         self._active, self._last_tick = True, time.monotonic()
         self._ticks = [
             self._timer(rate, callback)
@@ -177,6 +188,7 @@ class CprNode(LifecycleNode):
                 (self.parameters.state_rate, self._publish_state),
                 (self.parameters.stability_rate, self._publish_stability),
                 (self.parameters.marker_rate, self._publish_markers),
+                (_REPEAT_RATE, self._repeat_commands),
             )
         ]
         self.outputs.description(session)
@@ -193,6 +205,12 @@ class CprNode(LifecycleNode):
         if self.maps is not None:
             self.maps.stop("the node was cleaned up or shut down while the map was being made")
         self._session = None
+        self._lose_whereabouts()
+
+    def _lose_whereabouts(self) -> None:
+        if self._whereabouts is not None:
+            self._whereabouts.close()
+            self._whereabouts = None
 
     def _listen(self) -> None:
         """Offer services and take messages; from the first time on for ever."""
@@ -207,15 +225,24 @@ class CprNode(LifecycleNode):
             self._late_ticks += 1
         self._last_tick = now
         outcome = session.tick(now)
+        command = session.next_command()
+        if command is not None:
+            self.outputs.motor_commands(command)
         if outcome.moved:
             self._last_state = now
-            if session.tracker is None:
-                self.outputs.motor_commands(session)
             self.outputs.state(session)
+        if self._whereabouts is not None and (outcome.moved or command is not None):
+            self._whereabouts.keep()
         if outcome.home_missed:
             self.get_logger().error(
                 "the motors are at home, but this is another equilibrium than home"
             )
+
+    def _repeat_commands(self) -> None:
+        """For a controller that came later."""
+        session = self._required_session()
+        if session.tracker is None and session.commands.newest is not None:
+            self.outputs.motor_commands(session.commands.newest)
 
     def _publish_state(self) -> None:
         if time.monotonic() - self._last_state > 0.5 / self.parameters.state_rate:

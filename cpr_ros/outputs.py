@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from cpr_msgs.msg import StabilityMetrics
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
+from numpy.typing import NDArray
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
@@ -58,10 +60,9 @@ class Outputs:
         self._platform_pose.publish(pose)
         self._transforms.send(pose)
 
-    def motor_commands(self, session: Session) -> None:
-        """Motor positions in motor order, as forward position controllers take them."""
-        motors = session.solver.current.equilibrium.motors
-        self._motor_commands.publish(Float64MultiArray(data=motors.tolist()))
+    def motor_commands(self, commands: NDArray[np.float64]) -> None:
+        """Motor positions in motor order, (n,), as forward position controllers take them."""
+        self._motor_commands.publish(Float64MultiArray(data=commands.tolist()))
 
     def stability(self, session: Session, now: float) -> None:
         """The message for the supervisor."""

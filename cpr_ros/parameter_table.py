@@ -71,6 +71,20 @@ _FIXED = (
         "setpoint: the node moves the motors; measured: it tracks measured_joint_states",
         choices=("setpoint", "measured"),
     ),
+    DeclaredParameter(
+        "start_from",
+        "auto",
+        "",
+        "where the robot is when the node becomes active: home; where its motors are measured; where it "
+        "was last; auto: measured if something publishes measured_joint_states, else last, else home",
+        choices=("auto", "home", "measured", "last"),
+    ),
+    DeclaredParameter(
+        "state_directory",
+        "",
+        "",
+        "where the last state is kept, a file for every node; empty: cpr_ros in ROS_HOME or ~/.ros",
+    ),
     DeclaredParameter("tick_rate", 200.0, "Hz", "setpoint following", (1.0, 1000.0)),
     DeclaredParameter("state_rate", 50.0, "Hz", "joint states and platform pose at rest", _RATE),
     DeclaredParameter("stability_rate", 20.0, "Hz", "stability stream", _RATE),

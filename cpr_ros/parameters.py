@@ -39,6 +39,9 @@ class Parameters:
         platform_frame: Frame of the platform.
         autostart: Whether the node configures and activates itself.
         motor_source: ``setpoint`` (the node moves the motors) or ``measured`` (it tracks them).
+        start_from: Where the robot is when the node becomes active: ``auto``, ``home``, ``measured``,
+            ``last``.
+        state_directory: Where the last state is kept; empty: in ROS_HOME.
         tick_rate: Rate of setpoint following [Hz].
         state_rate: Rate of joint states and platform pose at rest; in motion every tick [Hz].
         stability_rate: Rate of the stability stream [Hz].
@@ -54,6 +57,8 @@ class Parameters:
     platform_frame: str
     autostart: bool
     motor_source: str
+    start_from: str
+    state_directory: str
     tick_rate: float
     state_rate: float
     stability_rate: float

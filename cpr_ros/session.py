@@ -9,13 +9,14 @@ import numpy as np
 from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 
-from cpr_core import Robot, solve_home
+from cpr_core import Equilibrium, Robot, solve_home
 
 from .assessment import Assessment
 from .conversions import Frames
 from .error_codes import RequestError
 from .external_wrench import ExternalWrench
 from .goals import Goal
+from .motor_commands import MotorCommands
 from .motor_tracking import MotorTracker
 from .parameters import LiveParameters, Parameters
 from .setpoint_following import Outcome, SetpointFollower
@@ -35,6 +36,7 @@ class Session:
         follower: Setpoint following.
         tracker: Tracking of measured motors; None if the node moves the motors itself.
         wrench: External wrench.
+        commands: Where the motors are sent, if the node moves them.
         outcome: Of the last tick.
         velocity: Of the motors in the last tick, (n,) [rad/s or m/s].
     """
@@ -58,6 +60,7 @@ class Session:
             else None
         )
         self.wrench = ExternalWrench(robot, live.wrench_timeout)
+        self.commands = MotorCommands(robot, self.period)
         home = self.solver.current
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
@@ -78,13 +81,39 @@ class Session:
     def tick(self, now: float) -> Outcome:
         """Move on by one tick."""
         before = self.solver.current
-        loads = self.wrench.loads(before.equilibrium.loads, now)
-        mover = self.follower if self.tracker is None else self.tracker
-        self.outcome = mover.tick(before, loads, now)
+        if self.tracker is None and not self.commands.there(before.equilibrium.motors):
+            told = self.follower.judge(before)
+            self.outcome = Outcome(before, False, State.ALIGNING, told)
+        else:
+            loads = self.wrench.loads(before.equilibrium.loads, now)
+            mover = self.follower if self.tracker is None else self.tracker
+            self.outcome = mover.tick(before, loads, now)
         self.solver.current = self.outcome.assessment
         moved = self.outcome.assessment.equilibrium.motors - before.equilibrium.motors
         self.velocity = moved / self.period
         return self.outcome
+
+    def next_command(self) -> NDArray[np.float64] | None:
+        """The motor command of this tick, (n,) [rad or m]; None where there is nothing new.
+
+        The only way commands leave the node: none is farther from the one before than a tick's way.
+        """
+        motors, known = self.solver.current.equilibrium.motors, self.commands.newest is not None
+        if self.tracker is not None or (known and self.commands.there(motors)):
+            return None
+        return self.commands.step_to(motors, self.follower.settings.max_speed)
+
+    def begin_at(self, equilibrium: Equilibrium, motors: NDArray[np.float64] | None) -> None:
+        """Be at an equilibrium, at rest.
+
+        Args:
+            equilibrium: Where the robot is.
+            motors: Where its motors are known to be, (n,); None: unknown, commands begin there.
+        """
+        self.solver.current = Assessment(equilibrium, self.solver.current.characteristic_length)
+        self.commands.place(motors)
+        current = self.solver.current
+        self.outcome = Outcome(current, False, State.IDLE, self.follower.judge(current))
 
     def follow(self, goal: Goal, now: float) -> None:
         """Take a setpoint.

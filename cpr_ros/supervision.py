@@ -51,6 +51,7 @@ class State(IntEnum):
     PAUSED = 5
     TRACKING = 6
     LOST = 7
+    ALIGNING = 8
 
 
 #: Statuses of the warning and of the halt of every measure.

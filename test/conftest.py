@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -14,6 +15,10 @@ from pathlib import Path
 import pytest
 from helpers.everything import EVERYTHING
 from helpers.room import Room
+
+#: What nodes of tests keep is not what those of the user keep.
+_ROS_HOME = tempfile.TemporaryDirectory()
+os.environ["ROS_HOME"] = _ROS_HOME.name
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -26,6 +26,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
+#: What these nodes keep is not what those of the user keep.
+HOME = tempfile.TemporaryDirectory()
 NODE = [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", "-p", "robot:=rfrfr"]
 SIGNALS = (signal.SIGTERM, signal.SIGINT)
 #: Time a node may take to end before it is killed [s].
@@ -118,6 +120,7 @@ def environment(number: int, cache: Path | None) -> dict[str, str]:
     changed = {
         "ROS_DOMAIN_ID": str(215 + number % 18),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_HOME": HOME.name,
     }
     if cache is not None:
         changed["NUMBA_CACHE_DIR"] = str(cache)

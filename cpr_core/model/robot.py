@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,26 @@ __all__ = ["Robot", "checked_robot", "load_robot"]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Found = TypeVar("Found")
+
+
+class MotorLimitArrays(NamedTuple):
+    """Limits that motors have.
+
+    Attributes:
+        ranged: Numbers of the motors with a position limit, (k,).
+        lower: Smallest, and
+        upper: largest position of these, infinite where not limited [rad or m].
+        loaded: Numbers of the motors with an effort limit, (m,).
+        effort: Largest effort of these [N m or N].
+        order: Position limits, then effort limits, by motor, (k + m,).
+    """
+
+    ranged: Integers
+    lower: Floats
+    upper: Floats
+    loaded: Integers
+    effort: Floats
+    order: Integers
 
 
 def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) -> Robot:
@@ -233,6 +253,18 @@ class Robot:
             for number, motor in enumerate(self.description.motors)
             if replace(motor.limits, speed=math.inf) != MotorLimits()
         )
+
+    @cached_property
+    def motor_limits(self) -> MotorLimitArrays:
+        """Limits of the motors as arrays."""
+        limits = [motor.limits for motor in self.description.motors]
+        ranges = np.array([(limit.lower, limit.upper) for limit in limits]).reshape(-1, 2)
+        efforts = np.array([limit.effort for limit in limits])
+        ranged = np.flatnonzero(np.isfinite(ranges).any(axis=1))
+        loaded = np.flatnonzero(np.isfinite(efforts))
+        lower, upper = ranges[ranged].T
+        order = np.argsort(np.concatenate([ranged, loaded]), kind="stable")
+        return MotorLimitArrays(ranged, lower, upper, loaded, efforts[loaded], order)
 
     @cached_property
     def strain_limits(self) -> Floats:

@@ -16,7 +16,16 @@ from ..model.robot import Robot
 from .events import PathEvent
 from .not_reached import MotorLimitExceeded, NotReached, StrainLimitExceeded
 
-__all__ = ["Limit", "check_limits", "grazes", "limit_error", "limits_of", "margins", "violated"]
+__all__ = [
+    "Limit",
+    "check_limits",
+    "grazes",
+    "limit_error",
+    "limits_of",
+    "margins",
+    "motor_margins",
+    "violated",
+]
 
 Floats = NDArray[np.float64]
 
@@ -43,16 +52,29 @@ class Limit(NamedTuple):
 
 def limits_of(robot: Robot) -> tuple[Limit, ...]:
     """All limits of a robot, in the order of ``margins``."""
-    found = []
-    for number, motor in robot.limited_motors:
-        if np.isfinite([motor.limits.lower, motor.limits.upper]).any():
-            found.append(Limit("motor_limit", number))
-        if np.isfinite(motor.limits.effort):
-            found.append(Limit("effort_limit", number))
-    found += [
-        Limit("strain_limit", rod) for rod in np.flatnonzero(np.isfinite(robot.strain_limits))
-    ]
-    return tuple(found)
+    limits, rods = robot.motor_limits, np.flatnonzero(np.isfinite(robot.strain_limits))
+    motors = [Limit("motor_limit", number) for number in limits.ranged.tolist()]
+    motors += [Limit("effort_limit", number) for number in limits.loaded.tolist()]
+    return (
+        *(motors[place] for place in limits.order),
+        *(Limit("strain_limit", number) for number in rods.tolist()),
+    )
+
+
+def motor_margins(robot: Robot, motors: Floats, efforts: Floats) -> Floats:
+    """How far the limits of the motors are, (..., K), as ``margins``.
+
+    Args:
+        robot: The robot.
+        motors: Motor positions, (..., n) [rad or m].
+        efforts: Motor efforts, (..., n) [N m or N].
+    """
+    limits = robot.motor_limits
+    at = motors[..., limits.ranged]
+    inside = np.minimum(at - limits.lower, limits.upper - at) / robot.motor_units[limits.ranged]
+    reserve = 1.0 - np.abs(efforts[..., limits.loaded]) / limits.effort
+    found: Floats = np.concatenate([inside, reserve], axis=-1)[..., limits.order]
+    return found
 
 
 def margins(equilibrium: Equilibrium) -> Floats:
@@ -60,21 +82,14 @@ def margins(equilibrium: Equilibrium) -> Floats:
 
     Positions count in radians and rod lengths, efforts and strains relative to their limits.
     """
-    robot, found = equilibrium.robot, []
+    robot = equilibrium.robot
     if not robot.limited:
         return _NONE
-    for number, motor in robot.limited_motors:
-        position, effort = equilibrium.motors[number], equilibrium.efforts[number]
-        limits = motor.limits
-        if np.isfinite([limits.lower, limits.upper]).any():
-            inside = min(position - limits.lower, limits.upper - position)
-            found.append(inside / robot.motor_units[number])
-        if np.isfinite(limits.effort):
-            found.append(1.0 - abs(effort) / limits.effort)
-    if robot.limits_strain:
-        left = 1.0 - bending_strains(equilibrium) / robot.strain_limits
-        found += left[np.isfinite(robot.strain_limits)].tolist()
-    return np.array(found)
+    found = motor_margins(robot, equilibrium.motors, equilibrium.efforts)
+    if not robot.limits_strain:
+        return found
+    left = 1.0 - bending_strains(equilibrium) / robot.strain_limits
+    return np.concatenate([found, left[np.isfinite(robot.strain_limits)]])
 
 
 def grazes(before: Floats, after: Floats) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.robot import Robot
+from ..solving.limits import motor_margins
 
 __all__ = ["limit_margins", "map_strains"]
 
@@ -48,16 +49,8 @@ def limit_margins(robot: Robot, states: Floats, efforts: Floats) -> Floats:
         states: (M, N).
         efforts: (M, n) [N m or N].
     """
-    found = []
-    motors = states[:, robot.arrays.motor_index :]
-    for motor, described in robot.limited_motors:
-        limits = described.limits
-        if np.isfinite([limits.lower, limits.upper]).any():
-            inside = np.minimum(motors[:, motor] - limits.lower, limits.upper - motors[:, motor])
-            found.append(inside / robot.motor_units[motor])
-        if np.isfinite(limits.effort):
-            found.append(1.0 - np.abs(efforts[:, motor]) / limits.effort)
-    if robot.limits_strain:
-        left = 1.0 - map_strains(robot, states) / robot.strain_limits
-        found += list(left[:, np.isfinite(robot.strain_limits)].T)
-    return np.stack(found, axis=1) if found else np.empty((len(states), 0))
+    found = motor_margins(robot, states[:, robot.arrays.motor_index :], efforts)
+    if not robot.limits_strain:
+        return found
+    left = 1.0 - map_strains(robot, states) / robot.strain_limits
+    return np.concatenate([found, left[:, np.isfinite(robot.strain_limits)]], axis=1)

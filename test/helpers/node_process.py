@@ -71,6 +71,7 @@ class NodeProcess:
         environment = os.environ | {
             "ROS_DOMAIN_ID": str(domain),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "ROS_HOME": str(log.parent / "ros_home"),  # what nodes keep stays with the test
         }
         # The code under test is this tree's, whether or not it is installed.
         root = str(Path(cpr_ros.__file__).parents[1])

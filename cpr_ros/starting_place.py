@@ -1,0 +1,79 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Where a robot is when the node begins to move it. No ROS here."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core import CprError, Equilibrium, NotReached, solve_forward, solve_home
+
+from .kept_state import LastState
+from .session import Session
+
+__all__ = ["begin_at_home", "begin_at_last", "begin_at_measured"]
+
+Floats = NDArray[np.float64]
+
+#: Motors nearer than this to where the node has them belong to the same equilibrium [rad, rod lengths].
+_NEAR = 0.1
+#: A walk to where the robot is takes this long at most [s].
+_LONGEST_WALK = 10.0
+
+
+def begin_at_home(session: Session, last: LastState | None) -> str:
+    """Begin at home; commands go there from the last ones. Says what was done."""
+    home = solve_home(session.robot)
+    if last is None:
+        session.begin_at(home, None)
+        return "nothing is known of where the robot is: commands begin at home"
+    session.begin_at(home, last.commands)
+    if session.commands.there(home.motors):
+        return "the last commands were those of home"
+    return f"commands go from the last ones, {_words(last.commands)}, to home at max_speed"
+
+
+def begin_at_last(session: Session, last: LastState) -> str:
+    """Begin where the robot was last, without the wrench it may have borne. Says what was done.
+
+    Raises:
+        CprError: It cannot be there any more.
+    """
+    found, robot = last.equilibrium, session.robot
+    if found.loads is not robot.default_loads:
+        found = solve_forward(robot, found.motors, start=found, loads=robot.default_loads)
+    if found.index_locked > 0:
+        raise CprError("the robot cannot rest at its last equilibrium, which is unstable")
+    session.begin_at(found, last.commands)
+    return f"where it was last, motors {_words(found.motors)}"
+
+
+def begin_at_measured(session: Session, measured: Floats) -> str:
+    """Begin at the measured motors: near by on the branch it is on, else on that of home.
+
+    Raises:
+        CprError: No stable equilibrium of these branches is there.
+    """
+    current = session.solver.current.equilibrium
+    ways = np.abs(measured - current.motors) / session.robot.motor_units
+    start = current if float(ways.max(initial=0.0)) <= _NEAR else solve_home(session.robot)
+    session.begin_at(_stable_at(start, measured), measured)
+    return f"where it is measured, motors {_words(measured)}"
+
+
+def _stable_at(start: Equilibrium, measured: Floats) -> Equilibrium:
+    try:
+        return solve_forward(
+            start.robot, measured, start=start, stable_only=True, time_limit=_LONGEST_WALK
+        )
+    except NotReached as error:
+        raise CprError(
+            f"the robot is measured at motors {_words(measured)}, where the branch of home does not "
+            f"lead: {error}"
+        ) from None
+
+
+def _words(motors: Floats) -> str:
+    return "(" + ", ".join(f"{motor:.4g}" for motor in motors) + ")"

@@ -1,0 +1,106 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Where the robot is when the node begins to move it, and how that is remembered."""
+
+from __future__ import annotations
+
+from rclpy.node import Node
+
+from cpr_core import CprError
+
+from .inputs import MEASURED, newest_measured
+from .kept_state import KeptState, state_folder
+from .parameters import Parameters
+from .session import Session
+from .starting_place import begin_at_home, begin_at_last, begin_at_measured
+from .stop_signal import StopSignal
+
+__all__ = ["Whereabouts"]
+
+#: How long a message with measured motors is waited for when the node becomes active [s].
+_MEASURED_WAIT = 5.0
+
+
+class Whereabouts:
+    """Puts the robot at home, where it was last, or where it is measured."""
+
+    def __init__(
+        self, node: Node, parameters: Parameters, session: Session, stop: StopSignal
+    ) -> None:
+        """Open the file of the last state; without it the node goes on, and says so.
+
+        Args:
+            node: The node.
+            parameters: Say where from.
+            session: Robot of the node, which moves it.
+            stop: Tells when the process is to end.
+        """
+        self._node, self._session, self._stop = node, session, stop
+        self._from = parameters.start_from
+        self._kept: KeptState | None = None
+        folder = state_folder(parameters.state_directory)
+        name = node.get_fully_qualified_name().strip("/").replace("/", ".")
+        file = folder / f"{name}.{node.context.get_domain_id()}.state"
+        try:
+            self._kept = KeptState(file, session.robot)
+        except OSError as error:
+            self._warn(f"where the robot is will not be kept in {file}: {error}")
+            return
+        if self._kept.problem:
+            self._warn(f"the last state is not used: {self._kept.problem}")
+
+    def _warn(self, text: str) -> None:
+        self._node.get_logger().warning(text)
+
+    def begin(self) -> str:
+        """Put the robot at home or where it was last; says what was done.
+
+        Raises:
+            CprError: It is to be where it was last, which is not known or no place to be.
+        """
+        last = None
+        if self._kept is not None:
+            try:
+                last = self._kept.last()
+            except CprError as error:
+                self._warn(f"the last state is not used: {error}")
+        if last is None and self._from == "last":
+            raise CprError(
+                "start_from: expected another place, where the robot was last is not known"
+            )
+        if last is None or self._from == "home":
+            return begin_at_home(self._session, last)
+        return begin_at_last(self._session, last)
+
+    def look(self) -> None:
+        """Put the robot where its motors are measured, if they are.
+
+        Raises:
+            CprError: They are to be measured and are not, or no equilibrium explains them.
+        """
+        publishers = self._node.count_publishers(MEASURED)
+        if self._from not in ("auto", "measured") or (not publishers and self._from == "auto"):
+            return
+        found = None
+        if publishers:
+            found = newest_measured(
+                self._node, self._session.robot, _MEASURED_WAIT, lambda: self._stop.requested
+            )
+        if found is None:
+            raise CprError(
+                f"the robot is to start where it is measured, but no {MEASURED} with its motors came "
+                f"in {_MEASURED_WAIT:g} s ({publishers} publishers)"
+            )
+        place = self._stop.wait_for(lambda: begin_at_measured(self._session, found))
+        self._node.get_logger().info(place)
+
+    def keep(self) -> None:
+        """Remember where the robot is now."""
+        if self._kept is not None and self._session.commands.newest is not None:
+            self._kept.keep(self._session.solver.current.equilibrium, self._session.commands.newest)
+
+    def close(self) -> None:
+        """Let the file go."""
+        if self._kept is not None:
+            self._kept.close()

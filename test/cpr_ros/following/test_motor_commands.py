@@ -1,0 +1,53 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Motor commands: none is farther from the one before than a tick's way."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from cpr_core import load_robot, solve_home
+from cpr_ros.goals import motor_steps
+from cpr_ros.motor_commands import MotorCommands
+
+ROBOT, PERIOD, SPEED = load_robot("gough_stewart"), 0.005, 1.5
+STEPS = motor_steps(ROBOT, SPEED, PERIOD)
+anywhere = arrays(float, 6, elements=st.floats(-1e3, 1e3))
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(anywhere, min_size=2, max_size=30))
+def test_no_step_is_longer_than_a_tick_allows(wanted):
+    commands = MotorCommands(ROBOT, PERIOD)
+    commands.place(wanted[0])
+    last = wanted[0]
+    for motors in wanted[1:]:
+        command = commands.step_to(motors, SPEED)
+        assert np.all(np.abs(command - last) <= STEPS * (1.0 + 2e-5))
+        # Straight: every motor the same part of its way.
+        way = motors - last
+        np.testing.assert_allclose(
+            (command - last) * np.abs(way).max(), way * np.abs(command - last).max(), atol=1e-9
+        )
+        last = command
+
+
+def test_the_end_is_met_exactly_and_then_nothing_is_new():
+    commands = MotorCommands(ROBOT, PERIOD)
+    home = solve_home(ROBOT).motors
+    commands.place(home)
+    target, count = home + 10.5 * STEPS, 0
+    while not commands.there(target):
+        commands.step_to(target, SPEED)
+        count += 1
+    assert count == 11
+    np.testing.assert_array_equal(commands.newest, target)
+
+
+def test_where_nothing_is_known_commands_begin_anywhere():
+    commands = MotorCommands(ROBOT, PERIOD)
+    assert commands.there(np.zeros(6))
+    np.testing.assert_array_equal(commands.step_to(np.ones(6), SPEED), np.ones(6))
+    np.testing.assert_allclose(commands.step_to(np.zeros(6), SPEED), np.ones(6) - STEPS.min())

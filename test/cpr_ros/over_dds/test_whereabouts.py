@@ -1,0 +1,215 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Where the robot is when the node starts, and that no command is far from the one before."""
+
+import random
+import signal
+import time
+
+import numpy as np
+import pytest
+from cpr_msgs.srv import SolveForward
+from helpers.node_process import Client, NodeProcess, free_domain
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from cpr_core import load_robot, solve_forward
+from cpr_ros.kept_state import KeptState
+
+HOME = np.array([2.59, 0.55])
+SPEED, RATE = 0.8, 200.0
+STEP = SPEED / RATE
+
+
+class Bench:
+    """A robot's side: hears commands, sends setpoints, says what it measures."""
+
+    def __init__(self, folder):
+        self.folder, self.domain, self.starts = folder, free_domain(), 0
+        self.client = Client(self.domain)
+        self.commands = []
+        node = self.client.node
+        node.create_subscription(
+            Float64MultiArray,
+            "/cpr_node/motor_commands",
+            lambda message: self.commands.append(np.array(message.data)),
+            1000,
+        )
+        self.setpoints = node.create_publisher(Float64MultiArray, "/cpr_node/commands", 1)
+        self.measured = None
+        self.process = None
+
+    def start(self, *parameters, until="ready"):
+        arguments = ["-p", "robot:=rfrfr", "-p", f"max_speed:={SPEED}", "-p", f"tick_rate:={RATE}"]
+        for parameter in parameters:
+            arguments += ["-p", parameter]
+        self.starts += 1
+        self.process = NodeProcess(self.folder / f"node{self.starts}.log", self.domain, arguments)
+        if until:
+            self.process.wait_for_log(until)
+
+    def keep(self, robot):
+        """Leave a last state, somewhere beside home."""
+        name = f"cpr_node.{self.domain}.state"
+        kept = KeptState(self.folder / "ros_home" / "cpr_ros" / name, robot)
+        found = solve_forward(robot, [2.7, 0.4])
+        kept.keep(found, found.motors)
+        kept.close()
+
+    def measure(self, motors):
+        """Say ten times a second where the motors are."""
+        node = self.client.node
+        publisher = node.create_publisher(
+            JointState, "/measured_joint_states", qos_profile_sensor_data
+        )
+        message = JointState(name=["motor1", "motor2"], position=[float(q) for q in motors])
+        self.measured = node.create_timer(0.1, lambda: publisher.publish(message))
+
+    def send(self, *motors):
+        self.setpoints.publish(Float64MultiArray(data=[float(motor) for motor in motors]))
+
+    def until_heard(self, count=1):
+        heard = len(self.commands)
+        self.client.spin_until(lambda: len(self.commands) >= heard + count)
+
+    def until_at(self, motors):
+        def there():
+            return self.commands and np.array_equal(self.commands[-1], motors)
+
+        self.client.spin_until(there)
+
+    def spin(self, seconds):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.client.executor.spin_once(timeout_sec=0.005)
+
+    def change(self, *transitions):
+        for transition in transitions:
+            request = ChangeState.Request(transition=Transition(id=transition))
+            answer = self.client.call(ChangeState, "/cpr_node/change_state", request)
+            assert answer.success, self.process.output()
+
+    def kill(self):
+        self.process.process.send_signal(signal.SIGKILL)
+        self.process.process.wait()
+
+    def longest_step(self):
+        """Longest way of a motor between two commands, in ticks."""
+        return np.abs(np.diff(self.commands, axis=0)).max() / STEP
+
+    def close(self):
+        self.client.close()
+        assert self.process.stop() in (0, -signal.SIGKILL, 1), self.process.output()
+
+
+@pytest.fixture
+def bench(tmp_path):
+    made = Bench(tmp_path)
+    yield made
+    made.close()
+
+
+def test_a_killed_node_goes_on_where_it_was(bench):
+    """The fault: driven to [3.6, -0.4], killed, restarted, the first command led back to home."""
+    bench.start()
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    bench.send(3.6, -0.4)
+    bench.until_at([3.6, -0.4])
+    bench.kill()
+    bench.start()
+    assert "where it was last, motors (3.6, -0.4)" in bench.process.output()
+    bench.until_heard()
+    np.testing.assert_array_equal(bench.commands[-1], [3.6, -0.4])
+    assert bench.longest_step() <= 1.0 + 2e-5
+    # To begin at home in spite of that is gone to at the speed limit.
+    assert bench.process.stop() == 0
+    bench.start("start_from:=home")
+    assert "commands go from the last ones, (3.6, -0.4), to home" in bench.process.output()
+    bench.until_at(HOME)
+    assert bench.longest_step() <= 1.0 + 2e-5
+
+
+def test_no_command_is_far_from_the_one_before_whatever_happens_in_motion(bench):
+    """Ended or taken through its life at random moments on the way between setpoints."""
+    chance = random.Random(1)
+    bench.start()
+    deactivate, activate = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE
+    clean, configure = Transition.TRANSITION_CLEANUP, Transition.TRANSITION_CONFIGURE
+    for moment in range(8):
+        bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+        bench.until_heard()
+        where = HOME + chance.uniform(0.2, 1.0) * np.array([0.9, -0.9])
+        bench.send(*where)
+        bench.until_heard()
+        bench.spin(chance.uniform(0.0, 0.4))
+        if moment % 4 == 0:
+            bench.kill()
+            bench.start()
+        elif moment % 4 == 1:
+            assert bench.process.stop(signal.SIGTERM) == 0
+            bench.start()
+        elif moment % 4 == 2:
+            bench.change(deactivate, clean, configure, activate)
+        else:
+            bench.change(deactivate, activate)
+        bench.until_heard()
+        assert bench.longest_step() <= 1.0 + 2e-5, (moment, bench.longest_step())
+    assert len(bench.commands) > 50
+
+
+def test_an_applied_solution_is_gone_to_at_the_speed_limit(bench):
+    bench.start()
+    bench.until_heard()
+    request = SolveForward.Request(
+        motors=JointState(name=["motor1", "motor2"], position=[2.9, 0.2]), apply=True
+    )
+    answer = bench.client.call(SolveForward, "/cpr_node/solve_forward", request)
+    assert answer.error_code.val == 1
+    bench.until_at([2.9, 0.2])
+    assert bench.longest_step() <= 1.0 + 2e-5
+    assert len(bench.commands) > 0.3 / STEP
+
+
+def test_what_is_measured_is_where_the_node_begins(bench):
+    """Also if it was elsewhere last."""
+    measured, robot = [3.2, -0.1], load_robot("rfrfr")
+    bench.keep(robot)
+    bench.measure(measured)
+    bench.start(until="")
+    bench.client.spin_until(lambda: "ready" in bench.process.output(), timeout=240.0)
+    assert "where it is measured, motors (3.2, -0.1)" in bench.process.output()
+    bench.until_heard()
+    states = bench.client.messages(JointState, "/joint_states", 1)
+    np.testing.assert_array_equal(states[0].position, measured)
+    expected = solve_forward(robot, measured)
+    np.testing.assert_allclose(states[0].effort, expected.efforts, rtol=0.0, atol=1e-8)
+    assert all(np.array_equal(command, measured) for command in bench.commands)
+
+
+def test_what_no_equilibrium_explains_keeps_the_node_from_being_active(bench):
+    bench.measure([20.0, 0.55])
+    bench.start(until="")
+    bench.client.spin_until(lambda: bench.process.process.poll() is not None, timeout=240.0)
+    assert bench.process.process.returncode == 1
+    assert "the robot is measured at motors (20, 0.55)" in bench.process.output()
+    assert not bench.commands
+
+
+def test_a_node_that_is_to_start_measured_says_that_nothing_is(bench):
+    bench.start("start_from:=measured", until="")
+    bench.client.spin_until(lambda: bench.process.process.poll() is not None, timeout=240.0)
+    assert bench.process.process.returncode == 1
+    assert "no measured_joint_states with its motors came" in bench.process.output()
+
+
+def test_the_state_of_another_robot_is_left_aside_with_a_word(bench):
+    bench.keep(load_robot("rfrfr", modes=6))
+    bench.start()
+    assert "the last state is not used" in bench.process.output()
+    assert "another robot or description" in bench.process.output()
+    bench.until_heard()
+    np.testing.assert_array_equal(bench.commands[0], HOME)
