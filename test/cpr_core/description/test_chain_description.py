@@ -147,7 +147,12 @@ def test_a_universal_joint_is_two_turns_each_with_its_own():
     changed |= {"controlled": [], "home": {"motors": [0] * 7, "bow": "outward"}}
     axes = changed["legs"][0]["chain"][2]["axes"]
     first, second = load_robot(changed).description.legs[0].chain[2:4]
-    assert (first.axis, first.motor, first.stiffness, first.rest) == (tuple(axes[0]), None, 0.2, 0.1)
+    assert (first.axis, first.motor, first.stiffness, first.rest) == (
+        tuple(axes[0]),
+        None,
+        0.2,
+        0.1,
+    )
     assert (second.axis, second.motor, second.ratio, second.stiffness) == (
         tuple(axes[1]), "second", -2.0, 0.0,
     )  # fmt: skip
