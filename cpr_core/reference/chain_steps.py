@@ -1,0 +1,224 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""From the base of a leg to its tip, element by element, with exact variations.
+
+Every joint, link and part of a rod carries a state (p, R, m, n) and its variations w = (dp, dtheta, dm, dn)
+on; (m, n) is the wrench that all beyond exerts on all before, about p. With dq of its coordinate
+
+    w_after = T w + t dq,        dg = r . w + kappa dq,
+
+where g is what the energy gains with q: k (q - rest) - axis . m of a turn, k (q - rest) - axis . n of a
+shift, the integral (c) of ``rod_integration`` of a rod that is fed. It vanishes where the joint is
+passive and is the effort of its motor otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ..description.chain import ChainJoint, Link, Turn
+from ..lie import skew
+from .chain_robot import FedRod, LegModel, RodModel, RodPart
+from .rod_integration import (
+    RodTrajectory,
+    force,
+    frame,
+    integrate_part,
+    length_variation,
+    moment,
+    position,
+    transition,
+)
+
+__all__ = ["ChainState", "ChainStep", "chain_steps", "tip_of"]
+
+Floats = NDArray[np.float64]
+
+#: Rows of dp, dtheta, dm, dn.
+_P, _TURN, _M, _N = (slice(3 * i, 3 * i + 3) for i in range(4))
+
+
+class ChainState(NamedTuple):
+    """A place of a leg: position, frame, and the wrench the part beyond exerts on the part before."""
+
+    position: Floats
+    frame: Floats
+    moment: Floats
+    force: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class ChainStep:
+    """What an element does.
+
+    Attributes:
+        before, after: States.
+        transition: T, (12, 12).
+        index: State index of its coordinate; None: it has none.
+        column: t, (12,).
+        gradient: g, times the way of the joint per way of its coordinate [N m or N].
+        row: r, (12,).
+        stiffness: kappa.
+        trajectory: The part of a rod it is; None: rigid.
+    """
+
+    before: ChainState
+    after: ChainState
+    transition: Floats
+    index: int | None = None
+    column: Floats | None = None
+    gradient: float = 0.0
+    row: Floats | None = None
+    stiffness: float = 0.0
+    trajectory: RodTrajectory | None = None
+
+
+def chain_steps(leg: LegModel, wrench: Floats, values: Floats) -> Iterator[ChainStep]:
+    """A leg from its base to its tip.
+
+    Args:
+        leg: The leg.
+        wrench: Moment [N m] and force [N] it exerts on its base, in the world, (6,).
+        values: State of the robot, (N,); coordinates of joints and lengths are taken from it.
+    """
+    state = ChainState(leg.base_position, leg.base_rotation, wrench[:3], wrench[3:])
+    for element, index in leg.elements:
+        value = 0.0 if index is None else float(values[index])
+        if isinstance(element, RodModel):
+            for step in _rod_steps(element, state, index, value):
+                yield step
+                state = step.after
+            continue
+        if isinstance(element, Link):
+            step = _link(element, leg.gravity, state)
+        elif isinstance(element, Turn):
+            step = _turn(element, state, index, value)
+        else:
+            step = _shift(element, state, index, value)
+        yield step
+        state = step.after
+
+
+def tip_of(leg: LegModel, steps: list[ChainStep]) -> ChainState:
+    """State at the tip of a leg that has any element."""
+    return steps[-1].after
+
+
+def _turn(joint: ChainJoint, before: ChainState, index: int | None, value: float) -> ChainStep:
+    """The axis is the same before and behind."""
+    axis = before.frame @ joint.axis
+    way = joint.zero + joint.ratio * value
+    turned = before.frame @ Rotation.from_rotvec(way * np.array(joint.axis)).as_matrix()
+    column, row = np.zeros(12), np.zeros(12)
+    column[_TURN] = joint.ratio * axis
+    row[_M] = -joint.ratio * axis
+    row[_TURN] = -joint.ratio * np.cross(axis, before.moment)
+    return ChainStep(
+        before,
+        before._replace(frame=turned),
+        np.eye(12),
+        index,
+        column,
+        joint.stiffness * (value - joint.rest) - joint.ratio * float(axis @ before.moment),
+        row,
+        joint.stiffness,
+    )
+
+
+def _shift(joint: ChainJoint, before: ChainState, index: int | None, value: float) -> ChainStep:
+    axis = before.frame @ joint.axis
+    way = (joint.zero + joint.ratio * value) * axis
+    after, matrix = _led(before, way, before.force)
+    column, row = np.zeros(12), np.zeros(12)
+    column[_P] = joint.ratio * axis
+    column[_M] = -joint.ratio * np.cross(axis, before.force)
+    row[_N] = -joint.ratio * axis
+    row[_TURN] = -joint.ratio * np.cross(axis, before.force)
+    return ChainStep(
+        before,
+        after,
+        matrix,
+        index,
+        column,
+        joint.stiffness * (value - joint.rest) - joint.ratio * float(axis @ before.force),
+        row,
+        joint.stiffness,
+    )
+
+
+def _link(link: Link, gravity: Floats, before: ChainState) -> ChainStep:
+    """The link weighs at its centre: m' = m - d x n' - c x weight, n' = n - weight."""
+    weight, center = link.mass * gravity, before.frame @ link.center_of_mass
+    after, matrix = _led(before, before.frame @ link.offset, before.force - weight)
+    after = after._replace(
+        moment=after.moment - np.cross(center, weight), frame=before.frame @ link.rotation
+    )
+    matrix[_M, _TURN] += skew(weight) @ skew(-center)
+    return ChainStep(before, after, matrix)
+
+
+def _led(before: ChainState, way: Floats, beyond: Floats) -> tuple[ChainState, Floats]:
+    """To another point of the same rigid piece, where the force ``beyond`` acts."""
+    matrix = np.eye(12)
+    matrix[_P, _TURN] = skew(-way)  # dtheta x d
+    matrix[_M, _TURN] = skew(beyond) @ skew(-way)  # -(dtheta x d) x n
+    matrix[_M, _N] = skew(-way)
+    after = ChainState(
+        before.position + way, before.frame, before.moment - np.cross(way, beyond), beyond
+    )
+    return after, matrix
+
+
+def _rod_steps(
+    rod: RodModel, before: ChainState, index: int | None, value: float
+) -> Iterator[ChainStep]:
+    length, state = rod.length, before
+    if rod.fed is not None:
+        length = value
+        step = _feed(rod.fed, before, index, length)
+        yield step
+        state = step.after
+    for part in rod.parts:
+        step = _rod_part(rod, part, state, before.position, length, index)
+        yield step
+        state = step.after
+
+
+def _feed(fed: FedRod, before: ChainState, index: int | None, length: float) -> ChainStep:
+    """What has not come out weighs where the rod begins; (c) leaves its work to the place of that."""
+    weight = (fed.nominal - length) * fed.force
+    column, row = np.zeros(12), np.zeros(12)
+    column[_N] = row[_P] = fed.force
+    return ChainStep(
+        before, before._replace(force=before.force - weight), np.eye(12), index, column, 0.0, row
+    )
+
+
+def _rod_part(
+    rod: RodModel,
+    part: RodPart,
+    before: ChainState,
+    origin: Floats,
+    length: float,
+    index: int | None,
+) -> ChainStep:
+    start = before._replace(force=before.force - part.push)
+    whole = integrate_part(start, rod.properties, length, part.tables, origin)
+    end = whole.states[-1]
+    after = ChainState(position(end), frame(end), moment(end), force(end))
+    if index is None:
+        return ChainStep(before, after, transition(end), trajectory=whole)
+    column, effort, later, stiffness = length_variation(end)
+    # What has come out is lifted with the part: its weight by l is that of the part over l.
+    lifted = (after.force - start.force) / length
+    row = np.concatenate([lifted, later])
+    return ChainStep(
+        before, after, transition(end), index, column, effort, row, stiffness, trajectory=whole
+    )
