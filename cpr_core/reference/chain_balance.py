@@ -20,7 +20,7 @@ from ..description.loads import Loads
 from ..lie import skew
 from ..model.robot import Robot
 from .chain_robot import ChainRobot, LegModel
-from .chain_steps import ChainState, ChainStep, chain_steps
+from .chain_steps import ChainStep, chain_steps, tip_of
 
 __all__ = ["ChainBalance", "ChainPoint", "TipJoint", "chain_balance", "platform_stiffness", "tip_joint"]
 
@@ -153,7 +153,7 @@ def chain_balance(model: ChainRobot, point: ChainPoint) -> ChainBalance:
             if step.index is not None:
                 motion[:, step.index] += step.column
         legs.append(steps)
-        tip = steps[-1].after if steps else _base(leg, point.wrenches[number])
+        tip = tip_of(leg, point.wrenches[number], steps)
         arm = point.rotation @ leg.tip
         at = twist[3:] - skew(arm) @ twist[:3]
         joint = tip_joint(leg, point.values[leg.moments], point.rotation, tip.frame)
@@ -179,6 +179,3 @@ def chain_balance(model: ChainRobot, point: ChainPoint) -> ChainBalance:
         np.concatenate(rows), np.vstack(slopes) * all_units, tuple(legs), efforts
     )
 
-
-def _base(leg: LegModel, wrench: Floats) -> ChainState:
-    return ChainState(leg.base_position, leg.base_rotation, wrench[:3], wrench[3:])

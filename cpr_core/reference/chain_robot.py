@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -109,7 +109,7 @@ def chain_robot(
     robot: Robot,
     loads: Loads,
     method: ShootingMethod,
-    cuts: Callable[[int], int] = lambda rod: 1,
+    cuts: Sequence[Sequence[float]] | None = None,
 ) -> ChainRobot:
     """A robot ready for shooting.
 
@@ -117,7 +117,7 @@ def chain_robot(
         robot: The robot.
         loads: The loads.
         method: How its rods are integrated.
-        cuts: Into how many equal parts a rod is cut at least, by its number in the robot.
+        cuts: Where rods are cut beside their kinks, s/l between 0 and 1, for every rod of the robot.
 
     Raises:
         InvalidRequest: A joint of a kind this method does not know.
@@ -128,7 +128,7 @@ def chain_robot(
         passive = []
         for element, index in zip(leg.chain, own.coordinates, strict=True):
             if isinstance(element, ChainRod):
-                model = _rod_model(robot, loads, method, leg.name, element, cuts(number))
+                model = _rod_model(loads, method, leg.name, element, cuts[number] if cuts else ())
                 elements.append((model, index))
                 number += 1
                 continue
@@ -159,7 +159,11 @@ def _check_element(leg: str, element: ChainElement) -> None:
 
 
 def _rod_model(
-    robot: Robot, loads: Loads, method: ShootingMethod, leg: str, element: ChainRod, cuts: int
+    loads: Loads,
+    method: ShootingMethod,
+    leg: str,
+    element: ChainRod,
+    cuts: Sequence[float],
 ) -> RodModel:
     rod = element.rod
     distributed = [force for force in loads.distributed if force.leg == leg]
@@ -175,7 +179,7 @@ def _rod_model(
     properties = RodProperties(
         lambda sigma: 1.0 / rod.rigidities_at(sigma), rod.rest_curvature_at, force_at
     )
-    kinks = {*np.linspace(0.0, 1.0, cuts + 1).tolist(), *(point.at for point in points)}
+    kinks = {0.0, 1.0, *cuts, *(point.at for point in points)}
     if not rod.profile.uniform:
         kinks |= {*rod.profile.at.tolist()}
     for own in distributed:

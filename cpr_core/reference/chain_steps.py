@@ -106,9 +106,11 @@ def chain_steps(leg: LegModel, wrench: Floats, values: Floats) -> Iterator[Chain
         state = step.after
 
 
-def tip_of(leg: LegModel, steps: list[ChainStep]) -> ChainState:
-    """State at the tip of a leg that has any element."""
-    return steps[-1].after
+def tip_of(leg: LegModel, wrench: Floats, steps: list[ChainStep]) -> ChainState:
+    """State at the tip of a leg; at its base if it has no element."""
+    if steps:
+        return steps[-1].after
+    return ChainState(leg.base_position, leg.base_rotation, wrench[:3], wrench[3:])
 
 
 def _turn(joint: ChainJoint, before: ChainState, index: int | None, value: float) -> ChainStep:

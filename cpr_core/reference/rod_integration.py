@@ -265,6 +265,11 @@ class RodTrajectory:
     tables: RodTables
     states: Floats = field(repr=False)
 
+    @property
+    def part_length(self) -> float:
+        """Length of the part [m]."""
+        return abs(self.length * self.tables.step) * (len(self.states) - 1)
+
     def at(self, fraction: float) -> Floats:
         """State a fraction of the part from the start, (175,), by one step from the node before."""
         place = fraction * (len(self.states) - 1)
