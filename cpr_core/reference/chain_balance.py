@@ -22,7 +22,14 @@ from ..model.robot import Robot
 from .chain_robot import ChainRobot, LegModel
 from .chain_steps import ChainStep, chain_steps, tip_of
 
-__all__ = ["ChainBalance", "ChainPoint", "TipJoint", "chain_balance", "platform_stiffness", "tip_joint"]
+__all__ = [
+    "ChainBalance",
+    "ChainPoint",
+    "TipJoint",
+    "chain_balance",
+    "platform_wrench",
+    "tip_joint",
+]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -108,14 +115,14 @@ def tip_joint(leg: LegModel, mu: Floats, rotation: Floats, tip: Floats) -> TipJo
     return TipJoint(psi, axes, np.tensordot(mu, products, 1))
 
 
-def platform_stiffness(robot: Robot, loads: Loads, rotation: Floats) -> tuple[Floats, Floats]:
-    """Wrench of the loads on the platform about its origin, (6,), and its derivative by turns, (6, 3)."""
+def platform_wrench(robot: Robot, loads: Loads, rotation: Floats) -> tuple[Floats, Floats]:
+    """Wrench of the loads on the platform about its origin, (6,), and its derivative by turns."""
     weight = robot.description.platform_mass * loads.gravity
     center = rotation @ robot.description.center_of_mass
     couple, push = rotation @ loads.wrench_body[:3], rotation @ loads.wrench_body[3:]
     wrench = np.concatenate(
         [
-            np.cross(center, weight) + loads.wrench_world[:3] + couple,
+            skew(center) @ weight + loads.wrench_world[:3] + couple,
             weight + loads.wrench_world[3:] + push,
         ]
     )
@@ -135,7 +142,7 @@ def chain_balance(model: ChainRobot, point: ChainPoint) -> ChainBalance:
     efforts = np.zeros(size)
     twist = np.zeros((6, len(all_units)))
     twist[robot.platform_axes, numbers.platform_index + np.arange(len(robot.platform_axes))] = 1.0
-    wrench, turned = platform_stiffness(robot, model.loads, point.rotation)
+    wrench, turned = platform_wrench(robot, model.loads, point.rotation)
     by_all = turned @ twist[:3]
     legs = []
     for number, leg in enumerate(model.legs):
@@ -169,13 +176,10 @@ def chain_balance(model: ChainRobot, point: ChainPoint) -> ChainBalance:
         unit = numbers.unit[leg.passive] / energy
         rows += [efforts[leg.passive] * unit]
         slopes += [lacking[leg.passive] * unit[:, None]]
-        wrench = wrench - np.concatenate([tip.moment + np.cross(arm, tip.force), tip.force])
+        wrench = wrench - np.concatenate([tip.moment + skew(arm) @ tip.force, tip.force])
         by_all[:3] -= motion[6:9] + skew(arm) @ motion[9:] + skew(tip.force) @ skew(arm) @ twist[:3]
         by_all[3:] -= motion[9:]
     axes = robot.platform_axes
     rows.append((wrench / units)[axes])
     slopes.append((by_all / units[:, None])[axes])
-    return ChainBalance(
-        np.concatenate(rows), np.vstack(slopes) * all_units, tuple(legs), efforts
-    )
-
+    return ChainBalance(np.concatenate(rows), np.vstack(slopes) * all_units, tuple(legs), efforts)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -71,7 +72,7 @@ class LegModel:
         passive: State indices of its passive joints.
         moments: State indices of the multipliers of its tip's orientation.
         tip: Tip joint in the platform frame, (3,) [m].
-        conditions: Matrices R_c M_k of the orientation constraints tr((R_p R_c M_k)^T R_l) = 0, (K, 3, 3).
+        conditions: Matrices R_c M_k of the constraints tr((R_p R_c M_k)^T R_l) = 0, (K, 3, 3).
         gravity: (3,) [m/s^2].
     """
 
@@ -83,11 +84,6 @@ class LegModel:
     tip: Floats
     conditions: Floats
     gravity: Floats
-
-    @property
-    def coordinates(self) -> Integers:
-        """State indices of all that moves its elements, each once."""
-        return np.unique([index for _, index in self.elements if index is not None]).astype(int)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +141,9 @@ def chain_robot(
                 passive=np.array(passive, np.int64),
                 moments=np.arange(own.moments.start, own.moments.stop),
                 tip=np.array(leg.joint.position, float),
-                conditions=np.array([leg.joint.rotation() @ m for m in conditions]).reshape(-1, 3, 3),
+                conditions=np.array([leg.joint.rotation() @ m for m in conditions]).reshape(
+                    -1, 3, 3
+                ),
                 gravity=loads.gravity,
             )
         )
@@ -186,7 +184,7 @@ def _rod_model(
         kinks |= {*own.at.tolist()}
     ends = sorted(kinks)
     parts = []
-    for begin, end in zip(ends, ends[1:], strict=False):
+    for begin, end in pairwise(ends):
         push = np.sum([point.force for point in points if point.at == begin] or np.zeros((1, 3)), 0)
         steps = max(2, int(np.ceil(method.steps * (end - begin) - 1e-9)))
         tables = properties.tables(begin, end, steps, TABLEAUS[method.tableau])
@@ -200,7 +198,8 @@ def _rod_model(
 def _mean(function: Callable[[Floats], Floats], ends: list[float]) -> Floats:
     """Integral over s/l from 0 to 1 of what is smooth between the ends."""
     points, weights = np.polynomial.legendre.leggauss(12)
-    parts = zip(ends, ends[1:], strict=False)
-    return np.sum(
-        [0.5 * (b - a) * weights @ function(a + 0.5 * (b - a) * (points + 1)) for a, b in parts], 0
-    )
+    parts = [
+        0.5 * (b - a) * weights @ function(a + 0.5 * (b - a) * (points + 1.0))
+        for a, b in pairwise(ends)
+    ]
+    return np.sum(parts, axis=0)

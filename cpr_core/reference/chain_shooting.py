@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ..blas_threads import on_one_blas_thread
 from ..description.chain import ChainRod, Link, Turn
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
@@ -31,9 +32,10 @@ Integers = NDArray[np.int64]
 #: Newton steps, and the smallest part of one.
 _ITERATIONS, _SMALLEST = 40, 1e-3
 #: Cells of a rod in the starting guess.
-_CELLS = 100
+_CELLS = 40
 
 
+@on_one_blas_thread
 def solve_chains(
     equilibrium: Equilibrium, *, motors_held: bool, method: ShootingMethod
 ) -> ContinuousEquilibrium:
@@ -180,11 +182,12 @@ def _rod_shape(
     """Middles of the cells and the end, over the length, (cells + 1, 3); frame at the end."""
     sigma = (np.arange(_CELLS) + 0.5) / _CELLS
     curvature = (element.modes.values(sigma) * strain) @ np.eye(3)[element.modes.directions]
-    ends = [np.zeros(3)]
-    middles = []
-    for half in Rotation.from_rotvec(0.5 * curvature * nominal / _CELLS).as_matrix():
+    middles, end = np.empty((_CELLS + 1, 3)), np.zeros(3)
+    halves = Rotation.from_rotvec(0.5 * curvature * nominal / _CELLS).as_matrix()
+    for cell, half in enumerate(halves):
         middle = frame @ half
-        middles.append(ends[-1] + 0.5 / _CELLS * middle[:, 0])
-        ends.append(ends[-1] + middle[:, 0] / _CELLS)
+        middles[cell] = end + 0.5 / _CELLS * middle[:, 0]
+        end = end + middle[:, 0] / _CELLS
         frame = middle @ half
-    return np.vstack([*middles, ends[-1][None]]), frame
+    middles[-1] = end
+    return middles, frame

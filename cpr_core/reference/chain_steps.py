@@ -3,8 +3,9 @@
 
 """From the base of a leg to its tip, element by element, with exact variations.
 
-Every joint, link and part of a rod carries a state (p, R, m, n) and its variations w = (dp, dtheta, dm, dn)
-on; (m, n) is the wrench that all beyond exerts on all before, about p. With dq of its coordinate
+Every joint, link and part of a rod carries on a state (p, R, m, n) and its variations
+w = (dp, dtheta, dm, dn); (m, n) is the wrench that all beyond exerts on all before, about p. With dq of
+its coordinate
 
     w_after = T w + t dq,        dg = r . w + kappa dq,
 
@@ -16,12 +17,11 @@ passive and is the effort of its motor otherwise.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from ..description.chain import ChainJoint, Link, Turn
 from ..lie import skew
@@ -43,6 +43,10 @@ Floats = NDArray[np.float64]
 
 #: Rows of dp, dtheta, dm, dn.
 _P, _TURN, _M, _N = (slice(3 * i, 3 * i + 3) for i in range(4))
+
+
+def _none() -> Floats:
+    return np.zeros(12)
 
 
 class ChainState(NamedTuple):
@@ -73,9 +77,9 @@ class ChainStep:
     after: ChainState
     transition: Floats
     index: int | None = None
-    column: Floats | None = None
+    column: Floats = field(default_factory=_none)
     gradient: float = 0.0
-    row: Floats | None = None
+    row: Floats = field(default_factory=_none)
     stiffness: float = 0.0
     trajectory: RodTrajectory | None = None
 
@@ -117,14 +121,15 @@ def _turn(joint: ChainJoint, before: ChainState, index: int | None, value: float
     """The axis is the same before and behind."""
     axis = before.frame @ joint.axis
     way = joint.zero + joint.ratio * value
-    turned = before.frame @ Rotation.from_rotvec(way * np.array(joint.axis)).as_matrix()
+    across = skew(axis)
+    turn = np.eye(3) + np.sin(way) * across + (1.0 - np.cos(way)) * across @ across
     column, row = np.zeros(12), np.zeros(12)
     column[_TURN] = joint.ratio * axis
     row[_M] = -joint.ratio * axis
-    row[_TURN] = -joint.ratio * np.cross(axis, before.moment)
+    row[_TURN] = -joint.ratio * across @ before.moment
     return ChainStep(
         before,
-        before._replace(frame=turned),
+        before._replace(frame=turn @ before.frame),
         np.eye(12),
         index,
         column,
@@ -136,13 +141,14 @@ def _turn(joint: ChainJoint, before: ChainState, index: int | None, value: float
 
 def _shift(joint: ChainJoint, before: ChainState, index: int | None, value: float) -> ChainStep:
     axis = before.frame @ joint.axis
+    across = skew(axis) @ before.force
     way = (joint.zero + joint.ratio * value) * axis
     after, matrix = _led(before, way, before.force)
     column, row = np.zeros(12), np.zeros(12)
     column[_P] = joint.ratio * axis
-    column[_M] = -joint.ratio * np.cross(axis, before.force)
+    column[_M] = -joint.ratio * across
     row[_N] = -joint.ratio * axis
-    row[_TURN] = -joint.ratio * np.cross(axis, before.force)
+    row[_TURN] = -joint.ratio * across
     return ChainStep(
         before,
         after,
@@ -160,7 +166,7 @@ def _link(link: Link, gravity: Floats, before: ChainState) -> ChainStep:
     weight, center = link.mass * gravity, before.frame @ link.center_of_mass
     after, matrix = _led(before, before.frame @ link.offset, before.force - weight)
     after = after._replace(
-        moment=after.moment - np.cross(center, weight), frame=before.frame @ link.rotation
+        moment=after.moment - skew(center) @ weight, frame=before.frame @ link.rotation
     )
     matrix[_M, _TURN] += skew(weight) @ skew(-center)
     return ChainStep(before, after, matrix)
@@ -169,12 +175,10 @@ def _link(link: Link, gravity: Floats, before: ChainState) -> ChainStep:
 def _led(before: ChainState, way: Floats, beyond: Floats) -> tuple[ChainState, Floats]:
     """To another point of the same rigid piece, where the force ``beyond`` acts."""
     matrix = np.eye(12)
-    matrix[_P, _TURN] = skew(-way)  # dtheta x d
-    matrix[_M, _TURN] = skew(beyond) @ skew(-way)  # -(dtheta x d) x n
-    matrix[_M, _N] = skew(-way)
-    after = ChainState(
-        before.position + way, before.frame, before.moment - np.cross(way, beyond), beyond
-    )
+    back = skew(-way)
+    matrix[_P, _TURN] = matrix[_M, _N] = back  # dtheta x d, -d x dn
+    matrix[_M, _TURN] = skew(beyond) @ back  # -(dtheta x d) x n
+    after = ChainState(before.position + way, before.frame, before.moment + back @ beyond, beyond)
     return after, matrix
 
 

@@ -35,8 +35,9 @@ from scipy import linalg, optimize
 from ..errors import InvalidRequest
 from ..lie import skew
 from .continuous_equilibrium import ContinuousEquilibrium
+from .morse_index import index_falls
 from .rod_integration import STEPS, RodTrajectory, force, integrate, moment, transition
-from .shooting_robot import balance_rows, force_per_length
+from .shooting_robot import balance_rows, check_robot, compiled, force_per_length
 
 __all__ = ["JacobiFields", "conjugate_points", "robot_fields", "rod_fields"]
 
@@ -120,14 +121,16 @@ def _phases(b: Floats, z: Floats) -> Floats:
 
 
 def robot_fields(solution: ContinuousEquilibrium) -> JacobiFields:
-    """Variations of a robot: all legs share the platform, motors locked.
+    """Variations of a robot with legs as in the paper: all share the platform, motors locked.
 
     Raises:
+        InvalidRequest: Legs of another kind, which ``morse_index`` knows.
         InvalidRequest: A load without potential: then there is no energy to have an index.
     """
     robot, loads = solution.robot, solution.loads
     if not loads.conservative(robot.planar):
         raise InvalidRequest("loads", "expected loads that have a potential")
+    check_robot(robot, loads)
     legs, rotation = robot.description.legs, solution.platform_rotation
     count = len(legs)
     tips = [rods[-1].states[-1] for rods in solution.rods]
@@ -209,6 +212,8 @@ def rod_fields(
 def conjugate_points(solution: ContinuousEquilibrium | JacobiFields) -> tuple[float, ...]:
     """Conjugate points in (0, 1), ascending; double ones twice.
 
+    Of robots that ``robot_fields`` does not know they are those of ``index_falls``, 0 and 1 included.
+
     Args:
         solution: An equilibrium of a robot, or the variations of rods.
 
@@ -216,7 +221,12 @@ def conjugate_points(solution: ContinuousEquilibrium | JacobiFields) -> tuple[fl
         InvalidRequest: A load without potential.
         ArithmeticError: Phases and determinant disagree: the rods are not integrated well enough.
     """
-    fields = solution if isinstance(solution, JacobiFields) else robot_fields(solution)
+    if isinstance(solution, JacobiFields):
+        fields = solution
+    elif compiled(solution.robot, solution.loads):
+        fields = robot_fields(solution)
+    else:
+        return index_falls(solution)
     sections = np.linspace(0.0, 1.0 - SHORTEST, CELLS + 1)
     signatures = [fields.signature(u) for u in sections]
     found: list[float] = []

@@ -44,6 +44,7 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
+
 def solve_continuous_rough(
     robot: Robot,
     motors: ArrayLike,

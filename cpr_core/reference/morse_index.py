@@ -9,59 +9,62 @@ beyond falls as u goes from the base to the tip, by one at every conjugate point
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import linalg
 
+from ..blas_threads import on_one_blas_thread
 from ..errors import InvalidRequest
 from .chain_robot import chain_robot
 from .continuous_equilibrium import ContinuousEquilibrium
 from .rod_integration import RodTrajectory
-from .second_variation import PartTooLong, second_variation
+from .second_variation import PartTooLong, SecondVariation, second_variation
 
-__all__ = ["conjugate_points_of_chains", "index_beyond", "morse_index"]
-
-Floats = NDArray[np.float64]
+__all__ = ["MorseIndex", "index_beyond", "index_falls", "morse_index"]
 
 #: Turn of the curvature and wave number times length of the longest part of a rod, tried first.
 _LONGEST = 1.0
-#: Eigenvalues smaller than this times the largest are neutral motions: not counted.
-_NEUTRAL = 1e-12
 #: How well conjugate points are located.
 _LOCATED = 1e-9
 
 
-def morse_index(
-    solution: ContinuousEquilibrium, motors_are: Literal["locked", "free"] = "locked"
-) -> int:
-    """Number of negative directions of the energy of continuous rods.
+class MorseIndex(NamedTuple):
+    """Numbers of negative directions of the energy: motors held in position, or at constant effort."""
+
+    locked: int
+    free: int
+
+
+@on_one_blas_thread
+def morse_index(solution: ContinuousEquilibrium) -> MorseIndex:
+    """Stability of continuous rods in both readings of the motors.
 
     Args:
-        solution: An equilibrium.
-        motors_are: Held in position, or at constant effort.
+        solution: An equilibrium of any robot.
 
     Raises:
         InvalidRequest: A load without potential: then there is no energy to have an index.
     """
-    return index_beyond(solution, 0.0, motors_are)
+    form = _form(solution, 0.0)
+    return MorseIndex(form.index(motors_free=False), form.index(motors_free=True))
 
 
-def index_beyond(
-    solution: ContinuousEquilibrium, u: float, motors_are: Literal["locked", "free"] = "locked"
-) -> int:
-    """Index of what lies beyond a section of all legs, clamped there.
+@on_one_blas_thread
+def index_beyond(solution: ContinuousEquilibrium, u: float) -> int:
+    """Index of what lies beyond a section of all legs, clamped there, motors locked.
 
     Args:
-        solution: An equilibrium.
+        solution: An equilibrium of any robot.
         u: The section, a fraction of the length of the rods of every leg; joints and links before the
             first rod are at 0, those behind the last one at 1.
-        motors_are: Held in position, or at constant effort.
 
     Raises:
         InvalidRequest: A load without potential.
     """
+    return _form(solution, u).index(motors_free=False)
+
+
+def _form(solution: ContinuousEquilibrium, u: float) -> SecondVariation:
     robot, loads = solution.robot, solution.loads
     if not loads.conservative(robot.planar):
         raise InvalidRequest("loads", "expected loads that have a potential")
@@ -75,14 +78,9 @@ def index_beyond(
         ]
         model = chain_robot(robot, loads, solution.method, cuts)
         try:
-            form = second_variation(
-                model, solution.point, sections, motors_free=motors_are == "free"
-            )
+            return second_variation(model, solution.point, sections)
         except PartTooLong:
             longest *= 0.5
-            continue
-        values = linalg.eigvalsh(form.matrix)
-        return int(np.sum(values < -_NEUTRAL * np.abs(values).max())) - form.multipliers
 
 
 def _cuts(parts: tuple[RodTrajectory, ...], section: float, longest: float) -> list[list[float]]:
@@ -106,8 +104,8 @@ def _cuts(parts: tuple[RodTrajectory, ...], section: float, longest: float) -> l
     return cuts
 
 
-def conjugate_points_of_chains(solution: ContinuousEquilibrium) -> tuple[float, ...]:
-    """Conjugate points from 0 to 1, ascending, each as often as the index falls there, motors locked.
+def index_falls(solution: ContinuousEquilibrium) -> tuple[float, ...]:
+    """Sections from 0 to 1 where the index of what lies beyond falls, each as often as it falls by one.
 
     Those at 1 are of what lies behind the last rods, or of the platform between tips that are clamped.
 

@@ -3,27 +3,7 @@
 
 """Continuous Kirchhoff rods and their variations, integrated along the arc length.
 
-The rods obey, in the world frame, with the tangent t = R e_1, the compliance W = R H_a^-1 R^T and the
-curvature k = W m + R kappa_rest,
-
-    p' = t,   R' = k^ R,   m' = -t x n,   n' = -fbar                                     (a)
-
-where (m, n) is the wrench the part beyond s exerts on the part before it. Small variations, with
-dtheta the rotation in the world, obey
-
-    dp' = dtheta x t,   dtheta' = W (dm - dtheta x m),
-    dm' = -(dtheta x t) x n - t x dn,   dn' = 0                                          (b)
-
-Stiffness, rest curvature and force per length are functions of sigma = s/l. So the length l of a rod
-that is fed by a motor is one more variation: all slopes by sigma are l times those above, and dl adds
-the slopes themselves. The effort that feeds the rod is the integral of
-
-    g' = -(m . W m / 2 + m . R kappa_rest + n . t) - fbar . (p - p_0)                    (c)
-
-by sigma: what the energy of the rod, its turns R(sigma) held, gains with l.
-
-All are integrated together by an explicit Runge-Kutta method with fixed steps, so the variations are
-exact up to the error of the integrator.
+The equations, with the order of a state, are in ``rod_equations``.
 """
 
 from __future__ import annotations
@@ -36,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import DOP853
 
-from ..numba_fence import njit
+from .rod_equations import COLUMNS, EFFORT, FIRST, LENGTH, SIZE, runge_kutta_steps
 
 __all__ = [
     "EIGHTH_ORDER",
@@ -77,124 +57,6 @@ EIGHTH_ORDER = Tableau(
 #: Steps along a rod. Halving them changes no tip by more than 1e-12 lengths on the paper's paths.
 STEPS = 64
 
-#: A state: p, R by rows, m, n, g; then what the variations do to dp, dtheta, dm, dn and dg, row by row.
-_EFFORT, _FIRST = 18, 19
-#: Variations: dtheta, dm, dn at the start, and dl; two more fill the registers.
-_COLUMNS, _LENGTH = 12, 9
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _slope(state, length, compliance, rest, force, origin, slope):
-    """Right-hand sides of (a), (b) and (c) by sigma."""
-    r = state[3:12]
-    mx, my, mz = state[12], state[13], state[14]
-    nx, ny, nz = state[15], state[16], state[17]
-    tx, ty, tz = r[0], r[3], r[6]
-    wxx = wxy = wxz = wyy = wyz = wzz = 0.0
-    ox = oy = oz = 0.0  # curvature at rest, in the world
-    for j in range(3):
-        a, b, c = r[j], r[3 + j], r[6 + j]
-        wxx += compliance[j] * a * a
-        wxy += compliance[j] * a * b
-        wxz += compliance[j] * a * c
-        wyy += compliance[j] * b * b
-        wyz += compliance[j] * b * c
-        wzz += compliance[j] * c * c
-        ox += rest[j] * a
-        oy += rest[j] * b
-        oz += rest[j] * c
-    ex = wxx * mx + wxy * my + wxz * mz
-    ey = wxy * mx + wyy * my + wyz * mz
-    ez = wxz * mx + wyz * my + wzz * mz
-    kx, ky, kz = ex + ox, ey + oy, ez + oz
-    slope[0], slope[1], slope[2] = length * tx, length * ty, length * tz
-    for j in range(3):
-        a, b, c = r[j], r[3 + j], r[6 + j]
-        slope[3 + j] = length * (ky * c - kz * b)
-        slope[6 + j] = length * (kz * a - kx * c)
-        slope[9 + j] = length * (kx * b - ky * a)
-    sx, sy, sz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
-    slope[12], slope[13], slope[14] = length * sx, length * sy, length * sz
-    for j in range(3):
-        slope[15 + j] = -length * force[j]
-    slope[_EFFORT] = (
-        -(0.5 * (mx * ex + my * ey + mz * ez) + mx * ox + my * oy + mz * oz)
-        - (nx * tx + ny * ty + nz * tz)
-        - force[0] * (state[0] - origin[0])
-        - force[1] * (state[1] - origin[1])
-        - force[2] * (state[2] - origin[2])
-    )
-    v = state[_FIRST:].reshape(13, _COLUMNS)
-    d = slope[_FIRST:].reshape(13, _COLUMNS)
-    for i in range(_COLUMNS):
-        ax, ay, az = v[3, i], v[4, i], v[5, i]
-        # dm - dtheta x m
-        bx = v[6, i] - (ay * mz - az * my)
-        by = v[7, i] - (az * mx - ax * mz)
-        bz = v[8, i] - (ax * my - ay * mx)
-        fx, fy, fz = v[9, i], v[10, i], v[11, i]
-        # dtheta x t
-        vx = ay * tz - az * ty
-        vy = az * tx - ax * tz
-        vz = ax * ty - ay * tx
-        d[0, i], d[1, i], d[2, i] = length * vx, length * vy, length * vz
-        d[3, i] = length * (wxx * bx + wxy * by + wxz * bz)
-        d[4, i] = length * (wxy * bx + wyy * by + wyz * bz)
-        d[5, i] = length * (wxz * bx + wyz * by + wzz * bz)
-        d[6, i] = length * (ny * vz - nz * vy + (fy * tz - fz * ty))
-        d[7, i] = length * (nz * vx - nx * vz + (fz * tx - fx * tz))
-        d[8, i] = length * (nx * vy - ny * vx + (fx * ty - fy * tx))
-        d[9, i] = d[10, i] = d[11, i] = 0.0
-        d[12, i] = (
-            -(bx * kx + by * ky + bz * kz)
-            - (fx * tx + fy * ty + fz * tz)
-            - (nx * vx + ny * vy + nz * vz)
-            - (force[0] * v[0, i] + force[1] * v[1, i] + force[2] * v[2, i])
-        )
-    d[0, _LENGTH] += tx
-    d[1, _LENGTH] += ty
-    d[2, _LENGTH] += tz
-    d[3, _LENGTH] += kx
-    d[4, _LENGTH] += ky
-    d[5, _LENGTH] += kz
-    d[6, _LENGTH] += sx
-    d[7, _LENGTH] += sy
-    d[8, _LENGTH] += sz
-    for j in range(3):
-        d[9 + j, _LENGTH] -= force[j]
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _steps(states, step, length, compliance, rest, force, origin, nodes, weights):
-    """Runge-Kutta steps of one size in sigma from ``states[0]`` into the rows after it."""
-    stages, size = len(weights), states.shape[1]
-    slopes = np.empty((stages, size))
-    inner = np.empty(size)
-    for k in range(len(states) - 1):
-        for stage in range(stages):
-            for i in range(size):
-                inner[i] = states[k, i]
-            for earlier in range(stage):
-                factor = step * nodes[stage, earlier]
-                if factor != 0.0:
-                    for i in range(size):
-                        inner[i] += factor * slopes[earlier, i]
-            _slope(
-                inner,
-                length,
-                compliance[k, stage],
-                rest[k, stage],
-                force[k, stage],
-                origin,
-                slopes[stage],
-            )
-        for i in range(size):
-            states[k + 1, i] = states[k, i]
-        for stage in range(stages):
-            factor = step * weights[stage]
-            for i in range(size):
-                states[k + 1, i] += factor * slopes[stage, i]
-
 
 @dataclass(frozen=True, eq=False)
 class RodProperties:
@@ -215,11 +77,13 @@ class RodProperties:
         step = (end - begin) / steps
         inner = tableau.inner.sum(axis=1)
         sigma = begin + step * (np.arange(steps)[:, None] + inner)
-        values = (
-            np.ascontiguousarray(function(sigma.ravel())).reshape(*sigma.shape, 3)
-            for function in (self.compliance, self.rest_curvature, self.force)
-        )
-        return RodTables(begin, step, *values, tableau)
+
+        def sampled(function: Callable[[Floats], Floats]) -> Floats:
+            return np.ascontiguousarray(function(sigma.ravel())).reshape(*sigma.shape, 3)
+
+        properties = (self.compliance, self.rest_curvature, self.force)
+        compliance, rest, force_per_length = map(sampled, properties)
+        return RodTables(begin, step, compliance, rest, force_per_length, tableau)
 
 
 class RodTables(NamedTuple):
@@ -306,7 +170,7 @@ def force(state: Floats) -> Floats:
 def transition(state: Floats) -> Floats:
     """Transition matrix of (b) for (dp, dtheta, dm, dn) from the start of the rod, (12, 12)."""
     matrix = np.eye(12)
-    matrix[:, 3:] = state[_FIRST:].reshape(13, _COLUMNS)[:12, :9]
+    matrix[:, 3:] = state[FIRST:].reshape(13, COLUMNS)[:12, :9]
     return matrix
 
 
@@ -321,9 +185,9 @@ class LengthVariation(NamedTuple):
 
 def length_variation(state: Floats) -> LengthVariation:
     """Variation of the length from the start of the rod to a state; the position there is held."""
-    columns = state[_FIRST:].reshape(13, _COLUMNS)
+    columns = state[FIRST:].reshape(13, COLUMNS)
     return LengthVariation(
-        columns[:12, _LENGTH], float(state[_EFFORT]), columns[12, :9], float(columns[12, _LENGTH])
+        columns[:12, LENGTH], float(state[EFFORT]), columns[12, :9], float(columns[12, LENGTH])
     )
 
 
@@ -365,9 +229,9 @@ def integrate_part(
         tables: Its properties on the part.
         origin: p_0 of (c), (3,) [m]; default the start.
     """
-    first = np.zeros(_FIRST + 13 * _COLUMNS)
-    first[:_EFFORT] = np.concatenate([np.ravel(part) for part in start])
-    first[_FIRST:].reshape(13, _COLUMNS)[3:12, :9] = np.eye(9)
+    first = np.zeros(SIZE)
+    first[:EFFORT] = np.concatenate([np.ravel(part) for part in start])
+    first[FIRST:].reshape(13, COLUMNS)[3:12, :9] = np.eye(9)
     place = first[:3] if origin is None else np.array(origin, float)
     return RodTrajectory(properties, length, tables, _integrated(first, length, tables, place))
 
@@ -376,7 +240,7 @@ def _integrated(first: Floats, length: float, tables: RodTables, origin: Floats)
     _, step, compliance, rest, force_per_length, tableau = tables
     states = np.empty((len(compliance) + 1, len(first)))
     states[0] = first
-    _steps(
+    runge_kutta_steps(
         states, step, length, compliance, rest, force_per_length, np.array(origin), *tableau
     )
     return states

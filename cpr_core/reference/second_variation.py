@@ -34,10 +34,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from ..lie import skew
 from .chain_balance import ChainPoint, tip_joint
-from .chain_robot import ChainRobot, LegModel
+from .chain_robot import ChainRobot
 from .chain_steps import ChainState, ChainStep, chain_steps, tip_of
 
 __all__ = ["PartTooLong", "SecondVariation", "second_variation"]
@@ -47,6 +48,8 @@ Integers = NDArray[np.int64]
 
 #: Largest distance of A from the identity.
 _NEAR = 0.8
+#: Eigenvalues smaller than this times the largest are those of neutral motions.
+_NEUTRAL = 1e-12
 
 
 class PartTooLong(Exception):
@@ -60,15 +63,23 @@ class SecondVariation:
     Attributes:
         matrix: M, symmetric: platform, motors, then leg by leg passive joints, multipliers and rods.
         multipliers: How many of its variables are multipliers.
+        motors: Which of its variables are motors.
     """
 
     matrix: Floats
     multipliers: int
+    motors: Integers
+
+    def index(self, *, motors_free: bool) -> int:
+        """Negative directions of the energy; eigenvalues that vanish to rounding are not counted."""
+        matrix = self.matrix
+        if not motors_free:
+            matrix = np.delete(np.delete(matrix, self.motors, 0), self.motors, 1)
+        values = linalg.eigvalsh(matrix)
+        return int(np.sum(values < -_NEUTRAL * np.abs(values).max())) - self.multipliers
 
 
-def second_variation(
-    model: ChainRobot, point: ChainPoint, sections: Floats, *, motors_free: bool
-) -> SecondVariation:
+def second_variation(model: ChainRobot, point: ChainPoint, sections: Floats) -> SecondVariation:
     """Second variation of a robot in equilibrium.
 
     Args:
@@ -76,18 +87,14 @@ def second_variation(
         point: The equilibrium.
         sections: For every leg the length of its rods before a section where it is clamped, (L,) [m];
             only what lies beyond varies. At zero nothing is held.
-        motors_free: Whether motors move too.
 
     Raises:
         PartTooLong: Parts have to be shorter.
     """
     robot = model.robot
     platform = len(robot.platform_axes)
-    shared = platform + (robot.motor_count if motors_free else 0)
-    forms = [
-        _LegForm(model, point, number, section, motors_free=motors_free)
-        for number, section in enumerate(sections)
-    ]
+    shared = platform + robot.motor_count
+    forms = [_LegForm(model, point, *of_leg) for of_leg in enumerate(sections)]
     own = [len(form.matrix) - shared for form in forms]
     matrix, first = np.zeros((shared + sum(own),) * 2), shared
     turns = robot.platform_axes < 3
@@ -99,7 +106,8 @@ def second_variation(
         index = np.concatenate([np.arange(shared), first + np.arange(count)])
         matrix[np.ix_(index, index)] += form.matrix
         first += count
-    return SecondVariation(matrix, sum(form.multipliers for form in forms))
+    multipliers = sum(form.multipliers for form in forms)
+    return SecondVariation(matrix, multipliers, np.arange(platform, shared))
 
 
 def _held(steps: list[ChainStep], section: float) -> int:
@@ -132,7 +140,7 @@ def _second_of_arm(force: Floats, arm: Floats) -> Floats:
 
 
 class _LegForm:
-    """The part of M that a leg has, gathered from its section to its tip; shared variables come first."""
+    """The part of M that a leg has, gathered from its section to its tip; shared variables first."""
 
     def __init__(
         self,
@@ -140,13 +148,11 @@ class _LegForm:
         point: ChainPoint,
         number: int,
         section: float,
-        *,
-        motors_free: bool,
     ) -> None:
         robot, leg = model.robot, model.legs[number]
         whole = list(chain_steps(leg, point.wrenches[number], point.values))
         steps = whole[_held(whole, section) :]
-        shared = [*robot.platform_indices, *(robot.motor_indices if motors_free else ())]
+        shared = [*robot.platform_indices, *robot.motor_indices]
         moved = {step.index for step in steps}
         passive = [index for index in leg.passive if index in moved]
         self.leg, self.plane = leg, model.in_plane
@@ -170,7 +176,7 @@ class _LegForm:
 
     def _rigid(self, step: ChainStep) -> None:
         """A joint, a link, or what is still in its feed."""
-        transition, column, row, stiffness = self._natural(step)
+        transition, column, _, stiffness = self._natural(step)
         lead, by_x = transition[:6, :6], transition[6:, :6]
         self._add(self.x, lead.T @ by_x)
         self.x, here = lead @ self.x, self.x
@@ -186,17 +192,14 @@ class _LegForm:
         """A part of a rod: its end and the multiplier of its start are new variables."""
         transition, column, row, stiffness = self._natural(step)
         plane, count = self.plane, len(self.plane)
-        a, b, c, d = (
-            transition[np.ix_(rows, columns)]
-            for rows in (plane, 6 + plane)
-            for columns in (plane, 6 + plane)
-        )
+        places, wrenches = transition[plane], transition[6 + plane]
+        a, b, c = places[:, plane], places[:, 6 + plane], wrenches[:, plane]
         turning = plane[plane >= 3]
         if np.linalg.norm(transition[np.ix_(turning, turning)] - np.eye(len(turning)), 2) > _NEAR:
             raise PartTooLong
         end, start = self.free + np.arange(count), self.free + count + np.arange(count)
         self.free += 2 * count
-        inverse = np.linalg.inv(a)
+        inverse = np.array(np.linalg.inv(a), float)
         self._symmetric(end, end, c @ inverse)
         self._symmetric(start, start, -inverse @ b)
         self._coupled(start, end, inverse)
@@ -227,7 +230,9 @@ class _LegForm:
     def _close(self, point: ChainPoint, tip: ChainState, platform_axes: Integers) -> None:
         """The tip joint and the platform, Omega and v of which come first among the variables."""
         platform = np.zeros_like(self.x)
-        platform[(platform_axes + 3) % 6, np.arange(len(platform_axes))] = 1.0  # as x: v, then Omega
+        platform[(platform_axes + 3) % 6, np.arange(len(platform_axes))] = (
+            1.0  # as x: v, then Omega
+        )
         turn, turned = self.x[3:], platform[3:]
         forces, moments = np.split(self.joint, [len(self.position)])
         arm = point.rotation @ self.leg.tip / self.x_unit[0]

@@ -28,6 +28,7 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
+
 def shooting_of(
     robot: Robot, loads: Loads, method: ShootingMethod
 ) -> tuple[Shooting, tuple[float, Floats]]:
