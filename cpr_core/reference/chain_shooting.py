@@ -57,8 +57,11 @@ def solve_chains(
     here = chain_balance(model, point)
     iterations = 0
     while here.largest >= method.tolerance and iterations < _ITERATIONS:
+        before = here.largest
         point, here = _improved(model, point, here, unknown)
         iterations += 1
+        if not here.largest < before:
+            break
     if not here.largest < method.tolerance:
         kind = NoForwardSolution if motors_held else NoInverseSolution
         raise kind(f"shooting: residual {here.largest:.1e} after {iterations} steps", 0.0, None)

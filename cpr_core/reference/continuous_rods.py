@@ -150,6 +150,7 @@ def follow_motors(
         NonFiniteInput: A NaN or an infinity.
         NoForwardSolution: The branch does not reach that far.
     """
+    check_robot(start.robot, start.loads)
     count = start.robot.motor_count
     targets = np.array([checked_vector("motors", values, count) for values in np.asarray(motors)])
     changes = np.diff(np.vstack([start.motors, targets]), axis=0)
@@ -176,6 +177,7 @@ def follow_platform(
         NonFiniteInput: A NaN or an infinity.
         NoInverseSolution: The branch does not reach that far.
     """
+    check_robot(start.robot, start.loads)
     check_square(start.robot)
     places = np.array([checked_vector("position", place, 3) for place in np.asarray(positions)])
     turns = np.repeat(start.platform_rotation[None], len(places) + 1, axis=0)

@@ -137,6 +137,8 @@ def check_robot(robot: Robot, loads: Loads) -> None:
     if robot.motor_count != len(robot.description.legs):
         raise InvalidRequest("robot", "expected a motor for every leg")
     for leg in robot.description.legs:
+        if leg.elements is not None:
+            raise InvalidRequest("robot", f"{leg.name}: expected a motor and a rod, not a chain")
         if not (isinstance(leg.motor, RevoluteMotor) and leg.motor_name is not None):
             raise InvalidRequest("robot", f"{leg.name}: expected a revolute motor")
         if not isinstance(leg.joint, Spherical) and not (

@@ -1,0 +1,84 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Robots on which the strain-mode model is compared with continuous rods."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from cpr_core import Equilibrium, Robot, find_equilibria, load_robot, solve_forward, solve_home
+from cpr_core.description.chain import ChainRod
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.description.loads import Loads
+from cpr_core.rods.rod import StrainModes
+from cpr_core.solving.not_reached import NotReached
+
+from .chain_robots import robot_of
+
+_DATA = Path(__file__).parents[1] / "data"
+#: Every robot there is a file of: whatever is shipped, and what tests have of their own.
+FILES = {path.stem: path for path in (*shipped_robots().values(), *sorted(_DATA.glob("*.yaml")))}
+
+
+@cache
+def reference_robot(name: str, modes: int = 12) -> Robot:
+    """A robot out of FILES with modes enough to be compared."""
+    return load_robot(str(FILES[name]), modes=modes)
+
+
+def loaded(robot: Robot) -> Loads:
+    """Gravity and a wind that no axis of the robot is along."""
+    gravity = [0.3, -9.0, 0.0] if robot.planar else [0.3, -0.2, -9.81]
+    wind = [0.05, 0.02, 0.0] if robot.planar else [0.05, -0.03, 0.02]
+    return robot.default_loads.with_(gravity=gravity, rod_force=wind)
+
+
+def walked(robot: Robot, count: int, seed: int) -> Iterator[Equilibrium]:
+    """Random configurations about home that can be reached from it; every second one loaded."""
+    random, home = np.random.default_rng(seed), solve_home(robot)
+    for number in range(count):
+        step = 0.25 * random.normal(size=robot.motor_count) * robot.motor_units
+        loads = loaded(robot) if number % 2 else robot.default_loads
+        try:
+            yield solve_forward(robot, home.motors + step, start=home, loads=loads)
+        except NotReached:
+            continue
+
+
+def met(robot: Robot, starts: int, seed: int) -> tuple[Equilibrium, ...]:
+    """Equilibria at the motors of home, stable or not."""
+    motors = robot.description.home.motors
+    found = find_equilibria(robot, motors, starts=starts, seed=seed)
+    return tuple(each.equilibrium for each in found)
+
+
+def robot_with(chains: Sequence[str], modes: int = 10, shared: bool = False) -> Robot:
+    """The paper's robot with chains out of CHAINS for legs, clamped to the platform where it has them.
+
+    A continuous rod bends and twists in all directions, so there are modes for all.
+    """
+    description = robot_of(chains, "fixed", shared).description
+    places = [leg.joint.position for leg in load_robot("six_rfs").description.legs]
+    legs = tuple(
+        replace(
+            leg,
+            joint=replace(leg.joint, position=place),
+            elements=tuple(
+                replace(element, modes=StrainModes((modes, modes, modes)))
+                if isinstance(element, ChainRod)
+                else element
+                for element in leg.chain
+            ),
+        )
+        for leg, place in zip(description.legs, places, strict=False)
+    )
+    motors = np.array([0.55 if motor.unit == "m" else 0.3 for motor in description.motors])
+    bow = description.home.bow[: len(legs)]
+    home = replace(description.home, motors=motors, bow=bow, strain=None)
+    return Robot(replace(description, legs=legs, home=home))
