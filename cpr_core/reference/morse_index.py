@@ -20,10 +20,12 @@ from .continuous_equilibrium import ContinuousEquilibrium
 from .rod_integration import RodTrajectory
 from .second_variation import PartTooLong, SecondVariation, second_variation
 
-__all__ = ["MorseIndex", "index_beyond", "index_falls", "morse_index"]
+__all__ = ["SHORTEST", "MorseIndex", "index_beyond", "index_falls", "morse_index"]
 
 #: Turn of the curvature and wave number times length of the longest part of a rod, tried first.
 _LONGEST = 1.0
+#: Tip parts shorter than this are not looked at: so short a rod does not buckle.
+SHORTEST = 0.01
 #: How well conjugate points are located.
 _LOCATED = 1e-9
 
@@ -55,12 +57,15 @@ def index_beyond(solution: ContinuousEquilibrium, u: float) -> int:
 
     Args:
         solution: An equilibrium of any robot.
-        u: The section, a fraction of the length of the rods of every leg; joints and links before the
-            first rod are at 0, those behind the last one at 1.
+        u: The section, a fraction of the length of the rods of every leg, at most 0.99: joints hold
+            each other through nothing but the rods. Joints and links before the first rod are at 0,
+            those behind the last one at 1.
 
     Raises:
-        InvalidRequest: A load without potential.
+        InvalidRequest: A load without potential, or another section.
     """
+    if not 0.0 <= u <= 1.0 - SHORTEST:
+        raise InvalidRequest("u", f"expected a section from 0 to {1.0 - SHORTEST:g}, got {u}")
     return _form(solution, u).index(motors_free=False)
 
 
@@ -107,7 +112,7 @@ def _cuts(parts: tuple[RodTrajectory, ...], section: float, longest: float) -> l
 def index_falls(solution: ContinuousEquilibrium) -> tuple[float, ...]:
     """Sections from 0 to 1 where the index of what lies beyond falls, each as often as it falls by one.
 
-    Those at 1 are of what lies behind the last rods, or of the platform between tips that are clamped.
+    Those at 1 are of what lies behind the last rods, or of a platform that its joints do not hold.
 
     Args:
         solution: An equilibrium of any robot.
@@ -125,5 +130,6 @@ def index_falls(solution: ContinuousEquilibrium) -> tuple[float, ...]:
         at_middle = index_beyond(solution, middle)
         return between(low, middle, at_low, at_middle) + between(middle, high, at_middle, at_high)
 
-    ends = [index_beyond(solution, u) for u in (0.0, 1.0)]
-    return (*between(0.0, 1.0, *ends), *[1.0] * ends[1])
+    last = 1.0 - SHORTEST
+    ends = [index_beyond(solution, u) for u in (0.0, last)]
+    return (*between(0.0, last, *ends), *[1.0] * ends[1])

@@ -43,19 +43,22 @@ def walked(robot: Robot, count: int, seed: int) -> Iterator[Equilibrium]:
     """Random configurations about home that can be reached from it; every second one loaded."""
     random, home = np.random.default_rng(seed), solve_home(robot)
     for number in range(count):
-        step = 0.25 * random.normal(size=robot.motor_count) * robot.motor_units
+        motors = home.motors + 0.25 * random.normal(size=robot.motor_count) * robot.motor_units
         loads = loaded(robot) if number % 2 else robot.default_loads
         try:
-            yield solve_forward(robot, home.motors + step, start=home, loads=loads)
+            yield solve_forward(robot, motors, start=home, loads=loads)
         except NotReached:
             continue
 
 
-def met(robot: Robot, starts: int, seed: int) -> tuple[Equilibrium, ...]:
-    """Equilibria at the motors of home, stable or not."""
-    motors = robot.description.home.motors
-    found = find_equilibria(robot, motors, starts=starts, seed=seed)
-    return tuple(each.equilibrium for each in found)
+def met(robot: Robot, count: int, seed: int) -> Iterator[Equilibrium]:
+    """Equilibria met from random shapes at random motors, stable or not; every second time loaded."""
+    random, home = np.random.default_rng(seed), solve_home(robot)
+    for number in range(count):
+        motors = home.motors + 0.1 * random.normal(size=robot.motor_count) * robot.motor_units
+        loads = loaded(robot) if number % 2 else robot.default_loads
+        found = find_equilibria(robot, motors, starts=8, seed=number, loads=loads)
+        yield from (each.equilibrium for each in found)
 
 
 def robot_with(chains: Sequence[str], modes: int = 10, shared: bool = False) -> Robot:
