@@ -10,6 +10,7 @@ joints; then the balance of the platform about its origin.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ from ..description.loads import Loads
 from ..lie import skew
 from ..model.robot import Robot
 from .chain_robot import ChainRobot, LegModel
-from .chain_steps import ChainStep, chain_steps, tip_of
+from .chain_steps import ChainState, ChainStep, NodePlace, chain_steps, tip_of
 
 __all__ = [
     "ChainBalance",
@@ -29,6 +30,7 @@ __all__ = [
     "chain_balance",
     "platform_wrench",
     "tip_joint",
+    "variable_units",
 ]
 
 Floats = NDArray[np.float64]
@@ -44,12 +46,15 @@ class ChainPoint(NamedTuple):
         wrenches: Moment and force the legs exert on their bases, in the world, (L, 6).
         rotation: Of the platform, (3, 3).
         position: Of the platform, (3,).
+        nodes: States inside rods from which they are integrated anew (multiple shooting): where large
+            forces make what comes far behind too sensitive to the base.
     """
 
     values: Floats
     wrenches: Floats
     rotation: Floats
     position: Floats
+    nodes: Mapping[NodePlace, ChainState]
 
 
 class TipJoint(NamedTuple):
@@ -82,7 +87,7 @@ class ChainBalance:
 
     Attributes:
         residual: (M,).
-        jacobian: By the state, then by the base wrenches of all legs, (M, N + 6 L).
+        jacobian: By the state, the base wrenches of all legs and the nodes, (M, N + 6 L + 12 K).
         legs: The steps along every leg.
         efforts: By state index, (N,) [N m or N]: of motors, and what passive joints lack.
     """
@@ -130,13 +135,46 @@ def platform_wrench(robot: Robot, loads: Loads, rotation: Floats) -> tuple[Float
     return wrench, turned
 
 
+def _node_units(model: ChainRobot) -> Floats:
+    length, energy = model.robot.mean_length, model.robot.numbers.energy_unit
+    return np.repeat([length, 1.0, energy, energy / length], 3)
+
+
+def variable_units(model: ChainRobot, nodes: int) -> Floats:
+    """Natural units of the state, the base wrenches and so many nodes, (N + 6 L + 12 K,)."""
+    own = _node_units(model)
+    return np.concatenate(
+        [model.robot.numbers.unit, np.tile(own[6:], len(model.legs)), np.tile(own, nodes)]
+    )
+
+
+def _jump(
+    reached: ChainState, node: ChainState, motion: Floats, anew: Floats
+) -> tuple[Floats, Floats]:
+    """What a rod misses a node by, (12,), and its derivative; both motions are (12, ...)."""
+    turn = reached.frame @ node.frame.T
+    skewed, trace = turn.T - turn, np.trace(turn) * np.eye(3)
+    jump = np.concatenate(
+        [
+            reached.position - node.position,
+            0.5 * np.array([skewed[1, 2], skewed[2, 0], skewed[0, 1]]),
+            reached.moment - node.moment,
+            reached.force - node.force,
+        ]
+    )
+    slope = motion - anew
+    slope[3:6] = 0.5 * ((trace - turn) @ motion[3:6] - (trace - turn.T) @ anew[3:6])
+    return jump, slope
+
+
 def chain_balance(model: ChainRobot, point: ChainPoint) -> ChainBalance:
     """Residual and derivative at a point."""
     robot, numbers = model.robot, model.robot.numbers
     size, length, energy = len(numbers.unit), robot.mean_length, numbers.energy_unit
     turns, plane = ([2], [0, 1]) if robot.planar else ([0, 1, 2], [0, 1, 2])
     units = np.repeat([energy, energy / length], 3)
-    all_units = np.concatenate([numbers.unit, np.tile(units, len(model.legs))])
+    all_units = variable_units(model, len(point.nodes))
+    column_of = {place: number for number, place in enumerate(point.nodes)}
     rows: list[Floats] = []
     slopes: list[Floats] = []
     efforts = np.zeros(size)
@@ -150,8 +188,16 @@ def chain_balance(model: ChainRobot, point: ChainPoint) -> ChainBalance:
         motion[6:, size + 6 * number : size + 6 * number + 6] = np.eye(6)
         steps = []
         lacking = np.zeros((size, len(all_units)))
-        for step in chain_steps(leg, point.wrenches[number], point.values):
+        for step in chain_steps(leg, point.wrenches[number], point.values, point.nodes):
             steps.append(step)
+            if step.node is not None and step.reached is not None:
+                anew = np.zeros_like(motion)
+                first = size + 6 * len(model.legs) + 12 * column_of[step.node]
+                anew[:, first : first + 12] = np.eye(12)
+                jump, slope = _jump(step.reached, step.before, motion, anew)
+                rows += [(jump / _node_units(model))[model.in_chain]]
+                slopes += [(slope / _node_units(model)[:, None])[model.in_chain]]
+                motion = anew
             if step.index is not None:
                 efforts[step.index] += step.gradient
                 lacking[step.index] += step.row @ motion

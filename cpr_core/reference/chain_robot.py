@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -47,6 +47,7 @@ class RodModel:
     """A rod.
 
     Attributes:
+        number: In the robot.
         element: As described.
         properties: Along s/l.
         length: Its length [m]; of one that is fed the nominal one.
@@ -54,6 +55,7 @@ class RodModel:
         fed: Where a motor feeds it.
     """
 
+    number: int
     element: ChainRod
     properties: RodProperties
     length: float
@@ -100,12 +102,17 @@ class ChainRobot:
         """Components of a position or force over a turn or moment that there are, of six."""
         return np.array([0, 1, 5] if self.robot.planar else range(6))
 
+    @property
+    def in_chain(self) -> Integers:
+        """Components of (dp, dtheta, dm, dn) that there are, of twelve."""
+        return np.array([0, 1, 5, 8, 9, 10] if self.robot.planar else range(12))
+
 
 def chain_robot(
     robot: Robot,
     loads: Loads,
     method: ShootingMethod,
-    cuts: Sequence[Sequence[float]] | None = None,
+    cuts: Mapping[int, Sequence[float]] | None = None,
 ) -> ChainRobot:
     """A robot ready for shooting.
 
@@ -113,7 +120,7 @@ def chain_robot(
         robot: The robot.
         loads: The loads.
         method: How its rods are integrated.
-        cuts: Where rods are cut beside their kinks, s/l between 0 and 1, for every rod of the robot.
+        cuts: Where rods are cut beside their kinks, s/l between 0 and 1, by number of the rod.
 
     Raises:
         InvalidRequest: A joint of a kind this method does not know.
@@ -124,8 +131,9 @@ def chain_robot(
         passive = []
         for element, index in zip(leg.chain, own.coordinates, strict=True):
             if isinstance(element, ChainRod):
-                model = _rod_model(loads, method, leg.name, element, cuts[number] if cuts else ())
-                elements.append((model, index))
+                own_cuts = (cuts or {}).get(number, ())
+                rod = _rod_model(loads, method, leg.name, element, number, own_cuts)
+                elements.append((rod, index))
                 number += 1
                 continue
             _check_element(leg.name, element)
@@ -161,6 +169,7 @@ def _rod_model(
     method: ShootingMethod,
     leg: str,
     element: ChainRod,
+    number: int,
     cuts: Sequence[float],
 ) -> RodModel:
     rod = element.rod
@@ -192,7 +201,7 @@ def _rod_model(
     fed = None
     if element.motor is not None:
         fed = FedRod(rod.length, _mean(force_at, ends))
-    return RodModel(element, properties, rod.length, tuple(parts), fed)
+    return RodModel(number, element, properties, rod.length, tuple(parts), fed)
 
 
 def _mean(function: Callable[[Floats], Floats], ends: list[float]) -> Floats:

@@ -16,8 +16,8 @@ passive and is the effort of its motor otherwise.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -37,9 +37,11 @@ from .rod_integration import (
     transition,
 )
 
-__all__ = ["ChainState", "ChainStep", "chain_steps", "tip_of"]
+__all__ = ["ChainState", "ChainStep", "NodePlace", "chain_steps", "node_cuts", "tip_of"]
 
 Floats = NDArray[np.float64]
+#: Number of a rod in the robot, and s/l.
+NodePlace = tuple[int, float]
 
 #: Rows of dp, dtheta, dm, dn.
 _P, _TURN, _M, _N = (slice(3 * i, 3 * i + 3) for i in range(4))
@@ -71,6 +73,9 @@ class ChainStep:
         row: r, (12,).
         stiffness: kappa.
         trajectory: The part of a rod it is; None: rigid.
+        rod: Number of that rod in the robot.
+        node: Where it begins at a node, its place.
+        reached: State in front of that node.
     """
 
     before: ChainState
@@ -82,21 +87,27 @@ class ChainStep:
     row: Floats = field(default_factory=_none)
     stiffness: float = 0.0
     trajectory: RodTrajectory | None = None
+    rod: int | None = None
+    node: NodePlace | None = None
+    reached: ChainState | None = None
 
 
-def chain_steps(leg: LegModel, wrench: Floats, values: Floats) -> Iterator[ChainStep]:
+def chain_steps(
+    leg: LegModel, wrench: Floats, values: Floats, nodes: Mapping[NodePlace, ChainState]
+) -> Iterator[ChainStep]:
     """A leg from its base to its tip.
 
     Args:
         leg: The leg.
         wrench: Moment [N m] and force [N] it exerts on its base, in the world, (6,).
         values: State of the robot, (N,); coordinates of joints and lengths are taken from it.
+        nodes: States from which rods go on, whatever is reached there.
     """
     state = ChainState(leg.base_position, leg.base_rotation, wrench[:3], wrench[3:])
     for element, index in leg.elements:
         value = 0.0 if index is None else float(values[index])
         if isinstance(element, RodModel):
-            for step in _rod_steps(element, state, index, value):
+            for step in _rod_steps(element, state, index, value, nodes):
                 yield step
                 state = step.after
             continue
@@ -108,6 +119,14 @@ def chain_steps(leg: LegModel, wrench: Floats, values: Floats) -> Iterator[Chain
             step = _shift(element, state, index, value)
         yield step
         state = step.after
+
+
+def node_cuts(nodes: Iterable[NodePlace]) -> dict[int, list[float]]:
+    """Where rods have to be cut so that parts begin at nodes: s/l by number of the rod."""
+    cuts: dict[int, list[float]] = {}
+    for rod, sigma in nodes:
+        cuts.setdefault(rod, []).append(sigma)
+    return cuts
 
 
 def tip_of(leg: LegModel, wrench: Floats, steps: list[ChainStep]) -> ChainState:
@@ -183,7 +202,11 @@ def _led(before: ChainState, way: Floats, beyond: Floats) -> tuple[ChainState, F
 
 
 def _rod_steps(
-    rod: RodModel, before: ChainState, index: int | None, value: float
+    rod: RodModel,
+    before: ChainState,
+    index: int | None,
+    value: float,
+    nodes: Mapping[NodePlace, ChainState],
 ) -> Iterator[ChainStep]:
     length, state = rod.length, before
     if rod.fed is not None:
@@ -192,7 +215,10 @@ def _rod_steps(
         yield step
         state = step.after
     for part in rod.parts:
-        step = _rod_part(rod, part, state, before.position, length, index)
+        place = (rod.number, part.begin)
+        step = _rod_part(rod, part, nodes.get(place, state), before.position, length, index)
+        if place in nodes:
+            step = replace(step, node=place, reached=state)
         yield step
         state = step.after
 
@@ -220,11 +246,20 @@ def _rod_part(
     end = whole.states[-1]
     after = ChainState(position(end), frame(end), moment(end), force(end))
     if index is None:
-        return ChainStep(before, after, transition(end), trajectory=whole)
+        return ChainStep(before, after, transition(end), trajectory=whole, rod=rod.number)
     column, effort, later, stiffness = length_variation(end)
     # What has come out is lifted with the part: its weight by l is that of the part over l.
     lifted = (after.force - start.force) / length
     row = np.concatenate([lifted, later])
     return ChainStep(
-        before, after, transition(end), index, column, effort, row, stiffness, trajectory=whole
+        before,
+        after,
+        transition(end),
+        index,
+        column,
+        effort,
+        row,
+        stiffness,
+        trajectory=whole,
+        rod=rod.number,
     )

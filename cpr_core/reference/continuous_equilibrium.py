@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..lie import quaternion_from_rotation
 from ..model.robot import Robot
 from .chain_balance import ChainBalance, ChainPoint, chain_balance, tip_joint
 from .chain_robot import ChainRobot, chain_robot
-from .chain_steps import chain_steps
+from .chain_steps import ChainState, NodePlace, chain_steps, node_cuts
 from .rod_integration import RodTrajectory
 from .shooting_method import ShootingMethod
 
@@ -40,6 +41,7 @@ class ContinuousEquilibrium:
         residual: Largest dimensionless gap or imbalance.
         iterations: Jacobians used.
         method: How it was found.
+        nodes: States inside rods from which they are integrated anew.
     """
 
     robot: Robot
@@ -52,6 +54,7 @@ class ContinuousEquilibrium:
     residual: float
     iterations: int
     method: ShootingMethod
+    nodes: Mapping[NodePlace, ChainState] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for array in (
@@ -81,7 +84,7 @@ class ContinuousEquilibrium:
     @cached_property
     def model(self) -> ChainRobot:
         """The robot as it was integrated."""
-        return chain_robot(self.robot, self.loads, self.method)
+        return chain_robot(self.robot, self.loads, self.method, node_cuts(self.nodes))
 
     @cached_property
     def point(self) -> ChainPoint:
@@ -92,11 +95,11 @@ class ContinuousEquilibrium:
         values[np.concatenate([leg.passive for leg in self.model.legs])] = self.passive
         for leg, wrench in zip(self.model.legs, self.base_wrenches, strict=True):
             if len(leg.moments):
-                *_, last = chain_steps(leg, wrench, values)
+                *_, last = chain_steps(leg, wrench, values, self.nodes)
                 joint = tip_joint(leg, np.zeros(len(leg.moments)), rotation, last.after.frame)
                 couple = -last.after.moment
                 values[leg.moments] = np.linalg.lstsq(joint.axes.T, couple, rcond=None)[0]
-        return ChainPoint(values, np.array(self.base_wrenches), rotation, place)
+        return ChainPoint(values, np.array(self.base_wrenches), rotation, place, self.nodes)
 
     @cached_property
     def balance(self) -> ChainBalance:
@@ -115,4 +118,5 @@ class ContinuousEquilibrium:
     def integration_error(self) -> float:
         """Largest gap or imbalance, dimensionless, when integrated with twice the steps."""
         method = replace(self.method, steps=2 * self.steps)
-        return chain_balance(chain_robot(self.robot, self.loads, method), self.point).largest
+        model = chain_robot(self.robot, self.loads, method, node_cuts(self.nodes))
+        return chain_balance(model, self.point).largest

@@ -16,6 +16,7 @@ import numpy as np
 from ..blas_threads import on_one_blas_thread
 from ..errors import InvalidRequest
 from .chain_robot import chain_robot
+from .chain_steps import ChainStep, node_cuts
 from .continuous_equilibrium import ContinuousEquilibrium
 from .rod_integration import RodTrajectory
 from .second_variation import PartTooLong, SecondVariation, second_variation
@@ -73,14 +74,17 @@ def _form(solution: ContinuousEquilibrium, u: float) -> SecondVariation:
     robot, loads = solution.robot, solution.loads
     if not loads.conservative(robot.planar):
         raise InvalidRequest("loads", "expected loads that have a potential")
-    sections = np.array([u * sum(part.part_length for part in rods) for rods in solution.rods])
+    legs = [
+        [step for step in steps if step.trajectory is not None] for steps in solution.balance.legs
+    ]
+    lengths = [[step.trajectory.part_length for step in parts if step.trajectory] for parts in legs]
+    sections = u * np.array([sum(parts) for parts in lengths])
     longest = _LONGEST
     while True:
-        cuts = [
-            cut
-            for rods, section in zip(solution.rods, sections, strict=True)
-            for cut in _cuts(rods, section, longest)
-        ]
+        cuts = node_cuts(solution.nodes)
+        for parts, section in zip(legs, sections, strict=True):
+            for rod, own in _cuts(parts, section, longest).items():
+                cuts[rod] = [*cuts.get(rod, ()), *own]
         model = chain_robot(robot, loads, solution.method, cuts)
         try:
             return second_variation(model, solution.point, sections)
@@ -88,23 +92,22 @@ def _form(solution: ContinuousEquilibrium, u: float) -> SecondVariation:
             longest *= 0.5
 
 
-def _cuts(parts: tuple[RodTrajectory, ...], section: float, longest: float) -> list[list[float]]:
-    """Where the rods of a leg are cut: s/l, rod by rod."""
-    rods: list[list[RodTrajectory]] = []
-    for part in parts:
-        if not rods or rods[-1][0].properties is not part.properties:
-            rods.append([])
-        rods[-1].append(part)
-    cuts, before = [], 0.0
-    for rod in rods:
+def _cuts(parts: list[ChainStep], section: float, longest: float) -> dict[int, list[float]]:
+    """Where the rods of a leg are cut: s/l by number of the rod."""
+    rods: dict[int, list[RodTrajectory]] = {}
+    for step in parts:
+        if step.rod is not None and step.trajectory is not None:
+            rods.setdefault(step.rod, []).append(step.trajectory)
+    cuts, before = {}, 0.0
+    for number, rod in rods.items():
         states, length = np.vstack([part.states for part in rod]), rod[0].length
         compliance = max(float(part.tables.compliance.max()) for part in rod)
         curved = compliance * np.linalg.norm(states[:, 12:15], axis=1).max()
         waves = np.sqrt(compliance * np.linalg.norm(states[:, 15:18], axis=1).max())
         count = max(1, int(np.ceil(max(curved, waves) * length / longest)))
-        own = (np.arange(1, count) / count).tolist()
         at = (section - before) / length
-        cuts.append([*own, at] if 0.0 < at < 1.0 else own)
+        inside = [at] if 0.0 < at < 1.0 else []
+        cuts[number] = [*(np.arange(1, count) / count).tolist(), *inside]
         before += length
     return cuts
 

@@ -150,7 +150,7 @@ class _LegForm:
         section: float,
     ) -> None:
         robot, leg = model.robot, model.legs[number]
-        whole = list(chain_steps(leg, point.wrenches[number], point.values))
+        whole = list(chain_steps(leg, point.wrenches[number], point.values, point.nodes))
         steps = whole[_held(whole, section) :]
         shared = [*robot.platform_indices, *robot.motor_indices]
         moved = {step.index for step in steps}

@@ -16,8 +16,9 @@ from cpr_core import Robot
 from cpr_core.description import joints
 from cpr_core.description.loads import DistributedForce, PointForce
 from cpr_core.lie import skew
-from cpr_core.reference.chain_balance import ChainPoint, chain_balance
+from cpr_core.reference.chain_balance import ChainPoint, chain_balance, variable_units
 from cpr_core.reference.chain_robot import chain_robot
+from cpr_core.reference.chain_steps import ChainState, node_cuts
 from cpr_core.reference.shooting_method import ShootingMethod
 
 METHOD = ShootingMethod(steps=16)
@@ -30,8 +31,8 @@ TIPS = {
 }
 
 
-def anywhere(chain, tip):
-    """A robot of two legs under all loads, and a point that is no equilibrium."""
+def anywhere(chain, tip, nodes=0):
+    """A robot of two legs under all loads, and a point that is no equilibrium; nodes in some rods."""
     robot = robot_with([chain, "motor"], modes=3)
     description = replace(robot.description, stations=(0.25, 0.5))
     legs = tuple(replace(leg, joint=TIPS[tip](leg.joint.position)) for leg in description.legs)
@@ -51,15 +52,33 @@ def anywhere(chain, tip):
     values[robot.motor_indices] = 0.5 + 0.1 * random.normal(size=robot.motor_count)
     wrenches = np.column_stack([0.2 * random.normal(size=(2, 3)), random.normal(size=(2, 3))])
     rotation = Rotation.from_rotvec(random.normal(size=3)).as_matrix()
-    point = ChainPoint(values, wrenches, rotation, random.normal(size=3))
-    return chain_robot(robot, loads, METHOD), point
+    nodes = {
+        (rod, 0.5): ChainState(
+            random.normal(size=3),
+            Rotation.from_rotvec(random.normal(size=3)).as_matrix(),
+            0.2 * random.normal(size=3),
+            random.normal(size=3),
+        )
+        for rod in range(nodes)
+    }
+    point = ChainPoint(values, wrenches, rotation, random.normal(size=3), nodes)
+    return chain_robot(robot, loads, METHOD, node_cuts(nodes)), point
 
 
 def moved(model, point, column, step):
     """The point with one of its variables moved by so many natural units."""
     robot, size = model.robot, model.robot.state_size
     twist, values, wrenches = np.zeros(6), point.values.copy(), point.wrenches.copy()
-    if column >= size:
+    nodes = {place: list(node) for place, node in point.nodes.items()}
+    if column >= size + 12:
+        node = list(nodes.values())[(column - size) // 12 - 1]
+        part, axis = divmod((column - size) % 12, 3)
+        change = step * variable_units(model, len(nodes))[column] * np.eye(3)[axis]
+        if part == 1:
+            node[part] = Rotation.from_rotvec(change).as_matrix() @ node[part]
+        else:
+            node[part] = node[part] + change
+    elif column >= size:
         energy = robot.numbers.energy_unit
         unit = np.tile(np.repeat([energy, energy / robot.mean_length], 3), 2)
         wrenches = (wrenches.ravel() + step * unit * (np.arange(12) == column - size)).reshape(2, 6)
@@ -69,14 +88,21 @@ def moved(model, point, column, step):
     else:
         values[column] += step * robot.numbers.unit[column]
     rotation = Rotation.from_rotvec(twist[:3]).as_matrix() @ point.rotation
-    return ChainPoint(values, wrenches, rotation, point.position + twist[3:])
+    nodes = {place: ChainState(*node) for place, node in nodes.items()}
+    return ChainPoint(values, wrenches, rotation, point.position + twist[3:], nodes)
 
 
 @pytest.mark.parametrize(
-    ("chain", "tip"), [*((chain, "fixed") for chain in CHAINS), *(("hub", tip) for tip in TIPS)]
+    ("chain", "tip", "nodes"),
+    [
+        *((chain, "fixed", 0) for chain in CHAINS),
+        *(("hub", tip, 0) for tip in TIPS),
+        ("two rods", "fixed", 3),
+        ("fed behind a rod", "fixed", 2),
+    ],
 )
-def test_the_jacobian_is_the_derivative_of_the_residual(chain, tip):
-    model, point = anywhere(chain, tip)
+def test_the_jacobian_is_the_derivative_of_the_residual(chain, tip, nodes):
+    model, point = anywhere(chain, tip, nodes)
     here, step = chain_balance(model, point), 1e-5
     strain = [
         i for leg in model.robot.numbers.legs for i in range(leg.strain.start, leg.strain.stop)

@@ -35,7 +35,7 @@ CONFIGURATIONS = 200
 @pytest.mark.parametrize("name", FILES)
 def test_both_indices_are_those_of_continuous_rods(name):
     robot = reference_robot(name)
-    count = -(-CONFIGURATIONS // len(CHAIN_FILES)) if name in CHAIN_FILES else 10
+    count = -(-CONFIGURATIONS // len(CHAIN_FILES)) if name in CHAIN_FILES else 6
     near = list(islice(walked(robot, count, seed=1), count // 3))
     far = list(islice(met(robot, count, seed=1), count - len(near)))
     assert len(near) + len(far) == count
