@@ -83,11 +83,11 @@ def test_every_robot_is_where_continuous_rods_are(name):
 
 def test_rods_under_large_forces_are_shot_along_in_parts():
     """Nearly straight legs that are pulled by 30 N: what the base does wrong grows far beyond."""
-    for modes in walked(reference_robot("gough_stewart", 16), 3, seed=1):
+    for modes in walked(reference_robot("gough_stewart"), 3, seed=1):
         rods = solve_continuous(modes)
         assert rods.nodes
         assert rods.integration_error < 1e-11
-        assert_same(rods, modes)
+        assert_same(rods, modes, position=1e-6, effort=1e-4)  # of twelve modes
 
 
 def test_every_chain_is_in_some_robot():
