@@ -35,7 +35,7 @@ from scipy import linalg, optimize
 from ..errors import InvalidRequest
 from ..lie import skew
 from .continuous_equilibrium import ContinuousEquilibrium
-from .morse_index import SHORTEST, index_falls
+from .morse_index import index_falls
 from .rod_integration import STEPS, RodTrajectory, force, integrate, moment, transition
 from .shooting_robot import balance_rows, check_robot, compiled, force_per_length
 
@@ -46,6 +46,8 @@ Integers = NDArray[np.int64]
 
 #: Cells of (0, 1) in which conjugate points are looked for first.
 CELLS = 64
+#: Tip parts shorter than this are not looked at: so short a rod does not buckle.
+SHORTEST = 0.01
 #: Cells are split until the phases together turn by less than this [rad], so that none is lost in 2 pi.
 LARGEST_TURN = 0.8
 #: Conjugate points closer than this in u are one of higher multiplicity.

@@ -25,8 +25,9 @@ __all__ = ["SHORTEST", "MorseIndex", "index_beyond", "index_falls", "morse_index
 
 #: Turn of the curvature and wave number times length of the longest part of a rod, tried first.
 _LONGEST = 1.0
-#: Tip parts shorter than this are not looked at: so short a rod does not buckle.
-SHORTEST = 0.01
+#: Tip parts shorter than this are not looked at: rods so short do not buckle, and where they hold a
+#: platform more than once over what they yield drowns in rounding.
+SHORTEST = 0.05
 #: How well conjugate points are located.
 _LOCATED = 1e-9
 
@@ -58,9 +59,8 @@ def index_beyond(solution: ContinuousEquilibrium, u: float) -> int:
 
     Args:
         solution: An equilibrium of any robot.
-        u: The section, a fraction of the length of the rods of every leg, at most 0.99: joints hold
-            each other through nothing but the rods. Joints and links before the first rod are at 0,
-            those behind the last one at 1.
+        u: The section, a fraction of the length of the rods of every leg, at most 0.95. Joints and links
+            before the first rod are at 0, those behind the last one at 1.
 
     Raises:
         InvalidRequest: A load without potential, or another section.

@@ -49,7 +49,7 @@ Integers = NDArray[np.int64]
 #: Largest distance of A from the identity.
 _NEAR = 0.8
 #: Eigenvalues smaller than this times the largest are those of neutral motions.
-_NEUTRAL = 1e-12
+_NEUTRAL = 1e-14
 
 
 class PartTooLong(Exception):

@@ -18,8 +18,7 @@ from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.loads import Loads
 from cpr_core.rods.rod import StrainModes
 from cpr_core.solving.not_reached import NotReached
-
-from .chain_robots import robot_of
+from helpers.chain_robots import robot_of
 
 _DATA = Path(__file__).parents[1] / "data"
 #: Every robot there is a file of: whatever is shipped, and what tests have of their own.
