@@ -21,7 +21,7 @@ from .continuous_equilibrium import ContinuousEquilibrium
 from .rod_integration import RodTrajectory
 from .second_variation import PartTooLong, SecondVariation, second_variation
 
-__all__ = ["SHORTEST", "MorseIndex", "index_beyond", "index_falls", "morse_index"]
+__all__ = ["SHORTEST", "MorseIndex", "energy_form", "index_beyond", "index_falls", "morse_index"]
 
 #: Turn of the curvature and wave number times length of the longest part of a rod, tried first.
 _LONGEST = 1.0
@@ -49,7 +49,7 @@ def morse_index(solution: ContinuousEquilibrium) -> MorseIndex:
     Raises:
         InvalidRequest: A load without potential: then there is no energy to have an index.
     """
-    form = _form(solution, 0.0)
+    form = energy_form(solution)
     return MorseIndex(form.index(motors_free=False), form.index(motors_free=True))
 
 
@@ -67,10 +67,19 @@ def index_beyond(solution: ContinuousEquilibrium, u: float) -> int:
     """
     if not 0.0 <= u <= 1.0 - SHORTEST:
         raise InvalidRequest("u", f"expected a section from 0 to {1.0 - SHORTEST:g}, got {u}")
-    return _form(solution, u).index(motors_free=False)
+    return energy_form(solution, u).index(motors_free=False)
 
 
-def _form(solution: ContinuousEquilibrium, u: float) -> SecondVariation:
+def energy_form(solution: ContinuousEquilibrium, u: float = 0.0) -> SecondVariation:
+    """Second variation of the energy of what lies beyond a section of all legs, clamped there.
+
+    Args:
+        solution: An equilibrium of any robot.
+        u: The section, as ``index_beyond`` takes it.
+
+    Raises:
+        InvalidRequest: A load without potential.
+    """
     robot, loads = solution.robot, solution.loads
     if not loads.conservative(robot.planar):
         raise InvalidRequest("loads", "expected loads that have a potential")

@@ -12,9 +12,18 @@ from pathlib import Path
 
 import numpy as np
 
-from cpr_core import Equilibrium, Robot, find_equilibria, load_robot, solve_forward, solve_home
+from cpr_core import (
+    Equilibrium,
+    Robot,
+    find_equilibria,
+    leg_shapes,
+    load_robot,
+    solve_forward,
+    solve_home,
+)
 from cpr_core.description.chain import ChainRod
 from cpr_core.description.description_file import shipped_robots
+from cpr_core.description.joints import RevoluteJoint, Universal
 from cpr_core.description.loads import Loads
 from cpr_core.rods.rod import StrainModes
 from cpr_core.solving.not_reached import NotReached
@@ -84,3 +93,19 @@ def robot_with(chains: Sequence[str], modes: int = 10, shared: bool = False) -> 
     bow = description.home.bow[: len(legs)]
     home = replace(description.home, motors=motors, bow=bow, strain=None)
     return Robot(replace(description, legs=legs, home=home))
+
+
+def robot_with_tips(tip: str) -> Robot:
+    """A robot with two revolute or universal tips, closed where all tips would be clamped."""
+    robot = robot_with(("motor", "hub", "sprung motor"), modes=12)
+    start = solve_home(robot)
+    shapes, legs = leg_shapes(start), list(robot.description.legs)
+    for number in (1, 2):
+        frame = start.platform_rotation.T @ shapes[number].rotation[-1]
+        place, (_, across, along) = legs[number].joint.position, frame.T
+        joint = {
+            "revolute": RevoluteJoint(place, tuple(along), (0.0, 0.0, 1.0)),
+            "universal": Universal(place, tuple(across), (0.0, 0.0, 1.0)),
+        }[tip]
+        legs[number] = replace(legs[number], joint=joint)
+    return Robot(replace(robot.description, legs=tuple(legs)))

@@ -11,7 +11,14 @@ import numpy as np
 import pytest
 from helpers.chain_robots import CHAINS
 from helpers.reference_paths import numbers, read
-from helpers.reference_robots import FILES, loaded, reference_robot, robot_with, walked
+from helpers.reference_robots import (
+    FILES,
+    loaded,
+    reference_robot,
+    robot_with,
+    robot_with_tips,
+    walked,
+)
 from numpy.testing import assert_allclose
 
 from cpr_core import (
@@ -22,7 +29,6 @@ from cpr_core import (
     solve_forward,
     solve_home,
 )
-from cpr_core.description import joints
 from cpr_core.description.chain import ChainJoint, ChainRod
 from cpr_core.description.loads import DistributedForce, PointForce
 from cpr_core.kernels.kernel_sources import kernel_modules, read_sources
@@ -174,24 +180,8 @@ def test_forces_on_rods_and_wrenches_of_any_kind():
 
 @pytest.mark.parametrize("tip", ["revolute", "universal"])
 def test_tips_that_hold_some_moments(tip):
-    """One leg stays clamped, two have the joint, so that it is closed where they are."""
-    kinds = {"revolute": joints.RevoluteJoint, "universal": joints.Universal}
-    robot = robot_with(("motor", "hub", "sprung motor"), modes=12)
-    start = solve_home(robot)
-    legs = list(robot.description.legs)
-    for number in (1, 2):
-        steps = solve_continuous(start).balance.legs[number]
-        frame = start.platform_rotation.T @ steps[-1].after.frame
-        axis, in_rod = (frame[:, 2], (0.0, 0.0, 1.0))
-        if tip == "universal":
-            axis = frame[:, 1]
-        joint = kinds[tip](legs[number].joint.position, tuple(axis), in_rod)
-        legs[number] = replace(legs[number], joint=joint)
-    robot = Robot(replace(robot.description, legs=tuple(legs)))
-    modes = solve_home(robot)
-    rods = solve_continuous(modes)
-    assert_same(rods, modes)
-    assert morse_index.morse_index(rods) == (modes.index_locked, modes.index_free)
+    modes = solve_home(robot_with_tips(tip))
+    assert_same(solve_continuous(modes), modes)
 
 
 PATHS = {"rfrfr": ("rfrfr_forward_path.csv", 2), "six_rfs": ("6rfs_forward_path.csv", 6)}

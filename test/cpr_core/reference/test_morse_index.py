@@ -10,15 +10,23 @@ from itertools import islice
 import numpy as np
 import pytest
 import yaml
-from helpers.reference_robots import FILES, met, reference_robot, robot_with, walked
+from helpers.reference_robots import (
+    FILES,
+    loaded,
+    met,
+    reference_robot,
+    robot_with,
+    robot_with_tips,
+    walked,
+)
 from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
-from cpr_core import InvalidRequest, load_robot, solve_home
+from cpr_core import InvalidRequest, kinemato_statics, load_robot, solve_forward, solve_home
 from cpr_core.reference.conjugate_points import conjugate_points
 from cpr_core.reference.continuous_equilibrium import ContinuousEquilibrium
 from cpr_core.reference.continuous_rods import solve_continuous
-from cpr_core.reference.morse_index import index_beyond, index_falls, morse_index
+from cpr_core.reference.morse_index import energy_form, index_beyond, index_falls, morse_index
 from cpr_core.reference.shooting_method import ACCURATE, ShootingMethod
 
 #: Halves the time; errors stay far below what is compared.
@@ -49,6 +57,32 @@ def test_both_indices_are_those_of_continuous_rods(name):
     assert name not in CHAIN_FILES or len(seen) > 1
 
 
+def assert_responds_alike(modes):
+    """The form answers to motors and to wrenches on the platform as the tangent of the modes does."""
+    rods, robot = solve_continuous(modes), modes.robot
+    form, kinematics = energy_form(rods), kinemato_statics(modes)
+    outer = len(robot.platform_axes) + robot.motor_count
+    unit = robot.numbers.unit[-outer:] / np.sqrt(robot.numbers.energy_unit)
+    condensed = np.linalg.inv(np.linalg.inv(form.matrix)[:outer, :outer]) / unit / unit[:, None]
+    platform, motors = np.split(np.arange(outer), [len(robot.platform_axes)])
+    compliance = np.linalg.inv(condensed[np.ix_(platform, platform)])
+    across = condensed[np.ix_(motors, platform)]
+    efforts = condensed[np.ix_(motors, motors)] - across @ compliance @ across.T
+    scale = np.abs(efforts).max()
+    assert_allclose(efforts, kinematics.efforts_by_motors, rtol=0.0, atol=1e-5 * scale)
+    into_body = np.kron(np.eye(2), modes.platform_rotation.T)
+    into_body = into_body[np.ix_(robot.platform_axes, robot.platform_axes)]
+    found = into_body @ compliance @ into_body.T
+    expected = kinematics.platform_by_wrench
+    assert_allclose(found, expected, rtol=0.0, atol=1e-5 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_robots_are_as_stiff_as_continuous_rods(name):
+    for modes in walked(reference_robot(name, 16), 2, seed=4):
+        assert_responds_alike(modes)
+
+
 @pytest.mark.parametrize(
     ("chains", "shared"),
     [
@@ -60,10 +94,19 @@ def test_both_indices_are_those_of_continuous_rods(name):
     ],
 )
 def test_every_element_counts(chains, shared):
-    robot = robot_with(chains, modes=8, shared=shared)
+    robot = robot_with(chains, modes=10, shared=shared)
     assert robot.motor_count < 3 or not shared
-    for modes in (solve_home(robot), *islice(met(robot, 3, seed=2), 4)):
+    home = solve_home(robot)
+    assert_responds_alike(solve_forward(robot, home.motors, start=home, loads=loaded(robot)))
+    for modes in islice(met(robot, 3, seed=2), 4):
         assert morse_index(solve_continuous(modes)) == (modes.index_locked, modes.index_free)
+
+
+@pytest.mark.parametrize("tip", ["revolute", "universal"])
+def test_tips_that_hold_some_moments_count(tip):
+    home = solve_home(robot_with_tips(tip))
+    assert_responds_alike(home)
+    assert morse_index(solve_continuous(home)) == (home.index_locked, home.index_free)
 
 
 @pytest.mark.parametrize(("name", "count"), [("rfrfr", 12), ("six_rfs", 5)])
