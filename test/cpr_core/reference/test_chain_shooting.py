@@ -70,7 +70,7 @@ def assert_same(rods, modes, position=1e-7, effort=1e-6):
     assert rods.residual < rods.method.tolerance
     assert rods.integration_error < 1e-9
     assert_allclose(rods.platform_position, modes.platform_position, rtol=0.0, atol=position)
-    assert_allclose(rods.platform_rotation, modes.platform_rotation, rtol=0.0, atol=1e-6)
+    assert_allclose(rods.platform_rotation, modes.platform_rotation, rtol=0.0, atol=10 * position)
     assert_allclose(rods.efforts, modes.efforts, rtol=0.0, atol=effort)
 
 
