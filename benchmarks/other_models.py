@@ -12,7 +12,7 @@ import numpy as np
 
 from cpr_core import solve_forward, trace_through
 from cpr_core.reference.continuous_rods import follow_motors
-from cpr_core.reference.shooting_robot import ShootingMethod
+from cpr_core.reference.shooting_method import ShootingMethod
 from paper.cases import Case as PaperCase
 from paper.timing import EXACT_METHOD, cheapest_method, models_of
 

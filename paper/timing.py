@@ -29,7 +29,7 @@ from cpr_core.reference.finite_differences import (
     solve_finite_differences,
 )
 from cpr_core.reference.literal_procedure import follow_literally, solve_literally
-from cpr_core.reference.shooting_robot import ShootingMethod
+from cpr_core.reference.shooting_method import ShootingMethod
 
 from .cases import Case
 

@@ -34,9 +34,10 @@ from scipy import linalg, optimize
 
 from ..errors import InvalidRequest
 from ..lie import skew
-from .continuous_rods import ContinuousEquilibrium
+from .continuous_equilibrium import ContinuousEquilibrium
+from .morse_index import index_falls
 from .rod_integration import STEPS, RodTrajectory, force, integrate, moment, transition
-from .shooting_robot import balance_rows
+from .shooting_robot import balance_rows, check_robot, compiled, force_per_length
 
 __all__ = ["JacobiFields", "conjugate_points", "robot_fields", "rod_fields"]
 
@@ -60,11 +61,13 @@ class JacobiFields:
     Attributes:
         rods: The rods from tip to base.
         terminal: Terminal data (dp, dtheta, dm, dn) rod by rod, a column for every variation, (12 L, n).
+        units: E J / l of every rod, (L,) [J].
         position_rows: Components of (dp, dtheta) there are, in every rod; n = L len(position_rows).
     """
 
     rods: tuple[RodTrajectory, ...] = field(repr=False)
     terminal: Floats = field(repr=False)
+    units: Floats
     position_rows: Integers
 
     def at(self, u: float) -> tuple[Floats, Floats]:
@@ -75,20 +78,13 @@ class JacobiFields:
             fields = transition(state) @ self.terminal[12 * number : 12 * number + 12]
             # - dtheta x m / 2 = m x dtheta / 2
             couple = fields[6:9] + 0.5 * skew(moment(state)) @ fields[3:6]
-            length = abs(rod.step) * (len(rod.states) - 1)
-            stiffness = rod.rigidities[2] / length
+            length, stiffness = abs(rod.length), self.units[number]
             place = np.vstack([fields[:3] / length, fields[3:6]])
             wrench = np.vstack([fields[9:] * length, couple]) / stiffness
             # A common unit of work keeps Y and Z conjugate where rods differ.
             places.append(place[self.position_rows])
-            wrenches.append(wrench[self.position_rows] * (stiffness / self.work_unit))
+            wrenches.append(wrench[self.position_rows] * (stiffness / self.units[0]))
         return np.vstack(places), np.vstack(wrenches)
-
-    @property
-    def work_unit(self) -> float:
-        """E J / l of the first rod [J]."""
-        rod = self.rods[0]
-        return float(rod.rigidities[2] / (abs(rod.step) * (len(rod.states) - 1)))
 
     def determinant(self, u: float) -> float:
         """Determinant of b(u), positive near the tip: negative after an odd number of zeros."""
@@ -125,17 +121,19 @@ def _phases(b: Floats, z: Floats) -> Floats:
 
 
 def robot_fields(solution: ContinuousEquilibrium) -> JacobiFields:
-    """Variations of a robot: all legs share the platform, motors locked.
+    """Variations of a robot with legs as in the paper: all share the platform, motors locked.
 
     Raises:
+        InvalidRequest: Legs of another kind, which ``morse_index`` knows.
         InvalidRequest: A load without potential: then there is no energy to have an index.
     """
     robot, loads = solution.robot, solution.loads
     if not loads.conservative(robot.planar):
         raise InvalidRequest("loads", "expected loads that have a potential")
+    check_robot(robot, loads)
     legs, rotation = robot.description.legs, solution.platform_rotation
     count = len(legs)
-    tips = [rod.states[-1] for rod in solution.legs]
+    tips = [rods[-1].states[-1] for rods in solution.rods]
     # Unknowns: platform twist (6), then the force variation of every tip (3 each), then its turn.
     terminal = np.zeros((12 * count, 6 + 6 * count))
     for number, leg in enumerate(legs):
@@ -172,12 +170,13 @@ def robot_fields(solution: ContinuousEquilibrium) -> JacobiFields:
             (tip[:3], tip[3:12], tip[12:15], tip[15:18]),
             -leg.rod.length,
             leg.rod.rigidities,
-            rod.distributed,
+            density,
             solution.steps,
         )
-        for leg, rod, tip in zip(legs, solution.legs, tips, strict=True)
+        for leg, density, tip in zip(legs, force_per_length(robot, loads), tips, strict=True)
     )
-    return JacobiFields(rods, terminal, in_plane)
+    units = np.array([leg.rod.rigidities[2] / leg.rod.length for leg in legs])
+    return JacobiFields(rods, terminal, units, in_plane)
 
 
 def rod_fields(
@@ -207,11 +206,13 @@ def rod_fields(
     length_unit, couple = length, rigidities[2] / length
     unit = np.repeat([length_unit, 1.0, couple, couple / length], 3)
     rows = np.array([0, 1, 5] if planar else range(6))
-    return JacobiFields((rod,), (np.eye(12) * unit)[:, list(free)], rows)
+    return JacobiFields((rod,), (np.eye(12) * unit)[:, list(free)], np.array([couple]), rows)
 
 
 def conjugate_points(solution: ContinuousEquilibrium | JacobiFields) -> tuple[float, ...]:
     """Conjugate points in (0, 1), ascending; double ones twice.
+
+    Of robots that ``robot_fields`` does not know they are those of ``index_falls``, 0 and 1 included.
 
     Args:
         solution: An equilibrium of a robot, or the variations of rods.
@@ -220,7 +221,12 @@ def conjugate_points(solution: ContinuousEquilibrium | JacobiFields) -> tuple[fl
         InvalidRequest: A load without potential.
         ArithmeticError: Phases and determinant disagree: the rods are not integrated well enough.
     """
-    fields = solution if isinstance(solution, JacobiFields) else robot_fields(solution)
+    if isinstance(solution, JacobiFields):
+        fields = solution
+    elif compiled(solution.robot, solution.loads):
+        fields = robot_fields(solution)
+    else:
+        return index_falls(solution)
     sections = np.linspace(0.0, 1.0 - SHORTEST, CELLS + 1)
     signatures = [fields.signature(u) for u in sections]
     found: list[float] = []

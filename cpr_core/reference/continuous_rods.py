@@ -1,17 +1,16 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Robots of continuous Kirchhoff rods, solved by shooting: the paper's Mod. #2.
+"""Robots of continuous Kirchhoff rods, solved by shooting: the paper's Mod. #2, and all others.
 
 Unknowns are the wrenches at the bases of the rods and either the platform or the motors; equations
 are the gaps and the moments at the tips and the balance of the platform, Eq. (32) without strain
-modes. Everything between a start and the equilibria of a path is compiled (``shooting_kernel``).
+modes. For robots as those of the paper everything between a start and the equilibria of a path is
+compiled (``shooting_kernel``); all other robots are solved from an equilibrium (``chain_shooting``).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -19,19 +18,19 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..description.loads import Loads
-from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.not_reached import NoForwardSolution, NoInverseSolution
 from ..validation import checked_vector
-from .rod_integration import RodTrajectory, integrate_rod
+from .chain_shooting import solve_chains
+from .continuous_equilibrium import ContinuousEquilibrium
 from .shooting_kernel import ShootingState, follow, refine
+from .shooting_method import ACCURATE, ShootingMethod
 from .shooting_robot import (
-    ShootingMethod,
     check_robot,
     check_square,
+    compiled,
     force_per_length,
-    motor_axes,
     shooting_of,
 )
 
@@ -44,84 +43,6 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-
-ACCURATE = ShootingMethod()
-
-
-@dataclass(frozen=True, eq=False)
-class ContinuousEquilibrium:
-    """An equilibrium of a robot of continuous rods.
-
-    Attributes:
-        robot: The robot; its strain modes play no part.
-        loads: Loads in force.
-        motors: Motor positions q_a, (n,) [rad].
-        platform_rotation: R_p in the world, (3, 3).
-        platform_position: p_p in the world, (3,) [m].
-        base_wrenches: Moment [N m] and force [N] every rod exerts on its base, in the world, (L, 6).
-        residual: Largest dimensionless gap or imbalance.
-        iterations: Jacobians used.
-        method: How it was found.
-    """
-
-    robot: Robot
-    loads: Loads
-    motors: Floats
-    platform_rotation: Floats
-    platform_position: Floats
-    base_wrenches: Floats
-    residual: float
-    iterations: int
-    method: ShootingMethod
-
-    def __post_init__(self) -> None:
-        for array in (
-            self.motors,
-            self.platform_rotation,
-            self.platform_position,
-            self.base_wrenches,
-        ):
-            array.flags.writeable = False
-
-    @property
-    def platform_quaternion(self) -> Floats:
-        """Orientation of the platform as a unit quaternion (w, x, y, z)."""
-        return quaternion_from_rotation(self.platform_rotation)
-
-    @cached_property
-    def efforts(self) -> Floats:
-        """Motor efforts tau_a on the rods, (n,) [N m]: the rod holds its base, the motor the rod."""
-        axes = motor_axes(self.robot)
-        return -(axes * self.base_wrenches[:, :3]).sum(axis=1)
-
-    @property
-    def steps(self) -> int:
-        """Integration steps along every rod."""
-        return self.method.steps
-
-    @cached_property
-    def legs(self) -> tuple[RodTrajectory, ...]:
-        """The rods from base to tip, with their variations."""
-        rods = []
-        for leg, angle, wrench, density in zip(
-            self.robot.description.legs,
-            self.motors,
-            self.base_wrenches,
-            force_per_length(self.robot, self.loads),
-            strict=True,
-        ):
-            base = leg.base_at(angle)
-            pose = (base.position, base.rotation)
-            rods.append(integrate_rod(leg, pose, wrench[:3], wrench[3:], density, self.steps))
-        return tuple(rods)
-
-    @cached_property
-    def integration_error(self) -> float:
-        """Largest gap or imbalance, dimensionless, when integrated with twice the steps."""
-        method = ShootingMethod(self.method.tableau, 2 * self.steps, self.method.tolerance)
-        shooting, units = shooting_of(self.robot, self.loads, method)
-        state = _dimensionless(_state_of(self), units)
-        return float(refine(shooting, state, True, method.tolerance, 0)[0])
 
 
 def solve_continuous_rough(
@@ -173,9 +94,10 @@ def solve_continuous(
     *,
     method: ShootingMethod = ACCURATE,
 ) -> ContinuousEquilibrium:
-    """Refine an equilibrium of the strain-mode model into one of continuous rods.
+    """Refine an equilibrium of the strain-mode model into one of continuous rods, whatever the robot.
 
-    Loads and either motor positions or the platform pose stay.
+    Loads and either motor positions or the platform pose stay. Robots as those of the paper are shot
+    along compiled, all others element by element.
 
     Args:
         equilibrium: Where the shooting starts.
@@ -185,13 +107,15 @@ def solve_continuous(
         method: Integration and tolerance.
 
     Raises:
-        InvalidRequest: The robot or a load is not of the kind this method knows.
+        InvalidRequest: A pose is to be held that has not as many coordinates as there are motors; a
+            joint of a kind this method does not know.
         NoForwardSolution, NoInverseSolution: Newton's method does not reach the tolerance.
     """
     robot, loads = equilibrium.robot, equilibrium.loads
-    check_robot(robot, loads)
     if held == "pose":
         check_square(robot)
+    if not compiled(robot, loads):
+        return solve_chains(equilibrium, motors_held=held == "motors", method=method)
     axes = robot.arrays.position_axes
     tip_forces = np.zeros((robot.motor_count, 3))
     tip_forces[:, axes] = equilibrium.multipliers.reshape(-1, len(axes))
@@ -226,6 +150,7 @@ def follow_motors(
         NonFiniteInput: A NaN or an infinity.
         NoForwardSolution: The branch does not reach that far.
     """
+    check_robot(start.robot, start.loads)
     count = start.robot.motor_count
     targets = np.array([checked_vector("motors", values, count) for values in np.asarray(motors)])
     changes = np.diff(np.vstack([start.motors, targets]), axis=0)
@@ -252,6 +177,7 @@ def follow_platform(
         NonFiniteInput: A NaN or an infinity.
         NoInverseSolution: The branch does not reach that far.
     """
+    check_robot(start.robot, start.loads)
     check_square(start.robot)
     places = np.array([checked_vector("position", place, 3) for place in np.asarray(positions)])
     turns = np.repeat(start.platform_rotation[None], len(places) + 1, axis=0)
@@ -322,6 +248,7 @@ def _equilibrium(
         robot=robot,
         loads=loads,
         motors=state.motors,
+        passive=np.zeros(0),
         platform_rotation=state.rotation,
         platform_position=length * state.position,
         base_wrenches=wrench * state.wrenches,

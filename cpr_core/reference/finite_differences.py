@@ -207,11 +207,13 @@ def solve_finite_differences(
     ):
         raise InvalidRequest("loads", "expected none")
     parts: list[Floats] = []
-    for rod, base in zip(start.legs, model.base_angles + model.turns * start.motors, strict=True):
+    for (rod,), base in zip(
+        start.rods, model.base_angles + model.turns * start.motors, strict=True
+    ):
         tangents = np.array([frame(rod.at((k + 1) / elements))[:2, 0] for k in range(elements)])
         angles = np.unwrap(np.append(base, np.arctan2(tangents[:, 1], tangents[:, 0])))
         parts.append(angles[1:])
-    unit = start.legs[0].rigidities[2] / model.length**2
+    unit = start.robot.description.legs[0].rod.rigidities[2] / model.length**2
     parts += [-start.base_wrenches[:, 3:5].ravel() / unit]
     unknowns = np.concatenate([*parts, start.platform_position[:2] / model.length])
     found, largest, iterations = model.newton(start.motors, unknowns, tolerance, np.inf)

@@ -3,160 +3,148 @@
 
 """Continuous Kirchhoff rods and their variations, integrated along the arc length.
 
-The rods obey, in the world frame, with the tangent t = R e_1 and the curvature k = R H_a^-1 R^T m,
-
-    p' = t,   R' = k^ R,   m' = -t x n,   n' = -fbar                                     (a)
-
-where (m, n) is the wrench the part beyond s exerts on the part before it. Small variations, with
-dtheta the rotation in the world, obey
-
-    dp' = dtheta x t,   dtheta' = R H_a^-1 R^T (dm - dtheta x m),
-    dm' = -(dtheta x t) x n - t x dn,   dn' = 0                                          (b)
-
-Both are integrated together by the eighth-order Runge-Kutta pair of Dormand and Prince with fixed
-steps, so the variations are exact up to the error of the integrator.
+The equations, with the order of a state, are in ``rod_equations``.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import DOP853
 
-from ..description.leg_description import LegDescription
-from ..numba_fence import njit
+from .rod_equations import COLUMNS, EFFORT, FIRST, LENGTH, SIZE, runge_kutta_steps
 
 __all__ = [
+    "EIGHTH_ORDER",
     "STEPS",
+    "RodProperties",
     "RodTrajectory",
+    "Start",
+    "Tableau",
     "force",
     "frame",
     "integrate",
-    "integrate_rod",
+    "integrate_part",
+    "length_variation",
     "moment",
     "position",
     "transition",
+    "uniform",
 ]
 
 Floats = NDArray[np.float64]
+#: Position [m], frame, internal moment [N m] and force [N], in the world: (3,), (3, 3), (3,), (3,).
+Start = tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike]
 
-_NODES = np.ascontiguousarray(DOP853.A[: DOP853.n_stages, : DOP853.n_stages])
-_WEIGHTS = np.ascontiguousarray(DOP853.B)
+
+class Tableau(NamedTuple):
+    """Explicit Runge-Kutta method: inner weights (S, S) and outer weights (S,)."""
+
+    inner: Floats
+    outer: Floats
+
+
+#: Dormand and Prince.
+EIGHTH_ORDER = Tableau(
+    np.ascontiguousarray(DOP853.A[: DOP853.n_stages, : DOP853.n_stages]),
+    np.ascontiguousarray(DOP853.B),
+)
 
 #: Steps along a rod. Halving them changes no tip by more than 1e-12 lengths on the paper's paths.
 STEPS = 64
 
 
-@njit(cache=True, nogil=True)
-def _slope(state, compliance, distributed, slope):
-    """Right-hand sides of (a) and (b); see ``integrate`` for the order of the state."""
-    r = state[3:12]
-    mx, my, mz = state[12], state[13], state[14]
-    nx, ny, nz = state[15], state[16], state[17]
-    tx, ty, tz = r[0], r[3], r[6]
-    kx = ky = kz = 0.0
-    # W = R H_a^-1 R^T, the compliance in the world.
-    wxx = wxy = wxz = wyy = wyz = wzz = 0.0
-    for j in range(3):
-        a, b, c = r[j], r[3 + j], r[6 + j]
-        wxx += compliance[j] * a * a
-        wxy += compliance[j] * a * b
-        wxz += compliance[j] * a * c
-        wyy += compliance[j] * b * b
-        wyz += compliance[j] * b * c
-        wzz += compliance[j] * c * c
-    kx = wxx * mx + wxy * my + wxz * mz
-    ky = wxy * mx + wyy * my + wyz * mz
-    kz = wxz * mx + wyz * my + wzz * mz
-    slope[0], slope[1], slope[2] = tx, ty, tz
-    for j in range(3):
-        a, b, c = r[j], r[3 + j], r[6 + j]
-        slope[3 + j] = ky * c - kz * b
-        slope[6 + j] = kz * a - kx * c
-        slope[9 + j] = kx * b - ky * a
-    slope[12] = ny * tz - nz * ty
-    slope[13] = nz * tx - nx * tz
-    slope[14] = nx * ty - ny * tx
-    for j in range(3):
-        slope[15 + j] = -distributed[j]
-    # Columns: what a unit variation of dtheta, dm, dn at the start does to dp, dtheta, dm.
-    for column in range(9):
-        o = 18 + 9 * column
-        ax, ay, az = state[o + 3], state[o + 4], state[o + 5]
-        # dm - dtheta x m
-        bx = state[o + 6] - (ay * mz - az * my)
-        by = state[o + 7] - (az * mx - ax * mz)
-        bz = state[o + 8] - (ax * my - ay * mx)
-        # dtheta x t
-        vx = ay * tz - az * ty
-        vy = az * tx - ax * tz
-        vz = ax * ty - ay * tx
-        slope[o], slope[o + 1], slope[o + 2] = vx, vy, vz
-        slope[o + 3] = wxx * bx + wxy * by + wxz * bz
-        slope[o + 4] = wxy * bx + wyy * by + wyz * bz
-        slope[o + 5] = wxz * bx + wyz * by + wzz * bz
-        fx = 1.0 if column == 6 else 0.0
-        fy = 1.0 if column == 7 else 0.0
-        fz = 1.0 if column == 8 else 0.0
-        slope[o + 6] = ny * vz - nz * vy + (fy * tz - fz * ty)
-        slope[o + 7] = nz * vx - nx * vz + (fz * tx - fx * tz)
-        slope[o + 8] = nx * vy - ny * vx + (fx * ty - fy * tx)
+@dataclass(frozen=True, eq=False)
+class RodProperties:
+    """A rod along sigma = s/l; every function takes (K,) and gives (K, 3).
+
+    Attributes:
+        compliance: Inverse of H_a = diag(G J1, E J2, E J3) [1/(N m^2)].
+        rest_curvature: Strain at rest (torsion, bending about d2, d3) [1/m].
+        force: Force per length, fixed in the world [N/m].
+    """
+
+    compliance: Callable[[Floats], Floats]
+    rest_curvature: Callable[[Floats], Floats]
+    force: Callable[[Floats], Floats]
+
+    def tables(self, begin: float, end: float, steps: int, tableau: Tableau) -> RodTables:
+        """What the integrator needs of the part from ``begin`` to ``end`` (sigma)."""
+        step = (end - begin) / steps
+        inner = tableau.inner.sum(axis=1)
+        sigma = begin + step * (np.arange(steps)[:, None] + inner)
+
+        def sampled(function: Callable[[Floats], Floats]) -> Floats:
+            return np.ascontiguousarray(function(sigma.ravel())).reshape(*sigma.shape, 3)
+
+        properties = (self.compliance, self.rest_curvature, self.force)
+        compliance, rest, force_per_length = map(sampled, properties)
+        return RodTables(begin, step, compliance, rest, force_per_length, tableau)
 
 
-@njit(cache=True, nogil=True)
-def _steps(states, step, compliance, distributed, nodes, weights):
-    """Runge-Kutta steps of one size from ``states[0]`` into the rows after it."""
-    stages, size = len(weights), states.shape[1]
-    slopes = np.empty((stages, size))
-    inner = np.empty(size)
-    for k in range(len(states) - 1):
-        for stage in range(stages):
-            for i in range(size):
-                inner[i] = states[k, i]
-            for earlier in range(stage):
-                factor = step * nodes[stage, earlier]
-                if factor != 0.0:
-                    for i in range(size):
-                        inner[i] += factor * slopes[earlier, i]
-            _slope(inner, compliance, distributed, slopes[stage])
-        for i in range(size):
-            states[k + 1, i] = states[k, i]
-        for stage in range(stages):
-            factor = step * weights[stage]
-            for i in range(size):
-                states[k + 1, i] += factor * slopes[stage, i]
+class RodTables(NamedTuple):
+    """Properties of a part of a rod, at all stages of all steps."""
+
+    begin: float
+    step: float
+    compliance: Floats
+    rest_curvature: Floats
+    force: Floats
+    tableau: Tableau
+
+
+def uniform(rigidities: ArrayLike, distributed: ArrayLike) -> RodProperties:
+    """A rod that is the same all along, straight at rest.
+
+    Args:
+        rigidities: H_a, (3,) [N m^2].
+        distributed: Force per length, fixed in the world, (3,) [N/m].
+    """
+    compliance, force = 1.0 / np.array(rigidities, float), np.array(distributed, float)
+    return RodProperties(
+        lambda sigma: np.tile(compliance, (len(sigma), 1)),
+        lambda sigma: np.zeros((len(sigma), 3)),
+        lambda sigma: np.tile(force, (len(sigma), 1)),
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class RodTrajectory:
-    """A rod and its variations, along equal steps from one of its ends.
+    """An integrated rod, or a part of one.
 
     Attributes:
-        step: Arc length of a step, negative from the tip to the base [m].
-        rigidities: H_a, (3,) [N m^2].
-        distributed: Force per length in the world, (3,) [N/m].
-        states: Position, frame (rows), moment, force and the columns of the variations, in the world,
-            (steps + 1, 99).
+        properties: The rod.
+        length: Length l [m]; negative from the tip to the base.
+        tables: The part and its steps.
+        states: Node by node position, frame (rows), moment, force, effort (c) and the columns of the
+            variations, in the world, (steps + 1, 175).
     """
 
-    step: float
-    rigidities: Floats
-    distributed: Floats
+    properties: RodProperties
+    length: float
+    tables: RodTables
     states: Floats = field(repr=False)
 
+    @property
+    def part_length(self) -> float:
+        """Length of the part [m]."""
+        return abs(self.length * self.tables.step) * (len(self.states) - 1)
+
     def at(self, fraction: float) -> Floats:
-        """State a fraction of the length from the start, (99,), by one step from the node before."""
+        """State a fraction of the part from the start, (175,), by one step from the node before."""
         place = fraction * (len(self.states) - 1)
         node = min(int(place), len(self.states) - 1)
         rest = place - node
         if rest == 0.0:
             return self.states[node]
-        states = np.empty((2, 99))
-        states[0] = self.states[node]
-        _steps(states, rest * self.step, 1.0 / self.rigidities, self.distributed, _NODES, _WEIGHTS)
-        return states[1]
+        begin = self.tables.begin + node * self.tables.step
+        end = begin + rest * self.tables.step
+        tables = self.properties.tables(begin, end, 1, self.tables.tableau)
+        return _integrated(self.states[node], self.length, tables, position(self.states[0]))[1]
 
 
 def position(state: Floats) -> Floats:
@@ -182,52 +170,77 @@ def force(state: Floats) -> Floats:
 def transition(state: Floats) -> Floats:
     """Transition matrix of (b) for (dp, dtheta, dm, dn) from the start of the rod, (12, 12)."""
     matrix = np.eye(12)
-    matrix[:9, 3:] = state[18:].reshape(9, 9).T
+    matrix[:, 3:] = state[FIRST:].reshape(13, COLUMNS)[:12, :9]
     return matrix
 
 
+class LengthVariation(NamedTuple):
+    """What a change of the length does, and the effort that feeds the rod."""
+
+    column: Floats  # of (dp, dtheta, dm, dn), (12,)
+    effort: float  # [N]
+    row: Floats  # of the effort by (dtheta, dm, dn) at the start, (9,)
+    stiffness: float  # of the effort by the length [N/m]
+
+
+def length_variation(state: Floats) -> LengthVariation:
+    """Variation of the length from the start of the rod to a state; the position there is held."""
+    columns = state[FIRST:].reshape(13, COLUMNS)
+    return LengthVariation(
+        columns[:12, LENGTH], float(state[EFFORT]), columns[12, :9], float(columns[12, LENGTH])
+    )
+
+
 def integrate(
-    start: tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike],
+    start: Start,
     length: float,
-    rigidities: Floats,
+    rigidities: ArrayLike,
     distributed: ArrayLike,
     steps: int = STEPS,
 ) -> RodTrajectory:
-    """Integrate a rod and its variations, (a) and (b).
+    """Integrate a uniform rod, straight at rest, and its variations.
 
     Args:
-        start: Position [m], frame, internal moment [N m] and internal force [N] at the start, in the
-            world, (3,), (3, 3), (3,), (3,).
+        start: State at the start.
         length: Arc length [m]; negative from the tip to the base.
         rigidities: H_a, (3,) [N m^2].
         distributed: Force per length, fixed in the world, (3,) [N/m].
         steps: Number of steps.
     """
-    states = np.empty((steps + 1, 99))
-    states[0, :18] = np.concatenate([np.ravel(part) for part in start])
-    states[0, 18:] = np.vstack([np.zeros((3, 9)), np.eye(9)[:6]]).T.ravel()
-    force_per_length = np.array(distributed, float)
-    _steps(states, length / steps, 1.0 / rigidities, force_per_length, _NODES, _WEIGHTS)
-    return RodTrajectory(length / steps, rigidities, force_per_length, states)
+    properties = uniform(rigidities, distributed)
+    return integrate_part(
+        start, properties, length, properties.tables(0.0, 1.0, steps, EIGHTH_ORDER)
+    )
 
 
-def integrate_rod(
-    leg: LegDescription,
-    base_pose: tuple[ArrayLike, ArrayLike],
-    base_moment: ArrayLike,
-    base_force: ArrayLike,
-    distributed: ArrayLike,
-    steps: int = STEPS,
+def integrate_part(
+    start: Start,
+    properties: RodProperties,
+    length: float,
+    tables: RodTables,
+    origin: ArrayLike | None = None,
 ) -> RodTrajectory:
-    """Integrate a leg from its base to its tip.
+    """Integrate a part of a rod and its variations, (a) to (c).
 
     Args:
-        leg: The leg; its rod is uniform and straight at rest.
-        base_pose: Position (3,) [m] and frame (3, 3) of the base in the world.
-        base_moment: Moment the rod exerts on the base, about the base point, (3,) [N m].
-        base_force: Force the rod exerts on the base, (3,) [N].
-        distributed: Force per length, fixed in the world, (3,) [N/m].
-        steps: Number of steps.
+        start: State at the start of the part.
+        properties: The rod.
+        length: Length l of the whole rod [m].
+        tables: Its properties on the part.
+        origin: p_0 of (c), (3,) [m]; default the start.
     """
-    start = (*base_pose, base_moment, base_force)
-    return integrate(start, leg.rod.length, leg.rod.rigidities, distributed, steps)
+    first = np.zeros(SIZE)
+    first[:EFFORT] = np.concatenate([np.ravel(part) for part in start])
+    first[FIRST:].reshape(13, COLUMNS)[3:12, :9] = np.eye(9)
+    place = first[:3] if origin is None else np.array(origin, float)
+    return RodTrajectory(properties, length, tables, _integrated(first, length, tables, place))
+
+
+def _integrated(first: Floats, length: float, tables: RodTables, origin: Floats) -> Floats:
+    _, step, compliance, rest, force_per_length, tableau = tables
+    states = np.empty((len(compliance) + 1, len(first)))
+    states[0] = first
+    runge_kutta_steps(
+        states, step, length, compliance, rest, force_per_length, np.array(origin), *tableau
+    )
+    return states

@@ -5,60 +5,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import DOP853, RK45
 
 from ..description.joints import RevoluteJoint, Spherical
 from ..description.loads import Loads
 from ..description.motors import RevoluteMotor
 from ..errors import InvalidRequest
 from ..model.robot import Robot
-from .rod_integration import STEPS
 from .shooting_kernel import Shooting, balance
+from .shooting_method import TABLEAUS, ShootingMethod
 
 __all__ = [
-    "TABLEAUS",
-    "ShootingMethod",
     "balance_rows",
     "check_robot",
     "check_square",
+    "compiled",
     "force_per_length",
     "motor_axes",
     "shooting_of",
 ]
 
 Floats = NDArray[np.float64]
-
-#: Explicit Runge-Kutta methods: inner weights, outer weights; orders 4, 5 and 8.
-TABLEAUS: dict[str, tuple[Floats, Floats]] = {
-    "RK4": (
-        np.array([[0.0] * 4, [0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, 1.0, 0]]),
-        np.array([1.0, 2.0, 2.0, 1.0]) / 6.0,
-    ),
-    "DOPRI5": (np.ascontiguousarray(RK45.A), np.ascontiguousarray(RK45.B)),
-    "DOP853": (
-        np.ascontiguousarray(DOP853.A[: DOP853.n_stages, : DOP853.n_stages]),
-        np.ascontiguousarray(DOP853.B),
-    ),
-}
-
-
-@dataclass(frozen=True)
-class ShootingMethod:
-    """How the rods are integrated and when the shooting ends.
-
-    Attributes:
-        tableau: Name in ``TABLEAUS``.
-        steps: Steps along every rod.
-        tolerance: On the residual: lengths in rod lengths, moments in EI/l, forces in EI/l^2.
-    """
-
-    tableau: str = "DOP853"
-    steps: int = STEPS
-    tolerance: float = 1e-11
 
 
 def shooting_of(
@@ -151,13 +119,26 @@ def check_square(robot: Robot) -> None:
         raise InvalidRequest("held", "expected as many motors as platform coordinates")
 
 
+def compiled(robot: Robot, loads: Loads) -> bool:
+    """Whether the compiled shooting knows robots and loads of this kind."""
+    try:
+        check_robot(robot, loads)
+    except InvalidRequest:
+        return False
+    return True
+
+
 def check_robot(robot: Robot, loads: Loads) -> None:
-    """Whether the method knows robots and loads of this kind.
+    """Whether the compiled shooting knows robots and loads of this kind.
 
     Raises:
         InvalidRequest: It does not.
     """
+    if robot.motor_count != len(robot.description.legs):
+        raise InvalidRequest("robot", "expected a motor for every leg")
     for leg in robot.description.legs:
+        if leg.elements is not None:
+            raise InvalidRequest("robot", f"{leg.name}: expected a motor and a rod, not a chain")
         if not (isinstance(leg.motor, RevoluteMotor) and leg.motor_name is not None):
             raise InvalidRequest("robot", f"{leg.name}: expected a revolute motor")
         if not isinstance(leg.joint, Spherical) and not (

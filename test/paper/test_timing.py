@@ -8,7 +8,7 @@ import pytest
 
 from cpr_core import NoForwardSolution
 from cpr_core.reference.continuous_rods import follow_motors
-from cpr_core.reference.shooting_robot import ShootingMethod
+from cpr_core.reference.shooting_method import ShootingMethod
 from paper import timing
 from paper.cases import RFRFR
 from paper.claims import time_claims

@@ -30,7 +30,8 @@ from cpr_core.reference.continuous_rods import (
     solve_continuous_rough,
 )
 from cpr_core.reference.shooting_kernel import ShootingState, _evaluate, _workspace
-from cpr_core.reference.shooting_robot import TABLEAUS, ShootingMethod, shooting_of
+from cpr_core.reference.shooting_method import TABLEAUS, ShootingMethod
+from cpr_core.reference.shooting_robot import shooting_of
 from cpr_core.rods.sections import SECTIONS
 
 PATHS = {
