@@ -132,12 +132,12 @@ def chain_robot(
         for element, index in zip(leg.chain, own.coordinates, strict=True):
             if isinstance(element, ChainRod):
                 own_cuts = (cuts or {}).get(number, ())
-                rod = _rod_model(loads, method, leg.name, element, number, own_cuts)
+                name = robot.rod_names[number]
+                rod = _rod_model(loads, method, name, element, number, own_cuts)
                 elements.append((rod, index))
                 number += 1
                 continue
-            _check_element(leg.name, element)
-            elements.append((element, index))
+            elements.append((_known(leg.name, element), index))
             if isinstance(element, ChainJoint) and element.motor is None:
                 passive.append(index)
         conditions = leg.joint.orientation(robot.planar)
@@ -158,23 +158,25 @@ def chain_robot(
     return ChainRobot(robot, loads, method, tuple(legs))
 
 
-def _check_element(leg: str, element: ChainElement) -> None:
+def _known(leg: str, element: ChainElement) -> ChainJoint | Link:
+    """An element that is no rod, of a kind that is known."""
     if not isinstance(element, (Turn, Shift, Link)):
         expected = "expected turns, shifts, links and rods"
         raise InvalidRequest("robot", f"{leg}: {expected}, got {type(element).__name__}")
+    return element
 
 
 def _rod_model(
     loads: Loads,
     method: ShootingMethod,
-    leg: str,
+    name: str,
     element: ChainRod,
     number: int,
     cuts: Sequence[float],
 ) -> RodModel:
     rod = element.rod
-    distributed = [force for force in loads.distributed if force.leg == leg]
-    points = [force for force in loads.points if force.leg == leg]
+    distributed = [force for force in loads.distributed if force.leg == name]
+    points = [force for force in loads.points if force.leg == name]
 
     def force_at(sigma: Floats) -> Floats:
         force = rod.mass_at(sigma)[:, None] * loads.gravity + loads.rod_force
