@@ -178,6 +178,20 @@ def test_forces_on_rods_and_wrenches_of_any_kind():
         morse_index.morse_index(rods)
 
 
+def test_forces_on_one_of_several_rods():
+    robot = with_rods(load_robot("two_rods", modes=12), lambda rod: rod)
+    one, other = robot.rod_names[:2]
+    force = [[0.3, 0.1, 0.0], [0.0, -0.4, 0.0]]
+    loads = robot.default_loads.with_(
+        distributed=[DistributedForce(one, np.array([0.0, 1.0]), force)],
+        points=[PointForce(other, 0.3, [0.2, -0.3, 0.0])],
+    )
+    home = solve_home(robot)
+    modes = solve_forward(robot, home.motors, start=home, loads=loads)
+    assert np.linalg.norm(modes.platform_position - home.platform_position) > 1e-3
+    assert_same(solve_continuous(modes), modes)
+
+
 @pytest.mark.parametrize("tip", ["revolute", "universal"])
 def test_tips_that_hold_some_moments(tip):
     modes = solve_home(robot_with_tips(tip))
