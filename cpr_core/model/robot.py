@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +23,12 @@ from ..description.loads import Loads
 from ..description.motors import MotorLimits
 from ..description.robot_description import RobotDescription
 from ..errors import InvalidRequest
-from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays, RobotArrays, workspace
+from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot, prepare
 from ..rods.quadrature import RodGrid, rod_grid
+from .load_arrays import load_arrays
+from .motor_limits import MotorLimitArrays, motor_limit_arrays
 from .platform_coordinates import PlatformCoordinates, platform_coordinates
 from .robot_arrays import robot_arrays
 from .state_numbers import StateNumbers, state_numbers
@@ -36,26 +38,6 @@ __all__ = ["Robot", "checked_robot", "load_robot"]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Found = TypeVar("Found")
-
-
-class MotorLimitArrays(NamedTuple):
-    """Limits that motors have.
-
-    Attributes:
-        ranged: Numbers of the motors with a position limit, (k,).
-        lower: Smallest, and
-        upper: largest position of these, infinite where not limited [rad or m].
-        loaded: Numbers of the motors with an effort limit, (m,).
-        effort: Largest effort of these [N m or N].
-        order: Position limits, then effort limits, by motor, (k + m,).
-    """
-
-    ranged: Integers
-    lower: Floats
-    upper: Floats
-    loaded: Integers
-    effort: Floats
-    order: Integers
 
 
 def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) -> Robot:
@@ -257,14 +239,7 @@ class Robot:
     @cached_property
     def motor_limits(self) -> MotorLimitArrays:
         """Limits of the motors as arrays."""
-        limits = [motor.limits for motor in self.description.motors]
-        ranges = np.array([(limit.lower, limit.upper) for limit in limits]).reshape(-1, 2)
-        efforts = np.array([limit.effort for limit in limits])
-        ranged = np.flatnonzero(np.isfinite(ranges).any(axis=1))
-        loaded = np.flatnonzero(np.isfinite(efforts))
-        lower, upper = ranges[ranged].T
-        order = np.argsort(np.concatenate([ranged, loaded]), kind="stable")
-        return MotorLimitArrays(ranged, lower, upper, loaded, efforts[loaded], order)
+        return motor_limit_arrays(self.description)
 
     @cached_property
     def strain_limits(self) -> Floats:
@@ -421,74 +396,6 @@ class Robot:
         """Loads as the kernels see them.
 
         Raises:
-            InvalidRequest: No loads, or loads that leave the plane of a planar robot.
+            InvalidRequest: No loads, or loads that do not fit the robot.
         """
-        if not isinstance(loads, Loads):
-            raise InvalidRequest("loads", f"expected Loads, got {loads!r:.200}")
-        if self.planar:
-            self._check_planar(loads)
-        grid, rods = self.grid, self.description.rods
-        nodes = len(grid.nodes)
-        density = np.empty((len(rods), nodes, 3))
-        point = np.zeros((len(rods), nodes + 1, 3))
-        for number, element in enumerate(rods):
-            mass = element.rod.mass_at(grid.nodes)
-            density[number] = mass[:, None] * loads.gravity + loads.rod_force
-        for distributed in loads.distributed:
-            self._check_stations("distributed", distributed.at[1:-1].tolist())
-            for axis in range(3):
-                density[self._rod_of("distributed", distributed.leg), :, axis] += np.interp(
-                    grid.nodes, distributed.at, distributed.force[:, axis]
-                )
-        for force in loads.points:
-            self._check_stations("points", [force.at])
-            before = np.append(grid.nodes < force.at, True)
-            point[self._rod_of("points", force.leg), before] += force.force
-        # Integrals from a node to the tip; the last entry is the one from the base.
-        beyond = np.vstack([grid.weights - grid.integration, grid.weights])
-        platform = np.zeros(1, PLATFORM_LOADS)
-        platform["weight"] = self.description.platform_mass * loads.gravity
-        platform["center_of_mass"] = self.description.center_of_mass
-        platform["moment_world"] = loads.wrench_world[:3]
-        platform["force_world"] = loads.wrench_world[3:]
-        platform["moment_body"] = loads.wrench_body[:3]
-        platform["force_body"] = loads.wrench_body[3:]
-        return LoadArrays(
-            gravity=np.array(loads.gravity, float),
-            distributed=np.ascontiguousarray(np.swapaxes(beyond @ density, 1, 2)),
-            point=np.ascontiguousarray(np.swapaxes(point, 1, 2)),
-            on_rods=np.array([float(density.any() or point.any())]),
-            platform=platform,
-        )
-
-    def _rod_of(self, load: str, name: str) -> int:
-        """Number of a rod among all."""
-        names = self.rod_names
-        if not isinstance(name, str) or name not in names:
-            raise InvalidRequest(load, f"expected a leg out of {', '.join(names)}, got {name!r}")
-        return names.index(name)
-
-    def _check_stations(self, load: str, at: list[float]) -> None:
-        for station in at:
-            if station not in self.breakpoints:
-                raise InvalidRequest(
-                    load,
-                    f"expected a station of the robot "
-                    f"({', '.join(map(str, self.breakpoints)) or 'it has none'}), got {station}; "
-                    "name it under `stations` in the description",
-                )
-
-    def _check_planar(self, loads: Loads) -> None:
-        for name in ("gravity", "rod_force"):
-            vector = getattr(loads, name)
-            if vector[2] != 0.0:
-                raise InvalidRequest(name, f"expected z = 0 for a planar robot, got {vector[2]:g}")
-        for name in ("wrench_world", "wrench_body"):
-            mx, my, mz, _, _, fz = getattr(loads, name)
-            if mx != 0.0 or my != 0.0 or fz != 0.0:
-                raise InvalidRequest(name, "expected mx = my = fz = 0 for a planar robot")
-            if mz != 0.0 and self.description.point_platform:
-                raise InvalidRequest(name, "expected mz = 0: a point platform takes no moment")
-        for name, forces in (("distributed", loads.distributed), ("points", loads.points)):
-            if any(np.any(np.atleast_2d(force.force)[:, 2]) for force in forces):
-                raise InvalidRequest(name, "expected z = 0 for a planar robot")
+        return load_arrays(self.description, self.grid, self.breakpoints, self.rod_names, loads)

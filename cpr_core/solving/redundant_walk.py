@@ -1,13 +1,10 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Walks to a pose with more motors than controlled coordinates.
+"""Walks to a target, also to a pose with more motors than controlled coordinates.
 
-On the way the motors move as little as possible: as many of them as are too many are imposed beside the
-pose, by what the pseudoinverse of the Jacobian says, chosen anew for every stage so that the others find
-the pose as surely as possible. What is left is a square problem and one of the usual walks. At the pose
-the motors then go along the null space to where an objective is least, by quasi-Newton steps, each of
-them such a walk.
+On the way the motors move as little as possible, by the pseudoinverse of the Jacobian, in stages. At the
+pose they go along the null space to where an objective is least.
 """
 
 from __future__ import annotations
@@ -22,16 +19,15 @@ from numpy.typing import NDArray
 from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..kernels.natural_units import LONGEST_STEP
-from ..kernels.record_layout import INVERSE_SIGN, SIGNS
 from ..lie import rotation_log
-from ..model.equilibrium import Equilibrium, described
+from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import KinematoStatics, kinemato_statics
-from ..model.robot import Robot
 from ..validation import checked_time
 from .continuation import SINGULAR, Walk, follow
+from .descent import descend
 from .events import PathEvent
-from .near_request import solve_near
-from .objectives import LeastMotion, Objective, Probe
+from .held_walks import HeldWalks, self_motions
+from .objectives import LeastMotion, Objective
 from .targets import PoseTarget, Target, pose_between
 
 __all__ = ["walk_to"]
@@ -40,8 +36,8 @@ Floats = NDArray[np.float64]
 
 #: A stage that gains less of the way is none.
 _SMALLEST_STAGE = 1e-6
-#: Stages, and steps along the null space, at most; the longest of these, dimensionless.
-_MOST_STAGES, _MOST_DESCENTS, _LONGEST_DESCENT = 1000, 200, 0.3
+#: Stages at most.
+_MOST_STAGES = 1000
 #: What stops a stage, but not the walk: with other motors imposed it may go on.
 _OF_THE_CHOICE = ("fold", "bifurcation", "lost")
 
@@ -86,7 +82,8 @@ def walk_to(
         )
     deadline = time.perf_counter() + checked_time(time_limit)
     aim = LeastMotion(start.motors) if objective is None else objective
-    return _Redundant(target, loads, aim, stable_only, deadline, progress).walk(start)
+    walks = HeldWalks(stable_only, deadline)
+    return _Redundant(target, loads, aim, walks, progress).walk(start)
 
 
 @dataclass(eq=False)
@@ -96,19 +93,20 @@ class _Redundant:
     target: PoseTarget
     loads: Loads
     objective: Objective
-    stable_only: bool
-    deadline: float
+    walks: HeldWalks
     progress: Callable[[float], None] | None
     events: list[PathEvent] = field(default_factory=list)
-    iterations: int = 0
 
     def walk(self, start: Equilibrium) -> Walk:
         """Go to the pose, then to where the objective is least."""
-        arrived = self._arrive(start)
-        if arrived.stopped is None:
-            arrived = self._descend(arrived.last)
-        last = replace(arrived.last.with_iterations(self.iterations), objective=self.objective.name)
-        return replace(arrived, last=last, events=tuple(self.events))
+        walk, objective = self._arrive(start), self.objective
+        if walk.stopped is None:
+            walk = descend(
+                self.walks, walk.last, pose_between(walk.last, self.target, 1.0), objective
+            )
+            self.events += walk.events
+        last = replace(walk.last.with_iterations(self.walks.iterations), objective=objective.name)
+        return replace(walk, last=last, events=tuple(self.events))
 
     def _arrive(self, start: Equilibrium) -> Walk:
         """Stages to the pose, straight in its coordinates, by least motion of the motors."""
@@ -123,7 +121,7 @@ class _Redundant:
             part = 1.0 if distance <= LONGEST_STEP else LONGEST_STEP / distance
             loads = self.loads if part == 1.0 else last.loads.toward(self.loads, part)
             stage = pose_between(last, self.target, part)
-            walk = self._step(last, _directions(model), stage, part * change, loads)
+            walk = self.walks.step(last, self_motions(model), stage, part * change, loads)
             whole, last = part * (1.0 - reached), walk.last
             of_the_choice = walk.stopped is not None and walk.stopped.kind in _OF_THE_CHOICE
             for event in walk.events[:-1] if of_the_choice else walk.events:
@@ -156,90 +154,6 @@ class _Redundant:
         self.events.append(replace(event, fraction=fraction))
         return Walk(event.equilibrium, (), self.events[-1], None, ())
 
-    def _descend(self, start: Equilibrium) -> Walk:
-        """Quasi-Newton steps (BFGS) along the null space to where the objective is least.
-
-        They end where a limit, a fold or rounding is in the way.
-        """
-        objective, last = self.objective, start
-        self.target = pose_between(start, self.target, 1.0)
-        directions = _directions(kinemato_statics(last))
-        slope = objective.slope(last, directions, self._probe(last, directions))
-        curvature = _whole(objective.curvature(last, directions), directions)
-        for _ in range(_MOST_DESCENTS):
-            change = -np.linalg.solve(directions.T @ curvature @ directions, slope)
-            length = float(np.linalg.norm(change))
-            if length < objective.tolerance:
-                break
-            shortened = np.asarray(change * min(1.0, _LONGEST_DESCENT / length))
-            found = self._lower(last, directions, shortened, float(slope @ shortened))
-            if found is None:
-                break
-            if found.stopped is not None:
-                self.events.append(replace(found.stopped, fraction=1.0))
-                return replace(found, stopped=self.events[-1])
-            moved = (found.last.motors - last.motors) / last.robot.motor_units
-            before = directions @ slope
-            last, directions = found.last, _directions(kinemato_statics(found.last))
-            slope = objective.slope(last, directions, self._probe(last, directions))
-            curvature = _learnt(curvature, moved, directions @ slope - before)
-        return Walk(last, (), None, None, ())
-
-    def _lower(
-        self, last: Equilibrium, directions: Floats, change: Floats, expected: float
-    ) -> Walk | None:
-        """A step along the null space, as short as it takes to lower the objective.
-
-        Returns:
-            None where none does; a walk that was stopped where the time is over.
-        """
-        objective, factor = self.objective, 1.0
-        value = objective.value(last)
-        rounding = 1e-14 * (1.0 + abs(value))
-        while factor * float(np.linalg.norm(change)) >= objective.tolerance:
-            walk = self._step(last, directions, self.target, factor * directions @ change)
-            if walk.stopped is None:
-                if objective.value(walk.last) <= value + 0.1 * factor * expected + rounding:
-                    return walk
-            elif walk.stopped.kind == "time_limit":
-                return walk
-            factor *= 0.5
-        return None
-
-    def _probe(self, last: Equilibrium, directions: Floats) -> Probe:
-        def probe(change: Floats) -> Equilibrium | None:
-            walk = self._step(last, directions, self.target, change)
-            return walk.last if walk.stopped is None else None
-
-        return probe
-
-    def _step(
-        self,
-        start: Equilibrium,
-        directions: Floats,
-        pose: PoseTarget,
-        change: Floats,
-        loads: Loads | None = None,
-    ) -> Walk:
-        """To a pose, with a rough change of the motors (dimensionless, (n,)): exact in some of them."""
-        robot, loads = start.robot, start.loads if loads is None else loads
-        begin = _of(start, robot.holding(_imposed_motors(directions)))
-        target = replace(pose, motors=start.motors + change * robot.motor_units)
-        if loads is start.loads and target.distance(begin) <= LONGEST_STEP:
-            near = solve_near(begin, target, self.stable_only)
-            if near is not None:
-                self.iterations += near.iterations
-                return Walk(_of_base(near, robot), (), None, None, ())
-        walk = follow(
-            begin,
-            target,
-            loads,
-            stable_only=self.stable_only,
-            time_limit=max(0.0, self.deadline - time.perf_counter()),
-        )
-        self.iterations += walk.last.iterations
-        return _walk_of_base(walk, robot)
-
 
 def _least_change(model: KinematoStatics, pose: PoseTarget) -> Floats:
     """Least change of the motors to a pose, to first order, dimensionless, (n,)."""
@@ -248,74 +162,3 @@ def _least_change(model: KinematoStatics, pose: PoseTarget) -> Floats:
     turn = rotation_log(pose.rotation @ rotation.T)
     twist = np.concatenate([turn @ rotation, (pose.position - last.platform_position) @ rotation])
     return model.predict_inverse(twist[robot.platform_axes]).motors / robot.motor_units
-
-
-def _directions(model: KinematoStatics) -> Floats:
-    """Self-motions, dimensionless, orthonormal columns, (n, r)."""
-    return np.asarray(model.self_motions / model.equilibrium.robot.motor_units[:, None])
-
-
-def _imposed_motors(directions: Floats) -> tuple[int, ...]:
-    """Numbers of the motors to impose, so that the others find the pose as surely as possible.
-
-    Those that move most in self-motions, (n, r), one after the other: what is left of the Jacobian is
-    farthest from singular then.
-    """
-    left, chosen = directions.copy(), list[int]()
-    for _ in range(directions.shape[1]):
-        motor = int(np.argmax(np.sum(left**2, axis=1)))
-        chosen.append(motor)
-        row = left[motor] / np.linalg.norm(left[motor])
-        left -= np.outer(left @ row, row)
-    return tuple(sorted(chosen))
-
-
-def _whole(curvature: Floats, directions: Floats) -> Floats:
-    """A curvature along directions as one of all motors, positive definite, (n, n)."""
-    across = np.eye(len(directions)) - directions @ directions.T
-    mean = float(np.trace(curvature)) / len(curvature)
-    return np.asarray(directions @ curvature @ directions.T + mean * across)
-
-
-def _learnt(curvature: Floats, moved: Floats, changed: Floats) -> Floats:
-    """BFGS: a curvature by which a motion changes the slope as it did; the same where it is negative."""
-    product, pushed = float(moved @ changed), curvature @ moved
-    if product <= 1e-8 * float(np.linalg.norm(moved) * np.linalg.norm(changed)):
-        return curvature
-    worn = np.outer(pushed, pushed) / float(moved @ pushed)
-    return np.asarray(curvature - worn + np.outer(changed, changed) / product)
-
-
-def _of(equilibrium: Equilibrium, robot: Robot) -> Equilibrium:
-    """An equilibrium as one of a robot that holds some motors."""
-    found = equilibrium
-    return described(
-        robot,
-        found.loads,
-        found.load_arrays,
-        found.state,
-        found.platform_rotation,
-        found.platform_position,
-    )
-
-
-def _of_base(equilibrium: Equilibrium, robot: Robot) -> Equilibrium:
-    """An equilibrium as one of the robot that holds none: its inverse problem has no determinant."""
-    record = equilibrium.record.copy()
-    record[robot.state_size + SIGNS + INVERSE_SIGN] = 0.0
-    return replace(equilibrium, robot=robot, record=record)
-
-
-def _walk_of_base(walk: Walk, robot: Robot) -> Walk:
-    """A walk as one of the robot that holds no motors."""
-    events = tuple(
-        replace(event, equilibrium=_of_base(event.equilibrium, robot)) for event in walk.events
-    )
-    violation = walk.violation
-    return replace(
-        walk,
-        last=_of_base(walk.last, robot),
-        events=events,
-        stopped=None if walk.stopped is None else events[-1],
-        violation=None if violation is None else (violation[0], _of_base(violation[1], robot)),
-    )

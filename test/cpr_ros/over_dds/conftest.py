@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Fixtures: one node of each paper robot for a test module, and a client in its domain."""
+"""Fixtures: one node of a robot for a test module, and a client in its domain."""
 
 from __future__ import annotations
 
@@ -35,6 +35,11 @@ def six_rfs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
 @pytest.fixture(scope="module")
 def rfrfr(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     yield from _run(tmp_path_factory, "rfrfr")
+
+
+@pytest.fixture(scope="module")
+def four_rfr(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    yield from _run(tmp_path_factory, "four_rfr")
 
 
 @pytest.fixture

@@ -10,26 +10,10 @@ from cpr_msgs.srv import GetKinematoStatics, SolveInverse
 from geometry_msgs.msg import PoseStamped
 from helpers.driver import Driver
 from helpers.map_client import MapClient
-from helpers.node_process import Client, NodeProcess, Running, free_domain
 
 from cpr_core import kinemato_statics, load_robot, solve_home, solve_inverse
 
 POSE = np.array([-0.04, 0.02, 0.05])
-
-
-@pytest.fixture(scope="module")
-def running(tmp_path_factory):
-    log, domain = tmp_path_factory.mktemp("four_rfr") / "node.log", free_domain()
-    process = NodeProcess(log, domain, ["-p", "robot:=four_rfr", "-p", "max_speed:=4.0"])
-    try:
-        process.wait_for_log("ready")
-        client = Client(domain)
-        try:
-            yield Running(process, client)
-        finally:
-            client.close()
-    finally:
-        assert process.stop() == 0, process.output()
 
 
 @pytest.fixture(scope="module")
@@ -45,16 +29,16 @@ def platform(x, y, angle):
     return message
 
 
-def inverse(running, objective):
+def inverse(four_rfr, objective):
     request = SolveInverse.Request(
         platform=platform(*POSE), start=SolveInverse.Request.START_HOME, objective=objective
     )
-    return running.client.call(SolveInverse, "/cpr_node/solve_inverse", request)
+    return four_rfr.client.call(SolveInverse, "/cpr_node/solve_inverse", request)
 
 
 @pytest.mark.parametrize("objective", ["", "least_motion", "least_effort", "greatest_margin"])
-def test_the_inverse_is_that_of_the_library_and_names_its_objective(running, robot, objective):
-    answer = inverse(running, objective)
+def test_the_inverse_is_that_of_the_library_and_names_its_objective(four_rfr, robot, objective):
+    answer = inverse(four_rfr, objective)
     assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
     assert answer.objective == (objective or "least_motion")
     expected = solve_inverse(robot, POSE, objective=objective or None)
@@ -63,23 +47,23 @@ def test_the_inverse_is_that_of_the_library_and_names_its_objective(running, rob
     )
 
 
-def test_another_objective_is_refused_by_name(running):
-    answer = inverse(running, "least_noise")
+def test_another_objective_is_refused_by_name(four_rfr):
+    answer = inverse(four_rfr, "least_noise")
     assert answer.error_code.val == ErrorCode.INVALID_ROBOT_STATE
     assert "expected least_motion, least_effort, greatest_margin" in answer.error_code.message
 
 
-def test_kinemato_statics_are_there(running, robot):
+def test_kinemato_statics_are_there(four_rfr, robot):
     request = GetKinematoStatics.Request(at=GetKinematoStatics.Request.AT_HOME)
-    answer = running.client.call(GetKinematoStatics, "/cpr_node/get_kinemato_statics", request)
+    answer = four_rfr.client.call(GetKinematoStatics, "/cpr_node/get_kinemato_statics", request)
     assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
     expected = kinemato_statics(solve_home(robot)).singularity("inverse")
     assert answer.inverse.smallest_singular_value == pytest.approx(expected.smallest, rel=1e-9)
     assert answer.inverse.sign == 0
 
 
-def test_platform_setpoints_are_followed(running, robot):
-    driver = Driver(running.client)
+def test_platform_setpoints_are_followed(four_rfr, robot):
+    driver = Driver(four_rfr.client)
     try:
         driver.go_home()
         driver.platform.publish(platform(*POSE))
@@ -93,8 +77,8 @@ def test_platform_setpoints_are_followed(running, robot):
         driver.close()
 
 
-def test_a_map_of_poses_is_made(running, tmp_path):
-    client = MapClient(running.client)
+def test_a_map_of_poses_is_made(four_rfr, tmp_path):
+    client = MapClient(four_rfr.client)
     try:
         axes = {"x": (-0.02, 0.02, 0.02), "y": (-0.02, 0.02, 0.02)}
         _, result = client.make(tmp_path / "map.nc", axes, objective="least_effort")
