@@ -49,7 +49,7 @@ class DeclaredParameter(NamedTuple):
         """Its default as it is written in a parameter file."""
         if isinstance(self.default, bool):
             return str(self.default).lower()
-        text = str(self.default)
+        text = str(self.default) or "''"
         # Without a point YAML takes a number with an exponent for a word.
         return text.replace("e", ".0e") if self.kind == "double" and "." not in text else text
 

@@ -162,6 +162,7 @@ def test_the_page_of_the_node_lists_every_service_and_topic():
     code = "".join((ROOT / f"cpr_ros/{name}.py").read_text() for name in ("inputs", "outputs"))
     topics = set(re.findall(r'"((?:~/|/)?[a-z_]+)", (?:10|self|LATCHED|SOME)', code))
     topics |= set(re.findall(r'\(\w+, "((?:~/)?[a-z_]+)", self', code))
+    topics |= set(re.findall(r'^MEASURED = "(\w+)"', code, re.MULTILINE))
     assert len(topics) >= 12
     services = re.findall(r'\(\w+, "([a-z_]+)",', (ROOT / "cpr_ros/requests.py").read_text())
     assert len(services) >= 7
