@@ -32,7 +32,8 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from cpr_core import load_robot, solve_home
-from cpr_ros.node import CprNode, run
+from cpr_ros.node import CprNode
+from cpr_ros.node_run import run
 from cpr_ros.stop_signal import StopSignal
 
 

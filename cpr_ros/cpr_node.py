@@ -38,7 +38,8 @@ def main(arguments: list[str] | None = None) -> int:
         print("cpr_node: see cpr_node --help", file=sys.stderr)
         return 2
     try:
-        from .node import CprNode, run
+        from .node import CprNode
+        from .node_run import run
     except ModuleNotFoundError as error:
         print(f"cpr_node: {_missing(error)}", file=sys.stderr)
         return 1

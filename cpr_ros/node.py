@@ -5,25 +5,19 @@
 
 from __future__ import annotations
 
-import gc
-import sys
 import time
 import traceback
 from collections.abc import Callable
-from typing import Any, NoReturn
+from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import ParameterException
-from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
 
 from cpr_core import CprError, load_robot
 
-from .core_log import core_log_in
 from .inputs import Inputs
 from .map_action import MapAction
 from .node_arguments import closest
@@ -36,7 +30,7 @@ from .transforms import Transforms
 from .warming import warm_up
 from .whereabouts import Whereabouts
 
-__all__ = ["CprNode", "run"]
+__all__ = ["CprNode"]
 
 #: How often the last motor commands are said again at rest [Hz].
 _REPEAT_RATE = 1.0
@@ -301,68 +295,3 @@ class CprNode(LifecycleNode):
                 return response
 
         service.callback = callback
-
-
-def run(
-    make_node: Callable[[StopSignal], CprNode],
-    arguments: list[str] | None = None,
-    stop: StopSignal | None = None,
-) -> NoReturn:
-    """Run a node until SIGINT or SIGTERM, and end the process: status 0, or 1 if it cannot start.
-
-    Args:
-        make_node: Makes it.
-        arguments: With the name of the program first; None for those of the process.
-        stop: What has taken the signals over already.
-    """
-    stop = stop or StopSignal()
-    executor: Executor | None = None
-    node, status = None, 0
-    stop.remember()
-    try:
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        executor = _light_executor()
-        if not stop.requested:
-            node = make_node(stop)
-            executor.add_node(node)
-            with core_log_in(node.get_logger()):
-                if node.parameters.autostart:
-                    node.start()
-                _spin(node, executor, stop)
-    except Exception as error:
-        if not stop.requested:
-            expected = isinstance(error, CprError | ParameterException) or not rclpy.ok()
-            print(f"cpr_node: {error}" if expected else traceback.format_exc(), file=sys.stderr)
-            status = 1
-    finally:
-        if executor is not None:
-            executor.shutdown()
-        if node is not None:
-            node.destroy_node()
-        else:
-            gc.collect()  # of a node that could not be made DDS still has a part
-        rclpy.try_shutdown()
-    stop.finish(status)
-
-
-def _light_executor() -> Executor:
-    """One that is woken by events: at rest the node takes a third of the processor time it takes else.
-
-    Older versions of rclpy have none. Both run one callback after the other.
-    """
-    try:
-        from rclpy.experimental.events_executor import EventsExecutor
-    except ImportError:
-        return SingleThreadedExecutor()
-    return EventsExecutor()
-
-
-def _spin(node: CprNode, executor: Executor, stop: StopSignal) -> None:
-    """Spin until a signal comes; no message of a client may end the node."""
-    while rclpy.ok() and not stop.requested:
-        try:
-            executor.spin_once(timeout_sec=0.1)
-        except ExternalShutdownException:
-            return
-        except Exception:  # rclpy raises for malformed parameter messages, for one
-            node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)

@@ -7,6 +7,7 @@ import os
 import signal
 
 from cpr_ros import node
+from cpr_ros.node_run import run
 from cpr_ros.stop_signal import Stopped
 
 
@@ -20,4 +21,4 @@ class DeafNode(node.CprNode):
 
 
 if __name__ == "__main__":
-    node.run(DeafNode)
+    run(DeafNode)

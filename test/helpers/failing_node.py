@@ -6,6 +6,7 @@
 from std_srvs.srv import Trigger
 
 from cpr_ros import goals, node, solver
+from cpr_ros.node_run import run
 
 _broken = False
 
@@ -41,4 +42,4 @@ class FailingNode(node.CprNode):
 
 
 if __name__ == "__main__":
-    node.run(FailingNode)
+    run(FailingNode)

@@ -9,7 +9,7 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
-from cpr_ros.node import _light_executor
+from cpr_ros.node_run import _light_executor
 
 EVENTS = "rclpy.experimental.events_executor"
 

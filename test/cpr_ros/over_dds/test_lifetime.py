@@ -34,7 +34,7 @@ def test_sigterm_during_the_start_ends_the_node_cleanly(tmp_path):
 LEFT = """
 import signal, sys
 from pathlib import Path
-from cpr_ros import node
+from cpr_ros import node, node_run
 from cpr_ros.stop_signal import StopSignal
 
 def shared():
@@ -57,7 +57,7 @@ def looking(stop, status):
     finish(stop, status)
 
 StopSignal.finish = looking
-node.run(Node, ["cpr_node", "--ros-args", "-p", "robot:=" + sys.argv[2]])
+node_run.run(Node, ["cpr_node", "--ros-args", "-p", "robot:=" + sys.argv[2]])
 """
 
 
