@@ -159,7 +159,7 @@ _LIVE = (
         1.0,
         "rad/s, rod lengths/s",
         "speed no motor exceeds",
-        (0.0, 1000.0),
+        (1e-6, 1000.0),
         live=True,
     ),
     DeclaredParameter(

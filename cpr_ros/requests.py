@@ -73,6 +73,8 @@ class Requests:
                     response.error_code.val = ErrorCode.SUCCESS
                 else:
                     response.error_code = code
+                    if hasattr(response, "solution"):  # 0 would be stable
+                        response.solution.index_locked = response.solution.index_free = -1
             elif code is not None:
                 response.success, response.message = False, f"{code.val}: {code.message}"
             return response

@@ -314,6 +314,10 @@ class KinematoStatics:
             return self.platform_by_wrench
         robot = self.equilibrium.robot
         stiffness = checked_vector("motor_stiffness", motor_stiffness, robot.motor_count)
+        if np.any(stiffness < 0.0):
+            raise InvalidRequest(
+                "motor_stiffness", f"expected numbers of at least 0, got {stiffness.tolist()}"
+            )
         yielding = linalg.solve(self.efforts_by_motors + np.diag(stiffness), self.efforts_by_wrench)
         return self.platform_by_wrench - self.jacobian @ yielding
 

@@ -29,6 +29,8 @@ Cancel = Callable[[], bool] | None
 
 #: Crossings of one kind on the way between two neighbours at most.
 _MOST_CROSSINGS = 4
+#: Then the ends of a bisection are neighbouring numbers.
+_MOST_BISECTIONS = 54
 
 
 def refined_borders(
@@ -97,7 +99,9 @@ def _by_bisection(
             break
         length = np.linalg.norm(grid.places(neighbour) - grid.places(cell), axis=1)
         high, beyond = np.ones(len(cell)), values[neighbour].copy()
-        while np.any((high - low) * length > tolerance):
+        for _ in range(_MOST_BISECTIONS):
+            if not np.any((high - low) * length > tolerance):
+                break
             middle = 0.5 * (low + high)
             coordinates = grid.kernel_coordinates(_between(found, cell, neighbour, middle))
             arrivals = solve(near, far, coordinates)

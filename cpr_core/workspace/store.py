@@ -136,10 +136,25 @@ def read_map(file: str | Path, robot: Robot, loads: Loads | None = None) -> Work
         loads: Its loads; default those of the description.
 
     Raises:
-        InvalidRequest: No map, or one of another robot or other loads.
+        InvalidRequest: No map, one that is damaged, or one of another robot or other loads.
     """
     loads = checked_robot(robot).default_loads if loads is None else loads
     attributes, arrays = _read(file)
+    try:
+        return _map_of(file, robot, loads, attributes, arrays)
+    except (AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
+        problem = f"expected a whole map, {file} is damaged: {error!r:.200}"
+        raise InvalidRequest("file", problem) from None
+
+
+def _map_of(
+    file: str | Path,
+    robot: Robot,
+    loads: Loads,
+    attributes: dict[str, Any],
+    arrays: dict[str, NDArray[Any]],
+) -> WorkspaceMap:
+    """The map in a file."""
     if attributes.get("cpr_map_format") != FORMAT:
         raise InvalidRequest("file", f"expected a map of format {FORMAT} in {file}")
     for name, mine in (("robot_description", _described(robot)), ("loads", _as_json(loads))):
@@ -275,7 +290,7 @@ def _read(file: str | Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
                 for name, value in source._attributes.items()
             }
             arrays = {name: variable.data for name, variable in source.variables.items()}
-    except (OSError, TypeError, ValueError, IndexError) as error:
+    except Exception as error:  # damaged headers lead the reader anywhere
         raise InvalidRequest("file", f"expected a NetCDF file, {file} is none: {error}") from None
     return attributes, arrays
 

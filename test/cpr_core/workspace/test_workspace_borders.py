@@ -119,6 +119,11 @@ def test_the_tolerance_is_kept():
         np.testing.assert_array_equal(one.cells, two.cells)
         assert np.abs(one.points - two.points).max() < 1e-2
         np.testing.assert_allclose(of_kind(small_map(), kind).points, two.points, atol=1e-5)
+    # Finer than numbers are: the same, and it ends.
+    finest = map_workspace(rfrfr(), small_grid(), tolerance=1e-17)
+    for kind in ("stability", "stability_free"):
+        one, other = of_kind(fine, kind), of_kind(finest, kind)
+        np.testing.assert_allclose(one.points, other.points, rtol=0.0, atol=2e-7)
     with pytest.raises(InvalidRequest, match="tolerance"):
         map_workspace(rfrfr(), small_grid(), tolerance=-1.0)
 

@@ -124,6 +124,27 @@ def test_checkpoints_are_written_while_the_map_grows(tmp_path):
     assert len(set(sizes)) > 3
 
 
+def test_damaged_files_are_refused_or_read_never_something_else(tmp_path):
+    """Bytes of the header and of all of it changed at random, and files cut short."""
+    file, random = tmp_path / "map.nc", np.random.default_rng(5)
+    write_map(small_map(), file)
+    whole = file.read_bytes()
+    refused = 0
+    for number in range(300):
+        content = bytearray(whole)
+        for place in random.integers(0, (6000, len(whole))[number % 2], 1 + number % 5):
+            content[place] = random.integers(256)
+        if number % 10 == 0:
+            content = content[: random.integers(len(whole))]
+        file.write_bytes(content)
+        try:
+            read_map(file, rfrfr())
+        except InvalidRequest as error:
+            assert error.argument == "file"
+            refused += 1
+    assert refused > 50
+
+
 def test_maps_of_something_else_are_not_gone_on_with(tmp_path):
     file = tmp_path / "map.nc"
     write_map(small_map(), file)

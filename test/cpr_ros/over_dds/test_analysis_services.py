@@ -154,6 +154,12 @@ def test_stability_is_that_of_the_library(six_rfs, given, motors_are):
         (
             GetKinematoStatics,
             "get_kinemato_statics",
+            {"motor_stiffness": [1.0, -2.0]},
+            ErrorCode.INVALID_ROBOT_STATE,
+        ),
+        (
+            GetKinematoStatics,
+            "get_kinemato_statics",
             {"characteristic_length": -1.0},
             ErrorCode.INVALID_ROBOT_STATE,
         ),
