@@ -145,6 +145,16 @@ def test_every_field_of_the_stability_stream_has_its_meaning_and_unit():
             assert re.search(r"\[.+\]", comment) or "row-major" in comment, line
 
 
+def test_every_error_code_has_its_meaning_and_is_on_the_page_of_the_node():
+    lines = (ROOT / "msg_defs/msg/ErrorCode.msg").read_text().splitlines()
+    codes = [re.match(r"int32 ([A-Z_]+)=(-?\d+) +# \w", line) for line in lines if "=" in line]
+    page = (ROOT / "docs/node.md").read_text()
+    rows = dict(re.findall(r"^\| (-?\d+) \| `([A-Z_]+)` \|", page, re.MULTILINE))
+    assert all(codes) and len(codes) > 10
+    meant = {code[2]: code[1] for code in codes if code[1] != "UNDEFINED"}
+    assert rows == meant
+
+
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
 def test_parameter_files_name_parameters_of_the_node(name):
     parameters = yaml.safe_load((ROOT / f"config/node/{name}.yaml").read_text())
