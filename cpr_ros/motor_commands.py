@@ -24,8 +24,8 @@ class MotorCommands:
     """Where the motors are sent, step by step.
 
     Attributes:
-        newest: The last command, or where the motors are known to be, (n,) [rad or m]; None: nothing is
-            known, the first command goes anywhere.
+        newest: The last command, or where the motors are known to be, (n,) [rad or m]; None: nothing
+            is known, the first command goes anywhere.
     """
 
     def __init__(self, robot: Robot, period: float) -> None:

@@ -220,13 +220,13 @@ class CprNode(LifecycleNode):
         self._last_tick = now
         outcome = session.tick(now)
         command = session.next_command()
+        if self._whereabouts is not None and (outcome.moved or command is not None):
+            self._whereabouts.keep()  # before anybody hears of it
         if command is not None:
             self.outputs.motor_commands(command)
         if outcome.moved:
             self._last_state = now
             self.outputs.state(session)
-        if self._whereabouts is not None and (outcome.moved or command is not None):
-            self._whereabouts.keep()
         if outcome.home_missed:
             self.get_logger().error(
                 "the motors are at home, but this is another equilibrium than home"

@@ -97,20 +97,28 @@ class Session:
         """The motor command of this tick, (n,) [rad or m]; None where there is nothing new.
 
         The only way commands leave the node: none is farther from the one before than a tick's way.
+        Where nothing is known of the motors, there is none before the first motion.
         """
-        motors, known = self.solver.current.equilibrium.motors, self.commands.newest is not None
-        if self.tracker is not None or (known and self.commands.there(motors)):
+        motors = self.solver.current.equilibrium.motors
+        begun = self.commands.newest is not None or self.outcome.moved
+        if self.tracker is not None or not begun:
+            return None
+        if self.commands.newest is not None and self.commands.there(motors):
             return None
         return self.commands.step_to(motors, self.follower.settings.max_speed)
 
-    def begin_at(self, equilibrium: Equilibrium, motors: NDArray[np.float64] | None) -> None:
+    def begin_at(
+        self, equilibrium: Equilibrium, motors: NDArray[np.float64] | None, solve_time: float
+    ) -> None:
         """Be at an equilibrium, at rest.
 
         Args:
             equilibrium: Where the robot is.
             motors: Where its motors are known to be, (n,); None: unknown, commands begin there.
+            solve_time: Time it took to find it [s].
         """
-        self.solver.current = Assessment(equilibrium, self.solver.current.characteristic_length)
+        length = self.solver.current.characteristic_length
+        self.solver.current = Assessment(equilibrium, length, solve_time=solve_time)
         self.commands.place(motors)
         current = self.solver.current
         self.outcome = Outcome(current, False, State.IDLE, self.follower.judge(current))

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,10 +28,10 @@ _LONGEST_WALK = 10.0
 def begin_at_home(session: Session, last: LastState | None) -> str:
     """Begin at home; commands go there from the last ones. Says what was done."""
     home = solve_home(session.robot)
+    commands = None if last is None else last.commands
+    session.begin_at(home, commands, session.solver.current.solve_time)
     if last is None:
-        session.begin_at(home, None)
-        return "nothing is known of where the robot is: commands begin at home"
-    session.begin_at(home, last.commands)
+        return "nothing is known of where the robot is: the first motion begins at home"
     if session.commands.there(home.motors):
         return "the last commands were those of home"
     return f"commands go from the last ones, {_words(last.commands)}, to home at max_speed"
@@ -41,12 +43,12 @@ def begin_at_last(session: Session, last: LastState) -> str:
     Raises:
         CprError: It cannot be there any more.
     """
-    found, robot = last.equilibrium, session.robot
+    begin, found, robot = time.perf_counter(), last.equilibrium, session.robot
     if found.loads is not robot.default_loads:
         found = solve_forward(robot, found.motors, start=found, loads=robot.default_loads)
     if found.index_locked > 0:
         raise CprError("the robot cannot rest at its last equilibrium, which is unstable")
-    session.begin_at(found, last.commands)
+    session.begin_at(found, last.commands, time.perf_counter() - begin)
     return f"where it was last, motors {_words(found.motors)}"
 
 
@@ -59,7 +61,9 @@ def begin_at_measured(session: Session, measured: Floats) -> str:
     current = session.solver.current.equilibrium
     ways = np.abs(measured - current.motors) / session.robot.motor_units
     start = current if float(ways.max(initial=0.0)) <= _NEAR else solve_home(session.robot)
-    session.begin_at(_stable_at(start, measured), measured)
+    begin = time.perf_counter()
+    found = _stable_at(start, measured)
+    session.begin_at(found, measured, time.perf_counter() - begin)
     return f"where it is measured, motors {_words(measured)}"
 
 

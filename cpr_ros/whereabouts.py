@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import time
+
 from rclpy.node import Node
 
 from cpr_core import CprError
@@ -20,6 +22,8 @@ __all__ = ["Whereabouts"]
 
 #: How long a message with measured motors is waited for when the node becomes active [s].
 _MEASURED_WAIT = 5.0
+#: How long after the start of the node others may take to be discovered [s].
+_DISCOVERY = 1.5
 
 
 class Whereabouts:
@@ -38,6 +42,7 @@ class Whereabouts:
         """
         self._node, self._session, self._stop = node, session, stop
         self._from = parameters.start_from
+        self._discovered = time.monotonic() + _DISCOVERY
         self._kept: KeptState | None = None
         folder = state_folder(parameters.state_directory)
         name = node.get_fully_qualified_name().strip("/").replace("/", ".")
@@ -79,8 +84,10 @@ class Whereabouts:
         Raises:
             CprError: They are to be measured and are not, or no equilibrium explains them.
         """
-        publishers = self._node.count_publishers(MEASURED)
-        if self._from not in ("auto", "measured") or (not publishers and self._from == "auto"):
+        if self._from not in ("auto", "measured"):
+            return
+        publishers = self._publishers()
+        if not publishers and self._from == "auto":
             return
         found = None
         if publishers:
@@ -94,6 +101,14 @@ class Whereabouts:
             )
         place = self._stop.wait_for(lambda: begin_at_measured(self._session, found))
         self._node.get_logger().info(place)
+
+    def _publishers(self) -> int:
+        """How many publish measured motors; nodes that have just started do not see each other yet."""
+        while not (found := self._node.count_publishers(MEASURED)):
+            if self._stop.requested or time.monotonic() > self._discovered:
+                return 0
+            time.sleep(0.02)
+        return found
 
     def keep(self) -> None:
         """Remember where the robot is now."""

@@ -68,10 +68,11 @@ class NodeProcess:
         module: str = "cpr_ros.cpr_node",
     ) -> None:
         self.log = log
+        self._home = tempfile.TemporaryDirectory()  # nothing is known of where the robot was
         environment = os.environ | {
             "ROS_DOMAIN_ID": str(domain),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "ROS_HOME": str(log.parent / "ros_home"),  # what nodes keep stays with the test
+            "ROS_HOME": self._home.name,
         }
         # The code under test is this tree's, whether or not it is installed.
         root = str(Path(cpr_ros.__file__).parents[1])

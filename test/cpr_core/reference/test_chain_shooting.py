@@ -252,6 +252,7 @@ def test_what_shooting_does_not_cover_is_refused():
 class Screw(ChainJoint):
     """A joint there is not."""
 
+    kind = "screw"
     unit = "rad"
 
 
