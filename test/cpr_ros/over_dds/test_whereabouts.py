@@ -98,12 +98,15 @@ class Bench:
         """Kill the node. What it was about to send, or sent to nobody, is in its file."""
         self.process.process.send_signal(signal.SIGKILL)
         self.process.process.wait()
-        self.spin(0.1)
+        heard = -1
+        while heard < len(self.commands):  # what is on the way
+            heard = len(self.commands)
+            self.spin(0.2)
         name = f"cpr_node.{self.domain}.state"
         kept = KeptState(self.folder / "states" / name, load_robot("rfrfr"))
         last = kept.last()
         kept.close()
-        assert np.abs(last.commands - self.commands[-1]).max() <= 5.0 * STEP  # no more on the way
+        assert np.abs(last.commands - self.commands[-1]).max() <= 5.0 * STEP
         self.ended.append(self.commands)
         self.commands = [last.commands]
 
