@@ -53,7 +53,7 @@ class CprNode(LifecycleNode):
         problem = live_problem(self._live({}))
         if problem:
             raise CprError(problem)
-        self.problem = ""
+        self.problem, self._started = "", time.monotonic()
         self._stop = stop
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._session: Session | None = None
@@ -161,7 +161,9 @@ class CprNode(LifecycleNode):
         if index > 0:
             logger.warning("home is unstable: does every leg bow to the side it should?")
         if session.tracker is None:
-            self._whereabouts = Whereabouts(self, self.parameters, session, self._stop)
+            self._whereabouts = Whereabouts(
+                self, self.parameters, session, self._stop, self._started
+            )
             logger.info(self._stop.wait_for(self._whereabouts.begin))
         steps = warm_up(session, frames)
         while compiled := self._stop.wait_for(lambda: next(steps, "")):

@@ -30,7 +30,12 @@ class Whereabouts:
     """Puts the robot at home, where it was last, or where it is measured."""
 
     def __init__(
-        self, node: Node, parameters: Parameters, session: Session, stop: StopSignal
+        self,
+        node: Node,
+        parameters: Parameters,
+        session: Session,
+        stop: StopSignal,
+        started: float,
     ) -> None:
         """Open the file of the last state; without it the node goes on, and says so.
 
@@ -39,10 +44,11 @@ class Whereabouts:
             parameters: Say where from.
             session: Robot of the node, which moves it.
             stop: Tells when the process is to end.
+            started: Steady time at which the node was made [s].
         """
         self._node, self._session, self._stop = node, session, stop
         self._from = parameters.start_from
-        self._discovered = time.monotonic() + _DISCOVERY
+        self._discovered = started + _DISCOVERY
         self._kept: KeptState | None = None
         folder = state_folder(parameters.state_directory)
         name = node.get_fully_qualified_name().strip("/").replace("/", ".")
