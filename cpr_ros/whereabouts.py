@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 from rclpy.node import Node
 
@@ -90,6 +91,8 @@ class Whereabouts:
         Raises:
             CprError: They are to be measured and are not, or no equilibrium explains them.
         """
+        if not self._session.commands.there(self._session.solver.current.equilibrium.motors):
+            self._wait_for_others()  # commands will move at once: controllers have to hear the first
         if self._from not in ("auto", "measured"):
             return
         publishers = self._publishers()
@@ -109,12 +112,14 @@ class Whereabouts:
         self._node.get_logger().info(place)
 
     def _publishers(self) -> int:
-        """How many publish measured motors; nodes that have just started do not see each other yet."""
-        while not (found := self._node.count_publishers(MEASURED)):
-            if self._stop.requested or time.monotonic() > self._discovered:
-                return 0
+        """How many publish measured motors."""
+        self._wait_for_others(lambda: self._node.count_publishers(MEASURED) > 0)
+        return self._node.count_publishers(MEASURED)
+
+    def _wait_for_others(self, found: Callable[[], bool] = lambda: False) -> None:
+        """Nodes that have just started do not see each other yet."""
+        while time.monotonic() < self._discovered and not self._stop.requested and not found():
             time.sleep(0.02)
-        return found
 
     def keep(self) -> None:
         """Remember where the robot is now."""

@@ -34,21 +34,17 @@ def without_limits(name="four_rfr"):
 
 
 def point_robot():
-    """Four legs on a point: two coordinates, two motors too many."""
+    """Four legs on a point, of no symmetry: two coordinates, two motors too many."""
     legs = []
-    for x, y in ((0.0, 0.5), (-0.5, 0.0), (0.0, -0.5), (0.5, 0.0)):
-        base = {"position": [x, y, 0.0], "tangent": [-2 * x, -2 * y, 0.0]}
-        legs.append(
-            {
-                "base": base,
-                "motor": {"type": "revolute", "axis": [0, 0, 1]},
-                "tip": {"type": "revolute", "position": [0.0, 0.0, 0.0]},
-            }
-        )
+    for x, y in ((0.05, 0.5), (-0.5, 0.1), (-0.1, -0.45), (0.5, -0.05)):
+        base = {"position": [x, y, 0.0], "tangent": [-x, -y, 0.0]}
+        tip = {"type": "revolute", "position": [0.0, 0.0, 0.0]}
+        motor = {"type": "revolute", "axis": [0, 0, 1]}
+        legs.append({"base": base, "motor": motor, "tip": tip})
     content = yaml.safe_load(shipped_robots()["rfrfr"].read_text())
     content |= {"legs": legs, "controlled": ["x", "y"]}
     content["rod"] = {**content["rod"], "length": 0.7}
-    content["home"] = {"motors": [0.4, 0.4, 0.4, 0.4], "bow": "left"}
+    content["home"] = {"motors": [1.0, 1.0, 1.0, 1.0], "bow": "left"}
     return load_robot(content)
 
 

@@ -43,7 +43,7 @@ def test_the_inverse_is_that_of_the_library_and_names_its_objective(four_rfr, ro
     assert answer.objective == (objective or "least_motion")
     expected = solve_inverse(robot, POSE, objective=objective or None)
     np.testing.assert_allclose(
-        answer.solution.motors.position, expected.motors, rtol=0.0, atol=1e-12
+        answer.solution.motors.position, expected.motors, rtol=0.0, atol=1e-9
     )
 
 
