@@ -9,6 +9,7 @@ in turn, each with a checksum: one that was being written counts for nothing, th
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import hashlib
 import mmap
@@ -97,7 +98,8 @@ class KeptState:
 
     def close(self) -> None:
         """Let the file go; what is in it stays."""
-        self._memory.close()
+        with contextlib.suppress(BufferError):  # somebody still reads; it ends with the process
+            self._memory.close()
         os.close(self._file)
 
     def keep(self, equilibrium: Equilibrium, commands: Floats) -> None:

@@ -93,10 +93,10 @@ class CprNode(LifecycleNode):
         """End what the node started, and the node."""
         if self.maps is not None:
             self.maps.close()
-        self._lose_whereabouts()
         super().destroy_node()
         # rclpy leaves it, and what DDS has in shared memory, to the end of Python, which may not come.
         self._state_machine.destroy_when_not_in_use()
+        self._lose_whereabouts()
 
     def active_session(self) -> Session | None:
         """The robot in operation; None while the node is not active."""

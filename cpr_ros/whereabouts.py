@@ -118,8 +118,12 @@ class Whereabouts:
 
     def _wait_for_others(self, found: Callable[[], bool] = lambda: False) -> None:
         """Nodes that have just started do not see each other yet."""
-        while time.monotonic() < self._discovered and not self._stop.requested and not found():
-            time.sleep(0.02)
+
+        def wait() -> None:
+            while time.monotonic() < self._discovered and not found():
+                time.sleep(0.02)
+
+        self._stop.wait_for(wait)
 
     def keep(self) -> None:
         """Remember where the robot is now."""

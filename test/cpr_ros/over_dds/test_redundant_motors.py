@@ -42,8 +42,10 @@ def test_the_inverse_is_that_of_the_library_and_names_its_objective(four_rfr, ro
     assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
     assert answer.objective == (objective or "least_motion")
     expected = solve_inverse(robot, POSE, objective=objective or None)
+    # The top of the margin is found to what its differences tell.
+    error = 1e-5 if objective == "greatest_margin" else 1e-9
     np.testing.assert_allclose(
-        answer.solution.motors.position, expected.motors, rtol=0.0, atol=1e-9
+        answer.solution.motors.position, expected.motors, rtol=0.0, atol=error
     )
 
 
