@@ -60,7 +60,9 @@ def solve_from(
         NotReached: As in ``solve_forward``.
     """
     target = target_of(start, problem, values)
-    aim = objective_of(start, problem, objective)
+    aim = None
+    if objective is not None or (problem == "pose" and start.robot.redundancy > 0):
+        aim = objective_of(start, problem, objective)
     near = aim is None and (loads is None or loads is start.loads)
     if near and (time_limit is None or checked_time(time_limit) > _ONE_STEP):
         found = solve_near(start, target, stable_only)

@@ -31,6 +31,8 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
+_NO_EFFORTS: Floats = np.zeros(0)
+
 #: Keys of ``Robot.problems``.
 ProblemName = Literal["motors", "efforts", "pose"]
 
@@ -89,7 +91,9 @@ def check_rod_lengths(robot: Robot, motors: Floats) -> None:
 
 def pose_row(rotation: Floats, position: Floats, motors: Floats) -> Floats:
     """An imposed pose as the kernels take it, see ``continuation_kernel.Requests``, (12 + n,)."""
-    return np.concatenate([rotation.ravel(), position, motors])
+    row = np.empty(12 + len(motors))
+    row[:9], row[9:12], row[12:] = rotation.ravel(), position, motors
+    return row
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,10 +200,10 @@ class PoseTarget:
 
     def given(self, start: Equilibrium) -> Floats:
         """Rotation, position and motors, those of the start where not imposed, (1, 12 + n)."""
-        rotation, position = start.platform_rotation.copy(), start.platform_position.copy()
-        motors = start.motors.copy()
-        self.impose(start, 1.0, Imposed(motors, np.empty(0), rotation, position))
-        return pose_row(rotation, position, motors)[None, :]
+        row = pose_row(start.platform_rotation, start.platform_position, start.motors)
+        rotation, position, motors = row[:9].reshape(3, 3), row[9:12], row[12:]
+        self.impose(start, 1.0, Imposed(motors, _NO_EFFORTS, rotation, position))
+        return row[None, :]
 
     def _angles_between(self, start: Equilibrium, fraction: float, rotation: Floats) -> Floats:
         """The controlled angles on the short way, the others as they are."""
