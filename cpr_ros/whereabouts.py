@@ -98,11 +98,9 @@ class Whereabouts:
         publishers = self._publishers()
         if not publishers and self._from == "auto":
             return
-        found = None
-        if publishers:
-            found = newest_measured(
-                self._node, self._session.robot, _MEASURED_WAIT, lambda: self._stop.requested
-            )
+        found = newest_measured(
+            self._node, self._session.robot, _MEASURED_WAIT, lambda: self._stop.requested
+        )
         if found is None:
             raise CprError(
                 f"the robot is to start where it is measured, but no {MEASURED} with its motors came "

@@ -199,7 +199,7 @@ def test_what_is_measured_is_where_the_node_begins(bench):
     measured, robot = [3.2, -0.1], load_robot("rfrfr")
     bench.keep(robot)
     bench.measure(measured)
-    bench.start(until="")
+    bench.start("start_from:=measured", until="")
     bench.client.spin_until(lambda: "ready" in bench.process.output(), timeout=240.0)
     assert "where it is measured, motors (3.2, -0.1)" in bench.process.output()
     bench.until_heard()
@@ -212,7 +212,7 @@ def test_what_is_measured_is_where_the_node_begins(bench):
 
 def test_what_no_equilibrium_explains_keeps_the_node_from_being_active(bench):
     bench.measure([20.0, 0.55])
-    bench.start(until="")
+    bench.start("start_from:=measured", until="")
     bench.client.spin_until(lambda: bench.process.process.poll() is not None, timeout=240.0)
     assert bench.process.process.returncode == 1
     assert "the robot is measured at motors (20, 0.55)" in bench.process.output()
