@@ -7,7 +7,6 @@ import json
 
 import numpy as np
 import pytest
-from helpers.shipped_steps import REDUNDANT
 
 from cpr_core import (
     kinemato_statics,
@@ -65,8 +64,7 @@ def test_kinemato_is_that_of_the_library(capsys, name):
     np.testing.assert_allclose(found["jacobian"], model.jacobian)
     np.testing.assert_allclose(found["compliance_motors_held"], model.compliance())
     assert len(found["platform_coordinates"]) == len(robot.platform_axes)
-    if name not in REDUNDANT:
-        assert set(found["singularities"]) == {"forward", "inverse", "inverse_by_effort"}
+    assert set(found["singularities"]) == {"forward", "inverse", "inverse_by_effort"}
     for problem, singularity in found["singularities"].items():
         assert singularity["smallest_singular_value"] == pytest.approx(
             model.singularity(problem).smallest
