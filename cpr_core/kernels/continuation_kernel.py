@@ -15,7 +15,7 @@ from .condensation_kernel import DELAYED, UNKNOWN
 from .inertia_kernel import signs_of
 from .kept_factors import keep, recall
 from .kernel_arrays import Lanes
-from .kernel_decorators import inlined, part
+from .kernel_decorators import inlined
 from .natural_units import EFFORT_UNIT, LONGEST_STEP
 from .newton_kernel import CONVERGED, learn_bend, newton, predict_state
 from .problems import Problem
@@ -66,7 +66,7 @@ class Start(NamedTuple):
     kept: Lanes  # kept factors of the tangent there; not read where UNPREDICTED
 
 
-@part
+@inlined
 def continue_equilibria(robot, loads, requests, tolerances, start, records, kept, work):
     """From one equilibrium to the next, as long as Newton's method converges.
 

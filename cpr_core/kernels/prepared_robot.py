@@ -3,19 +3,25 @@
 
 """Entries from Python into the kernels, with a robot and its memory handed over once.
 
-Taking a hundred arrays apart costs more than a small robot's solve. They are taken apart when a robot is
-first used in a thread; from then on one object stands for all of them.
+Taking a hundred arrays apart, and finding out which kernel fits their types, costs more than a small
+robot's solve. Both is done when a robot is first used in a thread; from then on an address stands for it.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
-from ..numba_fence.typing_extension import structref, types
+import numpy as np
+
+from ..numba_fence import entry_point
+from ..numba_fence.borrowed_values import Borrowed
 from .continuation_kernel import Requests, Start, continue_equilibria
-from .kernel_decorators import compiled
+from .kernel_arrays import RobotArrays, Workspace
+from .kernel_decorators import kernel
 from .linearisation_kernel import linearise
 from .model_kernel import evaluate, tangent_into
+from .pencil import Pencil
 from .square_problem import Tolerances
 
 __all__ = [
@@ -23,33 +29,27 @@ __all__ = [
     "continue_prepared",
     "evaluate_prepared",
     "linearise_prepared",
-    "prepare",
 ]
 
 
-@structref.register
-class _PreparedRobotType(types.StructRef):
-    """Numba's type of a PreparedRobot."""
+class _Parts(NamedTuple):
+    """What kernels need of a robot."""
 
-    def preprocess_fields(self, fields: Any) -> Any:
-        """Field types as they are stored."""
-        return tuple((name, types.unliteral(kind)) for name, kind in fields)
-
-
-class PreparedRobot(structref.StructRefProxy):
-    """RobotArrays, a Workspace and a Pencil, for one thread; made by ``prepare``."""
+    robot: RobotArrays
+    work: Workspace
+    pencil: Pencil
 
 
-structref.define_proxy(PreparedRobot, _PreparedRobotType, ["robot", "work", "pencil"])
+class PreparedRobot(Borrowed):
+    """RobotArrays, a Workspace and a Pencil, for one thread."""
+
+    def __init__(self, robot: RobotArrays, work: Workspace, pencil: Pencil) -> None:
+        """Take them apart."""
+        super().__init__(_Parts(robot, work, pencil))
+        self.continued: Callable[..., int] | None = None
 
 
-@compiled
-def prepare(robot, work, pencil):
-    """Take RobotArrays, a Workspace and a Pencil apart."""
-    return PreparedRobot(robot, work, pencil)
-
-
-@compiled
+@kernel
 def evaluate_prepared(prepared, loads, state, rotation, position, residual, tangent):
     """``evaluate``, and ``tangent_into``; returns the energy."""
     energy = evaluate(prepared.robot, loads, state, rotation, position, residual, prepared.work)
@@ -57,8 +57,43 @@ def evaluate_prepared(prepared, loads, state, rotation, position, residual, tang
     return energy
 
 
-@compiled
 def continue_prepared(
+    prepared: PreparedRobot,
+    loads: Any,
+    problem: int,
+    given: Any,
+    mode: int,
+    residual: float,
+    iterations: int,
+    contraction: float,
+    *records: Any,
+) -> int:
+    """``continue_equilibria``, given number by number: taking tuples apart costs a microsecond.
+
+    Args:
+        prepared: PreparedRobot.
+        loads: LoadArrays.
+        problem: Of Requests.
+        given: Of Requests.
+        mode: Of Requests.
+        residual: Of Tolerances.
+        iterations: Of Tolerances.
+        contraction: Of Tolerances.
+        records: The record and the kept factors of the start; the records and kept factors to write.
+
+    Returns:
+        Number of steps that were made.
+    """
+    given = np.ascontiguousarray(given, float)
+    arguments = (loads, problem, given, mode, residual, iterations, contraction, *records)
+    continued = prepared.continued
+    if continued is None:
+        continued = prepared.continued = entry_point(_continue_prepared, prepared, *arguments)
+    return continued(prepared, *arguments)
+
+
+@kernel
+def _continue_prepared(
     prepared,
     loads,
     problem,
@@ -72,7 +107,6 @@ def continue_prepared(
     records,
     kept,
 ):
-    """``continue_equilibria``, given number by number: taking tuples apart costs a microsecond."""
     return continue_equilibria(
         prepared.robot,
         loads,
@@ -85,7 +119,7 @@ def continue_prepared(
     )
 
 
-@compiled
+@kernel
 def linearise_prepared(prepared, kept, record, eigenvalues, response):
     """``linearise``."""
     return linearise(prepared.robot, kept, record, eigenvalues, response, prepared.pencil)

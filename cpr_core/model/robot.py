@@ -25,7 +25,7 @@ from ..description.robot_description import RobotDescription
 from ..errors import InvalidRequest
 from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
-from ..kernels.prepared_robot import PreparedRobot, prepare
+from ..kernels.prepared_robot import PreparedRobot
 from ..rods.quadrature import RodGrid, rod_grid
 from .load_arrays import load_arrays
 from .motor_limits import MotorLimitArrays, motor_limit_arrays
@@ -192,7 +192,7 @@ class Robot:
         try:
             return memory.prepared
         except AttributeError:
-            memory.prepared = prepare(
+            memory.prepared = PreparedRobot(
                 self.arrays, workspace(self.arrays), pencil_of(self.arrays, self.strain_grams)
             )
             return memory.prepared

@@ -23,7 +23,7 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import numba
-from numba import njit
+from numba import njit, typeof
 
 try:
     from . import loop_hint
@@ -42,7 +42,7 @@ try:
 except (ImportError, AttributeError):
     KNOWN_OPTIONS = frozenset()
 
-__all__ = ["MISSING", "compile_kernel", "hear_compilation", "njit"]
+__all__ = ["MISSING", "compile_kernel", "entry_point", "hear_compilation", "njit"]
 
 #: Options of the compiler that numba does not document.
 _PRIVATE_OPTIONS = ("_nrt", "forceinline", "no_cpython_wrapper", "no_cfunc_wrapper")
@@ -77,6 +77,15 @@ def compile_kernel(
     if cache_stamp is not None:
         cache_stamp.stamp_cache(dispatcher, stamp)
     return dispatcher
+
+
+def entry_point(dispatcher: Any, *arguments: Any) -> Callable[..., Any]:
+    """The machine code of a kernel for arguments of these types.
+
+    Called directly, it does not look at types: arguments have to be of the same types, numpy arrays of
+    the same number of dimensions, order and kind of numbers.
+    """
+    return dispatcher.compile(tuple(typeof(argument) for argument in arguments))
 
 
 def hear_compilation(

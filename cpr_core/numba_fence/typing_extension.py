@@ -5,7 +5,6 @@
 
 from numba.core import cgutils, types
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.experimental import structref
 from numba.extending import intrinsic, lower_builtin, models, register_model
 from numba.np import arrayobj
 
@@ -20,7 +19,6 @@ __all__ = [
     "models",
     "register_model",
     "signature",
-    "structref",
     "types",
 ]
 

@@ -1,0 +1,123 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Named tuples of arrays that are taken apart once, and handed to kernels by their address.
+
+Kernels only borrow them: nobody counts references, what Python holds lives as long as it does.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit, typeof
+from numba.core import cgutils, types
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    intrinsic,
+    lower_getattr_generic,
+    models,
+    register_model,
+    unbox,
+)
+
+__all__ = ["Borrowed"]
+
+
+class _BorrowedType(types.Type):
+    """Numba's type of a Borrowed."""
+
+    def __init__(self, values: Any) -> None:
+        self.values = values
+        super().__init__(f"Borrowed({values.name})")
+
+    @property
+    def key(self) -> Any:
+        return self.values
+
+
+register_model(_BorrowedType)(models.OpaqueModel)
+
+
+class Borrowed:
+    """A named tuple as kernels take it: its fields are attributes there.
+
+    Attributes:
+        values: The named tuple; it keeps the arrays.
+        address: Where its parts are in memory.
+    """
+
+    __slots__ = ("_memory", "_numba_type_", "address", "values")
+
+    def __init__(self, values: Any) -> None:
+        """Take a named tuple apart."""
+        self.values = values
+        self._numba_type_ = _BorrowedType(typeof(values))
+        self._memory = np.empty(_size(values), np.uint8)
+        self.address = self._memory.ctypes.data
+        _write(self._memory, values)
+
+
+@unbox(_BorrowedType)
+def _unbox(kind: Any, instance: Any, c: Any) -> Any:
+    address = c.pyapi.object_getattr_string(instance, "address")
+    pointer = c.pyapi.long_as_voidptr(address)
+    c.pyapi.decref(address)
+    return NativeValue(pointer)
+
+
+@infer_getattr
+class _Attributes(AttributeTemplate):
+    key = _BorrowedType
+
+    def generic_resolve(self, kind: Any, name: str) -> Any:
+        fields = kind.values.fields
+        return kind.values.types[fields.index(name)] if name in fields else None
+
+
+@lower_getattr_generic(_BorrowedType)
+def _attribute(context: Any, builder: Any, kind: Any, pointer: Any, name: str) -> Any:
+    whole = builder.bitcast(pointer, context.get_value_type(kind.values).as_pointer())
+    index = kind.values.fields.index(name)
+    value = builder.load(cgutils.gep_inbounds(builder, whole, 0, index))
+    # Counted where functions count: who takes it gives it back.
+    context.nrt.incref(builder, kind.values.types[index], value) if context.enable_nrt else None
+    return value
+
+
+@intrinsic
+def _size_of(typing_context: Any, values: Any) -> Any:
+    """Bytes that a value takes."""
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        return context.get_constant(
+            types.intp, context.get_abi_sizeof(context.get_value_type(sig.args[0]))
+        )
+
+    return types.intp(values), generate
+
+
+@intrinsic
+def _store(typing_context: Any, memory: Any, values: Any) -> Any:
+    """Write a value to memory."""
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        array = context.make_array(sig.args[0])(context, builder, arguments[0])
+        kind = context.get_value_type(sig.args[1])
+        builder.store(arguments[1], builder.bitcast(array.data, kind.as_pointer()))
+        return context.get_dummy_value()
+
+    return types.none(memory, values), generate
+
+
+@njit
+def _size(values: Any) -> Any:
+    return _size_of(values)
+
+
+@njit
+def _write(memory: Any, values: Any) -> None:
+    _store(memory, values)
