@@ -4,7 +4,7 @@
 """Entries from Python into the kernels, with a robot and its memory handed over once.
 
 Taking a hundred arrays apart, and finding out which kernel fits their types, costs more than a small
-robot's solve. Both is done when a robot is first used in a thread; from then on an address stands for it.
+robot's solve. Both is done when a robot is first used in a thread; then an address stands for it.
 """
 
 from __future__ import annotations
