@@ -109,7 +109,7 @@ class CprNode(LifecycleNode):
         return self._session if self._active else None
 
     def wake(self) -> None:
-        """Tick at once if the robot was at rest and is no more. Whoever spins asks after every callback."""
+        """Tick at once if the robot is at rest no more; whoever spins calls it after every callback."""
         self._ticking.wake(time.monotonic())
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
