@@ -85,8 +85,8 @@ class Session:
 
         Whatever wants ticks says so here.
         """
-        current = self.solver.current
-        if self.outcome.moved or self.outcome.assessment is not current:
+        current, last = self.solver.current, self.outcome
+        if last.moved or last.assessment is not current or last.state == State.ALIGNING:
             return False
         if self.tracker is not None:
             return self.tracker.at_rest and not self.wrench.watchdog.expires
