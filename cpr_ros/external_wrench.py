@@ -39,6 +39,10 @@ class ExternalWrench:
         self._loads = loads
         self.watchdog.feed(now)
 
+    def at_rest(self, known: Loads) -> bool:
+        """Whether known loads are those that act, and stay so until a wrench comes."""
+        return not self.watchdog.expires and (self._loads is None or self._loads is known)
+
     def loads(self, known: Loads, now: float) -> Loads:
         """Loads that act now; ``known`` itself if nothing changed."""
         if self._loads is None:

@@ -31,6 +31,7 @@ class MotorTracker:
 
     Attributes:
         watchdog: Age of the newest measurement.
+        at_rest: Whether there is nothing to follow until measured motors come.
     """
 
     def __init__(self, robot: Robot, timeout: float, judge: SetpointFollower) -> None:
@@ -44,17 +45,20 @@ class MotorTracker:
         self.robot, self.watchdog = robot, Watchdog(timeout)
         self._judge = judge
         self._goal: MotorGoal | None = None
+        self.at_rest = True
 
     def take(self, motors: ArrayLike, now: float) -> None:
         """Take measured motors, (n,) [rad or m]; the newest count."""
         self._goal = MotorGoal(self.robot, motors)
         self.watchdog.feed(now)
+        self.at_rest = False
 
     def tick(self, current: Assessment, loads: Loads, now: float) -> Outcome:
         """Follow the motors; parameters as in :meth:`SetpointFollower.tick`."""
+        self.at_rest = self._goal is None or self.watchdog.stale(now)
         if self._goal is None:
             return Outcome(current, False, State.IDLE, self._judge.judge(current))
-        if self.watchdog.stale(now):
+        if self.at_rest:
             told = self._judge.judge(current, stale=True)
             return Outcome(current, False, State.STALE, told)
         goal = self._goal

@@ -26,6 +26,7 @@ from .parameters import LiveParameters, declare, live_parameters, live_problem, 
 from .requests import Requests
 from .session import Session
 from .stop_signal import StopSignal
+from .ticking import Ticking
 from .transforms import Transforms
 from .warming import warm_up
 from .whereabouts import Whereabouts
@@ -59,8 +60,13 @@ class CprNode(LifecycleNode):
         self._session: Session | None = None
         self._whereabouts: Whereabouts | None = None
         self._active = False
-        self._ticks: list[Any] = []
-        self._last_tick, self._last_state, self._late_ticks = 0.0, 0.0, 0
+        self._timers: list[Any] = []
+        self._last_state = 0.0
+        self._ticking = Ticking(
+            1.0 / self.parameters.tick_rate,
+            self._tick,
+            lambda: self._required_session().at_rest,
+        )
         self.transforms = Transforms(
             self, self.parameters.base_frame, self.parameters.platform_frame
         )
@@ -101,6 +107,10 @@ class CprNode(LifecycleNode):
     def active_session(self) -> Session | None:
         """The robot in operation; None while the node is not active."""
         return self._session if self._active else None
+
+    def wake(self) -> None:
+        """Tick at once if the robot is at rest no more; whoever spins calls it after every callback."""
+        self._ticking.wake(time.monotonic())
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the robot, find its home and compile the kernels."""
@@ -176,11 +186,14 @@ class CprNode(LifecycleNode):
         session.follower.drop()
         if self._whereabouts is not None:
             self._whereabouts.look()
-        self._active, self._last_tick = True, time.monotonic()
-        self._ticks = [
+        self._active = True
+        tick = self._timer(
+            self.parameters.tick_rate, lambda: self._ticking.on_timer(time.monotonic())
+        )
+        self._ticking.start(tick, time.monotonic())
+        self._timers = [tick] + [
             self._timer(rate, callback)
             for rate, callback in (
-                (self.parameters.tick_rate, self._tick),
                 (self.parameters.state_rate, self._publish_state),
                 (self.parameters.stability_rate, self._publish_stability),
                 (self.parameters.marker_rate, self._publish_markers),
@@ -192,9 +205,10 @@ class CprNode(LifecycleNode):
 
     def _deactivate(self) -> None:
         self._active = False
-        for timer in self._ticks:
+        self._ticking.stop()
+        for timer in self._timers:
             self.destroy_timer(timer)
-        self._ticks = []
+        self._timers = []
 
     def _forget(self) -> None:
         self._deactivate()
@@ -215,11 +229,8 @@ class CprNode(LifecycleNode):
             self.requests = Requests(self, self.transforms.frames, self.active_session)
             self.maps = MapAction(self, self.active_session)
 
-    def _tick(self) -> None:
-        session, now = self._required_session(), time.monotonic()
-        if now - self._last_tick > 2.0 * session.period:
-            self._late_ticks += 1
-        self._last_tick = now
+    def _tick(self, now: float) -> None:
+        session = self._required_session()
         outcome = session.tick(now)
         command = session.next_command()
         if self._whereabouts is not None and (outcome.moved or command is not None):
@@ -253,7 +264,7 @@ class CprNode(LifecycleNode):
     def _publish_diagnostics(self) -> None:
         dropped = dict(self.inputs.dropped.counts) if self.inputs else {}
         life = self._state_machine.current_state[1]
-        self.outputs.diagnostics(life, self.active_session(), dropped, self._late_ticks)
+        self.outputs.diagnostics(life, self.active_session(), dropped, self._ticking.late)
 
     def _required_session(self) -> Session:
         if self._session is None:

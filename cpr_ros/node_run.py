@@ -84,6 +84,7 @@ def _spin(node: CprNode, executor: Executor, stop: StopSignal) -> None:
     while rclpy.ok() and not stop.requested:
         try:
             executor.spin_once(timeout_sec=0.1)
+            node.wake()
         except ExternalShutdownException:
             return
         except Exception:  # rclpy raises for malformed parameter messages, for one

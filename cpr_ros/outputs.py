@@ -32,7 +32,10 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Outputs:
-    """Everything the node says by itself. Only /diagnostics is published while it is not active."""
+    """Everything the node says by itself. Only /diagnostics is published while it is not active.
+
+    Messages of the streams are made only while somebody listens to them.
+    """
 
     def __init__(self, node: LifecycleNode, transforms: Transforms) -> None:
         """Make the publishers; lifecycle ones are silent until the node is active."""
@@ -55,10 +58,12 @@ class Outputs:
         """Joint states, platform pose and, with tf2_ros, the platform frame."""
         stamp, frames = self._stamp(), self._transforms.frames
         equilibrium = session.solver.current.equilibrium
-        self._joint_states.publish(joint_state(equilibrium, frames, stamp, session.velocity))
-        pose = platform_pose(equilibrium, frames, stamp)
-        self._platform_pose.publish(pose)
-        self._transforms.send(pose)
+        if self._joint_states.get_subscription_count():
+            self._joint_states.publish(joint_state(equilibrium, frames, stamp, session.velocity))
+        if self._platform_pose.get_subscription_count() or self._transforms.available:
+            pose = platform_pose(equilibrium, frames, stamp)
+            self._platform_pose.publish(pose)
+            self._transforms.send(pose)
 
     def motor_commands(self, commands: NDArray[np.float64]) -> None:
         """Motor positions in motor order, (n,), as forward position controllers take them."""
@@ -66,6 +71,8 @@ class Outputs:
 
     def stability(self, session: Session, now: float) -> None:
         """The message for the supervisor."""
+        if not self._stability.get_subscription_count():
+            return
         message = self._stream.message(
             session.outcome,
             session.follower.settings.thresholds,

@@ -72,11 +72,29 @@ class Session:
         self.wrench.watchdog.timeout = live.wrench_timeout
         if self.tracker is not None:
             self.tracker.watchdog.timeout = live.measured_timeout
+            self.tracker.at_rest = False
 
     @property
     def input_watchdog(self) -> Watchdog:
         """Age of the newest setpoint, or of the measured motors."""
         return self.follower.watchdog if self.tracker is None else self.tracker.watchdog
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether a tick would change nothing, until something comes: then none is needed.
+
+        Whatever wants ticks says so here.
+        """
+        current, last = self.solver.current, self.outcome
+        if last.moved or last.assessment is not current or last.state == State.ALIGNING:
+            return False
+        if self.tracker is not None:
+            return self.tracker.at_rest and not self.wrench.watchdog.expires
+        return (
+            self.follower.at_rest
+            and self.wrench.at_rest(current.equilibrium.loads)
+            and self.commands.there(current.equilibrium.motors)
+        )
 
     def tick(self, now: float) -> Outcome:
         """Move on by one tick."""

@@ -106,7 +106,7 @@ class SetpointFollower:
 
     @settings.setter
     def settings(self, settings: Settings) -> None:
-        self._settings = settings
+        self._settings, self._stirred = settings, True
         self.watchdog.timeout = settings.setpoint_timeout
 
     @property
@@ -124,22 +124,27 @@ class SetpointFollower:
         """Whether the last tick found a goal that is not reached."""
         return self._under_way
 
+    @property
+    def at_rest(self) -> bool:
+        """Whether another tick would change nothing, as long as the same loads act."""
+        return not self._under_way and not self._stirred
+
     def follow(self, goal: Goal, now: float) -> None:
         """Take a new setpoint; the newest wins."""
-        self._goal, self._returning = goal, False
+        self._goal, self._returning, self._stirred = goal, False, True
         self.watchdog.feed(now)
 
     def drop(self) -> None:
         """Forget the setpoint and hold."""
         self._goal, self._returning, self._under_way = None, False, False
-        self._refusal, self._reach = None, 1.0
+        self._refusal, self._reach, self._stirred = None, 1.0, True
         self.watchdog.forget()
 
     def pause(self, paused: bool) -> None:
         """Hold, and forget the setpoint: nothing moves by itself when the pause ends."""
         if paused:
             self.drop()
-        self.paused = paused
+        self.paused, self._stirred = paused, True
 
     def reset(self) -> None:
         """Walk home along the branch."""
@@ -154,6 +159,7 @@ class SetpointFollower:
             loads: Loads that act now; the object of the equilibrium if they have not changed.
             now: Steady time [s].
         """
+        self._stirred = False
         borne, burden = self._bear(current, loads)
         goal, moved, home_missed = self._goal, borne is not current, False
         state = State.PAUSED if self.paused else State.IDLE

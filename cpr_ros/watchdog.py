@@ -34,6 +34,11 @@ class Watchdog:
         """Time since the newest input [s]; -1 before the first."""
         return -1.0 if math.isnan(self._received) else max(0.0, now - self._received)
 
+    @property
+    def expires(self) -> bool:
+        """Whether time alone will make the newest input stale, if it has not."""
+        return self.timeout > 0.0 and not math.isnan(self._received)
+
     def stale(self, now: float) -> bool:
         """Whether there was an input and it is too old."""
         return self.timeout > 0.0 and self.age(now) > self.timeout
