@@ -38,7 +38,7 @@ def goal_of(session: Session, request: MoveTo.Goal, frames: Frames) -> Goal:
     """Where a request sends the robot.
 
     Raises:
-        InvalidRequest: Names or numbers that are wrong, also as ``NonFiniteInput``, ``InvalidQuaternion``.
+        InvalidRequest: Wrong names or numbers; also ``NonFiniteInput`` and ``InvalidQuaternion``.
         RequestError: An unknown frame, no such ``given``, or motors beyond their range.
     """
     robot = session.robot

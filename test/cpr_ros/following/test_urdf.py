@@ -28,9 +28,7 @@ class Tree:
         self.joints = {joint.get("name"): joint for joint in root.findall("joint")}
         assert len(set(self.links)) == len(self.links)
         assert len(self.joints) == len(root.findall("joint"))
-        self.parents = {
-            joint.find("child").get("link"): joint for joint in self.joints.values()
-        }
+        self.parents = {joint.find("child").get("link"): joint for joint in self.joints.values()}
         assert len(self.parents) == len(self.joints)  # a link has one parent
         assert {joint.find("parent").get("link") for joint in self.joints.values()} <= {*self.links}
         assert {joint.get("type") for joint in self.joints.values()} <= KINDS
@@ -120,7 +118,7 @@ def test_a_joint_with_a_ratio_and_an_offset_follows_its_motor():
         del leg["chain"][0]["limits"]
     robot = load_robot(content)
     tree = Tree(robot_urdf(robot, "base", "platform"))
-    motors = {name: 0.2 for name in robot.motor_names}
+    motors = dict.fromkeys(robot.motor_names, 0.2)
     for leg in robot.description.legs[:2]:
         rotation, _ = tree.frame(f"{leg.name}.1", motors)
         expected = leg.base_rotation @ rotation_exp([0.0, 0.1 - 2.0 * 0.2, 0.0])

@@ -10,9 +10,10 @@ import time
 import numpy as np
 import pytest
 from cpr_msgs.srv import SolveForward
+from geometry_msgs.msg import PoseStamped, WrenchStamped
 from helpers.node_process import Client, NodeProcess, free_domain
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -239,3 +240,66 @@ def test_the_state_of_another_robot_is_left_aside_with_a_word(bench):
     bench.until_at([2.7, 0.4])
     assert np.abs(bench.commands[0] - HOME).max() <= STEP * (1.0 + 2e-5)
     assert bench.longest_step() <= 1.0 + 2e-5
+
+
+def test_a_wrench_moves_no_motor_of_a_robot_that_nothing_is_known_of(bench):
+    """It moves the platform of the model; home is no place to send the motors to for that."""
+    bench.start()
+    node = bench.client.node
+    publisher = node.create_publisher(
+        WrenchStamped, "/cpr_node/external_wrench", qos_profile_sensor_data
+    )
+    bench.client.spin_until(lambda: publisher.get_subscription_count() > 0)
+    bench.client.spin_until(lambda: node.count_publishers("/cpr_node/motor_commands") > 0)
+    pushed = WrenchStamped()
+    pushed.wrench.force.x = 0.2
+    pushing = node.create_timer(0.05, lambda: publisher.publish(pushed))
+    poses = bench.client.messages(PoseStamped, "/cpr_node/platform_pose", 100)
+    node.destroy_timer(pushing)
+    assert max(abs(pose.pose.position.x) for pose in poses) > 1e-4  # it acts
+    bench.spin(1.5)
+    assert not bench.commands
+    bench.send(2.7, 0.4)
+    bench.until_at([2.7, 0.4])
+
+
+def test_a_measurement_that_comes_late_places_a_robot_that_has_not_moved(bench):
+    """Its publisher was discovered after the node was active, or started later."""
+    bench.start()
+    assert "nothing is known of where the robot is" in bench.process.output()
+    bench.measure([3.2, -0.1])
+    bench.client.spin_until(lambda: "where it is measured" in bench.process.output())
+    bench.until_heard()
+    assert all(np.array_equal(command, [3.2, -0.1]) for command in bench.commands)
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    bench.send(3.0, 0.1)
+    bench.until_at([3.0, 0.1])
+    bench.spin(0.5)
+    np.testing.assert_array_equal(bench.commands[-1], [3.0, 0.1])  # placed once, not again
+    assert bench.process.output().count("where it is measured") == 1
+    assert bench.longest_step() <= 1.0 + 2e-5
+
+
+def test_a_late_measurement_that_nothing_explains_makes_the_node_inactive(bench):
+    bench.start()
+    bench.measure([20.0, 0.55])
+    bench.client.spin_until(
+        lambda: "deactivated: the robot is measured at motors (20, 0.55)" in bench.process.output(),
+        timeout=60.0,
+    )
+    state = bench.client.call(GetState, "/cpr_node/get_state", GetState.Request())
+    assert state.current_state.label == "inactive"
+    assert not bench.commands
+
+
+def test_a_robot_that_moves_is_not_placed_by_a_measurement(bench):
+    bench.start()
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    bench.send(2.7, 0.4)
+    bench.until_at([2.7, 0.4])
+    bench.measure([3.2, -0.1])
+    node = bench.client.node
+    bench.client.spin_until(lambda: node.count_subscribers("/measured_joint_states") > 0)
+    bench.until_heard(2)
+    assert "where it is measured" not in bench.process.output()
+    np.testing.assert_array_equal(bench.commands[-1], [2.7, 0.4])
