@@ -4,8 +4,8 @@
 """The robot as URDF: base, platform and motors, for RobotModel in rviz and robot_state_publisher.
 
 URDF knows trees of rigid links only. What motors move from the base on is one: motors, cranks and
-carriages, up to the first passive joint or rod of a leg. The platform hangs on no such tree: it is a child
-of the base by a floating joint, whose transform the node sends. Rods are shown by markers.
+carriages, up to the first passive joint or rod of a leg. The platform hangs on no such tree: it is a
+child of the base by a floating joint, whose transform the node sends. Rods are shown by markers.
 """
 
 from __future__ import annotations

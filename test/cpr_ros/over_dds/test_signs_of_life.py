@@ -3,12 +3,17 @@
 
 """A supervisor notices that the node is dead or stuck, from the stream alone."""
 
+import os
+import re
 import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import pytest
 from cpr_msgs.msg import StabilityMetrics
-from helpers.node_process import Client, NodeProcess, free_domain
+from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain
 from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import LivelinessPolicy, QoSProfile
@@ -83,6 +88,22 @@ def node(tmp_path):
         process.process.wait()
 
 
+def started_from_the_docs(client):
+    """The program of docs/node.md that watches a node."""
+    page = Path(__file__).parents[3].joinpath("docs/node.md").read_text(encoding="utf-8")
+    (program,) = (
+        block
+        for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+        if "liveliness" in block
+    )
+    return subprocess.Popen(
+        [sys.executable, "-c", program],
+        env=os.environ | {"ROS_DOMAIN_ID": str(client.context.get_domain_id())},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+
+
 def test_a_stopped_and_a_killed_node_are_noticed(node):
     process, supervisor = node
     supervisor.until_heard()
@@ -92,8 +113,13 @@ def test_a_stopped_and_a_killed_node_are_noticed(node):
     process.process.send_signal(signal.SIGCONT)
     supervisor.until_heard()
     assert "alive" in {kind for kind, _ in supervisor.events}
+    watcher = started_from_the_docs(supervisor.client)
+    assert "action 0 stable" in watcher.stdout.readline()
     process.process.kill()
     noticed["killed"] = supervisor.until_noticed(time.monotonic())
+    said, _ = watcher.communicate(timeout=TIMEOUT)
+    assert said.strip() == "the node is dead, stuck or not active: stop the motors"
+    assert watcher.returncode == 0
     for how, times in noticed.items():
         told = ", ".join(f"{kind} after {seconds:.3f} s" for kind, seconds in times.items())
         print(f"{how}: {told}")

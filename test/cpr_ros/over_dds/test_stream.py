@@ -204,22 +204,25 @@ def test_halts_and_thresholds_are_in_the_log_once(drive, rfrfr):
 def test_dropped_messages_are_a_warning_in_the_next_diagnostics_only(drive, rfrfr):
     arrays = []
 
-    def node_entry():
-        return next(status for status in arrays[-1].status if status.name == "/cpr_node: node")
+    def told():
+        """Level, message and how many setpoints were dropped in all."""
+        entry = next(status for status in arrays[-1].status if status.name == "/cpr_node: node")
+        values = {value.key: value.value for value in entry.values}
+        return entry.level, entry.message, int(values.get("dropped ~/motor_setpoint", 0))
 
     subscription = rfrfr.client.node.create_subscription(
         DiagnosticArray, "/diagnostics", arrays.append, 100
     )
-    rfrfr.client.spin_until(lambda: bool(arrays))
-    assert node_entry().level == DiagnosticStatus.OK
+    rfrfr.client.spin_until(lambda: arrays and told()[0] == DiagnosticStatus.OK)
+    count = told()[2]
     drive.send_motors(math.nan, 0.5)
-    rfrfr.client.spin_until(lambda: node_entry().level == DiagnosticStatus.WARN)
-    warned = node_entry()
-    assert warned.message.startswith("active; messages dropped since the last diagnostics: 1 of ")
-    assert {value.key: value.value for value in warned.values}["dropped ~/motor_setpoint"] == "1"
-    rfrfr.client.spin_until(lambda: node_entry().level == DiagnosticStatus.OK)
-    counts = {value.key: value.value for value in node_entry().values}
-    assert counts["dropped ~/motor_setpoint"] == "1"
+    rfrfr.client.spin_until(lambda: told()[0] == DiagnosticStatus.WARN)
+    assert told()[1:] == (
+        "active; messages dropped since the last diagnostics: 1 of ~/motor_setpoint",
+        count + 1,
+    )
+    rfrfr.client.spin_until(lambda: told()[0] == DiagnosticStatus.OK)
+    assert told()[1:] == ("active", count + 1)
     rfrfr.client.node.destroy_subscription(subscription)
 
 
