@@ -7,7 +7,7 @@
     .venv/bin/python examples/supervisor.py
 
 It acts on `action` alone, and on a stream that ends. Slowing down needs nothing: the node does that by
-itself. What to do about a node that is dead or stuck is yours to fill in: cut the power of the motors, say.
+itself. What to do about a node that is dead or stuck is yours to fill in: cut the power, say.
 """
 
 from __future__ import annotations
