@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from cpr_msgs.action import MoveTo
+from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import GoalEvent, ServerGoalHandle
@@ -20,6 +21,7 @@ from rclpy.node import Node
 from cpr_core import CprError, InvalidRequest
 from cpr_core.validation import checked_number
 
+from .assessment import Assessment
 from .conversions import Frames, fill_equilibrium, pose_from_message
 from .error_codes import RequestError, error_code
 from .goals import Goal, MotorGoal, PoseGoal
@@ -210,22 +212,28 @@ class MoveAction:
             result.error_code.val = ErrorCode.SUCCESS
         else:
             result.error_code = error_code(error)
+        result.reached.index_locked = result.reached.index_free = -1  # 0 would be stable
         if session is None:
-            result.reached.index_locked = result.reached.index_free = -1  # 0 would be stable
             return result
         current = session.solver.current
+        if goal is not None:
+            left = goal.remaining(current.equilibrium)
+            result.remaining = left if error is not None else 0.0
+        try:
+            self._fill(result.reached, current)
+        except Exception:  # there is a result, whatever happens
+            self._node.get_logger().error(traceback.format_exc())
+        return result
+
+    def _fill(self, message: EquilibriumMessage, current: Assessment) -> None:
         fill_equilibrium(
-            result.reached,
+            message,
             current.equilibrium,
             self._frames,
             self._node.get_clock().now().to_msg(),
             current.solve_time,
             eigenvalues=True,
         )
-        if goal is not None:
-            left = goal.remaining(current.equilibrium)
-            result.remaining = left if error is not None else 0.0
-        return result
 
 
 def _replaced_by(session: Session) -> str:

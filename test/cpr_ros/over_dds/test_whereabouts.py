@@ -10,7 +10,6 @@ import time
 import numpy as np
 import pytest
 from cpr_msgs.srv import SolveForward
-from geometry_msgs.msg import PoseStamped, WrenchStamped
 from helpers.node_process import Client, NodeProcess, free_domain
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
@@ -240,27 +239,6 @@ def test_the_state_of_another_robot_is_left_aside_with_a_word(bench):
     bench.until_at([2.7, 0.4])
     assert np.abs(bench.commands[0] - HOME).max() <= STEP * (1.0 + 2e-5)
     assert bench.longest_step() <= 1.0 + 2e-5
-
-
-def test_a_wrench_moves_no_motor_of_a_robot_that_nothing_is_known_of(bench):
-    """It moves the platform of the model; home is no place to send the motors to for that."""
-    bench.start()
-    node = bench.client.node
-    publisher = node.create_publisher(
-        WrenchStamped, "/cpr_node/external_wrench", qos_profile_sensor_data
-    )
-    bench.client.spin_until(lambda: publisher.get_subscription_count() > 0)
-    bench.client.spin_until(lambda: node.count_publishers("/cpr_node/motor_commands") > 0)
-    pushed = WrenchStamped()
-    pushed.wrench.force.x = 0.2
-    pushing = node.create_timer(0.05, lambda: publisher.publish(pushed))
-    poses = bench.client.messages(PoseStamped, "/cpr_node/platform_pose", 100)
-    node.destroy_timer(pushing)
-    assert max(abs(pose.pose.position.x) for pose in poses) > 1e-4  # it acts
-    bench.spin(1.5)
-    assert not bench.commands
-    bench.send(2.7, 0.4)
-    bench.until_at([2.7, 0.4])
 
 
 def test_a_measurement_that_comes_late_places_a_robot_that_has_not_moved(bench):
