@@ -30,6 +30,7 @@ from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robo
 from cpr_core.lie import roll_pitch_yaw, rotation_from_quaternion
 from cpr_core.solving.refining import restore_equilibrium
 from cpr_core.solving.requests import pose_meaning
+from cpr_core.validation import checked_vector
 
 from .error_codes import RequestError
 from .motor_messages import motors_from_joint_state
@@ -49,6 +50,9 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
+#: Numbers of a wrench in the order of the core.
+_WRENCH_PARTS = "torque.x torque.y torque.z force.x force.y force.z"
+
 
 @dataclass(frozen=True)
 class Frames:
@@ -67,19 +71,27 @@ class Frames:
 
 
 def pose_from_message(
-    robot: Robot, message: PoseStamped, controlled: list[str], frames: Frames
+    robot: Robot, message: PoseStamped, controlled: list[str], frames: Frames, where: str = ""
 ) -> Floats:
     """Controlled coordinates in the order of the description.
+
+    Args:
+        robot: The robot.
+        message: The pose.
+        controlled: Coordinates that the sender takes for the controlled ones; empty: not said.
+        frames: Names of the frames.
+        where: What comes before the names of its fields in error messages.
 
     Raises:
         RequestError: The frame is not the base frame.
         InvalidRequest: Other coordinates named than the robot's.
+        NonFiniteInput: A NaN or an infinity.
         InvalidQuaternion: No rotation, or in the plane one that leaves it.
     """
     if message.header.frame_id not in ("", frames.base):
         raise RequestError(
             ErrorCode.FRAME_TRANSFORM_FAILURE,
-            f"platform.header.frame_id: expected {frames.base!r}, got {message.header.frame_id!r}",
+            f"{where}header.frame_id: expected {frames.base!r}, got {message.header.frame_id!r}",
         )
     description = robot.description
     if controlled and sorted(controlled) != sorted(description.controlled):
@@ -89,11 +101,20 @@ def pose_from_message(
         )
     position, orientation = message.pose.position, message.pose.orientation
     values = {"x": position.x, "y": position.y, "z": position.z}
+    read = [name for name in description.controlled if name in values]
+    checked_vector(
+        f"{where}pose.position", [values[name] for name in read], len(read), " ".join(read)
+    )
     if {"orientation", "angle", "roll", "pitch", "yaw"} & set(description.controlled):
         quaternion = [orientation.w, orientation.x, orientation.y, orientation.z]
-        rotation = rotation_from_quaternion(quaternion)
+        try:
+            rotation = rotation_from_quaternion(quaternion)
+        except InvalidRequest as error:
+            raise type(error)(f"{where}pose.orientation", error.problem) from None
         if robot.planar and rotation[2, 2] < 1.0 - 1e-9:
-            raise InvalidQuaternion("platform", "expected a rotation about z for a planar robot")
+            raise InvalidQuaternion(
+                f"{where}pose.orientation", "expected a rotation about z for a planar robot"
+            )
         values |= dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
         values |= dict(
             zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation).tolist(), strict=True)
@@ -102,18 +123,19 @@ def pose_from_message(
     return np.array([values[name] for name in pose_meaning(robot)])
 
 
-def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames) -> Loads:
+def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames, where: str = "") -> Loads:
     """Loads with the platform wrench of a message: fixed in space or turning with the platform.
 
     The wrench acts at the platform origin, whatever its frame; another frame than the two gives only the
-    directions of its axes.
+    directions of its axes. ``where`` comes before the names of its fields in error messages.
 
     Raises:
         RequestError: The frame is neither the base frame nor the platform frame.
         NonFiniteInput: A NaN or an infinity.
     """
     frame = message.header.frame_id or frames.base
-    wrench, nothing = wrench_vector(message.wrench), np.zeros(6)
+    wrench = checked_vector(f"{where}wrench", wrench_vector(message.wrench), 6, _WRENCH_PARTS)
+    nothing = np.zeros(6)
     if frame == frames.platform:
         return loads.with_(wrench_world=nothing, wrench_body=wrench)
     if frame != frames.base:
@@ -121,7 +143,7 @@ def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames) -> Loads:
         if rotation is None:
             raise RequestError(
                 ErrorCode.FRAME_TRANSFORM_FAILURE,
-                f"wrench.header.frame_id: expected {frames.base!r} (fixed in space) or "
+                f"{where}header.frame_id: expected {frames.base!r} (fixed in space) or "
                 f"{frames.platform!r} (turning with the platform), got {frame!r}",
             )
         wrench = np.concatenate([rotation @ wrench[:3], rotation @ wrench[3:]])

@@ -28,6 +28,7 @@ def diagnostic_array(
     life: str,
     session: Session | None,
     dropped: Mapping[str, int],
+    newest: Mapping[str, int],
     late_ticks: int,
     stamp: Time,
 ) -> DiagnosticArray:
@@ -38,14 +39,21 @@ def diagnostic_array(
         life: State of the life cycle.
         session: The robot in operation; None while the node is not active.
         dropped: Number of dropped messages by topic.
+        newest: Those of them that were dropped since the last diagnostics.
         late_ticks: Ticks that came more than a period late.
         stamp: ROS time of the message.
     """
+    level = DiagnosticStatus.OK if session else DiagnosticStatus.STALE
+    message = life
+    if newest:
+        level = max(level, DiagnosticStatus.WARN)
+        counts = ", ".join(f"{count} of {topic}" for topic, count in sorted(newest.items()))
+        message = f"{life}; messages dropped since the last diagnostics: {counts}"
     entries = [
         DiagnosticStatus(
-            level=DiagnosticStatus.OK if session else DiagnosticStatus.STALE,
+            level=level,
             name=f"{name}: node",
-            message=life,
+            message=message,
             values=_values(
                 {
                     "life cycle": life,

@@ -22,6 +22,7 @@ class DroppedMessages:
         self.quiet = quiet
         self.counts: Counter[str] = Counter()
         self._said: dict[str, tuple[float, int]] = {}
+        self._looked: Counter[str] = Counter()
 
     def add(self, topic: str, problem: str, now: float) -> str:
         """Count a message; the line to log, empty for silence."""
@@ -33,3 +34,9 @@ class DroppedMessages:
         self._said[topic] = now, self.counts[topic]
         others = f" (and {new - 1} more since the last such line)" if new > 1 else ""
         return f"{topic}: dropped: {problem:.500}{others}"
+
+    def newest(self) -> dict[str, int]:
+        """How many were dropped since this was asked last, by topic."""
+        new = self.counts - self._looked
+        self._looked = self.counts.copy()
+        return dict(new)

@@ -79,6 +79,7 @@ class Inputs:
         frames: Frames,
         session: Callable[[], Session | None],
         clock: Callable[[], float],
+        place: Callable[[NDArray[np.float64]], None],
     ) -> None:
         """Subscribe.
 
@@ -87,7 +88,9 @@ class Inputs:
             frames: Names of the frames.
             session: Gives the robot in operation; None while the node is not active.
             clock: Steady time [s].
+            place: Takes the first measured motors, (n,), of a robot that waits for them to be placed.
         """
+        self._place = place
         self.dropped = DroppedMessages()
         self._node, self._frames, self._session, self._clock = node, frames, session, clock
         for kind, topic, take, qos in (
@@ -146,3 +149,5 @@ class Inputs:
     def _measured(self, session: Session, message: JointState, now: float) -> None:
         if session.tracker is not None:
             session.tracker.take(measured_motors(session.robot, message), now)
+        elif session.unplaced:
+            self._place(measured_motors(session.robot, message))

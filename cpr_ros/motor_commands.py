@@ -43,7 +43,7 @@ class MotorCommands:
         self.newest = None if motors is None else np.array(motors, float)
 
     def there(self, motors: Floats) -> bool:
-        """Whether the last command was to these motors, (n,)."""
+        """Whether the last command was to these motors, (n,); holds of any while none is known."""
         return self.newest is None or bool(np.array_equal(self.newest, motors))
 
     def step_to(self, motors: Floats, max_speed: float) -> Floats:

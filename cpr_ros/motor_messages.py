@@ -47,21 +47,22 @@ def motors_from_joint_state(
     return by_effort, vector[[names.index(name) for name in expected]]
 
 
-def motor_setpoint(robot: Robot, message: JointState, others: Floats) -> Floats:
+def motor_setpoint(robot: Robot, message: JointState, others: Floats, where: str = "") -> Floats:
     """Motor positions of a setpoint that names some motors or all.
 
     Args:
         robot: The robot.
         message: Motors by name.
         others: Positions of the motors that are not named, (n,).
+        where: What comes before the names of its fields in error messages.
 
     Raises:
         InvalidRequest: Names wrong or twice, or not as many positions as names.
         NonFiniteInput: A NaN or an infinity.
     """
     names, expected = list(message.name), list(robot.motor_names)
-    _check_names(names, expected, "name", "expected motors, each once", partial=True)
-    values = checked_vector("position", message.position, len(names), " ".join(names))
+    _check_names(names, expected, f"{where}name", "expected motors, each once", partial=True)
+    values = checked_vector(f"{where}position", message.position, len(names), " ".join(names))
     motors = others.copy()
     motors[[expected.index(name) for name in names]] = values
     return motors

@@ -57,10 +57,11 @@ class MotorTracker:
         """Follow the motors; parameters as in :meth:`SetpointFollower.tick`."""
         self.at_rest = self._goal is None or self.watchdog.stale(now)
         if self._goal is None:
-            return Outcome(current, False, State.IDLE, self._judge.judge(current))
+            unknown = Refusal("stale", "no measured motors have come yet")
+            return Outcome(current, False, State.IDLE, self._judge.judge(current, unknown))
         if self.at_rest:
-            told = self._judge.judge(current, stale=True)
-            return Outcome(current, False, State.STALE, told)
+            unknown = Refusal("stale", "the measured motors are too old to tell where the robot is")
+            return Outcome(current, False, State.STALE, self._judge.judge(current, unknown))
         goal = self._goal
         if goal.clipped:
             refusal = Refusal("motor_range", f"{', '.join(goal.clipped)} measured beyond its range")

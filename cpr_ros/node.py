@@ -10,7 +10,9 @@ import traceback
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import rclpy
+from numpy.typing import NDArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
@@ -18,14 +20,16 @@ from rclpy.parameter import Parameter
 
 from cpr_core import CprError, load_robot
 
+from .announcements import Announcements
 from .inputs import Inputs
 from .map_action import MapAction
+from .move_action import MoveAction
 from .node_arguments import closest
 from .outputs import Outputs
 from .parameters import LiveParameters, declare, live_parameters, live_problem, undeclared
 from .requests import Requests
 from .session import Session
-from .stop_signal import StopSignal
+from .stop_signal import Stopped, StopSignal
 from .ticking import Ticking
 from .transforms import Transforms
 from .warming import warm_up
@@ -70,11 +74,14 @@ class CprNode(LifecycleNode):
         self.transforms = Transforms(
             self, self.parameters.base_frame, self.parameters.platform_frame
         )
-        self.outputs = Outputs(self, self.transforms)
+        self.outputs = Outputs(self, self.transforms, self.parameters.stability_rate)
         self.inputs: Inputs | None = None
         self.requests: Requests | None = None
         self.maps: MapAction | None = None
+        self.moves: MoveAction | None = None
+        self._announcements = Announcements()
         self.add_on_set_parameters_callback(self._on_parameters)
+        self.add_post_set_parameters_callback(self._log_parameters)
         self._timer(self.parameters.diagnostics_rate, self._publish_diagnostics)
         self._answer_impossible_transitions()
         for name in undeclared(self):
@@ -99,6 +106,8 @@ class CprNode(LifecycleNode):
         """End what the node started, and the node."""
         if self.maps is not None:
             self.maps.close()
+        if self.moves is not None:
+            self.moves.close()
         super().destroy_node()
         # rclpy leaves it, and what DDS has in shared memory, to the end of Python, which may not come.
         self._state_machine.destroy_when_not_in_use()
@@ -124,15 +133,27 @@ class CprNode(LifecycleNode):
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Hold and be silent; where the robot is stays known."""
-        return self._transition(self._deactivate, lambda: super(CprNode, self).on_deactivate(state))
+        return self._transition(
+            self._deactivate,
+            lambda: super(CprNode, self).on_deactivate(state),
+            lambda: self._announce("", "inactive: holds and is silent"),
+        )
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Forget the robot."""
-        return self._transition(self._forget, lambda: super(CprNode, self).on_cleanup(state))
+        return self._transition(
+            self._forget,
+            lambda: super(CprNode, self).on_cleanup(state),
+            lambda: self._announce("", "cleaned up: the robot is forgotten"),
+        )
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Be silent for good; the process ends with a signal."""
-        return self._transition(self._forget, lambda: super(CprNode, self).on_shutdown(state))
+        return self._transition(
+            self._forget,
+            lambda: super(CprNode, self).on_shutdown(state),
+            lambda: self._announce("", "shut down"),
+        )
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Be unconfigured again."""
@@ -180,10 +201,12 @@ class CprNode(LifecycleNode):
             logger.info(f"compiled {compiled} after {time.monotonic() - begin:.1f} s")
         self._session = session
         self._listen()
+        logger.info("configured")
 
     def _activate(self) -> None:
         session = self._required_session()
         session.follower.drop()
+        self._announcements = Announcements()
         if self._whereabouts is not None:
             self._whereabouts.look()
         self._active = True
@@ -204,6 +227,8 @@ class CprNode(LifecycleNode):
         self.get_logger().info("ready")
 
     def _deactivate(self) -> None:
+        if self.moves is not None and self._active:
+            self.moves.stop("the node was deactivated, the robot holds")
         self._active = False
         self._ticking.stop()
         for timer in self._timers:
@@ -225,13 +250,31 @@ class CprNode(LifecycleNode):
     def _listen(self) -> None:
         """Offer services and take messages; from the first time on for ever."""
         if self.requests is None:
-            self.inputs = Inputs(self, self.transforms.frames, self.active_session, time.monotonic)
-            self.requests = Requests(self, self.transforms.frames, self.active_session)
-            self.maps = MapAction(self, self.active_session)
+            frames, active = self.transforms.frames, self.active_session
+            self.inputs = Inputs(self, frames, active, time.monotonic, self._place)
+            self.requests = Requests(self, frames, active)
+            self.maps = MapAction(self, active)
+            self.moves = MoveAction(self, frames, active)
+
+    def _place(self, motors: NDArray[np.float64]) -> None:
+        """Be where the motors, (n,), are measured; where that cannot be, be inactive and say why."""
+        session = self._required_session()
+        session.unplaced = False
+        if self._whereabouts is None:
+            return
+        try:
+            self.get_logger().info(self._whereabouts.place(motors))
+        except Stopped:
+            return
+        except CprError as error:
+            self.problem = str(error)
+            self.get_logger().error(f"deactivated: {error}")
+            self.trigger_deactivate()
 
     def _tick(self, now: float) -> None:
         session = self._required_session()
         outcome = session.tick(now)
+        self._announce(*self._announcements.after_tick(outcome, now))
         command = session.next_command()
         if self._whereabouts is not None and (outcome.moved or command is not None):
             self._whereabouts.keep()  # before anybody hears of it
@@ -244,6 +287,14 @@ class CprNode(LifecycleNode):
             self.get_logger().error(
                 "the motors are at home, but this is another equilibrium than home"
             )
+        if self.moves is not None:
+            self.moves.after_tick(session, now)
+
+    def _announce(self, warning: str, information: str) -> None:
+        if warning:
+            self.get_logger().warning(warning)
+        if information:
+            self.get_logger().info(information)
 
     def _repeat_commands(self) -> None:
         """For a controller that came later."""
@@ -262,7 +313,7 @@ class CprNode(LifecycleNode):
         self.outputs.markers(self._required_session(), self.parameters.marker_color)
 
     def _publish_diagnostics(self) -> None:
-        dropped = dict(self.inputs.dropped.counts) if self.inputs else {}
+        dropped = self.inputs.dropped if self.inputs else None
         life = self._state_machine.current_state[1]
         self.outputs.diagnostics(life, self.active_session(), dropped, self._ticking.late)
 
@@ -290,6 +341,11 @@ class CprNode(LifecycleNode):
         if not problem and self._session is not None:
             self._session.apply(live)
         return SetParametersResult(successful=not problem, reason=problem)
+
+    def _log_parameters(self, parameters: list[Parameter]) -> None:
+        if parameters:
+            told = ", ".join(f"{parameter.name} {parameter.value}" for parameter in parameters)
+            self.get_logger().info(f"set: {told}")
 
     def _live(self, changed: dict[str, Parameter]) -> LiveParameters:
         return live_parameters(lambda name: (changed.get(name) or self.get_parameter(name)).value)

@@ -12,23 +12,48 @@ from cpr_msgs.msg import StabilityMetrics
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from numpy.typing import NDArray
+from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 from visualization_msgs.msg import MarkerArray
 
+from cpr_core import solve_home
+
 from .conversions import joint_state, platform_pose
 from .diagnostics import diagnostic_array
+from .dropped_messages import DroppedMessages
 from .leg_markers import leg_markers
 from .session import Session
 from .stability_stream import StabilityStream
 from .transforms import Transforms
+from .urdf import robot_urdf
 
-__all__ = ["LATCHED", "Outputs"]
+__all__ = ["LATCHED", "Outputs", "promised"]
 
 #: For what changes seldom: who comes late is told as well.
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+#: The shortest time between two messages that is promised [s]: the machine may be busy.
+_SHORTEST_PROMISE = 0.1
+
+
+def promised(rate: float) -> QoSProfile:
+    """For a stream whose end somebody has to notice.
+
+    The next message comes within two periods, or 0.1 s if that is longer; else the stream is late
+    (deadline) and its publisher no longer alive (liveliness), be the process dead or its thread stuck.
+
+    Args:
+        rate: Of the stream [Hz].
+    """
+    longest = Duration(seconds=max(_SHORTEST_PROMISE, 2.0 / rate))
+    return QoSProfile(
+        depth=10,
+        deadline=longest,
+        liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,  # only a message is a sign of life
+        liveliness_lease_duration=longest,
+    )
 
 
 class Outputs:
@@ -37,22 +62,36 @@ class Outputs:
     Messages of the streams are made only while somebody listens to them.
     """
 
-    def __init__(self, node: LifecycleNode, transforms: Transforms) -> None:
-        """Make the publishers; lifecycle ones are silent until the node is active."""
+    def __init__(self, node: LifecycleNode, transforms: Transforms, stability_rate: float) -> None:
+        """Make the publishers; lifecycle ones are silent until the node is active.
+
+        Args:
+            node: The node.
+            transforms: Names of the frames, and who sends them.
+            stability_rate: Rate of the stability stream [Hz].
+        """
         self._node, self._transforms = node, transforms
         publisher = node.create_lifecycle_publisher
         self._joint_states = publisher(JointState, "joint_states", 10)
         self._platform_pose = publisher(PoseStamped, "~/platform_pose", 10)
-        self._stability = publisher(StabilityMetrics, "~/stability", 10)
+        self._stability = publisher(StabilityMetrics, "~/stability", promised(stability_rate))
         self._motor_commands = publisher(Float64MultiArray, "~/motor_commands", 10)
         self._markers = publisher(MarkerArray, "~/leg_markers", 10)
-        self._description = publisher(String, "~/robot_description", LATCHED)
+        self._description = publisher(String, "~/description", LATCHED)
+        self._urdf = publisher(String, "~/robot_description", LATCHED)
+        self._home = publisher(JointState, "~/home", LATCHED)
+        self._home_pose = publisher(PoseStamped, "~/home_pose", LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._stream = StabilityStream()
 
     def description(self, session: Session) -> None:
-        """The robot as its file describes it."""
-        self._description.publish(String(data=session.robot.description.text))
+        """The robot as its file describes it and as URDF, and its home."""
+        robot, frames, stamp = session.robot, self._transforms.frames, self._stamp()
+        self._description.publish(String(data=robot.description.text))
+        self._urdf.publish(String(data=robot_urdf(robot, frames.base, frames.platform)))
+        home = solve_home(robot)
+        self._home.publish(joint_state(home, frames, stamp))
+        self._home_pose.publish(platform_pose(home, frames, stamp))
 
     def state(self, session: Session) -> None:
         """Joint states, platform pose and, with tf2_ros, the platform frame."""
@@ -92,12 +131,14 @@ class Outputs:
             )
 
     def diagnostics(
-        self, life: str, session: Session | None, dropped: dict[str, int], late_ticks: int
+        self, life: str, session: Session | None, dropped: DroppedMessages | None, late_ticks: int
     ) -> None:
         """Health of the node."""
         name = self._node.get_fully_qualified_name()
+        counts = dropped.counts if dropped else {}
+        newest = dropped.newest() if dropped else {}
         self._diagnostics.publish(
-            diagnostic_array(name, life, session, dropped, late_ticks, self._stamp())
+            diagnostic_array(name, life, session, counts, newest, late_ticks, self._stamp())
         )
 
     def _stamp(self) -> Any:

@@ -39,6 +39,7 @@ class Session:
         commands: Where the motors are sent, if the node moves them.
         outcome: Of the last tick.
         velocity: Of the motors in the last tick, (n,) [rad/s or m/s].
+        unplaced: Whether the first measured motors say where the robot is; until it moves.
     """
 
     def __init__(
@@ -64,6 +65,7 @@ class Session:
         home = self.solver.current
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
+        self.unplaced = False
 
     def apply(self, live: LiveParameters) -> None:
         """Take new live parameters."""
@@ -99,11 +101,12 @@ class Session:
     def tick(self, now: float) -> Outcome:
         """Move on by one tick."""
         before = self.solver.current
+        loads = self.wrench.loads(before.equilibrium.loads, now)
         if self.tracker is None and not self.commands.there(before.equilibrium.motors):
-            told = self.follower.judge(before)
-            self.outcome = Outcome(before, False, State.ALIGNING, told)
+            borne, burden = self.follower.bear(before, loads)
+            told = self.follower.judge(borne, burden)
+            self.outcome = Outcome(borne, borne is not before, State.ALIGNING, told)
         else:
-            loads = self.wrench.loads(before.equilibrium.loads, now)
             mover = self.follower if self.tracker is None else self.tracker
             self.outcome = mover.tick(before, loads, now)
         self.solver.current = self.outcome.assessment
@@ -117,12 +120,11 @@ class Session:
         The only way commands leave the node: none is farther from the one before than a tick's way.
         Where nothing is known of the motors, there is none before the first motion.
         """
-        motors = self.solver.current.equilibrium.motors
-        begun = self.commands.newest is not None or self.outcome.moved
-        if self.tracker is not None or not begun:
+        motors, moving = self.solver.current.equilibrium.motors, bool(self.velocity.any())
+        # `there` holds too while nothing is known of the motors.
+        if self.tracker is not None or (self.commands.there(motors) and not moving):
             return None
-        if self.commands.newest is not None and self.commands.there(motors):
-            return None
+        self.unplaced = False
         return self.commands.step_to(motors, self.follower.settings.max_speed)
 
     def begin_at(
@@ -141,8 +143,8 @@ class Session:
         current = self.solver.current
         self.outcome = Outcome(current, False, State.IDLE, self.follower.judge(current))
 
-    def follow(self, goal: Goal, now: float) -> None:
-        """Take a setpoint.
+    def follow(self, goal: Goal, now: float, *, ages: bool = True) -> None:
+        """Take a setpoint; arguments as in :meth:`SetpointFollower.follow`.
 
         Raises:
             RequestError: The node takes none now.
@@ -155,7 +157,7 @@ class Session:
             raise RequestError(ErrorCode.NOT_READY, "the node is paused")
         if self.follower.returning:
             raise RequestError(ErrorCode.NOT_READY, "the node is on its way home")
-        self.follower.follow(goal, now)
+        self.follower.follow(goal, now, ages=ages)
 
     def pause(self, paused: bool) -> str:
         """Pause or release; says what was done.

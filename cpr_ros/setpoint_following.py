@@ -20,9 +20,10 @@ import numpy as np
 from cpr_core import Equilibrium, Loads, Robot, solve_home
 
 from .assessment import MEASURES, Assessment, Thresholds
+from .distinct_numbers import distinct
 from .goals import Goal, MotorGoal, PoseGoal, motor_steps
 from .steps import attempt, change_between, falls
-from .supervision import Action, Refusal, State, Verdict, verdict
+from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict
 from .watchdog import Watchdog
 
 __all__ = ["Outcome", "SetpointFollower", "Settings"]
@@ -92,6 +93,7 @@ class SetpointFollower:
         self.settings = settings
         self.paused = False
         self._goal: Goal | None = None
+        self._ages = True
         self._returning, self._under_way = False, False
         self._action = Action.NONE
         self._reach = 1.0
@@ -129,9 +131,16 @@ class SetpointFollower:
         """Whether another tick would change nothing, as long as the same loads act."""
         return not self._under_way and not self._stirred
 
-    def follow(self, goal: Goal, now: float) -> None:
-        """Take a new setpoint; the newest wins."""
-        self._goal, self._returning, self._stirred = goal, False, True
+    def follow(self, goal: Goal, now: float, *, ages: bool = True) -> None:
+        """Take a new setpoint; the newest wins.
+
+        Args:
+            goal: Where to go.
+            now: Steady time [s].
+            ages: Whether it has to come again and again, or becomes stale.
+        """
+        self._goal, self._ages = goal, ages
+        self._returning, self._stirred = False, True
         self.watchdog.feed(now)
 
     def drop(self) -> None:
@@ -160,7 +169,7 @@ class SetpointFollower:
             now: Steady time [s].
         """
         self._stirred = False
-        borne, burden = self._bear(current, loads)
+        borne, burden = self.bear(current, loads)
         goal, moved, home_missed = self._goal, borne is not current, False
         state = State.PAUSED if self.paused else State.IDLE
         self._under_way = False
@@ -170,7 +179,7 @@ class SetpointFollower:
                 if self._returning:
                     home_missed = self._misses_home(borne.equilibrium)
                     self.drop()
-            elif not self._returning and self.watchdog.stale(now):
+            elif self._ages and not self._returning and self.watchdog.stale(now):
                 state = State.STALE
                 self._refusal = None
             else:
@@ -183,6 +192,23 @@ class SetpointFollower:
                     state = State.HALTED
         told = self.judge(borne, burden or self._refusal, stale=state == State.STALE)
         return Outcome(borne, moved, state, told, home_missed)
+
+    def bear(self, current: Assessment, loads: Loads) -> tuple[Assessment, Refusal | None]:
+        """The equilibrium under the loads of now, at the same motors, and why it is another's if so.
+
+        Args:
+            current: Current equilibrium.
+            loads: Loads that act now; the object of the equilibrium if they have not changed.
+        """
+        if loads is current.equilibrium.loads:
+            return current, None
+        goal = MotorGoal(self.robot, current.equilibrium.motors)
+        ahead = attempt(current, goal, 1.0, loads)
+        if isinstance(ahead, Refusal):
+            return current, Refusal(ahead.reason, f"the external wrench is not borne: {ahead.text}")
+        if ahead.index > current.index:
+            return current, Refusal("margin", "the external wrench is not borne: the robot buckles")
+        return ahead, None
 
     def judge(
         self, current: Assessment, refusal: Refusal | None = None, *, stale: bool = False
@@ -207,18 +233,6 @@ class SetpointFollower:
         if isinstance(self._goal, PoseGoal):
             return MEASURES
         return [name for name in MEASURES if name != "inverse_singularity"]
-
-    def _bear(self, current: Assessment, loads: Loads) -> tuple[Assessment, Refusal | None]:
-        """The equilibrium under the loads of now, at the same motors."""
-        if loads is current.equilibrium.loads:
-            return current, None
-        goal = MotorGoal(self.robot, current.equilibrium.motors)
-        ahead = attempt(current, goal, 1.0, loads)
-        if isinstance(ahead, Refusal):
-            return current, Refusal(ahead.reason, f"the external wrench is not borne: {ahead.text}")
-        if ahead.index > current.index:
-            return current, Refusal("margin", "the external wrench is not borne: the robot buckles")
-        return ahead, None
 
     def _move(self, current: Assessment, goal: Goal) -> Assessment:
         """One step towards the goal, or the same equilibrium if it is refused."""
@@ -285,11 +299,14 @@ class SetpointFollower:
         for name in self._watched():
             first, last = current.value(name), ahead.value(name)
             stop = self.settings.thresholds[name].stop
-            if math.isnan(last) or (last < stop and falls(first, last)):
+            if math.isnan(last):
+                return Refusal(name, f"halted: the next {FIELDS[name]} is not defined")
+            if last < stop and falls(first, last):
+                there, limit, here = distinct(last, stop, first)
                 return Refusal(
                     name,
-                    f"halted: the next {name.replace('_', ' ')}, {last:.4g}, is below its stop "
-                    f"threshold {stop:g}; here it is {first:.4g}",
+                    f"halted: the next {FIELDS[name]}, {there}, is below {name}_stop {limit}; "
+                    f"here it is {here}",
                 )
         return None
 

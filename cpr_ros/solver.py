@@ -86,7 +86,7 @@ class Solver:
         """
         limit = self.time_limit
         pose = pose_from_message(
-            self.robot, request.platform, list(request.controlled), self.frames
+            self.robot, request.platform, list(request.controlled), self.frames, "platform."
         )
         start, loads = self.start_and_loads(request)
         solution = self._timed(
@@ -141,7 +141,7 @@ class Solver:
                 f"got {request.start}",
             )
         if len(request.wrench):
-            return start, with_wrench(start.loads, request.wrench[0], self.frames)
+            return start, with_wrench(start.loads, request.wrench[0], self.frames, "wrench[0].")
         return start, start.loads
 
     def _given(self, field: str, messages: Sequence[EquilibriumMessage]) -> Equilibrium:

@@ -9,9 +9,17 @@ import time
 
 import numpy as np
 
-from cpr_core import CprError, Equilibrium, Loads, MotorLimitExceeded, StrainLimitExceeded
+from cpr_core import (
+    CprError,
+    Equilibrium,
+    Loads,
+    MotorLimitExceeded,
+    NotReached,
+    StrainLimitExceeded,
+)
 
 from .assessment import Assessment
+from .distinct_numbers import distinct
 from .goals import Goal
 from .supervision import Refusal
 
@@ -25,9 +33,19 @@ def attempt(current: Assessment, goal: Goal, fraction: float, loads: Loads) -> A
         equilibrium = goal.solve(current.equilibrium, fraction, loads)
     except MotorLimitExceeded as error:
         reason = "motor_range" if error.quantity == "position" else "effort_reserve"
-        return Refusal(reason, str(error))
+        value, lower, upper = distinct(error.value, *error.limits)
+        return Refusal(
+            reason, f"{error.motor}: {error.quantity} {value} would be outside [{lower}, {upper}]"
+        )
     except StrainLimitExceeded as error:
-        return Refusal("strain_reserve", str(error))
+        value, limit = distinct(error.value, error.limit)
+        return Refusal(
+            "strain_reserve", f"{error.leg}: bending strain {value} would be above {limit}"
+        )
+    except NotReached as error:
+        # How far a request goes and what it may have meant are of no use a step ahead.
+        why = error.event.message if error.event is not None else str(error)
+        return Refusal("not_converged", f"no equilibrium is reached: {why}")
     except CprError as error:
         return Refusal("not_converged", str(error))
     except Exception as error:

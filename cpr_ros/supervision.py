@@ -10,9 +10,10 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 
-from .assessment import MEASURES, Assessment, Thresholds
+from .assessment import MEASURES, Assessment, Threshold, Thresholds
+from .distinct_numbers import distinct
 
-__all__ = ["Action", "Refusal", "State", "Status", "Verdict", "next_action", "verdict"]
+__all__ = ["FIELDS", "Action", "Refusal", "State", "Status", "Verdict", "next_action", "verdict"]
 
 
 class Status(IntEnum):
@@ -70,7 +71,16 @@ _STATUSES = {
     "strain_reserve": (Status.STRAIN_BOUND, Status.STRAIN_BOUND),
 }
 #: Statuses of what has no threshold.
-_OTHER = {"not_converged": Status.NOT_CONVERGED, "branch_jump": Status.BRANCH_JUMP}
+_OTHER = {
+    "not_converged": Status.NOT_CONVERGED,
+    "branch_jump": Status.BRANCH_JUMP,
+    "stale": Status.STALE_COMMAND,
+}
+#: Where the value of a measure is in cpr_msgs/StabilityMetrics.
+FIELDS = {name: name for name in MEASURES} | {
+    "forward_singularity": "forward.smallest_singular_value",
+    "inverse_singularity": "inverse.smallest_singular_value",
+}
 
 
 @dataclass(frozen=True)
@@ -78,7 +88,7 @@ class Refusal:
     """Why the robot may not be moved on, or what it cannot bear.
 
     Attributes:
-        reason: A measure, ``not_converged`` or ``branch_jump``.
+        reason: A measure, ``not_converged``, ``branch_jump`` or ``stale``.
         text: For a person.
     """
 
@@ -169,20 +179,14 @@ def verdict(
         status, text = Status.INVALID, f"{nearest} is not defined here"
     elif action == Action.HALT:
         status = _STATUSES[nearest][1]
-        text = f"{_described(assessment, nearest)} is at its stop threshold {thresholds[nearest].stop:g}"
+        text = _compared(assessment, nearest, "stop", thresholds[nearest])
     elif stale:
-        status, text = (
-            Status.STALE_COMMAND,
-            "the setpoint or the measured motors are too old, holding",
-        )
+        status, text = Status.STALE_COMMAND, "the setpoint is too old, holding"
     elif action == Action.SLOW:
         status = _STATUSES[nearest][0]
         if nearest not in worsening and status == Status.DECELERATE_FOR_APPROACHING_SINGULARITY:
             status = Status.DECELERATE_FOR_LEAVING_SINGULARITY
-        text = (
-            f"{_described(assessment, nearest)} is at its warning threshold "
-            f"{thresholds[nearest].warning:g}"
-        )
+        text = _compared(assessment, nearest, "warning", thresholds[nearest])
     else:
         status, text = Status.NO_WARNING, "stable"
     if not assessment.equilibrium.spectrum_locked.energy_criterion_applies:
@@ -193,5 +197,14 @@ def verdict(
     return Verdict(status, text, action, scale, nearest, distance)
 
 
-def _described(assessment: Assessment, measure: str) -> str:
-    return f"{measure.replace('_', ' ')} {assessment.value(measure):.4g}"
+def _compared(assessment: Assessment, measure: str, which: str, threshold: Threshold) -> str:
+    """A measure beside its stop or warning threshold, by the names of message and parameters."""
+    value, limit = assessment.value(measure), getattr(threshold, which)
+    told, limit_told = distinct(value, limit)
+    if value < limit:
+        where = f"below {measure}_{which} {limit_told}"
+    elif value == limit:
+        where = f"at {measure}_{which} {limit_told}"
+    else:
+        where = f"above {measure}_{which} {limit_told} by less than the hysteresis"
+    return f"{FIELDS[measure]} {told} is {where}"

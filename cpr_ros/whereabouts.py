@@ -8,6 +8,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.node import Node
 
 from cpr_core import CprError
@@ -88,6 +90,8 @@ class Whereabouts:
     def look(self) -> None:
         """Put the robot where its motors are measured, if they are.
 
+        Where nobody measures them yet, and nobody has to, the first message does it later.
+
         Raises:
             CprError: They are to be measured and are not, or no equilibrium explains them.
         """
@@ -97,6 +101,7 @@ class Whereabouts:
             return
         publishers = self._publishers()
         if not publishers and self._from == "auto":
+            self._session.unplaced = True
             return
         found = newest_measured(
             self._node, self._session.robot, _MEASURED_WAIT, lambda: self._stop.requested
@@ -106,8 +111,15 @@ class Whereabouts:
                 f"the robot is to start where it is measured, but no {MEASURED} with its motors came "
                 f"in {_MEASURED_WAIT:g} s ({publishers} publishers)"
             )
-        place = self._stop.wait_for(lambda: begin_at_measured(self._session, found))
-        self._node.get_logger().info(place)
+        self._node.get_logger().info(self.place(found))
+
+    def place(self, motors: NDArray[np.float64]) -> str:
+        """Put the robot where its motors are measured, (n,); says what was done.
+
+        Raises:
+            CprError: No equilibrium explains them.
+        """
+        return self._stop.wait_for(lambda: begin_at_measured(self._session, motors))
 
     def _publishers(self) -> int:
         """How many publish measured motors."""

@@ -76,11 +76,26 @@ def test_motors_no_stable_equilibrium_explains_are_lost_until_they_come_back():
 
 def test_measurements_that_stop_coming_are_stale():
     tracking = Tracking("rfrfr", timeout=0.02)
-    assert tracking.tick().state == State.IDLE
-    assert tracking.tick([2.6, 0.55]).state == State.TRACKING
+    unknown = tracking.tick()
+    assert (unknown.state, unknown.verdict.action) == (State.IDLE, Action.HALT)
+    assert "no measured motors" in unknown.verdict.text
+    known = tracking.tick([2.6, 0.55])
+    assert (known.state, known.verdict.action) == (State.TRACKING, Action.NONE)
     for _ in range(5):
         outcome = tracking.tick()
     assert (outcome.state, outcome.verdict.status) == (State.STALE, Status.STALE_COMMAND)
+    assert (outcome.verdict.action, outcome.verdict.speed_scale) == (Action.HALT, 0.0)
+    assert "too old" in outcome.verdict.text
+    assert tracking.tick([2.6, 0.55]).verdict.action == Action.NONE
+
+
+def test_a_wrench_that_is_not_borne_is_a_halt():
+    tracking = Tracking("rfrfr")
+    tracking.tick([2.6, 0.55])
+    loads = tracking.current.equilibrium.loads.with_(wrench_world=[0, 0, 0, 0, -1000.0, 0])
+    outcome = tracking.tracker.tick(tracking.current, loads, tracking.now)
+    assert (outcome.state, outcome.verdict.action) == (State.LOST, Action.HALT)
+    assert "could be" not in outcome.verdict.text
 
 
 def test_a_motor_measured_beyond_its_range_is_named():

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cpr_msgs.msg import StabilityMetrics
 from helpers.drive import THRESHOLDS, robot
 
 from cpr_core import solve_home, solve_inverse
 from cpr_ros.assessment import MEASURES, Assessment, Threshold, thresholds_problem
-from cpr_ros.supervision import Action, Refusal, State, Status, next_action, verdict
+from cpr_ros.parameter_table import PARAMETERS
+from cpr_ros.supervision import FIELDS, Action, Refusal, State, Status, next_action, verdict
 
 
 def at(y):
@@ -96,6 +98,30 @@ def test_a_refusal_is_a_halt_with_its_own_status(reason, status):
     assert told.speed_scale == 0.0
 
 
+def test_a_value_and_its_threshold_are_told_apart():
+    """They were said to be 0.05 and 0.05."""
+    here = at(0.05)
+    near = THRESHOLDS | {"margin": Threshold(0.9, here.margin - 1e-9)}
+    told = verdict(here, near, MEASURES, previous=Action.HALT, hysteresis=0.1)
+    value, limit = re.fullmatch(
+        r"margin (\S+) is above margin_stop (\S+) by less than the hysteresis", told.text
+    ).groups()
+    assert float(value) > float(limit)
+    near = THRESHOLDS | {"margin": Threshold(0.9, here.margin + 1e-9)}
+    told = verdict(here, near, MEASURES, previous=Action.NONE, hysteresis=0.1)
+    value, limit = re.fullmatch(r"margin (\S+) is below margin_stop (\S+)", told.text).groups()
+    assert float(value) < float(limit)
+
+
+def test_measures_are_named_as_in_the_message_and_thresholds_as_the_parameters():
+    message = StabilityMetrics()
+    for measure, path in FIELDS.items():
+        value = message
+        for field in path.split("."):
+            value = getattr(value, field)
+        assert f"{measure}_stop" in {parameter.name for parameter in PARAMETERS}
+
+
 def test_a_stale_setpoint_does_not_hide_a_halt():
     assert judged(0.8, stale=True).status == Status.STALE_COMMAND
     assert judged(0.04, stale=True).status == Status.HALT_FOR_STABILITY
@@ -108,7 +134,9 @@ def test_leaving_a_singularity_has_its_own_status():
     leaving = verdict(at(0.8), thresholds, MEASURES, worsening=["margin"], **given)
     assert approaching.status == Status.DECELERATE_FOR_APPROACHING_SINGULARITY
     assert leaving.status == Status.DECELERATE_FOR_LEAVING_SINGULARITY
-    assert "inverse singularity" in leaving.text
+    assert leaving.text.startswith(
+        "inverse.smallest_singular_value 0.05956 is below inverse_singularity_warning 1"
+    )
 
 
 def test_under_a_load_without_potential_nothing_is_called_stable():

@@ -42,6 +42,11 @@ def four_rfr(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     yield from _run(tmp_path_factory, "four_rfr")
 
 
+@pytest.fixture(scope="module")
+def planar_body(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    yield from _run(tmp_path_factory, "planar_body")
+
+
 @pytest.fixture
 def drive(rfrfr: Running) -> Iterator[Driver]:
     """The planar robot, idle at home."""

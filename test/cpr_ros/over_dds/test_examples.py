@@ -9,22 +9,25 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from cpr_msgs.msg import StabilityMetrics
+from geometry_msgs.msg import WrenchStamped
 from helpers.driver import Driver
 from helpers.node_process import TIMEOUT
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
-def started(running, name, *arguments):
+def started(running, name, *arguments, cwd=None, stdout=subprocess.PIPE):
     domain = str(running.client.context.get_domain_id())
     return subprocess.Popen(
         [sys.executable, EXAMPLES / name, *arguments],
         env=os.environ | {"ROS_DOMAIN_ID": domain, "PYTHONUNBUFFERED": "1"},
-        stdout=subprocess.PIPE,
+        cwd=cwd,
+        stdout=stdout,
         stderr=subprocess.STDOUT,
         text=True,
     )
@@ -46,6 +49,51 @@ def test_the_supervisor_sends_a_halted_robot_home(rfrfr, drive):
     assert supervisor.returncode == 0, said
     assert "HALT: halted: the next margin" in said
     assert "reset: True" in said
+
+
+def test_the_supervisor_acts_on_a_halt_in_any_state(rfrfr, drive, tmp_path):
+    """A wrench that is not borne halts a robot at rest; its state is IDLE."""
+    log = tmp_path / "supervisor.log"
+    with log.open("w") as output:
+        supervisor = started(rfrfr, "supervisor.py", stdout=output)
+    pushed = WrenchStamped()
+    pushed.wrench.force.y = -1000.0
+    pushing = drive.client.node.create_timer(0.05, lambda: drive.wrench.publish(pushed))
+    try:
+        drive.until(lambda: drive.metrics.action == StabilityMetrics.ACTION_HALT)
+        assert drive.metrics.state == StabilityMetrics.STATE_IDLE
+        drive.client.spin_until(lambda: "reset: True" in log.read_text())
+        assert "HALT: the external wrench is not borne" in log.read_text()
+        drive.client.node.destroy_timer(pushing)
+        drive.until(lambda: drive.metrics.action == StabilityMetrics.ACTION_NONE)
+        drive.client.spin_until(lambda: "NONE: stable" in log.read_text())
+    finally:
+        drive.client.node.destroy_timer(pushing)
+        supervisor.send_signal(signal.SIGINT)
+        assert supervisor.wait(TIMEOUT) == 0
+    assert log.read_text().count("halted for too long") == 1
+
+
+def test_the_programs_of_the_page_about_the_node_do_what_they_say(rfrfr, drive, tmp_path):
+    """But for the one that watches a node die, which another test does."""
+    page = (EXAMPLES.parent / "docs/node.md").read_text(encoding="utf-8")
+    programs = [
+        block
+        for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+        if "liveliness" not in block
+    ]
+    assert len(programs) >= 3
+    for number, program in enumerate(programs):
+        file = tmp_path / f"program{number}.py"
+        file.write_text(program)
+        done = started(rfrfr, file, cwd=tmp_path)
+        drive.client.spin_until(lambda done=done: done.poll() is not None, timeout=60.0)
+        said = done.stdout.read()
+        assert done.returncode == 0, said
+        assert said.strip()
+        assert "message=''" in said or "error_code" not in program, said  # no failure
+    assert ElementTree.parse(tmp_path / "robot.urdf").getroot().tag == "robot"
+    assert drive.motors[0] == 2.59 + 0.1
 
 
 @pytest.mark.alone(reason="measures how far the robot lags behind")

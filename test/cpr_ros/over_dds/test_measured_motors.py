@@ -40,7 +40,10 @@ def test_measured_motors_are_tracked(observer):
             JointState(name=["gripper", "motor2", "motor1"], position=[float("nan"), second, first])
         )
 
+    # Nothing is known yet.
     assert drive.metrics.state == StabilityMetrics.STATE_IDLE
+    assert drive.metrics.action == StabilityMetrics.ACTION_HALT
+    assert drive.metrics.speed_scale == 0.0
     for k in range(60):
         measure(2.59 + 0.005 * k, 0.55 - 0.005 * k)
         drive.spin(0.02)
@@ -52,6 +55,8 @@ def test_measured_motors_are_tracked(observer):
     # Nobody measures any more.
     drive.until_state(StabilityMetrics.STATE_STALE)
     assert drive.metrics.status == StabilityMetrics.STATUS_STALE_COMMAND
+    assert drive.metrics.action == StabilityMetrics.ACTION_HALT
+    assert process.output().count("halt (STALE, STALE_COMMAND)") == 1
 
     # A setpoint is refused, and there is nothing to pause.
     drive.send_motors(2.6, 0.5)

@@ -5,6 +5,7 @@
 
 import math
 from itertools import pairwise
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -13,12 +14,15 @@ from cpr_msgs.msg import StabilityMetrics
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from visualization_msgs.msg import Marker, MarkerArray
 
 import cpr_core
 from cpr_core import solve_home
 from cpr_core.description.description_file import shipped_robots
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def test_metrics_are_those_of_the_library(six_rfs):
@@ -141,16 +145,85 @@ def test_an_external_wrench_acts_and_ends_with_its_timeout(drive, frame):
     assert drive.metrics.wrench_age == -1.0
 
 
-def test_the_description_is_latched(rfrfr):
-    client, texts = rfrfr.client, []
-    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    subscription = client.node.create_subscription(
-        String, "/cpr_node/robot_description", lambda message: texts.append(message.data), latched
-    )
-    client.spin_until(lambda: bool(texts))  # published long before this subscription
+def latched(running, kind, topic):
+    """What was published long before anybody asked."""
+    client, heard = running.client, []
+    subscription = client.node.create_subscription(kind, topic, heard.append, LATCHED)
+    client.spin_until(lambda: bool(heard))
     client.node.destroy_subscription(subscription)
-    assert texts == [shipped_robots()["rfrfr"].read_text()]
-    assert yaml.safe_load(texts[0])["name"] == "rfrfr"
+    (message,) = heard
+    return message
+
+
+def test_the_description_is_latched(rfrfr):
+    text = latched(rfrfr, String, "/cpr_node/description").data
+    assert text == shipped_robots()["rfrfr"].read_text()
+    assert yaml.safe_load(text)["name"] == "rfrfr"
+
+
+def test_the_urdf_is_latched_with_the_motors_of_the_joint_states(rfrfr):
+    root = ElementTree.fromstring(latched(rfrfr, String, "/cpr_node/robot_description").data)
+    joints = {joint.get("name"): joint.get("type") for joint in root.findall("joint")}
+    state = rfrfr.client.messages(JointState, "/joint_states", 1)[0]
+    assert {name: joints[name] for name in state.name} == dict.fromkeys(state.name, "continuous")
+    pose = rfrfr.client.messages(PoseStamped, "/cpr_node/platform_pose", 1)[0]
+    assert pose.header.frame_id in {link.get("name") for link in root.findall("link")}
+
+
+def test_home_is_latched_wherever_the_robot_is(drive, rfrfr):
+    drive.send_motors(2.7, 0.4)
+    drive.until(lambda: np.array_equal(drive.motors, [2.7, 0.4]))
+    home = solve_home(cpr_core.load_robot("rfrfr"))
+    state = latched(rfrfr, JointState, "/cpr_node/home")
+    assert list(state.name) == ["motor1", "motor2"]
+    np.testing.assert_array_equal(state.position, home.motors)
+    np.testing.assert_allclose(state.effort, home.efforts, atol=1e-9)
+    pose = latched(rfrfr, PoseStamped, "/cpr_node/home_pose")
+    point = pose.pose.position
+    np.testing.assert_allclose([point.x, point.y, point.z], home.platform_position, atol=1e-9)
+    assert pose.header.frame_id == "base"
+
+
+def test_halts_and_thresholds_are_in_the_log_once(drive, rfrfr):
+    before = len(rfrfr.process.output())
+    assert drive.set_parameters(margin_stop=0.06).successful
+    drive.send_platform(0.0, -0.2)
+    drive.until_state(StabilityMetrics.STATE_HALTED)
+    drive.until(lambda: len(drive.all(StabilityMetrics)) >= 10)
+    assert drive.set_parameters(margin_stop=0.05).successful
+    drive.go_home()
+    rfrfr.process.wait_for_log("the halt is over", timeout=20.0)
+    said = rfrfr.process.output()[before:]
+    assert said.count("set: margin_stop 0.06") == 1
+    assert said.count("halt (HALTED, HALT_FOR_STABILITY): halted: the next margin, ") == 1
+    assert said.count("set: margin_stop 0.05\n") == 1
+    assert said.count("on the way home") == 1
+    assert said.count("the halt is over") == 1
+
+
+def test_dropped_messages_are_a_warning_in_the_next_diagnostics_only(drive, rfrfr):
+    arrays = []
+
+    def told():
+        """Level, message and how many setpoints were dropped in all."""
+        entry = next(status for status in arrays[-1].status if status.name == "/cpr_node: node")
+        values = {value.key: value.value for value in entry.values}
+        return entry.level, entry.message, int(values.get("dropped ~/motor_setpoint", 0))
+
+    subscription = rfrfr.client.node.create_subscription(
+        DiagnosticArray, "/diagnostics", arrays.append, 100
+    )
+    rfrfr.client.spin_until(lambda: arrays and told()[0] == DiagnosticStatus.OK)
+    count = told()[2]
+    drive.send_motors(math.nan, 0.5)
+    rfrfr.client.spin_until(lambda: told()[0] == DiagnosticStatus.WARN)
+    assert told()[1:] == (
+        "active; messages dropped since the last diagnostics: 1 of ~/motor_setpoint",
+        count + 1,
+    )
+    rfrfr.client.spin_until(lambda: told()[0] == DiagnosticStatus.OK)
+    assert told()[1:] == ("active", count + 1)
+    rfrfr.client.node.destroy_subscription(subscription)
 
 
 def test_leg_markers_follow_the_legs(six_rfs):

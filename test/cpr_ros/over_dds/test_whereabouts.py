@@ -12,7 +12,7 @@ import pytest
 from cpr_msgs.srv import SolveForward
 from helpers.node_process import Client, NodeProcess, free_domain
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -239,3 +239,45 @@ def test_the_state_of_another_robot_is_left_aside_with_a_word(bench):
     bench.until_at([2.7, 0.4])
     assert np.abs(bench.commands[0] - HOME).max() <= STEP * (1.0 + 2e-5)
     assert bench.longest_step() <= 1.0 + 2e-5
+
+
+def test_a_measurement_that_comes_late_places_a_robot_that_has_not_moved(bench):
+    """Its publisher was discovered after the node was active, or started later."""
+    bench.start()
+    assert "nothing is known of where the robot is" in bench.process.output()
+    bench.measure([3.2, -0.1])
+    bench.client.spin_until(lambda: "where it is measured" in bench.process.output())
+    bench.until_heard()
+    assert all(np.array_equal(command, [3.2, -0.1]) for command in bench.commands)
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    bench.send(3.0, 0.1)
+    bench.until_at([3.0, 0.1])
+    bench.spin(0.5)
+    np.testing.assert_array_equal(bench.commands[-1], [3.0, 0.1])  # placed once, not again
+    assert bench.process.output().count("where it is measured") == 1
+    assert bench.longest_step() <= 1.0 + 2e-5
+
+
+def test_a_late_measurement_that_nothing_explains_makes_the_node_inactive(bench):
+    bench.start()
+    bench.measure([20.0, 0.55])
+    bench.client.spin_until(
+        lambda: "deactivated: the robot is measured at motors (20, 0.55)" in bench.process.output(),
+        timeout=60.0,
+    )
+    state = bench.client.call(GetState, "/cpr_node/get_state", GetState.Request())
+    assert state.current_state.label == "inactive"
+    assert not bench.commands
+
+
+def test_a_robot_that_moves_is_not_placed_by_a_measurement(bench):
+    bench.start()
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    bench.send(2.7, 0.4)
+    bench.until_at([2.7, 0.4])
+    bench.measure([3.2, -0.1])
+    node = bench.client.node
+    bench.client.spin_until(lambda: node.count_subscribers("/measured_joint_states") > 0)
+    bench.until_heard(2)
+    assert "where it is measured" not in bench.process.output()
+    np.testing.assert_array_equal(bench.commands[-1], [2.7, 0.4])

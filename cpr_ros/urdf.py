@@ -1,0 +1,211 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The robot as URDF: base, platform and motors, for RobotModel in rviz and robot_state_publisher.
+
+URDF knows trees of rigid links only. What motors move from the base on is one: motors, cranks and
+carriages, up to the first passive joint or rod of a leg. The platform hangs on no such tree: it is a
+child of the base by a floating joint, whose transform the node sends. Rods are shown by markers.
+"""
+
+from __future__ import annotations
+
+import math
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core import Robot
+from cpr_core.description.chain import ChainJoint, ChainRod, Turn
+from cpr_core.description.leg_description import LegDescription
+from cpr_core.description.motors import MotorLimits
+from cpr_core.lie import roll_pitch_yaw
+
+__all__ = ["robot_urdf"]
+
+Floats = NDArray[np.float64]
+
+#: For limits that URDF wants and the motor does not have [rad or m, their rates, N m or N].
+_UNLIMITED = 1e6
+#: Radius of what is drawn, in mean rod lengths.
+_THICKNESS = 0.01
+
+
+def robot_urdf(robot: Robot, base: str, platform: str) -> str:
+    """The description of a robot as URDF.
+
+    The position of a joint with the name of a motor is that of the motor in ``joint_states``. Further
+    joints that the same motor moves, and those with a ratio, follow it by ``mimic``. Motors behind a
+    passive joint or a rod are left out: where they are depends on the equilibrium.
+
+    Args:
+        robot: The robot.
+        base: Name of the frame fixed in space.
+        platform: Name of the frame of the platform.
+    """
+    return _Writer(robot, base, platform).text()
+
+
+class _Writer:
+    """Writes one robot."""
+
+    def __init__(self, robot: Robot, base: str, platform: str) -> None:
+        self._robot, self._base = robot, base
+        self._radius = _THICKNESS * robot.mean_length
+        self._limits = {motor.name: motor.limits for motor in robot.description.motors}
+        self._moved: set[str] = set()  # motors that have their joint
+        self._root = Element("robot", name=robot.description.name)
+        SubElement(self._root, "link", name=base)
+        self._add_platform(platform)
+        for leg in robot.description.legs:
+            self._add_leg(leg)
+
+    def text(self) -> str:
+        ElementTree.indent(self._root)
+        declaration = '<?xml version="1.0"?>\n'
+        return f"{declaration}{ElementTree.tostring(self._root, encoding='unicode')}\n"
+
+    def _add_platform(self, name: str) -> None:
+        link = SubElement(self._root, "link", name=name)
+        for leg in self._robot.description.legs:
+            self._draw_bar(link, np.array(leg.joint.position))
+        joint = self._joint(f"{self._base}_to_{name}", "floating", self._base, name)
+        SubElement(joint, "origin", xyz="0 0 0", rpy="0 0 0")
+
+    def _add_leg(self, leg: LegDescription) -> None:
+        """What of a leg the motors alone move."""
+        parent, rotation, position = self._base, leg.base_rotation, leg.base_position
+        for number, element in enumerate(leg.chain):
+            if isinstance(element, ChainJoint) and element.motor is not None:
+                # With its zero the joint is where it is with the motor at zero; the motor turns it on.
+                rotation, position = element.behind(rotation, position, 0.0)
+                child = f"{leg.name}.{number + 1}"
+                kind = "revolute" if isinstance(element, Turn) else "prismatic"
+                self._add_motor(
+                    element.motor,
+                    kind,
+                    parent,
+                    child,
+                    rotation,
+                    position,
+                    element.axis,
+                    element.ratio,
+                )
+                parent, rotation, position = child, np.eye(3), np.zeros(3)
+            elif isinstance(element, ChainRod) and element.motor is not None:
+                child = f"{leg.name}.{number + 1}"
+                self._add_motor(
+                    element.motor, "prismatic", parent, child, rotation, position, (1.0, 0.0, 0.0)
+                )
+                return
+            elif isinstance(element, ChainJoint | ChainRod):
+                return
+            else:
+                before = position
+                rotation, position = element.behind(rotation, position, 0.0)
+                if parent != self._base:
+                    link = next(one for one in self._root.iter("link") if one.get("name") == parent)
+                    self._draw_bar(link, position, before)
+
+    def _add_motor(
+        self,
+        motor: str,
+        kind: str,
+        parent: str,
+        child: str,
+        rotation: Floats,
+        position: Floats,
+        axis: tuple[float, float, float],
+        ratio: float = 1.0,
+    ) -> None:
+        """A joint that a motor moves; the first one that goes with it has its name."""
+        own = motor not in self._moved and ratio == 1.0
+        if motor not in self._moved and not own:  # the motor itself, for others to follow
+            shaft = f"{child}.motor"
+            SubElement(self._root, "link", name=shaft)
+            self._add_joint(motor, kind, parent, shaft, rotation, position, axis, motor, 1.0)
+        self._moved.add(motor)
+        link = SubElement(self._root, "link", name=child)
+        self._draw_motor(link, kind, axis)
+        name = motor if own else f"{child}.joint"
+        joint = self._add_joint(name, kind, parent, child, rotation, position, axis, motor, ratio)
+        if not own:
+            SubElement(joint, "mimic", joint=motor, multiplier=_number(ratio), offset="0")
+
+    def _add_joint(
+        self,
+        name: str,
+        kind: str,
+        parent: str,
+        child: str,
+        rotation: Floats,
+        position: Floats,
+        axis: tuple[float, float, float],
+        motor: str,
+        ratio: float,
+    ) -> Element:
+        limits = self._limits[motor]
+        endless = kind == "revolute" and math.isinf(limits.lower) and math.isinf(limits.upper)
+        joint = self._joint(name, "continuous" if endless else kind, parent, child)
+        angles = roll_pitch_yaw(rotation)
+        SubElement(joint, "origin", xyz=_numbers(position), rpy=_numbers(angles))
+        SubElement(joint, "axis", xyz=_numbers(axis))
+        SubElement(joint, "limit", _limit(limits, ratio, endless))
+        return joint
+
+    def _joint(self, name: str, kind: str, parent: str, child: str) -> Element:
+        joint = SubElement(self._root, "joint", name=name, type=kind)
+        SubElement(joint, "parent", link=parent)
+        SubElement(joint, "child", link=child)
+        return joint
+
+    def _draw_motor(self, link: Element, kind: str, axis: tuple[float, float, float]) -> None:
+        """A drum about its axis, or a block."""
+        visual = SubElement(link, "visual")
+        SubElement(visual, "origin", xyz="0 0 0", rpy=_numbers(_angles_of(np.array(axis))))
+        geometry, size = SubElement(visual, "geometry"), self._radius
+        if kind == "revolute":
+            SubElement(geometry, "cylinder", radius=_number(2.0 * size), length=_number(4.0 * size))
+        else:
+            SubElement(geometry, "box", size=_numbers([3.0 * size, 3.0 * size, 3.0 * size]))
+
+    def _draw_bar(self, link: Element, end: Floats, start: Floats | None = None) -> None:
+        """A bar between two points of a link, if it has a length."""
+        begin = np.zeros(3) if start is None else start
+        way = end - begin
+        length = float(np.linalg.norm(way))
+        if length < 1e-9:
+            return
+        visual = SubElement(link, "visual")
+        middle = 0.5 * (begin + end)
+        SubElement(visual, "origin", xyz=_numbers(middle), rpy=_numbers(_angles_of(way / length)))
+        geometry = SubElement(visual, "geometry")
+        SubElement(geometry, "cylinder", radius=_number(self._radius), length=_number(length))
+
+
+def _limit(limits: MotorLimits, ratio: float, endless: bool) -> dict[str, str]:
+    """Attributes of a limit: of the motor, or of a joint that goes a multiple of its way."""
+    ends = sorted(ratio * end for end in (limits.lower, limits.upper))
+    speed, effort = abs(ratio) * limits.speed, limits.effort / abs(ratio)
+    range_ = {} if endless else {"lower": _finite(ends[0]), "upper": _finite(ends[1])}
+    return range_ | {"effort": _finite(effort), "velocity": _finite(speed)}
+
+
+def _angles_of(direction: Floats) -> Floats:
+    """Roll, pitch, yaw of a frame whose z axis has a direction."""
+    x, y, z = direction.tolist()
+    return np.array([0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)])
+
+
+def _finite(value: float) -> str:
+    return _number(max(-_UNLIMITED, min(_UNLIMITED, value)))
+
+
+def _number(value: float) -> str:
+    return f"{value + 0.0:.12g}"  # no -0
+
+
+def _numbers(values: Floats | tuple[float, ...] | list[float]) -> str:
+    return " ".join(_number(float(value)) for value in values)

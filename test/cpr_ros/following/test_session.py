@@ -1,0 +1,98 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A robot in operation, tick by tick: what it sends to the motors and what it makes of a wrench."""
+
+import numpy as np
+import pytest
+from helpers.drive import PERIOD, SETTINGS, robot
+
+from cpr_core import solve_home
+from cpr_ros.conversions import Frames
+from cpr_ros.goals import MotorGoal
+from cpr_ros.parameter_table import PARAMETERS
+from cpr_ros.parameters import LiveParameters, Parameters
+from cpr_ros.session import Session
+from cpr_ros.supervision import Action, State
+
+FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
+FIXED["characteristic_length"] = None
+LIVE = LiveParameters(SETTINGS, wrench_timeout=0.0, measured_timeout=0.0, time_limit=1.0)
+
+
+class Bench:
+    """A session, its clock, and the commands it gives."""
+
+    def __init__(self, **parameters):
+        self.session = Session(
+            robot("rfrfr"), Frames("base", "platform"), Parameters(**FIXED | parameters), LIVE
+        )
+        self.now, self.commands = 0.0, []
+
+    def push(self, *force):
+        loads = self.session.solver.current.equilibrium.loads
+        self.session.wrench.take(loads.with_(wrench_world=[0, 0, 0, *force]), self.now)
+
+    def tick(self):
+        self.now += PERIOD
+        outcome = self.session.tick(self.now)
+        command = self.session.next_command()
+        self.commands += [] if command is None else [command]
+        return outcome
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+def test_nothing_is_sent_to_motors_of_which_nothing_is_known(bench):
+    for _ in range(5):
+        bench.tick()
+    assert bench.commands == []
+
+
+def test_a_wrench_moves_the_platform_and_sends_nothing(bench):
+    """It was taken for the first motion, and home went out, wherever the motors were."""
+    home = bench.session.solver.current.equilibrium
+    bench.push(0.2, 0.0, 0.0)
+    assert bench.tick().moved
+    there = bench.session.solver.current.equilibrium
+    assert np.abs(there.platform_position - home.platform_position).max() > 1e-4
+    assert bench.commands == []
+    bench.session.follow(MotorGoal(bench.session.robot, home.motors + 0.02), bench.now)
+    while bench.tick().state != State.IDLE:
+        pass
+    assert np.abs(bench.commands[0] - home.motors).max() <= PERIOD * (1.0 + 1e-6)
+    np.testing.assert_array_equal(bench.commands[-1], home.motors + 0.02)
+    sent = len(bench.commands)
+    bench.push(0.1, 0.0, 0.0)
+    assert bench.tick().moved
+    assert len(bench.commands) == sent  # nor at rest where all is known
+
+
+@pytest.mark.parametrize("source", ["setpoint", "measured"])
+def test_a_wrench_that_is_not_borne_is_a_halt_in_every_state(source):
+    bench = Bench(motor_source=source)
+    session, home = bench.session, solve_home(robot("rfrfr"))
+    if source == "measured":
+        session.tracker.take(home.motors, bench.now)
+    else:
+        session.begin_at(home, home.motors + 0.5, 0.0)  # the motors are elsewhere
+        assert bench.tick().state == State.ALIGNING
+    assert bench.tick().verdict.action == Action.NONE
+    bench.push(0.0, -1000.0, 0.0)
+    outcome = bench.tick()
+    assert outcome.state == (State.LOST if source == "measured" else State.ALIGNING)
+    assert (outcome.verdict.action, outcome.verdict.speed_scale) == (Action.HALT, 0.0)
+
+
+def test_a_robot_waits_for_a_measurement_until_it_moves(bench):
+    session = bench.session
+    session.unplaced = True
+    bench.push(0.2, 0.0, 0.0)
+    bench.tick()
+    assert session.unplaced
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    bench.tick()
+    assert not session.unplaced

@@ -1,0 +1,144 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The robot as URDF: a tree that moves as the motors do."""
+
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import yaml
+
+from cpr_core import leg_shapes, load_robot, solve_forward, solve_home
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.lie import rotation_exp, rotation_from_angles
+from cpr_ros.urdf import robot_urdf
+
+KINDS = {"floating", "revolute", "continuous", "prismatic"}
+
+
+class Tree:
+    """What robot_state_publisher makes of a description."""
+
+    def __init__(self, text):
+        root = ElementTree.fromstring(text)
+        assert root.tag == "robot"
+        assert root.get("name")
+        self.links = [link.get("name") for link in root.findall("link")]
+        self.joints = {joint.get("name"): joint for joint in root.findall("joint")}
+        assert len(set(self.links)) == len(self.links)
+        assert len(self.joints) == len(root.findall("joint"))
+        self.parents = {joint.find("child").get("link"): joint for joint in self.joints.values()}
+        assert len(self.parents) == len(self.joints)  # a link has one parent
+        assert {joint.find("parent").get("link") for joint in self.joints.values()} <= {*self.links}
+        assert {joint.get("type") for joint in self.joints.values()} <= KINDS
+        (self.root,) = set(self.links) - set(self.parents)
+
+    def frame(self, link, motors):
+        """Rotation and position in the root."""
+        if link == self.root:
+            return np.eye(3), np.zeros(3)
+        joint = self.parents[link]
+        rotation, position = self.frame(joint.find("parent").get("link"), motors)
+        origin = joint.find("origin")
+        position = position + rotation @ numbers(origin, "xyz")
+        rotation = rotation @ rotation_from_angles(*numbers(origin, "rpy"))
+        mimic, way = joint.find("mimic"), motors.get(joint.get("name"))
+        if mimic is not None:
+            way = float(mimic.get("multiplier")) * motors[mimic.get("joint")]
+            way += float(mimic.get("offset"))
+        axis = numbers(joint.find("axis"), "xyz")
+        if joint.get("type") == "prismatic":
+            return rotation, position + way * rotation @ axis
+        return rotation @ rotation_exp(way * axis), position
+
+
+def numbers(element, name):
+    return np.array([float(word) for word in element.get(name).split()])
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_every_shipped_robot_is_a_tree_with_its_motors(name):
+    robot = load_robot(name)
+    tree = Tree(robot_urdf(robot, "base", "platform"))
+    assert tree.root == "base"
+    platform = tree.parents["platform"]
+    assert (platform.get("type"), platform.find("parent").get("link")) == ("floating", "base")
+    for motor in robot.description.motors:
+        joint = tree.joints[motor.name]
+        limit = joint.find("limit")
+        assert joint.get("type") in (
+            ("prismatic",) if motor.unit == "m" else ("revolute", "continuous")
+        )
+        if joint.get("type") != "continuous":
+            assert float(limit.get("lower")) == pytest.approx(max(motor.limits.lower, -1e6))
+            assert float(limit.get("upper")) == pytest.approx(min(motor.limits.upper, 1e6))
+        assert float(limit.get("velocity")) == pytest.approx(min(motor.limits.speed, 1e6))
+        assert float(limit.get("effort")) == pytest.approx(min(motor.limits.effort, 1e6))
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "delta", "six_rus", "three_prs"])
+def test_motors_are_where_the_robot_has_them_in_any_position(name):
+    """The joints up to the first rod or passive joint, and the cranks between them."""
+    robot = load_robot(name)
+    tree = Tree(robot_urdf(robot, "base", "platform"))
+    home = solve_home(robot)
+    seen = 0
+    for shift in (0.0, 0.05):
+        there = solve_forward(robot, home.motors + shift * robot.motor_units, start=home)
+        motors = dict(zip(robot.motor_names, there.motors, strict=True))
+        for leg, shape in zip(robot.description.legs, leg_shapes(there), strict=True):
+            first = shape.joints[0]
+            assert first.motor is not None
+            rotation, position = tree.frame(f"{leg.name}.1", motors)
+            np.testing.assert_allclose(position, first.position, atol=1e-9)
+            start = leg.chain[0].behind(leg.base_rotation, leg.base_position, motors[first.motor])
+            np.testing.assert_allclose(rotation, start[0], atol=1e-9)
+            seen += 1
+    assert seen == 2 * len(robot.description.legs)
+
+
+def test_a_motor_that_feeds_a_rod_moves_along_it():
+    robot = load_robot("gough_stewart")
+    tree = Tree(robot_urdf(robot, "base", "platform"))
+    leg = robot.description.legs[0]
+    motors = dict.fromkeys(robot.motor_names, 0.3)
+    (child,) = (link for link in tree.links if link.startswith(f"{leg.name}."))
+    _, position = tree.frame(child, motors)
+    expected = leg.base_position + 0.3 * leg.base_rotation[:, 0]
+    np.testing.assert_allclose(position, expected, atol=1e-9)
+
+
+def test_a_joint_with_a_ratio_and_an_offset_follows_its_motor():
+    content = yaml.safe_load(shipped_robots()["delta"].read_text())
+    for modulus in ("young_modulus", "shear_modulus"):
+        content["rod"][modulus] = float(content["rod"][modulus])
+    for leg in content["legs"][:2]:
+        leg["chain"][0] |= {"ratio": -2.0, "offset": 0.1}
+        del leg["chain"][0]["limits"]
+    robot = load_robot(content)
+    tree = Tree(robot_urdf(robot, "base", "platform"))
+    motors = dict.fromkeys(robot.motor_names, 0.2)
+    for leg in robot.description.legs[:2]:
+        rotation, _ = tree.frame(f"{leg.name}.1", motors)
+        expected = leg.base_rotation @ rotation_exp([0.0, 0.1 - 2.0 * 0.2, 0.0])
+        np.testing.assert_allclose(rotation, expected, atol=1e-9)
+
+
+def test_a_motor_behind_a_passive_joint_has_no_place_in_the_tree():
+    content = yaml.safe_load(shipped_robots()["delta"].read_text())
+    for modulus in ("young_modulus", "shear_modulus"):
+        content["rod"][modulus] = float(content["rod"][modulus])
+    hinge = {"joint": "revolute", "axis": [0, 0, 1], "stiffness": 5.0}
+    for leg in content["legs"][:2]:
+        leg["chain"].insert(0, hinge)
+    robot = load_robot(content)
+    tree = Tree(robot_urdf(robot, "base", "platform"))
+    assert "motor1" not in tree.joints
+    assert {"motor2", "motor3"} <= set(tree.joints)
+
+
+def test_frames_have_the_names_that_were_asked_for():
+    tree = Tree(robot_urdf(load_robot("rfrfr"), "table", "hand"))
+    assert tree.root == "table"
+    assert "hand" in tree.parents

@@ -1,0 +1,272 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The action that says when the robot is there, or why not."""
+
+import math
+
+import numpy as np
+import pytest
+from action_msgs.msg import GoalStatus
+from cpr_msgs.action import MoveTo
+from cpr_msgs.msg import ErrorCode, StabilityMetrics
+from geometry_msgs.msg import PoseStamped
+from helpers.node_process import TIMEOUT
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rclpy.action import ActionClient
+from sensor_msgs.msg import JointState
+
+import cpr_core
+
+HOME = [2.59, 0.55]
+SUCCEEDED, ABORTED, CANCELED = (
+    GoalStatus.STATUS_SUCCEEDED,
+    GoalStatus.STATUS_ABORTED,
+    GoalStatus.STATUS_CANCELED,
+)
+
+
+class MoveClient:
+    """Goals out, feedback and results in."""
+
+    def __init__(self, client):
+        self.client, self.feedback = client, []
+        self._action = ActionClient(client.node, MoveTo, "/cpr_node/move_to")
+        assert self._action.wait_for_server(TIMEOUT)
+
+    def send(self, **fields):
+        """A goal that is on its way."""
+        self.feedback = []
+        goal = MoveTo.Goal(**({"patience": 1.0} | fields))
+        sent = self._action.send_goal_async(
+            goal, feedback_callback=lambda message: self.feedback.append(message.feedback)
+        )
+        self.client.spin_until(sent.done)
+        assert sent.result().accepted
+        return sent.result()
+
+    def result(self, handle):
+        answer = handle.get_result_async()
+        self.client.spin_until(answer.done)
+        return answer.result().status, answer.result().result
+
+    def move(self, **fields):
+        return self.result(self.send(**fields))
+
+    def cancel(self, handle):
+        answer = handle.cancel_goal_async()
+        self.client.spin_until(answer.done)
+        return len(answer.result().goals_canceling)
+
+    def close(self):
+        self._action.destroy()
+
+
+@pytest.fixture
+def moves(drive):
+    client = MoveClient(drive.client)
+    yield client
+    client.close()
+
+
+def motors(*positions, names=("motor1", "motor2")):
+    state = JointState(name=list(names), position=[float(value) for value in positions])
+    return {"given": MoveTo.Goal.GIVEN_MOTORS, "motors": state}
+
+
+def platform(x, y, **parts):
+    pose = PoseStamped()
+    pose.pose.position.x, pose.pose.position.y = float(x), float(y)
+    pose.header.frame_id = parts.get("frame", "")
+    return {"given": MoveTo.Goal.GIVEN_POSE, "platform": pose}
+
+
+def slowly(drive, speed=0.5):
+    assert drive.set_parameters(max_speed=speed).successful
+
+
+@pytest.fixture
+def slow(drive):
+    """A robot that is on its way long enough to be met there."""
+    slowly(drive)
+    yield drive
+    slowly(drive, 4.0)
+
+
+def test_motors_and_poses_are_reached_and_said_to_be(drive, moves):
+    status, result = moves.move(**motors(2.9, 0.2))
+    assert (status, result.error_code.val) == (SUCCEEDED, ErrorCode.SUCCESS)
+    assert result.error_code.message == ""
+    assert result.remaining == 0.0
+    np.testing.assert_array_equal(result.reached.motors.position, [2.9, 0.2])
+    there = cpr_core.solve_forward(cpr_core.load_robot("rfrfr"), [2.9, 0.2])
+    assert result.reached.margin == pytest.approx(there.margin, rel=1e-6)
+    np.testing.assert_array_equal(drive.motors, [2.9, 0.2])
+    # Motors that are not named stay where they are.
+    status, result = moves.move(**motors(0.4, names=["motor2"]))
+    assert status == SUCCEEDED
+    np.testing.assert_array_equal(result.reached.motors.position, [2.9, 0.4])
+    status, result = moves.move(**platform(0.1, 0.7))
+    assert status == SUCCEEDED
+    point = result.reached.platform_in_base.position
+    np.testing.assert_allclose([point.x, point.y], [0.1, 0.7], atol=1e-8)
+    # There already.
+    status, result = moves.move(**platform(0.1, 0.7))
+    assert (status, result.remaining) == (SUCCEEDED, 0.0)
+
+
+def test_feedback_tells_of_the_way(slow, moves):
+    status, _ = moves.move(**motors(3.09, 0.05))
+    assert status == SUCCEEDED
+    remaining = [one.remaining for one in moves.feedback]
+    assert len(remaining) > 5
+    assert remaining == sorted(remaining, reverse=True)
+    assert 0.0 < remaining[-1] < remaining[0] <= 0.5
+    assert all(one.margin > 0.2 for one in moves.feedback)
+    assert all(one.action == StabilityMetrics.ACTION_NONE for one in moves.feedback)
+    assert all(one.speed_scale == 1.0 for one in moves.feedback)
+    assert {one.status_text for one in moves.feedback} == {"stable"}
+
+
+def test_a_goal_is_not_stale_when_setpoints_would_be(slow, moves):
+    assert slow.set_parameters(setpoint_timeout=0.05).successful
+    try:
+        status, result = moves.move(**motors(2.79, 0.35))
+    finally:
+        assert slow.set_parameters(setpoint_timeout=0.0).successful
+    assert status == SUCCEEDED, result.error_code.message
+
+
+def test_a_goal_behind_an_instability_is_given_up_with_the_reason(drive, moves):
+    status, result = moves.move(**platform(0.0, -0.2), patience=0.2)
+    assert (status, result.error_code.val) == (ABORTED, ErrorCode.CONTROL_FAILED)
+    assert result.error_code.message.startswith("halted for 0.2 s: halted: the next margin, ")
+    assert result.reached.index_locked == 0
+    assert 0.05 <= result.reached.margin < 0.06
+    assert result.remaining > 0.2
+    assert moves.feedback[-1].action == StabilityMetrics.ACTION_HALT
+    assert moves.feedback[-1].speed_scale == 0.0
+    # It holds, and forgets where it was to go.
+    drive.until_state(StabilityMetrics.STATE_IDLE)
+
+
+def test_a_cancelled_goal_holds_the_robot(slow, moves):
+    handle = moves.send(**motors(3.5, -0.4))
+    moves.client.spin_until(lambda: len(moves.feedback) > 2)
+    assert moves.cancel(handle) == 1
+    status, result = moves.result(handle)
+    assert (status, result.error_code.val) == (CANCELED, ErrorCode.PREEMPTED)
+    held = np.array(result.reached.motors.position)
+    assert 0.0 < result.remaining == pytest.approx(np.abs(held - [3.5, -0.4]).max())
+    slow.until_state(StabilityMetrics.STATE_IDLE)
+    slow.until(lambda: len(slow.all(JointState)) > 20)
+    assert all(np.array_equal(state.position, held) for state in slow.all(JointState))
+    assert moves.cancel(handle) == 0
+
+
+@pytest.mark.parametrize(
+    ("what", "words"),
+    [
+        ("goal", "another goal"),
+        ("setpoint", "newer motion"),
+        ("pause", "paused"),
+        ("reset", "goes home"),
+    ],
+)
+def test_the_newest_motion_counts(slow, moves, what, words):
+    handle = moves.send(**motors(3.5, -0.4))
+    moves.client.spin_until(lambda: bool(moves.feedback))
+    newer = None
+    if what == "goal":
+        newer = moves.send(**motors(2.6, 0.5))
+    elif what == "setpoint":
+        slow.send_motors(2.6, 0.5)
+    elif what == "pause":
+        assert slow.pause(True).success
+    else:
+        assert slow.reset().success
+    status, result = moves.result(handle)
+    assert (status, result.error_code.val) == (ABORTED, ErrorCode.PREEMPTED)
+    assert words in result.error_code.message
+    if newer is not None:
+        assert moves.result(newer)[0] == SUCCEEDED
+    elif what == "setpoint":
+        slow.until(lambda: np.array_equal(slow.motors, [2.6, 0.5]))
+    elif what == "pause":
+        slow.until_state(StabilityMetrics.STATE_PAUSED)
+        status, result = moves.move(**motors(2.6, 0.5))
+        assert (status, result.error_code.val) == (ABORTED, ErrorCode.NOT_READY)
+        assert "paused" in result.error_code.message
+        assert slow.pause(False).success
+    else:
+        status, result = moves.move(**motors(2.6, 0.5))
+        assert (status, result.error_code.val) == (ABORTED, ErrorCode.NOT_READY)
+        assert "on its way home" in result.error_code.message
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "words"),
+    [
+        (motors(math.nan, 0.5), ErrorCode.NON_FINITE_INPUT, "motors.position"),
+        (motors(2.6, 0.5, names=["motor1", "x"]), ErrorCode.INVALID_ROBOT_STATE, "motors.name"),
+        (motors(2.6), ErrorCode.INVALID_ROBOT_STATE, "motors.position"),
+        (motors(names=[]), ErrorCode.INVALID_ROBOT_STATE, "motors.name"),
+        (platform(math.inf, 0.5), ErrorCode.NON_FINITE_INPUT, "platform.pose.position"),
+        (platform(0.0, 0.5, frame="x"), ErrorCode.FRAME_TRANSFORM_FAILURE, "platform.header"),
+        ({"given": 7}, ErrorCode.INVALID_ROBOT_STATE, "GIVEN_MOTORS"),
+        (motors(2.6, 0.5) | {"patience": -1.0}, ErrorCode.INVALID_ROBOT_STATE, "patience"),
+        (motors(2.6, 0.5) | {"patience": math.nan}, ErrorCode.NON_FINITE_INPUT, "patience"),
+    ],
+)
+def test_goals_that_are_none_get_the_codes_of_services(drive, moves, fields, code, words):
+    status, result = moves.move(**fields)
+    assert (status, result.error_code.val) == (ABORTED, code), result.error_code.message
+    assert words in result.error_code.message
+    np.testing.assert_array_equal(result.reached.motors.position, HOME)
+    assert math.isnan(result.remaining)
+
+
+def test_a_refused_goal_leaves_the_one_on_its_way_alone(slow, moves):
+    handle = moves.send(**motors(2.79, 0.35))
+    assert moves.move(**motors(math.nan, 0.5))[0] == ABORTED
+    assert moves.result(handle)[0] == SUCCEEDED
+
+
+def test_quaternions_and_ranges_are_looked_at(planar_body):
+    """This one controls its angle, and its motors have a range."""
+    moves = MoveClient(planar_body.client)
+    turned = platform(0.0, 0.0)
+    turned["platform"].pose.orientation.w = 0.5
+    beyond = motors(1.6, names=["motor2"])
+    try:
+        for fields, code, words in (
+            (turned, ErrorCode.INVALID_QUATERNION, "platform.pose.orientation"),
+            (beyond, ErrorCode.MOTOR_LIMIT, "motors.position: motor2"),
+        ):
+            status, result = moves.move(**fields)
+            assert (status, result.error_code.val) == (ABORTED, code)
+            assert words in result.error_code.message
+    finally:
+        moves.close()
+
+
+def test_a_node_that_is_deactivated_ends_its_goal(rfrfr, slow, moves):
+    def change(transition):
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return rfrfr.client.call(ChangeState, "/cpr_node/change_state", request).success
+
+    handle = moves.send(**motors(3.5, -0.4))
+    moves.client.spin_until(lambda: bool(moves.feedback))
+    assert change(Transition.TRANSITION_DEACTIVATE)
+    try:
+        status, result = moves.result(handle)
+        assert (status, result.error_code.val) == (ABORTED, ErrorCode.NOT_READY)
+        assert "deactivated" in result.error_code.message
+        assert len(result.reached.motors.position) == 2
+        status, result = moves.move(**motors(2.6, 0.5))
+        assert (status, result.error_code.val) == (ABORTED, ErrorCode.NOT_READY)
+        assert result.reached.index_locked == -1
+        assert "inactive: holds and is silent" in rfrfr.process.output()
+    finally:
+        assert change(Transition.TRANSITION_ACTIVATE)
