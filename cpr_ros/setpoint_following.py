@@ -23,6 +23,7 @@ from .assessment import MEASURES, Assessment, Thresholds
 from .goals import Goal, MotorGoal, PoseGoal, motor_steps
 from .steps import attempt, change_between, falls
 from .supervision import Action, Refusal, State, Verdict, verdict
+from .trajectory_goal import TrajectoryGoal
 from .watchdog import Watchdog
 
 __all__ = ["Outcome", "SetpointFollower", "Settings"]
@@ -67,6 +68,7 @@ class Outcome:
         state: What the node does.
         verdict: What a supervisor is told.
         home_missed: Whether a return ended at the motors of home, but in another equilibrium.
+        refusal: Why the robot is halted, if it is.
     """
 
     assessment: Assessment
@@ -74,6 +76,7 @@ class Outcome:
     state: State
     verdict: Verdict
     home_missed: bool = False
+    refusal: Refusal | None = None
 
 
 class SetpointFollower:
@@ -175,8 +178,9 @@ class SetpointFollower:
                 state = State.RETURNING if self._returning else State.FOLLOWING
                 if burden or self._refusal:
                     state = State.HALTED
-        told = self.judge(borne, burden or self._refusal, stale=state == State.STALE)
-        return Outcome(borne, moved, state, told, home_missed)
+        refusal = burden or self._refusal
+        told = self.judge(borne, refusal, stale=state == State.STALE)
+        return Outcome(borne, moved, state, told, home_missed, refusal)
 
     def judge(
         self, current: Assessment, refusal: Refusal | None = None, *, stale: bool = False
@@ -232,6 +236,8 @@ class SetpointFollower:
             ):
                 self._reach = min(1.0, 2.0 * self._reach)
                 self._refusal = None
+                if isinstance(goal, TrajectoryGoal):
+                    goal.accept()
                 return ahead
             # It was not known that this way leads to a threshold: the same again, slower.
         return current
@@ -239,6 +245,8 @@ class SetpointFollower:
     def _step(self, current: Assessment, goal: Goal, factor: float) -> Assessment | Refusal:
         """Solve where the motors are after a tick at a fraction of their speed."""
         start = current.equilibrium
+        if isinstance(goal, TrajectoryGoal):
+            return attempt(current, goal.aim(start, factor, self._motor_steps()), 1.0, start.loads)
         if isinstance(goal, MotorGoal):
             ways = np.abs(goal.motors - start.motors) / self._motor_steps()
             return attempt(current, goal, _whole(factor / float(ways.max())), start.loads)
