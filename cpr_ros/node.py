@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import rclpy
+from cpr_msgs.msg import ErrorCode
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
@@ -19,6 +20,7 @@ from rclpy.parameter import Parameter
 from cpr_core import CprError, load_robot
 
 from .inputs import Inputs
+from .joint_trajectory_action import FollowJointTrajectoryDialect
 from .map_action import MapAction
 from .node_arguments import closest
 from .outputs import Outputs
@@ -26,6 +28,7 @@ from .parameters import LiveParameters, declare, live_parameters, live_problem, 
 from .requests import Requests
 from .session import Session
 from .stop_signal import StopSignal
+from .trajectory_action import FollowTrajectoryDialect, TrajectoryAction
 from .transforms import Transforms
 from .warming import warm_up
 from .whereabouts import Whereabouts
@@ -191,6 +194,8 @@ class CprNode(LifecycleNode):
         self.get_logger().info("ready")
 
     def _deactivate(self) -> None:
+        if self._session is not None:
+            self._session.trajectories.stop(ErrorCode.NOT_READY, "the node was deactivated")
         self._active = False
         for timer in self._ticks:
             self.destroy_timer(timer)
@@ -214,6 +219,11 @@ class CprNode(LifecycleNode):
             self.inputs = Inputs(self, self.transforms.frames, self.active_session, time.monotonic)
             self.requests = Requests(self, self.transforms.frames, self.active_session)
             self.maps = MapAction(self, self.active_session)
+            TrajectoryAction(
+                self, self.active_session, FollowTrajectoryDialect(self.transforms.frames)
+            )
+            if FollowJointTrajectoryDialect.kind is not None:
+                TrajectoryAction(self, self.active_session, FollowJointTrajectoryDialect())
 
     def _tick(self) -> None:
         session, now = self._required_session(), time.monotonic()

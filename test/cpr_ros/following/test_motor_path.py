@@ -29,7 +29,7 @@ def paths(draw, kinds=KINDS):
     return MotorPath.through(times, *carried), times, carried
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(paths())
 def test_points_are_met_in_all_they_carry(given_path):
     path, times, carried = given_path
@@ -44,7 +44,7 @@ def test_points_are_met_in_all_they_carry(given_path):
     np.testing.assert_array_equal(path.positions([path.end + 1.0])[0], carried[0][-1])
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(paths())
 def test_what_points_carry_is_continuous(given_path):
     path, times, carried = given_path
@@ -55,7 +55,7 @@ def test_what_points_carry_is_continuous(given_path):
             np.testing.assert_allclose(before[order], after[order], atol=1e-6 * size)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(paths(), st.floats(0.0, 1.0))
 def test_derivatives_are_those_of_the_positions(given_path, part):
     path, _, _ = given_path
@@ -73,18 +73,18 @@ def test_derivatives_are_those_of_the_positions(given_path, part):
     np.testing.assert_allclose(middle, path.at(time)[0], atol=1e-12 * size)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(paths())
 def test_no_speed_is_above_the_largest_and_one_has_it(given_path):
     path, _, _ = given_path
     found = path.largest_speeds()
     for piece, (first, last) in enumerate(zip(path.breaks[:-1], path.breaks[1:], strict=True)):
-        inside = np.linspace(first, last, 201)[:-1]
+        inside = np.linspace(first, last, 41)[:-1]
         speeds = np.abs([path.at(time)[1] for time in inside]).max(axis=0)
         assert np.all(speeds <= found[piece] * (1.0 + 1e-9) + 1e-9)
         # The turn is found, not only bounded: between samples a speed changes this little.
         bend = np.abs([path.at(time)[2] for time in inside]).max(axis=0)
-        assert np.all(found[piece] <= speeds + bend * (last - first) / 200 * 1.1 + 1e-9)
+        assert np.all(found[piece] <= speeds + bend * (last - first) / 40 * 1.1 + 1e-9)
 
 
 @pytest.mark.parametrize("rest", [1, 2])
@@ -95,7 +95,7 @@ def test_the_speed_from_rest_to_rest_is_known_exactly(rest):
     assert path.largest_speeds()[0, 0] == pytest.approx([1.5, 1.875][rest - 1], rel=1e-9)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(paths(), st.floats(-0.2, 1.2), st.floats(0.01, 1.0), numbers)
 def test_a_part_moved_in_time_is_the_same_motion(given_path, begin, length, moved):
     path, _, _ = given_path
