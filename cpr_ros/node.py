@@ -20,7 +20,6 @@ from rclpy.parameter import Parameter
 from cpr_core import CprError, load_robot
 
 from .inputs import Inputs
-from .joint_trajectory_action import FollowJointTrajectoryDialect
 from .map_action import MapAction
 from .node_arguments import closest
 from .outputs import Outputs
@@ -28,7 +27,7 @@ from .parameters import LiveParameters, declare, live_parameters, live_problem, 
 from .requests import Requests
 from .session import Session
 from .stop_signal import StopSignal
-from .trajectory_action import FollowTrajectoryDialect, TrajectoryAction
+from .trajectory_action import TrajectoryAction, trajectory_actions
 from .transforms import Transforms
 from .warming import warm_up
 from .whereabouts import Whereabouts
@@ -71,6 +70,7 @@ class CprNode(LifecycleNode):
         self.inputs: Inputs | None = None
         self.requests: Requests | None = None
         self.maps: MapAction | None = None
+        self.trajectories: list[TrajectoryAction] = []
         self.add_on_set_parameters_callback(self._on_parameters)
         self._timer(self.parameters.diagnostics_rate, self._publish_diagnostics)
         self._answer_impossible_transitions()
@@ -96,6 +96,8 @@ class CprNode(LifecycleNode):
         """End what the node started, and the node."""
         if self.maps is not None:
             self.maps.close()
+        for action in self.trajectories:
+            action.close()
         super().destroy_node()
         # rclpy leaves it, and what DDS has in shared memory, to the end of Python, which may not come.
         self._state_machine.destroy_when_not_in_use()
@@ -219,11 +221,9 @@ class CprNode(LifecycleNode):
             self.inputs = Inputs(self, self.transforms.frames, self.active_session, time.monotonic)
             self.requests = Requests(self, self.transforms.frames, self.active_session)
             self.maps = MapAction(self, self.active_session)
-            TrajectoryAction(
-                self, self.active_session, FollowTrajectoryDialect(self.transforms.frames)
+            self.trajectories = trajectory_actions(
+                self, self.active_session, self.transforms.frames
             )
-            if FollowJointTrajectoryDialect.kind is not None:
-                TrajectoryAction(self, self.active_session, FollowJointTrajectoryDialect())
 
     def _tick(self) -> None:
         session, now = self._required_session(), time.monotonic()

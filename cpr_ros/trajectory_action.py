@@ -23,26 +23,19 @@ from cpr_core import CprError
 
 from .conversions import Frames, fill_equilibrium
 from .error_codes import RequestError, error_code
+from .joint_trajectory_action import FollowJointTrajectoryDialect
 from .session import Session
 from .trajectory_following import Ending, Motion
 from .trajectory_messages import point_message, seconds_of, tolerances, trajectory_order
 from .trajectory_order import TrajectoryOrder, TrajectoryRefused
 
-__all__ = ["FollowTrajectoryDialect", "TrajectoryAction", "ending_of"]
+__all__ = ["TrajectoryAction", "trajectory_actions"]
 
 #: Rate of feedback [Hz].
 _RATE = 20.0
 
 
-def ending_of(error: Exception) -> Ending:
-    """The end of a trajectory that never began."""
-    code = error_code(error)
-    if isinstance(error, TrajectoryRefused):
-        return Ending(code.val, code.message, error.time, error.measure)
-    return Ending(code.val, code.message)
-
-
-class FollowTrajectoryDialect:
+class _FollowTrajectoryDialect:
     """Goals, feedback and results of ``cpr_msgs/action/FollowTrajectory``."""
 
     kind, name = FollowTrajectory, "~/follow_trajectory"
@@ -126,6 +119,10 @@ class TrajectoryAction:
             cancel_callback=self._cancel,
         )
 
+    def close(self) -> None:
+        """Offer it no longer."""
+        self._server.destroy()
+
     def _begin(self, handle: ServerGoalHandle) -> None:
         handle._update_state(GoalEvent.EXECUTE)  # as in MapAction: the result comes later
         ended = False
@@ -148,7 +145,7 @@ class TrajectoryAction:
         except Exception as error:
             if not isinstance(error, CprError):
                 self._node.get_logger().error(traceback.format_exc())
-            self._finish(handle, ending_of(error))
+            self._finish(handle, _ending_of(error))
             return
         if motion is not None and not ended:
             self._motions[handle] = motion
@@ -219,3 +216,21 @@ class TrajectoryAction:
             self._server.notify_execute(handle, finished)
         except Exception:
             self._node.get_logger().error(traceback.format_exc())
+
+
+def trajectory_actions(
+    node: Node, session: Callable[[], Session | None], frames: Frames
+) -> list[TrajectoryAction]:
+    """Offer every action whose messages are installed."""
+    dialects: list[Any] = [_FollowTrajectoryDialect(frames), FollowJointTrajectoryDialect()]
+    return [
+        TrajectoryAction(node, session, dialect) for dialect in dialects if dialect.kind is not None
+    ]
+
+
+def _ending_of(error: Exception) -> Ending:
+    """The end of a trajectory that never began."""
+    code = error_code(error)
+    if isinstance(error, TrajectoryRefused):
+        return Ending(code.val, code.message, error.time, error.measure)
+    return Ending(code.val, code.message)

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import CprError, Equilibrium, trace_through
+from cpr_core import CprError, Equilibrium, Trace, trace_through
 
 from .assessment import Assessment, Thresholds
 from .motor_path import MotorPath
@@ -103,34 +103,36 @@ class TrajectoryPlan:
         Raises:
             TrajectoryRefused: The robot must not follow it.
         """
-        last, begin = self._start, self.path.begin
-        for first in range(0, len(self._times), _STRIDE):
+        last, begin, first = self._start, self.path.begin, 0
+        while first < len(self._times):
             times = self._times[first : first + _STRIDE]
             found = self._traced(last.equilibrium, times)
-            self._check_indices(last.index, found, times)
-            if self._of_motors:
-                self._check_motors(last, found, times)
-            stride = [last, *map(self._assessed, found)]
-            self._check_between(stride, np.concatenate([[begin], times]), 0, len(times))
-            last, begin = stride[-1], float(times[-1])
+            stopped, equilibria = found.stopped, list(found.equilibria)
+            if equilibria:
+                self._check_indices(last.index, equilibria, times)
+                if self._of_motors:
+                    self._check_motors(last, equilibria, times)
+                stride = [last, *map(self._assessed, equilibria)]
+                self._check_between(stride, np.concatenate([[begin], times]), 0, len(stride) - 1)
+                last, begin = stride[-1], float(times[len(stride) - 2])
+            first += len(equilibria)
+            if stopped is not None and not (stopped.kind == "time_limit" and equilibria):
+                at = float(self._times[first])
+                measure = _EVENTS.get(stopped.kind, "not_converged")
+                raise TrajectoryRefused(at, measure, f"at {at:.3f} s: {stopped.message}")
             yield True
 
     def _assessed(self, equilibrium: Equilibrium) -> Assessment:
         return Assessment(equilibrium, self._start.characteristic_length)
 
-    def _traced(self, start: Equilibrium, times: Floats) -> Sequence[Equilibrium]:
-        found = trace_through(
+    def _traced(self, start: Equilibrium, times: Floats) -> Trace:
+        return trace_through(
             start.robot,
             motors=self.path.positions(times),
             start=start,
             singularities=False,
             time_limit=_LONGEST,
         )
-        if found.stopped is not None:
-            at = float(times[min(len(found.equilibria), len(times) - 1)])
-            text = f"at {at:.3f} s: {found.stopped.message}"
-            raise TrajectoryRefused(at, _EVENTS.get(found.stopped.kind, "not_converged"), text)
-        return list(found.equilibria)
 
     def _check_indices(self, before: int, found: Sequence[Equilibrium], times: Floats) -> None:
         indices = [before, *(equilibrium.index_locked for equilibrium in found)]
