@@ -25,6 +25,7 @@ ROS_WHEELS = [
     "ros-sensor-msgs==5.3.6",
     "ros-std-msgs==5.3.6",
     "ros-std-srvs==5.3.6",
+    "ros-trajectory-msgs==5.3.6",
     "ros-visualization-msgs==5.3.6",
 ]
 

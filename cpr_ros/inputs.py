@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from cpr_msgs.msg import ErrorCode
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from numpy.typing import NDArray
 from rclpy.node import Node
@@ -19,6 +20,7 @@ from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from rclpy.wait_for_message import wait_for_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import JointTrajectory
 
 from cpr_core import CprError, Robot
 from cpr_core.validation import checked_vector
@@ -32,6 +34,8 @@ from .dropped_messages import DroppedMessages
 from .goals import MotorGoal, PoseGoal
 from .motor_messages import measured_motors, motor_setpoint
 from .session import Session
+from .trajectory_following import Ending
+from .trajectory_messages import trajectory_order
 
 __all__ = ["MEASURED", "Inputs", "newest_measured"]
 
@@ -97,6 +101,7 @@ class Inputs:
             (JointState, "~/motor_setpoint", self._motor_setpoint, SOME),
             (Float64MultiArray, "~/commands", self._commands, NEWEST),
             (PoseStamped, "~/platform_setpoint", self._platform_setpoint, NEWEST),
+            (JointTrajectory, "~/joint_trajectory", self._joint_trajectory, NEWEST),
             (WrenchStamped, "~/external_wrench", self._external_wrench, qos_profile_sensor_data),
             (JointState, MEASURED, self._measured, qos_profile_sensor_data),
         ):
@@ -141,6 +146,21 @@ class Inputs:
     def _platform_setpoint(self, session: Session, message: PoseStamped, now: float) -> None:
         pose = pose_from_message(session.robot, message, [], self._frames)
         session.follow(PoseGoal(session.robot, pose), now)
+
+    def _joint_trajectory(self, session: Session, message: JointTrajectory, now: float) -> None:
+        order = trajectory_order(session.robot, message, self._node.get_clock().now().to_msg())
+        session.follow_trajectory(order, now, self._trajectory_ended)
+
+    def _trajectory_ended(self, ending: Ending) -> None:
+        logger = self._node.get_logger()
+        if ending.val == ErrorCode.SUCCESS:
+            logger.info(f"~/joint_trajectory: done after {ending.time:.3f} s")
+        elif ending.val == ErrorCode.INVALID_MOTION_PLAN:
+            line = self.dropped.add("~/joint_trajectory", ending.message, self._clock())
+            if line:
+                logger.warning(line)
+        else:
+            logger.warning(f"~/joint_trajectory: {ending.val}: {ending.message}")
 
     def _external_wrench(self, session: Session, message: WrenchStamped, now: float) -> None:
         loads = session.solver.current.equilibrium.loads

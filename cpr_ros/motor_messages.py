@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from cpr_core import InvalidRequest, Robot
 from cpr_core.validation import checked_vector
 
-__all__ = ["measured_motors", "motor_setpoint", "motors_from_joint_state"]
+__all__ = ["check_names", "measured_motors", "motor_setpoint", "motors_from_joint_state"]
 
 Floats = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ def motors_from_joint_state(
         NonFiniteInput: A NaN or an infinity.
     """
     names, expected = list(message.name), list(robot.motor_names)
-    _check_names(names, expected, f"{where}.name", "expected every motor once")
+    check_names(names, expected, f"{where}.name", "expected every motor once")
     by_effort = not message.position
     field = "effort" if by_effort else "position"
     values = message.effort if by_effort else message.position
@@ -61,7 +61,7 @@ def motor_setpoint(robot: Robot, message: JointState, others: Floats, where: str
         NonFiniteInput: A NaN or an infinity.
     """
     names, expected = list(message.name), list(robot.motor_names)
-    _check_names(names, expected, f"{where}name", "expected motors, each once", partial=True)
+    check_names(names, expected, f"{where}name", "expected motors, each once", partial=True)
     values = checked_vector(f"{where}position", message.position, len(names), " ".join(names))
     motors = others.copy()
     motors[[expected.index(name) for name in names]] = values
@@ -77,7 +77,7 @@ def measured_motors(robot: Robot, message: JointState) -> Floats:
     """
     names = list(message.name)
     mine = [name for name in names if name in robot.motor_names]
-    _check_names(mine, list(robot.motor_names), "name", "expected every motor once")
+    check_names(mine, list(robot.motor_names), "name", "expected every motor once")
     if len(message.position) != len(names):
         raise InvalidRequest(
             "position", f"expected {len(names)} numbers, got {len(message.position)}"
@@ -87,10 +87,14 @@ def measured_motors(robot: Robot, message: JointState) -> Floats:
     return checked_vector("position", values, len(values), " ".join(robot.motor_names))
 
 
-def _check_names(
+def check_names(
     names: list[str], expected: list[str], field: str, needed: str, *, partial: bool = False
 ) -> None:
-    """Whether names are names of motors, each once, and all of them unless ``partial``."""
+    """Whether names are names of motors, each once, and all of them unless ``partial``.
+
+    Raises:
+        InvalidRequest: They are not.
+    """
     needed = f"{needed} ({', '.join(expected)})"
     if not names:
         raise InvalidRequest(field, f"{needed}, got no name")

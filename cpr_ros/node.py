@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import rclpy
+from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
@@ -31,6 +32,7 @@ from .requests import Requests
 from .session import Session
 from .stop_signal import Stopped, StopSignal
 from .ticking import Ticking
+from .trajectory_action import TrajectoryAction, trajectory_actions
 from .transforms import Transforms
 from .warming import warm_up
 from .whereabouts import Whereabouts
@@ -80,6 +82,7 @@ class CprNode(LifecycleNode):
         self.maps: MapAction | None = None
         self.moves: MoveAction | None = None
         self._announcements = Announcements()
+        self.trajectories: list[TrajectoryAction] = []
         self.add_on_set_parameters_callback(self._on_parameters)
         self.add_post_set_parameters_callback(self._log_parameters)
         self._timer(self.parameters.diagnostics_rate, self._publish_diagnostics)
@@ -108,6 +111,8 @@ class CprNode(LifecycleNode):
             self.maps.close()
         if self.moves is not None:
             self.moves.close()
+        for action in self.trajectories:
+            action.close()
         super().destroy_node()
         # rclpy leaves it, and what DDS has in shared memory, to the end of Python, which may not come.
         self._state_machine.destroy_when_not_in_use()
@@ -229,6 +234,8 @@ class CprNode(LifecycleNode):
     def _deactivate(self) -> None:
         if self.moves is not None and self._active:
             self.moves.stop("the node was deactivated, the robot holds")
+        if self._session is not None:
+            self._session.trajectories.stop(ErrorCode.NOT_READY, "the node was deactivated")
         self._active = False
         self._ticking.stop()
         for timer in self._timers:
@@ -255,6 +262,7 @@ class CprNode(LifecycleNode):
             self.requests = Requests(self, frames, active)
             self.maps = MapAction(self, active)
             self.moves = MoveAction(self, frames, active)
+            self.trajectories = trajectory_actions(self, active, frames)
 
     def _place(self, motors: NDArray[np.float64]) -> None:
         """Be where the motors, (n,), are measured; where that cannot be, be inactive and say why."""

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
@@ -22,6 +24,8 @@ from .parameters import LiveParameters, Parameters
 from .setpoint_following import Outcome, SetpointFollower
 from .solver import Solver
 from .supervision import State
+from .trajectory_following import Ending, Motion, Trajectories
+from .trajectory_order import TrajectoryOrder
 from .watchdog import Watchdog
 
 __all__ = ["Session"]
@@ -34,6 +38,7 @@ class Session:
         robot: The robot.
         solver: Its current equilibrium and answers about it.
         follower: Setpoint following.
+        trajectories: Timed trajectories, which it follows too.
         tracker: Tracking of measured motors; None if the node moves the motors itself.
         wrench: External wrench.
         commands: Where the motors are sent, if the node moves them.
@@ -52,6 +57,7 @@ class Session:
         """
         self.robot, self.period = robot, 1.0 / parameters.tick_rate
         self.follower = SetpointFollower(robot, self.period, live.settings)
+        self.trajectories = Trajectories(robot, self.follower, self.period)
         self.solver = Solver(
             robot, frames, self.follower, live.time_limit, parameters.characteristic_length
         )
@@ -90,6 +96,8 @@ class Session:
         current, last = self.solver.current, self.outcome
         if last.moved or last.assessment is not current or last.state == State.ALIGNING:
             return False
+        if not self.trajectories.at_rest:
+            return False
         if self.tracker is not None:
             return self.tracker.at_rest and not self.wrench.watchdog.expires
         return (
@@ -101,6 +109,7 @@ class Session:
     def tick(self, now: float) -> Outcome:
         """Move on by one tick."""
         before = self.solver.current
+        self.trajectories.before_tick(before, now)
         loads = self.wrench.loads(before.equilibrium.loads, now)
         if self.tracker is None and not self.commands.there(before.equilibrium.motors):
             borne, burden = self.follower.bear(before, loads)
@@ -112,6 +121,7 @@ class Session:
         self.solver.current = self.outcome.assessment
         moved = self.outcome.assessment.equilibrium.motors - before.equilibrium.motors
         self.velocity = moved / self.period
+        self.trajectories.after_tick(self.outcome, now)
         return self.outcome
 
     def next_command(self) -> NDArray[np.float64] | None:
@@ -149,6 +159,41 @@ class Session:
         Raises:
             RequestError: The node takes none now.
         """
+        self._check_free()
+        self.follower.follow(goal, now, ages=ages)
+
+    def follow_trajectory(
+        self, order: TrajectoryOrder, now: float, told: Callable[[Ending], None]
+    ) -> Motion | None:
+        """Take a timed trajectory; one without points ends every motion, and there is none then.
+
+        Args:
+            order: The trajectory.
+            now: Steady time [s].
+            told: Called with its end, once, perhaps before this returns; must not raise.
+
+        Raises:
+            RequestError: The node takes none now, or it cannot be followed.
+        """
+        self._check_free()
+        if not len(order.times):
+            self.trajectories.stop(ErrorCode.PREEMPTED, "an empty trajectory came: hold")
+            self.follower.drop()
+            told(Ending(ErrorCode.SUCCESS))
+            return None
+        current = self.solver.current
+        if not self.commands.there(current.equilibrium.motors):
+            raise RequestError(
+                ErrorCode.NOT_READY, "the motor commands are on their way to where the robot is"
+            )
+        return self.trajectories.take(order, current, now, told)
+
+    def _check_free(self) -> None:
+        """Whether setpoints and trajectories are taken now.
+
+        Raises:
+            RequestError: They are not.
+        """
         if self.tracker is not None:
             raise RequestError(
                 ErrorCode.NOT_READY, "the node tracks measured motors and takes no setpoints"
@@ -157,7 +202,6 @@ class Session:
             raise RequestError(ErrorCode.NOT_READY, "the node is paused")
         if self.follower.returning:
             raise RequestError(ErrorCode.NOT_READY, "the node is on its way home")
-        self.follower.follow(goal, now, ages=ages)
 
     def pause(self, paused: bool) -> str:
         """Pause or release; says what was done.

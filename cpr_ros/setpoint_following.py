@@ -24,6 +24,8 @@ from .distinct_numbers import distinct
 from .goals import Goal, MotorGoal, PoseGoal, motor_steps
 from .steps import attempt, change_between, falls
 from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict
+from .supervision import Action, Refusal, State, Verdict, verdict
+from .trajectory_goal import TrajectoryGoal
 from .watchdog import Watchdog
 
 __all__ = ["Outcome", "SetpointFollower", "Settings"]
@@ -68,6 +70,7 @@ class Outcome:
         state: What the node does.
         verdict: What a supervisor is told.
         home_missed: Whether a return ended at the motors of home, but in another equilibrium.
+        refusal: Why the robot is halted, if it is.
     """
 
     assessment: Assessment
@@ -75,6 +78,7 @@ class Outcome:
     state: State
     verdict: Verdict
     home_missed: bool = False
+    refusal: Refusal | None = None
 
 
 class SetpointFollower:
@@ -190,8 +194,9 @@ class SetpointFollower:
                 state = State.RETURNING if self._returning else State.FOLLOWING
                 if burden or self._refusal:
                     state = State.HALTED
-        told = self.judge(borne, burden or self._refusal, stale=state == State.STALE)
-        return Outcome(borne, moved, state, told, home_missed)
+        refusal = burden or self._refusal
+        told = self.judge(borne, refusal, stale=state == State.STALE)
+        return Outcome(borne, moved, state, told, home_missed, refusal)
 
     def bear(self, current: Assessment, loads: Loads) -> tuple[Assessment, Refusal | None]:
         """The equilibrium under the loads of now, at the same motors, and why it is another's if so.
@@ -252,6 +257,8 @@ class SetpointFollower:
             ):
                 self._reach = min(1.0, 2.0 * self._reach)
                 self._refusal = None
+                if isinstance(goal, TrajectoryGoal):
+                    goal.accept()
                 return ahead
             # It was not known that this way leads to a threshold: the same again, slower.
         return current
@@ -259,6 +266,8 @@ class SetpointFollower:
     def _step(self, current: Assessment, goal: Goal, factor: float) -> Assessment | Refusal:
         """Solve where the motors are after a tick at a fraction of their speed."""
         start = current.equilibrium
+        if isinstance(goal, TrajectoryGoal):
+            return attempt(current, goal.aim(start, factor, self._motor_steps()), 1.0, start.loads)
         if isinstance(goal, MotorGoal):
             ways = np.abs(goal.motors - start.motors) / self._motor_steps()
             return attempt(current, goal, _whole(factor / float(ways.max())), start.loads)

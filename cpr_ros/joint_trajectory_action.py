@@ -1,0 +1,100 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""``~/follow_joint_trajectory``, where control_msgs is installed; nothing where it is not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from cpr_msgs.msg import ErrorCode
+from numpy.typing import NDArray
+
+from cpr_core import InvalidRequest
+
+from .session import Session
+from .trajectory_following import Ending
+from .trajectory_messages import seconds_of, trajectory_order
+from .trajectory_order import TrajectoryOrder
+
+try:
+    from control_msgs.action import FollowJointTrajectory
+except ImportError:  # not among the wheels
+    FollowJointTrajectory = None
+
+__all__ = ["FollowJointTrajectoryDialect", "joint_error_code", "joint_tolerances"]
+
+_SUCCESSFUL, _INVALID_GOAL, _INVALID_JOINTS, _OLD_STAMP = 0, -1, -2, -3
+_PATH_TOLERANCE, _GOAL_TOLERANCE = -4, -5
+
+
+def joint_error_code(ending: Ending) -> int:
+    """Number of ``FollowJointTrajectory.Result``; it has none of its own for a halt."""
+    if ending.val == ErrorCode.SUCCESS:
+        return _SUCCESSFUL
+    if ending.val == ErrorCode.INVALID_ROBOT_STATE:
+        return _INVALID_JOINTS
+    if ending.measure == "header.stamp":
+        return _OLD_STAMP
+    if ending.val in (ErrorCode.CONTROL_FAILED, ErrorCode.PREEMPTED):
+        late = ending.measure == "goal_time_tolerance"
+        return _GOAL_TOLERANCE if late else _PATH_TOLERANCE
+    return _INVALID_GOAL
+
+
+def joint_tolerances(
+    field: str, given: Sequence[Any], names: Sequence[str]
+) -> NDArray[np.float64] | None:
+    """Positions of ``control_msgs/JointTolerance`` in the order of the names; infinite: any.
+
+    There 0 is the default, which is any here, and a negative number is any.
+
+    Raises:
+        InvalidRequest: A joint that is none of the names, or tolerances of velocities.
+    """
+    found = np.full(len(names), np.inf)
+    for number, tolerance in enumerate(given):
+        if tolerance.name not in names:
+            raise InvalidRequest(f"{field}[{number}].name", f"expected one of {', '.join(names)}")
+        if tolerance.velocity > 0.0 or tolerance.acceleration > 0.0:
+            raise InvalidRequest(f"{field}[{number}]", "expected a tolerance of the position only")
+        if tolerance.position > 0.0:
+            found[list(names).index(tolerance.name)] = tolerance.position
+    return found
+
+
+class FollowJointTrajectoryDialect:
+    """Goals, feedback and results of ``control_msgs/action/FollowJointTrajectory``."""
+
+    kind, name = FollowJointTrajectory, "~/follow_joint_trajectory"
+
+    def order(self, session: Session, goal: Any, now: Any) -> TrajectoryOrder:
+        """What a goal asks for.
+
+        Raises:
+            CprError: It cannot be followed by any robot.
+        """
+        names = list(goal.trajectory.joint_names)
+        return trajectory_order(
+            session.robot,
+            goal.trajectory,
+            now,
+            joint_tolerances("path_tolerance", goal.path_tolerance, names),
+            joint_tolerances("goal_tolerance", goal.goal_tolerance, names),
+            max(0.0, seconds_of(goal.goal_time_tolerance)),
+        )
+
+    def feedback(self, session: Session, names: list[str], header: Any, points: Any) -> Any:
+        """How a trajectory goes on; points are desired, actual and error."""
+        desired, actual, error = points
+        return FollowJointTrajectory.Feedback(
+            header=header, joint_names=names, desired=desired, actual=actual, error=error
+        )
+
+    def result(self, session: Session | None, ending: Ending, stamp: Any) -> Any:
+        """How a trajectory ended."""
+        return FollowJointTrajectory.Result(
+            error_code=joint_error_code(ending), error_string=ending.message
+        )

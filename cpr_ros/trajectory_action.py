@@ -1,0 +1,236 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Timed trajectories from others: a topic, and actions that say how they end."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+from cpr_msgs.action import FollowTrajectory
+from cpr_msgs.msg import Equilibrium as EquilibriumMessage
+from cpr_msgs.msg import ErrorCode
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import GoalEvent, ServerGoalHandle
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from std_msgs.msg import Header
+
+from cpr_core import CprError
+
+from .conversions import Frames, fill_equilibrium
+from .error_codes import RequestError, error_code
+from .joint_trajectory_action import FollowJointTrajectoryDialect
+from .session import Session
+from .trajectory_following import Ending, Motion
+from .trajectory_messages import point_message, seconds_of, tolerances, trajectory_order
+from .trajectory_order import TrajectoryOrder, TrajectoryRefused
+
+__all__ = ["TrajectoryAction", "trajectory_actions"]
+
+#: Rate of feedback [Hz].
+_RATE = 20.0
+
+
+class _FollowTrajectoryDialect:
+    """Goals, feedback and results of ``cpr_msgs/action/FollowTrajectory``."""
+
+    kind, name = FollowTrajectory, "~/follow_trajectory"
+
+    def __init__(self, frames: Frames) -> None:
+        """Give poses in these frames."""
+        self._frames = frames
+
+    def order(self, session: Session, goal: Any, now: Any) -> TrajectoryOrder:
+        """What a goal asks for.
+
+        Raises:
+            CprError: It cannot be followed by any robot.
+        """
+        names = list(goal.trajectory.joint_names)
+        return trajectory_order(
+            session.robot,
+            goal.trajectory,
+            now,
+            tolerances("path_tolerance", goal.path_tolerance, names),
+            tolerances("goal_tolerance", goal.goal_tolerance, names),
+            seconds_of(goal.goal_time_tolerance),
+        )
+
+    def feedback(self, session: Session, names: list[str], header: Any, points: Any) -> Any:
+        """How a trajectory goes on; points are desired, actual and error."""
+        desired, actual, error = points
+        told = session.outcome
+        return FollowTrajectory.Feedback(
+            header=header,
+            time=seconds_of(desired.time_from_start),
+            desired=desired,
+            actual=actual,
+            error=error,
+            margin=told.assessment.margin,
+            action=int(told.verdict.action),
+        )
+
+    def result(self, session: Session | None, ending: Ending, stamp: Any) -> Any:
+        """How a trajectory ended, and where the robot is."""
+        result = FollowTrajectory.Result(
+            error_code=ErrorCode(val=ending.val, message=ending.message),
+            time=ending.time,
+            measure=ending.measure,
+        )
+        if session is None:
+            result.reached = EquilibriumMessage(index_locked=-1, index_free=-1)
+            return result
+        current = session.solver.current
+        fill_equilibrium(
+            result.reached,
+            current.equilibrium,
+            self._frames,
+            stamp,
+            current.solve_time,
+            eigenvalues=True,
+        )
+        return result
+
+
+class TrajectoryAction:
+    """An action that follows trajectories. Every goal gets a result, and the newest counts."""
+
+    def __init__(self, node: Node, session: Callable[[], Session | None], dialect: Any) -> None:
+        """Offer the action.
+
+        Args:
+            node: The node.
+            session: Gives the robot in operation; None while the node is not active.
+            dialect: Its messages.
+        """
+        self._node, self._session, self._dialect = node, session, dialect
+        self._motions: dict[ServerGoalHandle, Motion] = {}
+        self._timer: Any = None
+        self._server = ActionServer(
+            node,
+            dialect.kind,
+            dialect.name,
+            execute_callback=lambda handle: dialect.kind.Result(),  # every goal brings its own
+            handle_accepted_callback=self._begin,
+            cancel_callback=self._cancel,
+        )
+
+    def close(self) -> None:
+        """Offer it no longer."""
+        self._server.destroy()
+
+    def _begin(self, handle: ServerGoalHandle) -> None:
+        handle._update_state(GoalEvent.EXECUTE)  # as in MapAction: the result comes later
+        ended = False
+
+        def told(ending: Ending) -> None:
+            nonlocal ended
+            ended = True
+            self._motions.pop(handle, None)
+            self._finish(handle, ending)
+
+        try:
+            session = self._session()
+            if session is None:
+                raise RequestError(
+                    ErrorCode.NOT_READY, "the node is not active: configure and activate it"
+                )
+            now = self._node.get_clock().now().to_msg()
+            order = self._dialect.order(session, handle.request, now)
+            motion = session.follow_trajectory(order, time.monotonic(), told)
+        except Exception as error:
+            if not isinstance(error, CprError):
+                self._node.get_logger().error(traceback.format_exc())
+            self._finish(handle, _ending_of(error))
+            return
+        if motion is not None and not ended:
+            self._motions[handle] = motion
+            self._report(True)
+
+    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+        motion, session = self._motions.get(handle), self._session()
+        if motion is None or session is None:
+            return CancelResponse.REJECT
+        session.trajectories.cancel(motion)
+        return CancelResponse.ACCEPT
+
+    def _report(self, wanted: bool) -> None:
+        """Give feedback, or give none."""
+        if wanted and self._timer is None:
+            clock = Clock(clock_type=ClockType.STEADY_TIME)
+            self._timer = self._node.create_timer(1.0 / _RATE, self._look, clock=clock)
+        elif not wanted and self._timer is not None:
+            self._node.destroy_timer(self._timer)
+            self._timer = None
+
+    def _look(self) -> None:
+        try:
+            session = self._session()
+            self._report(bool(self._motions))
+            for handle, motion in self._motions.items():
+                if session is not None and motion.goal is not None:
+                    handle.publish_feedback(self._feedback(session, handle, motion))
+        except Exception:
+            self._node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
+
+    def _feedback(self, session: Session, handle: ServerGoalHandle, motion: Motion) -> Any:
+        names, goal = list(handle.request.trajectory.joint_names), motion.goal
+        order = [session.robot.motor_names.index(name) for name in names]
+        assert goal is not None
+        due = goal.due(time.monotonic())
+        wanted = [part[order] for part in goal.path.at(due)]
+        motors = session.solver.current.equilibrium.motors[order]
+        velocity = session.velocity[order]
+        points = (
+            point_message(due, *wanted),
+            point_message(goal.time, motors, velocity),
+            point_message(due, wanted[0] - motors, wanted[1] - velocity),
+        )
+        stamp = self._node.get_clock().now().to_msg()
+        return self._dialect.feedback(session, names, Header(stamp=stamp), points)
+
+    def _finish(self, handle: ServerGoalHandle, ending: Ending) -> None:
+        """Bring a goal to its end; must not raise."""
+        try:
+            stamp = self._node.get_clock().now().to_msg()
+            result = self._dialect.result(self._session(), ending, stamp)
+
+            def finished(handle: ServerGoalHandle) -> Any:
+                if ending.val == ErrorCode.SUCCESS:
+                    handle.succeed()
+                elif handle.is_cancel_requested:
+                    handle.canceled()
+                else:
+                    handle.abort()
+                return result
+
+            logger = self._node.get_logger()
+            if ending.val == ErrorCode.SUCCESS:
+                logger.info(f"trajectory done after {ending.time:.3f} s")
+            else:
+                logger.warning(f"trajectory ended: {ending.val}: {ending.message}")
+            self._server.notify_execute(handle, finished)
+        except Exception:
+            self._node.get_logger().error(traceback.format_exc())
+
+
+def trajectory_actions(
+    node: Node, session: Callable[[], Session | None], frames: Frames
+) -> list[TrajectoryAction]:
+    """Offer every action whose messages are installed."""
+    dialects: list[Any] = [_FollowTrajectoryDialect(frames), FollowJointTrajectoryDialect()]
+    return [
+        TrajectoryAction(node, session, dialect) for dialect in dialects if dialect.kind is not None
+    ]
+
+
+def _ending_of(error: Exception) -> Ending:
+    """The end of a trajectory that never began."""
+    code = error_code(error)
+    if isinstance(error, TrajectoryRefused):
+        return Ending(code.val, code.message, error.time, error.measure)
+    return Ending(code.val, code.message)

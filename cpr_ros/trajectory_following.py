@@ -1,0 +1,281 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Timed trajectories: one that is followed, and one that is being solved to replace it. No ROS here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from cpr_msgs.msg import ErrorCode
+from numpy.typing import NDArray
+
+from cpr_core import Robot
+
+from .assessment import MEASURES, Assessment
+from .goals import motor_steps
+from .motor_path import MotorPath
+from .setpoint_following import Outcome, SetpointFollower
+from .supervision import State
+from .trajectory_goal import TrajectoryGoal
+from .trajectory_order import TrajectoryOrder, TrajectoryRefused, ordered_path
+from .trajectory_plan import TrajectoryPlan
+
+__all__ = ["Ending", "Motion", "Trajectories"]
+
+Floats = NDArray[np.float64]
+
+#: A trajectory may take so long, waiting for its start included [s].
+LONGEST = 600.0
+#: Solving begins at once if nothing moves, and holds up the node for so long at most [s].
+_FIRST_GO = 0.015
+#: Part of a tick that solving takes while other things go on.
+_SHARE = 0.5
+#: Time it takes to solve a tick, until that is known [s].
+_TICK_WORK = 1e-4
+_WATCHED = tuple(name for name in MEASURES if name != "inverse_singularity")
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a trajectory ended.
+
+    Attributes:
+        val: Number of cpr_msgs/ErrorCode.
+        message: For a person; empty with SUCCESS.
+        time: When, since its start [s].
+        measure: What stood against it.
+    """
+
+    val: int
+    message: str = ""
+    time: float = 0.0
+    measure: str = ""
+
+
+@dataclass(eq=False)
+class Motion:
+    """A trajectory from its order to its end.
+
+    Attributes:
+        order: What was ordered.
+        plan: Its path, and equilibria along it.
+        told: Called with its end, once.
+        own_time: Where on its path it would be now, in its own time, before it has begun.
+        join: Until then, in its own time, the path is what the motors did before [s].
+        after: What the follower had as its goal when it came; anything else is newer.
+        goal: What the follower follows; None: it has not begun.
+    """
+
+    order: TrajectoryOrder
+    plan: TrajectoryPlan
+    told: Callable[[Ending], None]
+    own_time: Callable[[float], float]
+    join: float
+    after: object
+    goal: TrajectoryGoal | None = None
+
+
+class Trajectories:
+    """Begins and ends trajectories; in between the follower follows them like any goal.
+
+    Attributes:
+        running: The one that is followed.
+        coming: One that is being solved.
+    """
+
+    def __init__(self, robot: Robot, follower: SetpointFollower, period: float) -> None:
+        """Follow none yet."""
+        self._robot, self._follower, self._period = robot, follower, period
+        self.running: Motion | None = None
+        self.coming: Motion | None = None
+        self._tick_work = _TICK_WORK
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether none is followed and none is being solved."""
+        return self.running is None and self.coming is None
+
+    def take(
+        self,
+        order: TrajectoryOrder,
+        current: Assessment,
+        now: float,
+        told: Callable[[Ending], None],
+    ) -> Motion:
+        """Take an order. A setpoint is forgotten; a trajectory goes on until this one is solved.
+
+        Args:
+            order: The order, with points.
+            current: Where the robot is.
+            now: Steady time [s].
+            told: Called with its end, once, perhaps before this returns; must not raise.
+
+        Raises:
+            TrajectoryRefused: It cannot be followed from here; nothing has changed.
+        """
+        left = order.duration + (order.start_in or 0.0)
+        if left > LONGEST:
+            text = f"expected an end within {LONGEST:g} s from now, got {left:g} s"
+            raise TrajectoryRefused(order.duration, "points", text)
+        before, own_time = self._until_joined(order, current, now)
+        settings = self._follower.settings
+        path = ordered_path(self._robot, order, before, settings.max_speed)
+        plan = TrajectoryPlan(path, current, self._period, settings.thresholds, _WATCHED)
+        self._notice_newer()
+        if self.coming is not None:
+            self._end_coming(Ending(ErrorCode.PREEMPTED, "a newer trajectory came"))
+        if self.running is None:
+            self._follower.drop()
+            plan.advance(_FIRST_GO)
+        motion = Motion(order, plan, told, own_time, before.end, self._follower.goal)
+        self.coming = motion
+        self._begin_if_solved(current, now)
+        return motion
+
+    def cancel(self, motion: Motion) -> None:
+        """End one; the robot holds."""
+        cancelled = Ending(ErrorCode.PREEMPTED, "the trajectory was cancelled", self._time(motion))
+        if motion is self.coming:
+            self._end_coming(cancelled)
+        elif motion is self.running:
+            self._end_running(cancelled)
+
+    def stop(self, val: int, reason: str) -> None:
+        """End all; the robot holds."""
+        if self.coming is not None:
+            self._end_coming(Ending(val, reason))
+        if self.running is not None:
+            self._end_running(Ending(val, reason, self._time(self.running)))
+
+    def before_tick(self, current: Assessment, now: float) -> None:
+        """Go on solving, and begin what is solved."""
+        self._notice_newer()
+        coming = self.coming
+        if coming is not None:
+            late = (
+                self.running is not None and coming.own_time(now) > coming.join - 2 * self._period
+            )
+            coming.plan.advance(math.inf if late else _SHARE * self._period)
+            self._begin_if_solved(current, now)
+        if self.running is not None and self.running.goal is not None:
+            self.running.goal.elapse(now)
+            self._follower.watchdog.feed(now)  # all of it has come already
+
+    def after_tick(self, outcome: Outcome, now: float) -> None:
+        """End what has come to its end."""
+        motion = self.running
+        if motion is None or motion.goal is None or self._follower.goal is not motion.goal:
+            return
+        goal, order, refusal = motion.goal, motion.order, outcome.refusal
+        if outcome.state == State.HALTED and refusal is not None:
+            text = f"halted at {goal.time:.3f} s: {refusal.text}"
+            self._end_running(Ending(ErrorCode.CONTROL_FAILED, text, goal.time, refusal.reason))
+            return
+        due = goal.due(now)
+        motors = outcome.assessment.equilibrium.motors
+        if goal.remaining(outcome.assessment.equilibrium) == 0.0:
+            self.running = None
+            motion.told(Ending(ErrorCode.SUCCESS, "", due))
+            return
+        beyond = self._beyond_tolerance(order, goal, motors, due)
+        if beyond:
+            measure, text = beyond
+            self._end_running(Ending(ErrorCode.CONTROL_FAILED, text, due, measure))
+
+    def _beyond_tolerance(
+        self, order: TrajectoryOrder, goal: TrajectoryGoal, motors: Floats, due: float
+    ) -> tuple[str, str] | None:
+        """Which tolerance does not hold, if one does not."""
+        names, error = self._robot.motor_names, np.abs(goal.path.at(due)[0] - motors)
+        if due <= order.duration:
+            for number in np.flatnonzero(error > order.path_tolerance):
+                return "path_tolerance", (
+                    f"at {due:.3f} s {names[number]} is {error[number]:.4g} from where the trajectory "
+                    f"has it, its tolerance is {order.path_tolerance[number]:g}"
+                )
+        elif due > order.duration + max(order.goal_time_tolerance, 2.0 * self._period):
+            exact = np.where(np.isfinite(order.goal_tolerance), order.goal_tolerance, 0.0)
+            for number in np.flatnonzero(error > exact):
+                return "goal_time_tolerance", (
+                    f"{names[number]} is {error[number]:.4g} from the end {due - order.duration:.3f} s "
+                    f"after it was due, allowed are {order.goal_time_tolerance:g} s"
+                )
+        return None
+
+    def _until_joined(
+        self, order: TrajectoryOrder, current: Assessment, now: float
+    ) -> tuple[MotorPath, Callable[[float], float]]:
+        """What the motors do until an order can be solved, in its own time; and that time."""
+        running = None if self.running is None else self.running.goal
+        motors = current.equilibrium.motors
+        if running is None and order.start_in is None:
+            return MotorPath.rest(0.0, 0.0, motors), lambda _: 0.0
+        ticks = order.duration / self._period
+        lead = 3.0 * self._period + 1.5 * ticks * self._tick_work / _SHARE
+        own = -lead if order.start_in is None else -order.start_in
+        join = max(0.0, own + lead)
+        if running is None:
+            return MotorPath.rest(own, join, motors), lambda later: own + later - now
+        goal, begin = running, running.time
+        before = goal.path.part(begin, begin + join - own, own)
+        return before, lambda _: own + goal.time - begin
+
+    def _notice_newer(self) -> None:
+        """End what a setpoint, a pause or a return has replaced."""
+        newer = "a setpoint, a pause or a return came"
+        running = self.running
+        if running is not None and self._follower.goal is not running.goal:
+            self.running = None
+            running.told(Ending(ErrorCode.PREEMPTED, newer, self._time(running)))
+        coming = self.coming
+        if coming is not None and (
+            self._follower.goal is not coming.after or self._follower.paused
+        ):
+            self._end_coming(Ending(ErrorCode.PREEMPTED, f"{newer} before it began"))
+
+    def _begin_if_solved(self, current: Assessment, now: float) -> None:
+        coming = self.coming
+        if coming is None:
+            return
+        plan = coming.plan
+        if plan.refused is not None:
+            refused = plan.refused
+            self._end_coming(Ending(refused.val, str(refused), refused.time, refused.measure))
+        elif plan.done:
+            self._tick_work = 0.5 * (self._tick_work + plan.work / plan.ticks)
+            self._begin(coming, current, now)
+
+    def _begin(self, coming: Motion, current: Assessment, now: float) -> None:
+        own = coming.own_time(now)
+        before = None if self.running is None else self.running.goal
+        way = np.abs(coming.plan.path.at(own)[0] - current.equilibrium.motors)
+        if np.any(way > motor_steps(self._robot, self._follower.settings.max_speed, self._period)):
+            text = "the robot was moved while the trajectory was solved"
+            self._end_coming(Ending(ErrorCode.PREEMPTED, text))
+            return
+        last_tick = now if before is None else before.last_tick
+        coming.goal = TrajectoryGoal(coming.plan.path, own, self._period, last_tick)
+        self._follower.follow(coming.goal, now)
+        replaced, self.running, self.coming = self.running, coming, None
+        if replaced is not None:
+            newer = Ending(ErrorCode.PREEMPTED, "a newer trajectory came", self._time(replaced))
+            replaced.told(newer)
+
+    def _end_coming(self, ending: Ending) -> None:
+        motion, self.coming = self.coming, None
+        if motion is not None:
+            motion.told(ending)
+
+    def _end_running(self, ending: Ending) -> None:
+        motion, self.running = self.running, None
+        self._follower.drop()
+        if motion is not None:
+            motion.told(ending)
+
+    @staticmethod
+    def _time(motion: Motion) -> float:
+        return 0.0 if motion.goal is None else motion.goal.time

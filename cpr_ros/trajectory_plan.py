@@ -1,0 +1,198 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A whole trajectory solved before its first step, a little at a time. No ROS here."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Collection, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core import CprError, Equilibrium, Trace, trace_through
+
+from .assessment import Assessment, Thresholds
+from .motor_path import MotorPath
+from .steps import falls
+from .trajectory_order import TrajectoryRefused
+
+__all__ = ["TrajectoryPlan"]
+
+Floats = NDArray[np.float64]
+
+#: Ticks that are solved in one go: a fifth of a second at 200 Hz, in a few milliseconds.
+_STRIDE = 40
+#: Longest time for them [s].
+_LONGEST = 0.5
+#: Measures that are looked at in every tick, all at once.
+_OF_MOTORS = ("motor_range", "effort_reserve")
+#: Measures of what stops a walk.
+_EVENTS = {
+    "motor_limit": "motor_range",
+    "effort_limit": "effort_reserve",
+    "strain_limit": "strain_reserve",
+    "stability": "margin",
+    "time_limit": "time_limit",
+}
+
+
+class TrajectoryPlan:
+    """Equilibria at every tick of a path, and whether the robot may be moved through them.
+
+    Branch, stability index and limits are looked at in every tick, other measures at the end of every
+    stride and, where they could fall below their stop threshold within one, between its ends.
+
+    Attributes:
+        path: The path.
+        done: Whether all of it is solved.
+        refused: Why the robot must not follow it, if so.
+        work: Processor time it has taken so far [s].
+    """
+
+    def __init__(
+        self,
+        path: MotorPath,
+        start: Assessment,
+        period: float,
+        thresholds: Thresholds,
+        watched: Collection[str],
+    ) -> None:
+        """Begin, without solving anything.
+
+        Args:
+            path: The path.
+            start: Equilibrium at its beginning.
+            period: Time of a tick [s].
+            thresholds: Of the measures.
+            watched: Measures that count.
+        """
+        self.path, self.done, self.work = path, False, 0.0
+        self.refused: TrajectoryRefused | None = None
+        self._start, self._thresholds = start, thresholds
+        limited = _OF_MOTORS if start.equilibrium.robot.limited_motors else ()
+        self._of_motors = tuple(name for name in watched if name in limited)
+        self._others = tuple(name for name in watched if name not in _OF_MOTORS)
+        self._times = _ticks(path, period)
+        self._strides = self._solved()
+
+    @property
+    def ticks(self) -> int:
+        """How many equilibria are needed."""
+        return len(self._times)
+
+    def advance(self, seconds: float = math.inf) -> None:
+        """Go on for some time, by one stride at least."""
+        begin = time.perf_counter()
+        while not self.done and self.refused is None:
+            try:
+                self.done = next(self._strides, None) is None
+            except TrajectoryRefused as refused:
+                self.refused = refused
+            except CprError as error:
+                self.refused = TrajectoryRefused(self.path.begin, "not_converged", str(error))
+            if time.perf_counter() - begin >= seconds:
+                break
+        self.work += time.perf_counter() - begin
+
+    def _solved(self) -> Iterator[bool]:
+        """Solve and judge stride after stride.
+
+        Raises:
+            TrajectoryRefused: The robot must not follow it.
+        """
+        last, begin, first = self._start, self.path.begin, 0
+        while first < len(self._times):
+            times = self._times[first : first + _STRIDE]
+            found = self._traced(last.equilibrium, times)
+            stopped, equilibria = found.stopped, list(found.equilibria)
+            if equilibria:
+                self._check_indices(last.index, equilibria, times)
+                if self._of_motors:
+                    self._check_motors(last, equilibria, times)
+                stride = [last, *map(self._assessed, equilibria)]
+                self._check_between(stride, np.concatenate([[begin], times]), 0, len(stride) - 1)
+                last, begin = stride[-1], float(times[len(stride) - 2])
+            first += len(equilibria)
+            if stopped is not None and not (stopped.kind == "time_limit" and equilibria):
+                at = float(self._times[first])
+                measure = _EVENTS.get(stopped.kind, "not_converged")
+                raise TrajectoryRefused(at, measure, f"at {at:.3f} s: {stopped.message}")
+            yield True
+
+    def _assessed(self, equilibrium: Equilibrium) -> Assessment:
+        return Assessment(equilibrium, self._start.characteristic_length)
+
+    def _traced(self, start: Equilibrium, times: Floats) -> Trace:
+        return trace_through(
+            start.robot,
+            motors=self.path.positions(times),
+            start=start,
+            singularities=False,
+            time_limit=_LONGEST,
+        )
+
+    def _check_indices(self, before: int, found: Sequence[Equilibrium], times: Floats) -> None:
+        indices = [before, *(equilibrium.index_locked for equilibrium in found)]
+        rises = np.flatnonzero(np.diff(indices) > 0)
+        if rises.size:
+            at = float(times[rises[0]])
+            text = f"at {at:.3f} s the robot would be unstable with the motors held"
+            raise TrajectoryRefused(at, "margin", text)
+
+    def _check_motors(self, last: Assessment, found: Sequence[Equilibrium], times: Floats) -> None:
+        robot = last.equilibrium.robot
+        limits, units = robot.motor_limits, robot.motor_units
+        places = np.array([equilibrium.motors for equilibrium in found])[:, limits.ranged]
+        efforts = np.array([equilibrium.efforts for equilibrium in found])[:, limits.loaded]
+        inside = np.minimum(places - limits.lower, limits.upper - places) / units[limits.ranged]
+        reserves = 1.0 - np.abs(efforts) / limits.effort
+        values = {
+            "motor_range": inside.min(axis=1, initial=np.inf),
+            "effort_reserve": reserves.min(axis=1, initial=np.inf),
+        }
+        for name in self._of_motors:
+            before = np.concatenate([[last.value(name)], values[name][:-1]])
+            for number in np.flatnonzero(~(values[name] >= self._thresholds[name].stop)):
+                first, value = float(before[number]), float(values[name][number])
+                self._check_fall(name, first, value, float(times[number]))
+
+    def _check_between(
+        self, stride: list[Assessment], times: Floats, first: int, last: int
+    ) -> None:
+        """What costs more, at both ends of a part of a stride and, where it is needed, between."""
+        open_question = any(
+            self._may_fall(name, stride[first], stride[last]) for name in self._others
+        )
+        if open_question and last - first > 1:
+            middle = (first + last) // 2
+            self._check_between(stride, times, first, middle)
+            self._check_between(stride, times, middle, last)
+        else:
+            for name in self._others:
+                before, after = stride[first].value(name), stride[last].value(name)
+                self._check_fall(name, before, after, float(times[last]))
+
+    def _may_fall(self, name: str, first: Assessment, last: Assessment) -> bool:
+        """Whether a measure may be below its stop threshold between: as far below as it changes."""
+        one, other = first.value(name), last.value(name)
+        lowest = min(one, other) - abs(other - one)
+        return not lowest >= self._thresholds[name].stop and one != other
+
+    def _check_fall(self, name: str, before: float, after: float, at: float) -> None:
+        stop = self._thresholds[name].stop
+        if math.isnan(after) or (after < stop and falls(before, after)):
+            raise TrajectoryRefused(
+                at,
+                name,
+                f"at {at:.3f} s the {name.replace('_', ' ')} would be {after:.4g}, below its stop "
+                f"threshold {stop:g}",
+            )
+
+
+def _ticks(path: MotorPath, period: float) -> Floats:
+    """Times of the ticks of a path, its end among them."""
+    count = max(1, math.ceil((path.end - path.begin) / period - 1e-6))
+    return np.minimum(path.begin + period * np.arange(1, count + 1), path.end)

@@ -1,0 +1,356 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Timed trajectories: solved ahead, followed in time, replaced, refused and halted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cpr_msgs.msg import ErrorCode
+from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, Drive, robot
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from cpr_core import solve_forward
+from cpr_ros.assessment import MEASURES, Threshold
+from cpr_ros.external_wrench import ExternalWrench
+from cpr_ros.goals import MotorGoal, motor_steps
+from cpr_ros.motor_path import MotorPath
+from cpr_ros.supervision import State
+from cpr_ros.trajectory_following import Trajectories
+from cpr_ros.trajectory_order import TrajectoryOrder, TrajectoryRefused
+from cpr_ros.trajectory_plan import TrajectoryPlan
+
+WATCHED = [name for name in MEASURES if name != "inverse_singularity"]
+#: A force on it that it bears where it is, but not on this way [N].
+PUSH = -3.0
+#: A way of the RFRFR robot straight into its instability.
+DOWN = [4.0, -4.0]
+
+
+class Follower(Drive):
+    """A follower with trajectories."""
+
+    def __init__(self, robot, **changed):
+        super().__init__(robot, **changed)
+        self.trajectories = Trajectories(robot, self.follower, PERIOD)
+        self.endings = []
+
+    def order(self, times, ways, velocities=None, start_in=None, **given):
+        """Points by the way of the motors from where they are."""
+        free = np.full(self.robot.motor_count, np.inf)
+        return TrajectoryOrder(
+            np.array(times, float),
+            self.motors + np.array(ways, float),
+            velocities if velocities is None else np.array(velocities, float),
+            given.get("accelerations"),
+            start_in,
+            given.get("path_tolerance", free),
+            given.get("goal_tolerance", free),
+            given.get("goal_time_tolerance", np.inf),
+        )
+
+    def take(self, *points, **given):
+        endings = []
+        order = self.order(*points, **given)
+        motion = self.trajectories.take(order, self.current, self.now, endings.append)
+        return motion, endings
+
+    def begin(self, *points, **given):
+        """The same, until it is solved, however long that takes; nothing has moved then."""
+        motion, endings = self.take(*points, **given)
+        while motion.goal is None:
+            assert not endings
+            self.tick()
+        return motion, endings
+
+    def tick(self, late=0.0):
+        self.now += PERIOD + late
+        self.trajectories.before_tick(self.current, self.now)
+        outcome = self.follower.tick(self.current, self.loads, self.now)
+        self.current = outcome.assessment
+        self.outcomes.append(outcome)
+        self.trajectories.after_tick(outcome, self.now)
+        return outcome
+
+    def until_ended(self, endings, ticks=4000):
+        for _ in range(ticks):
+            if endings:
+                return endings[0]
+            self.tick()
+        raise AssertionError("it did not end")
+
+    @property
+    def steps(self):
+        motors = [outcome.assessment.equilibrium.motors for outcome in self.outcomes]
+        return np.abs(np.diff(motors, axis=0)) / motor_steps(
+            self.robot, self.follower.settings.max_speed, PERIOD
+        )
+
+
+@pytest.fixture
+def rfrfr():
+    return Follower(robot("rfrfr"))
+
+
+def test_it_is_where_it_should_be_at_every_tick_and_ends_exactly(rfrfr):
+    home = rfrfr.motors.copy()
+    motion, endings = rfrfr.begin([0.5, 1.0], [[0.1, -0.1], [0.2, 0.1]], np.zeros((2, 2)))
+    path = MotorPath.through(
+        [0.0, 0.5, 1.0],
+        home + np.array([[0, 0], [0.1, -0.1], [0.2, 0.1]]),
+        np.zeros((3, 2)),
+    )
+    begin = rfrfr.now - motion.goal.due(rfrfr.now)
+    while not endings:
+        rfrfr.tick()
+        np.testing.assert_allclose(rfrfr.motors, path.at(rfrfr.now - begin)[0], atol=1e-12)
+    assert endings[0].val == ErrorCode.SUCCESS
+    assert endings[0].time == pytest.approx(1.0, abs=1e-6)
+    np.testing.assert_array_equal(rfrfr.motors, home + [0.2, 0.1])
+    assert rfrfr.tick().state == State.IDLE
+
+
+def test_ticks_that_come_late_do_not_make_it_late(rfrfr):
+    _, endings = rfrfr.begin([1.0], [[0.5, 0.5]])
+    begin = rfrfr.now
+    for number in range(1000):
+        rfrfr.tick(late=0.4 * PERIOD * (number % 3))
+        if endings:
+            break
+    assert rfrfr.now - begin == pytest.approx(1.0, abs=2.0 * PERIOD)
+    assert rfrfr.steps.max() <= 1.0 + 1e-6
+
+
+def test_a_stall_delays_it_and_skips_nothing(rfrfr):
+    _, endings = rfrfr.begin([1.0], [[0.9, 0.9]])
+    for _ in range(50):
+        rfrfr.tick()
+    rfrfr.tick(late=3.0)
+    ending = rfrfr.until_ended(endings)
+    assert ending.time == pytest.approx(4.0, abs=0.05)
+    assert rfrfr.steps.max() <= 1.0 + 1e-6
+
+
+way = st.floats(-0.4, 0.4)
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    arrays(float, (3, 2), elements=way),
+    arrays(float, 3, elements=st.floats(0.02, 0.3)),
+    st.booleans(),
+    st.integers(0, 30),
+    st.lists(st.floats(0.0, 3.0), min_size=4, max_size=4),
+)
+def test_no_command_is_farther_than_the_speed_limit(ways, spans, smooth, replaced_at, late):
+    """However the trajectory is, when another one comes and when ticks come."""
+    follower = Follower(robot("rfrfr"))
+    zeros = np.zeros((3, 2)) if smooth else None
+    for _ in range(2):
+        try:
+            follower.take(np.cumsum(spans), ways, zeros)
+        except TrajectoryRefused:
+            assert ways.any()
+        for number in range(replaced_at):
+            follower.tick(late=late[number % 4] * PERIOD)
+    follower.tick()
+    follower.tick()
+    assert follower.steps.max() <= 1.0 + 1e-6
+
+
+def test_a_newer_one_goes_on_with_the_velocity_of_the_one_before(rfrfr):
+    _, first = rfrfr.begin([2.0], [[0.8, -0.8]], np.zeros((1, 2)))
+    for _ in range(150):
+        rfrfr.tick()
+    _, second = rfrfr.take([1.0, 2.0], [[-0.1, 0.1], [0.0, 0.0]], np.zeros((2, 2)))
+    rfrfr.until_ended(second)
+    assert [first[0].val, second[0].val] == [ErrorCode.PREEMPTED, ErrorCode.SUCCESS]
+    motors = np.array([outcome.assessment.equilibrium.motors for outcome in rfrfr.outcomes])
+    velocities = np.diff(motors, axis=0) / PERIOD
+    # The largest change in a tick of both alone is below this; a stop would be 0.6 at once.
+    assert np.abs(np.diff(velocities, axis=0)).max() < 0.05
+    assert np.abs(velocities).max() > 0.5
+
+
+def test_positions_alone_are_joined_without_a_jump_of_velocity_too(rfrfr):
+    _, first = rfrfr.begin([2.0], [[0.8, -0.8]])
+    for _ in range(100):
+        rfrfr.tick()
+    before = rfrfr.motors.copy()
+    rfrfr.tick()
+    velocity = (rfrfr.motors - before) / PERIOD
+    _, second = rfrfr.take([0.5], [[0.1, -0.1]])
+    while not first:
+        rfrfr.tick()
+    ticks = [rfrfr.motors.copy()]
+    while rfrfr.trajectories.running.goal.time < 0.05:
+        rfrfr.tick()
+        ticks.append(rfrfr.motors.copy())
+    found = np.diff(ticks, axis=0) / PERIOD
+    assert np.abs(np.diff(np.vstack([velocity, found]), axis=0)).max() < 0.05
+    assert rfrfr.until_ended(second).val == ErrorCode.SUCCESS
+
+
+def test_one_that_starts_later_waits_and_one_under_way_is_joined(rfrfr):
+    home = rfrfr.motors.copy()
+    _, endings = rfrfr.take([1.0], [[0.5, 0.0]], start_in=0.5)
+    begin = rfrfr.now
+    while rfrfr.now - begin < 0.49:
+        rfrfr.tick()
+    np.testing.assert_array_equal(rfrfr.motors, home)
+    rfrfr.until_ended(endings)
+    assert rfrfr.now - begin == pytest.approx(1.5, abs=2.0 * PERIOD)
+    begin = rfrfr.now
+    _, endings = rfrfr.take([0.0, 1.0], [[0.0, 0.0], [-0.4, 0.0]], start_in=-0.3)
+    rfrfr.until_ended(endings)
+    assert rfrfr.now - begin == pytest.approx(0.7, abs=2.0 * PERIOD)
+    np.testing.assert_allclose(rfrfr.motors, home + [0.1, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("points", "given", "measure", "words"),
+    [
+        (([0.0, 1.0], [[0.3, 0.0], [0.3, 0.0]]), {}, "points", "motor1 would be at"),
+        (([0.1], [[0.2, 0.0]]), {}, "speed", "motor1 at no more than 1 rad/s"),
+        (([1.0], [[0.2, 0.0]]), {"start_in": -1.0}, "header.stamp", "still to come"),
+        (([1.0], [[0.9, 0.0]]), {"start_in": -0.5}, "speed", "no more than"),
+        (([0.0, 1.0], [[0.0, 0.0], [0.9, 0.0]]), {"start_in": 600.0}, "points", "within 600 s"),
+        (([0.0], [[0.0, 0.0]]), {}, "points", "still to come"),
+    ],
+)
+def test_what_cannot_be_followed_is_refused_with_the_reason(rfrfr, points, given, measure, words):
+    with pytest.raises(TrajectoryRefused, match=words) as refused:
+        rfrfr.take(*points, **given)
+    assert refused.value.measure == measure
+    assert rfrfr.follower.goal is None
+
+
+def test_one_into_the_instability_is_refused_before_its_first_step(rfrfr):
+    home = rfrfr.motors.copy()
+    motion, endings = rfrfr.take([8.0], [DOWN])
+    ending = rfrfr.until_ended(endings)
+    assert (ending.val, ending.measure) == (ErrorCode.INVALID_MOTION_PLAN, "margin")
+    assert "stop threshold 0.05" in ending.message
+    np.testing.assert_array_equal(rfrfr.motors, home)
+    # It is right: there the margin is below, a tick before it is not.
+    path = motion.plan.path
+    before, after = (
+        solve_forward(rfrfr.robot, path.at(time)[0]).margin
+        for time in (ending.time - 1.001 * PERIOD, ending.time)
+    )
+    assert after < THRESHOLDS["margin"].stop <= before
+
+
+def test_a_refused_one_changes_nothing_for_the_one_that_runs(rfrfr):
+    _, first = rfrfr.begin([3.0], [[0.3, 0.3]])
+    for _ in range(20):
+        rfrfr.tick()
+    _, second = rfrfr.take([8.0], [DOWN])
+    assert rfrfr.until_ended(second).val == ErrorCode.INVALID_MOTION_PLAN
+    assert rfrfr.until_ended(first).val == ErrorCode.SUCCESS
+
+
+def test_what_gets_better_is_not_refused(rfrfr):
+    rfrfr.follow(MotorGoal(rfrfr.robot, rfrfr.motors + [1.0, -1.0]))
+    rfrfr.until_state(State.IDLE)
+    margin = rfrfr.current.margin
+    thresholds = THRESHOLDS | {"margin": Threshold(0.99, margin + 0.01)}
+    rfrfr.follower.settings = replace(SETTINGS, thresholds=thresholds)
+    with_margin = TrajectoryPlan(
+        MotorPath.through([0.0, 2.0], [rfrfr.motors, rfrfr.motors + [-0.5, 0.5]]),
+        rfrfr.current,
+        PERIOD,
+        thresholds,
+        WATCHED,
+    )
+    with_margin.advance()
+    assert with_margin.done
+    worse = TrajectoryPlan(
+        MotorPath.through([0.0, 2.0], [rfrfr.motors, rfrfr.motors + [0.5, -0.5]]),
+        rfrfr.current,
+        PERIOD,
+        thresholds,
+        WATCHED,
+    )
+    worse.advance()
+    assert worse.refused.measure == "margin"
+
+
+def test_a_wrench_on_the_way_halts_it_and_the_robot_holds():
+    rfrfr = Follower(robot("rfrfr"), thresholds=THRESHOLDS | {"margin": Threshold(0.41, 0.4)})
+    _, endings = rfrfr.begin([2.5], [[2.0, -2.0]])
+    for _ in range(100):
+        rfrfr.tick()
+    wrench = ExternalWrench(rfrfr.robot, 0.0)
+    push = [0.0, 0.0, 0.0, 0.0, PUSH, 0.0]
+    wrench.take(rfrfr.loads.with_(wrench_world=push), rfrfr.now)
+    rfrfr.loads = wrench.loads(rfrfr.loads, rfrfr.now)
+    ending = rfrfr.until_ended(endings)
+    assert ending.val == ErrorCode.CONTROL_FAILED
+    assert ending.measure == "margin"
+    assert 0.5 <= ending.time < 2.5
+    assert rfrfr.current.index == 0
+    held = rfrfr.motors.copy()
+    for _ in range(20):
+        rfrfr.tick()
+    np.testing.assert_array_equal(rfrfr.motors, held)
+
+
+def test_a_warning_makes_it_slower_on_the_same_path_and_tolerances_forbid_that(rfrfr):
+    thresholds = THRESHOLDS | {"margin": Threshold(0.999, 0.01)}
+    slow = Follower(rfrfr.robot, thresholds=thresholds)
+    _, endings = slow.take([1.0], [[0.4, -0.4]])
+    ending = slow.until_ended(endings)
+    assert ending.val == ErrorCode.SUCCESS
+    assert ending.time > 1.02
+    for outcome in slow.outcomes:
+        ways = outcome.assessment.equilibrium.motors - rfrfr.motors
+        np.testing.assert_allclose(ways[0], -ways[1], atol=1e-12)
+    for tolerance, measure in (
+        ({"path_tolerance": np.array([1e-3, np.inf])}, "path_tolerance"),
+        ({"goal_time_tolerance": 0.011}, "goal_time_tolerance"),
+    ):
+        slow = Follower(rfrfr.robot, thresholds=thresholds)
+        _, endings = slow.take([1.0], [[0.4, -0.4]], **tolerance)
+        ending = slow.until_ended(endings)
+        assert (ending.val, ending.measure) == (ErrorCode.CONTROL_FAILED, measure)
+        held = slow.motors.copy()
+        slow.tick()
+        np.testing.assert_array_equal(slow.motors, held)
+
+
+def test_cancelled_it_holds_from_the_next_tick_on(rfrfr):
+    motion, endings = rfrfr.begin([2.0], [[0.8, -0.8]])
+    for _ in range(50):
+        rfrfr.tick()
+    held = rfrfr.motors.copy()
+    rfrfr.trajectories.cancel(motion)
+    rfrfr.tick()
+    np.testing.assert_array_equal(rfrfr.motors, held)
+    assert (endings[0].val, endings[0].time) == (ErrorCode.PREEMPTED, motion.goal.time)
+    assert 0.2 < motion.goal.time <= 0.26
+
+
+def test_a_setpoint_replaces_one_that_runs_and_one_that_is_solved(rfrfr):
+    _, running = rfrfr.begin([2.0], [[0.2, -0.2]])
+    rfrfr.tick()
+    _, coming = rfrfr.take([100.0], [[0.2, -0.2]])
+    rfrfr.tick()
+    assert not running
+    assert not coming
+    rfrfr.follow(MotorGoal(rfrfr.robot, rfrfr.motors))
+    rfrfr.tick()
+    assert running[0].val == coming[0].val == ErrorCode.PREEMPTED
+
+
+def test_a_long_one_is_solved_in_slices_between_ticks(rfrfr):
+    motion, endings = rfrfr.take([300.0], [[0.2, -0.2]])
+    assert not motion.plan.done
+    rfrfr.tick()
+    assert not motion.plan.done
+    assert rfrfr.tick().state == State.IDLE
+    rfrfr.trajectories.cancel(motion)
+    assert endings[0].val == ErrorCode.PREEMPTED

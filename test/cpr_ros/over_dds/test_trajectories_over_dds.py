@@ -1,0 +1,235 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Timed trajectories from another process."""
+
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from action_msgs.msg import GoalStatus
+from builtin_interfaces.msg import Duration
+from cpr_msgs.action import FollowTrajectory
+from cpr_msgs.msg import ErrorCode, StabilityMetrics
+from geometry_msgs.msg import WrenchStamped
+from helpers.node_process import TIMEOUT
+from rclpy.action import ActionClient
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+HOME = np.array([2.59, 0.55])
+NAMES = ["motor1", "motor2"]
+#: Straight into the instability of the RFRFR robot.
+DOWN = HOME + [4.0, -4.0]
+
+
+def trajectory(times, positions, velocities=None, names=NAMES, **header):
+    message = JointTrajectory(joint_names=names)
+    for number, (seconds, row) in enumerate(zip(times, positions, strict=True)):
+        nanoseconds = round(seconds * 1e9)
+        point = JointTrajectoryPoint(
+            positions=np.asarray(row, float).tolist(),
+            time_from_start=Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9),
+        )
+        if velocities is not None:
+            point.velocities = np.asarray(velocities[number], float).tolist()
+        message.points.append(point)
+    for name, value in header.items():
+        setattr(message.header, name, value)
+    return message
+
+
+class TrajectoryClient:
+    """A client of ``~/follow_trajectory``."""
+
+    def __init__(self, drive):
+        self.drive, self.client = drive, drive.client
+        self.feedback = []
+        self.action = ActionClient(
+            self.client.node, FollowTrajectory, f"{drive.name}/follow_trajectory"
+        )
+        assert self.action.wait_for_server(TIMEOUT)
+        self.topic = self.client.node.create_publisher(
+            JointTrajectory, f"{drive.name}/joint_trajectory", 1
+        )
+        self.client.spin_until(lambda: self.topic.get_subscription_count() > 0)
+
+    def close(self):
+        self.action.destroy()
+        self.client.node.destroy_publisher(self.topic)
+
+    def send(self, message, **fields):
+        self.feedback.clear()
+        sent = self.action.send_goal_async(
+            FollowTrajectory.Goal(trajectory=message, **fields),
+            feedback_callback=lambda given: self.feedback.append(given.feedback),
+        )
+        self.client.spin_until(sent.done)
+        assert sent.result().accepted
+        return sent.result()
+
+    def result(self, handle, timeout=120.0):
+        """Status and result."""
+        answer = handle.get_result_async()
+        self.client.spin_until(answer.done, timeout)
+        return SimpleNamespace(status=answer.result().status, result=answer.result().result)
+
+
+@pytest.fixture
+def following(drive):
+    client = TrajectoryClient(drive)
+    try:
+        yield client
+    finally:
+        client.close()
+
+
+def commands_of(drive):
+    return np.array([message.data for message in drive.all(Float64MultiArray)])
+
+
+def test_ten_seconds_are_followed_to_the_end(drive, following, capsys):
+    times = np.linspace(0.0, 10.0, 41)
+    swing = np.sin(0.8 * np.pi * times) * np.sin(0.1 * np.pi * times)
+    rate = np.gradient(swing, times)
+    rate[[0, -1]] = 0.0
+    ways = np.outer(swing, [0.3, -0.2])
+    came = []
+    listener = drive.client.node.create_subscription(
+        Float64MultiArray,
+        f"{drive.name}/motor_commands",
+        lambda message: came.append(time.monotonic()),
+        100,
+    )
+    message = trajectory(times, HOME + ways, np.outer(rate, [0.3, -0.2]))
+    done = following.result(following.send(message))
+    drive.client.node.destroy_subscription(listener)
+    assert done.status == GoalStatus.STATUS_SUCCEEDED, done.result.error_code
+    assert done.result.error_code.val == ErrorCode.SUCCESS
+    np.testing.assert_allclose(done.result.reached.motors.position, HOME + ways[-1], atol=1e-6)
+    assert done.result.time == pytest.approx(10.0, abs=0.5)
+    commands = commands_of(drive)
+    np.testing.assert_allclose(commands[-1], HOME + ways[-1], atol=1e-6)
+    assert np.abs(np.diff(commands, axis=0)).max() <= 4.0 / 200.0 * (1.0 + 1e-6)
+    feedback = following.feedback
+    assert feedback[0].time < 2.0 < 8.0 < feedback[-1].time
+    assert all(0.0 < given.margin < 1.1 for given in feedback)
+    assert list(feedback[0].desired.positions) != list(feedback[-1].desired.positions)
+    between = np.diff(came) * 1e3
+    with capsys.disabled():
+        print(
+            f"\n{len(came)} commands of a trajectory of 10 s, time between them: median "
+            f"{np.median(between):.2f} ms, p99 {np.percentile(between, 99):.2f} ms"
+        )
+
+
+def test_names_in_another_order_and_the_topic(drive, following):
+    end = HOME + [0.1, -0.2]
+    following.topic.publish(trajectory([0.2], [end[::-1]], names=NAMES[::-1]))
+    drive.until(lambda: np.array_equal(drive.motors, end))
+    drive.until_state(StabilityMetrics.STATE_IDLE)
+
+
+def test_into_the_instability_it_is_refused_beforehand(drive, following):
+    done = following.result(following.send(trajectory([8.0], [DOWN])))
+    assert done.status == GoalStatus.STATUS_ABORTED
+    assert done.result.error_code.val == ErrorCode.INVALID_MOTION_PLAN
+    assert done.result.measure == "margin"
+    assert 0.0 < done.result.time < 8.0
+    assert "stop threshold 0.05" in done.result.error_code.message
+    np.testing.assert_array_equal(drive.motors, HOME)
+    np.testing.assert_array_equal(done.result.reached.motors.position, HOME)
+
+
+def test_pushed_into_it_by_a_wrench_it_is_halted(drive, following):
+    assert drive.set_parameters(margin_warning=0.41, margin_stop=0.4).successful
+    try:
+        handle = following.send(trajectory([8.0], [HOME + [2.0, -2.0]]))
+        drive.until(lambda: np.abs(drive.motors - HOME).max() > 0.05)
+        push = WrenchStamped()
+        push.wrench.force.y = -3.0
+        answer = handle.get_result_async()
+        while not answer.done():
+            drive.wrench.publish(push)
+            drive.spin(0.02)
+        result = answer.result().result
+        assert answer.result().status == GoalStatus.STATUS_ABORTED
+        assert result.error_code.val == ErrorCode.CONTROL_FAILED, result.error_code.message
+        assert result.measure == "margin"
+        assert 0.0 < result.time < 8.0
+        assert result.reached.margin >= 0.4
+        assert result.reached.index_locked == 0
+    finally:
+        drive.set_parameters(margin_warning=0.2, margin_stop=0.05)
+
+
+def test_a_cancelled_one_holds_within_one_tick(drive, following):
+    handle = following.send(trajectory([10.0], [HOME + [2.0, 0.0]]))
+    drive.until(lambda: np.abs(drive.motors - HOME).max() > 0.05)
+    # Commands published before the answer are taken before it or with it: none may come behind.
+    cancelled = handle.cancel_goal_async()
+    drive.client.spin_until(cancelled.done)
+    assert len(cancelled.result().goals_canceling) == 1
+    done = following.result(handle)
+    assert done.status == GoalStatus.STATUS_CANCELED
+    assert done.result.error_code.val == ErrorCode.PREEMPTED
+    held = np.array(done.result.reached.motors.position)
+    drive.until(lambda: len(drive.all(StabilityMetrics)) >= 5)
+    np.testing.assert_array_equal(drive.motors, held)
+    drive.client.spin_until(lambda: bool(len(commands_of(drive))))
+    # At rest the last command is repeated: it is where the robot was when the cancelling came.
+    np.testing.assert_array_equal(commands_of(drive)[-1], held)
+    assert drive.metrics.state == StabilityMetrics.STATE_IDLE
+
+
+def test_a_newer_one_replaces_without_a_jump_of_velocity(drive, following):
+    rest = np.zeros((1, 2))
+    first = following.send(trajectory([4.0], [HOME + [1.0, 0.5]], rest))
+    drive.until(lambda: drive.motors[0] > HOME[0] + 0.1)
+    second = following.send(trajectory([3.0], [HOME + [0.2, 0.1]], rest))
+    assert following.result(first).result.error_code.val == ErrorCode.PREEMPTED
+    assert following.result(second).result.error_code.val == ErrorCode.SUCCESS
+    commands = commands_of(drive)
+    # A stop in between would be a change by the whole step of a tick.
+    assert np.abs(np.diff(commands, axis=0)).max() <= 4.0 / 200.0
+    np.testing.assert_allclose(commands[-1], HOME + [0.2, 0.1], atol=1e-12)
+
+
+def test_an_empty_one_and_a_setpoint_end_one(drive, following):
+    for end in (
+        lambda: following.topic.publish(JointTrajectory()),
+        lambda: drive.send_motors(*HOME),
+    ):
+        handle = following.send(trajectory([10.0], [HOME + [2.0, 0.0]]))
+        drive.until(lambda: np.abs(drive.motors - HOME).max() > 0.05)
+        end()
+        done = following.result(handle)
+        assert done.status == GoalStatus.STATUS_ABORTED
+        assert done.result.error_code.val == ErrorCode.PREEMPTED
+        drive.send_motors(*HOME)
+        drive.until(lambda: np.array_equal(drive.motors, HOME))
+
+
+@pytest.mark.parametrize(
+    ("message", "val", "words"),
+    [
+        (trajectory([1.0], [[2.6]], names=["motor1"]), "INVALID_ROBOT_STATE", "missing: motor2"),
+        (trajectory([1.0], [HOME], names=["motor1", "motor1"]), "INVALID_ROBOT_STATE", "twice"),
+        (trajectory([1.0], [HOME], names=["motor1", "elbow"]), "INVALID_ROBOT_STATE", "unknown"),
+        (trajectory([1.0], [[2.6]]), "INVALID_ROBOT_STATE", "points[0].positions"),
+        (trajectory([1.0], [[2.6, np.nan]]), "NON_FINITE_INPUT", "points[0].positions"),
+        (trajectory([1.0, 1.0], [HOME, HOME]), "INVALID_MOTION_PLAN", "more than the 1 s"),
+        (trajectory([-1.0], [HOME]), "INVALID_MOTION_PLAN", "at least 0"),
+        (trajectory([1.0], [HOME], [[0.1, 0.0]]), "INVALID_MOTION_PLAN", "ends at rest"),
+        (trajectory([0.1], [HOME + 1.0]), "INVALID_MOTION_PLAN", "no more than 4 rad/s"),
+        (trajectory([0.0, 1.0], [HOME + 0.5] * 2), "INVALID_MOTION_PLAN", "commanded to"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_is_wrong_is_refused_with_the_reason(drive, following, message, val, words):
+    done = following.result(following.send(message))
+    assert done.status == GoalStatus.STATUS_ABORTED
+    assert done.result.error_code.val == getattr(ErrorCode, val), done.result.error_code.message
+    assert words in done.result.error_code.message
+    np.testing.assert_array_equal(drive.motors, HOME)
