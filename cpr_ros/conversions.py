@@ -36,6 +36,7 @@ from .motor_messages import motors_from_joint_state
 
 __all__ = [
     "Frames",
+    "controlled_pose",
     "equilibrium_from_message",
     "fill_equilibrium",
     "joint_state",
@@ -87,12 +88,26 @@ def pose_from_message(
             "controlled",
             f"expected {', '.join(description.controlled)}, got {', '.join(controlled)}",
         )
-    position, orientation = message.pose.position, message.pose.orientation
+    return controlled_pose(robot, message.pose)
+
+
+def controlled_pose(robot: Robot, message: Pose, tilt: float = 1e-9) -> Floats:
+    """Controlled coordinates of a pose in the base frame, in the order of the description.
+
+    Args:
+        robot: The robot.
+        message: The pose.
+        tilt: By how much of 1 - cos(angle) the pose of a planar robot may leave the plane.
+
+    Raises:
+        InvalidQuaternion: No rotation, or in the plane one that leaves it.
+    """
+    position, orientation = message.position, message.orientation
     values = {"x": position.x, "y": position.y, "z": position.z}
-    if {"orientation", "angle", "roll", "pitch", "yaw"} & set(description.controlled):
+    if {"orientation", "angle", "roll", "pitch", "yaw"} & set(robot.description.controlled):
         quaternion = [orientation.w, orientation.x, orientation.y, orientation.z]
         rotation = rotation_from_quaternion(quaternion)
-        if robot.planar and rotation[2, 2] < 1.0 - 1e-9:
+        if robot.planar and rotation[2, 2] < 1.0 - tilt:
             raise InvalidQuaternion("platform", "expected a rotation about z for a planar robot")
         values |= dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
         values |= dict(

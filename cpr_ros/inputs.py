@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped, WrenchStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
@@ -31,6 +31,7 @@ from .conversions import (
 from .dropped_messages import DroppedMessages
 from .goals import MotorGoal, PoseGoal
 from .motor_messages import measured_motors, motor_setpoint
+from .platform_messages import measured_pose, measurement_delay, platform_twist
 from .session import Session
 
 __all__ = ["MEASURED", "Inputs", "newest_measured"]
@@ -96,6 +97,13 @@ class Inputs:
             (PoseStamped, "~/platform_setpoint", self._platform_setpoint, NEWEST),
             (WrenchStamped, "~/external_wrench", self._external_wrench, qos_profile_sensor_data),
             (JointState, MEASURED, self._measured, qos_profile_sensor_data),
+            (
+                PoseStamped,
+                "~/measured_platform_pose",
+                self._measured_pose,
+                qos_profile_sensor_data,
+            ),
+            (TwistStamped, "~/platform_twist", self._platform_twist, NEWEST),
         ):
             node.create_subscription(kind, topic, self._guarded(topic, take), qos)
 
@@ -146,3 +154,15 @@ class Inputs:
     def _measured(self, session: Session, message: JointState, now: float) -> None:
         if session.tracker is not None:
             session.tracker.take(measured_motors(session.robot, message), now)
+
+    def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
+        try:
+            pose = measured_pose(session.robot, message, self._frames)
+        except CprError as error:
+            session.loop.refuse(str(error))
+            raise
+        delay = measurement_delay(message, self._node.get_clock().now())
+        session.loop.take(pose, now, delay)
+
+    def _platform_twist(self, session: Session, message: TwistStamped, now: float) -> None:
+        session.jog(platform_twist(session.robot, message, self._frames), now)

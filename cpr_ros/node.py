@@ -174,6 +174,7 @@ class CprNode(LifecycleNode):
     def _activate(self) -> None:
         session = self._required_session()
         session.follower.drop()
+        session.loop.forget()
         if self._whereabouts is not None:
             self._whereabouts.look()
         self._active, self._last_tick = True, time.monotonic()
