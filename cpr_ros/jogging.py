@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,8 @@ __all__ = ["JogGoal", "Jogger", "PlatformTwist"]
 
 Floats = NDArray[np.float64]
 
+#: Fastest twist that is told from a faster one [rad/s, m/s].
+_FASTEST = 1e6
 #: Farthest the setpoint goes in a tick [rod lengths, rad]; the motors are never that fast.
 _LONGEST = 0.05
 
@@ -95,7 +97,9 @@ class Jogger:
 
     def take(self, twist: PlatformTwist, now: float) -> None:
         """Take a twist; the newest counts."""
-        self._twist = twist
+        # Beyond what any robot does the direction counts, whatever numbers come.
+        largest = float(np.abs(twist.twist).max())
+        self._twist = replace(twist, twist=twist.twist / max(1.0, largest / _FASTEST))
         self.watchdog.feed(now)
 
     def advance(self, equilibrium: Equilibrium, arrived: bool, now: float) -> None:
@@ -119,8 +123,7 @@ class Jogger:
 
     def _step(self, equilibrium: Equilibrium, elapsed: float) -> Floats:
         rotation = equilibrium.platform_rotation
-        twist = elapsed * self._twist.in_base(rotation)
-        twist = twist / max(1.0, float(np.abs(twist).max()))  # whatever numbers come
-        way = self._coordinates.velocity(twist, rotation)
+        twist = self._twist.in_base(rotation)
+        way = elapsed * self._coordinates.velocity(twist, rotation)
         size = self._coordinates.size(way)
         return way if size <= _LONGEST else _LONGEST / size * way

@@ -85,14 +85,14 @@ class MeasuredPose:
                     f"the measured pose jumped by {change:.3g} rod lengths or rad, "
                     f"the platform moved by {moved:.3g}"
                 )
+        if change > 0.0:
+            self._way_at_change = self._history.travelled(now - delay)
         if self._jump:
             self.problem = self._jump
             self._agreeing += 1
             if self._agreeing < _AGREEING or now - self._agree_since < settling:
                 return False
             self._jump = ""
-        if change > 0.0:
-            self._way_at_change = self._history.travelled(now - delay)
         self.problem = self._stuck(way)
         return not self.problem
 

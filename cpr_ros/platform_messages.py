@@ -66,7 +66,7 @@ def measurement_delay(message: PoseStamped, now: Time) -> float:
 
 
 def platform_twist(robot: Robot, message: TwistStamped, frames: Frames) -> PlatformTwist:
-    """Twist of the platform, with axes of the base frame, of another one fixed to it, or of the platform.
+    """Twist of the platform, its axes those of the base frame, of one fixed to it, or of the platform.
 
     Raises:
         RequestError: The frame is not known.

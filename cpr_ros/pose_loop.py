@@ -5,9 +5,9 @@
 
 The pose the model is sent to is the setpoint and a correction. Every measured pose tells by how much
 the robot is elsewhere than the model had it when it was measured; the correction approaches what takes
-this away. Where the model is at its corrected setpoint, this is the integral of wanted minus measured: it
-ends where they are the same. That the model of *then* is compared takes the delay of the measurement out
-of the loop, and that a measurement takes out at most half of the error keeps slow ones from overshooting.
+this away. Where the model is at its corrected setpoint, this is the integral of wanted minus measured:
+it ends where they are the same. That the model of *then* is compared takes the delay of the measurement
+out of the loop; that a measurement takes out half of the error at most keeps slow ones from overshoot.
 """
 
 from __future__ import annotations
@@ -82,11 +82,11 @@ class LoopStatus:
         rotation_error: Measured from wanted [rad]; the same.
     """
 
-    loop: Loop
-    text: str
-    age: float
-    position_error: float
-    rotation_error: float
+    loop: Loop = Loop.OPEN
+    text: str = ""
+    age: float = -1.0
+    position_error: float = math.nan
+    rotation_error: float = math.nan
 
 
 class PoseLoop:
@@ -219,7 +219,7 @@ class PoseLoop:
         age, newest = measured.watchdog.age(now), self._history.newest
         known = measured.newest is not None or bool(measured.problem)
         if not isinstance(goal, PoseGoal) or newest is None or not known:
-            return LoopStatus(Loop.OPEN, "", age, math.nan, math.nan)
+            return LoopStatus(age=age)
         text = self._problem(now) or newest.waiting
         errors = math.nan, math.nan
         if measured.newest is not None:
@@ -231,7 +231,7 @@ class PoseLoop:
         watchdog = self._measured.watchdog
         if self.settings.gain <= 0.0:
             return "loop_gain is 0"
-        if watchdog.stale(now):
+        if watchdog.stale(now) and not self._measured.problem:
             return (
                 f"the measured pose is {watchdog.age(now):.3g} s old, "
                 f"more than measured_pose_timeout {watchdog.timeout:g} s"

@@ -21,6 +21,8 @@ from .setpoint_following import Outcome
 
 __all__ = ["StabilityStream"]
 
+_OPEN = LoopStatus()
+
 
 class StabilityStream:
     """Makes the messages of the stream; remembers the last one for the trend."""
@@ -39,7 +41,7 @@ class StabilityStream:
         now: float,
         setpoint_age: float,
         wrench_age: float,
-        loop: LoopStatus,
+        loop: LoopStatus = _OPEN,
     ) -> StabilityMetrics:
         """Metrics of the equilibrium after a tick, and what they ask for.
 

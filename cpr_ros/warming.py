@@ -38,7 +38,6 @@ def warm_up(session: Session, frames: Frames) -> Iterator[str]:
         now=0.0,
         setpoint_age=-1.0,
         wrench_age=-1.0,
-        loop=session.loop_status(0.0),
     )
     yield "stability and kinemato-statics"
     leg_shapes(home, POINTS)
