@@ -9,8 +9,6 @@ from collections import deque
 from collections.abc import Callable
 
 import numpy as np
-from helpers.drive import PERIOD, THRESHOLDS, robot
-from helpers.soft_robot import SoftRobot
 
 from cpr_ros.assessment import Threshold
 from cpr_ros.conversions import Frames
@@ -19,6 +17,8 @@ from cpr_ros.parameter_table import PARAMETERS
 from cpr_ros.parameters import LiveParameters, Parameters, live_parameters
 from cpr_ros.pose_loop import LoopStatus
 from cpr_ros.session import Session
+from helpers.drive import PERIOD, THRESHOLDS, robot
+from helpers.soft_robot import SoftRobot
 
 DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
 FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
@@ -40,7 +40,7 @@ class ClosedLoop:
         self.session.begin_at(self.model, self.model.motors, 0.0)
         self.real = SoftRobot(name, payload)
         self.now, self.longest_step, self.states = 100.0, 0.0, []
-        #: The camera: time between two pictures, their delay, whether it tells it, what it makes of a pose.
+        # The camera: time between pictures, their delay, whether it tells it, what it makes of a pose.
         self.every, self.delay, self.stamped = 0.02, 0.0, True
         self.seen: Callable[[np.ndarray], np.ndarray | None] = lambda pose: pose
         self._next, self._pictures = self.now, deque()

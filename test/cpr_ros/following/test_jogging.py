@@ -5,10 +5,10 @@
 
 import numpy as np
 import pytest
-from helpers.closed_loop import FRAMES, ClosedLoop, live
-from helpers.drive import PERIOD, changed_robot, robot
 from cpr_msgs.msg import ErrorCode
 from geometry_msgs.msg import TwistStamped
+from helpers.closed_loop import FRAMES, ClosedLoop, live
+from helpers.drive import PERIOD, changed_robot, robot
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,7 +16,7 @@ from cpr_core import CprError, solve_home
 from cpr_core.lie import rotation_exp, rotation_log
 from cpr_ros.error_codes import RequestError
 from cpr_ros.goals import PoseGoal
-from cpr_ros.jogging import JogGoal, Jogger, PlatformTwist
+from cpr_ros.jogging import Jogger, JogGoal, PlatformTwist
 from cpr_ros.platform_messages import platform_twist
 from cpr_ros.pose_loop import PoseLoop
 from cpr_ros.supervision import State

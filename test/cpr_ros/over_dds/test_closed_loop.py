@@ -29,13 +29,13 @@ class Camera(Driver):
 
     def __init__(self, client, name, payload=None):
         self.real = SoftRobot(name, payload)
-        self.commands, self.waiting = [], False
+        self.heard, self.waiting = [], False
         node = client.node
         self.topic = node.create_publisher(
             PoseStamped, "/cpr_node/measured_platform_pose", qos_profile_sensor_data
         )
         self.twists = node.create_publisher(TwistStamped, "/cpr_node/platform_twist", 1)
-        self._heard = node.create_subscription(
+        self._listening = node.create_subscription(
             Float64MultiArray, "/cpr_node/motor_commands", self._on_command, 1000
         )
         self._timer = None
@@ -46,7 +46,7 @@ class Camera(Driver):
         )
 
     def _on_command(self, message):
-        self.commands.append(np.array(message.data))
+        self.heard.append(np.array(message.data))
         self.waiting = True
 
     def measure(self, rate):
@@ -57,7 +57,7 @@ class Camera(Driver):
 
     def _picture(self):
         if self.waiting:
-            self.real.go(self.commands[-1])
+            self.real.go(self.heard[-1])
             self.waiting = False
         message = PoseStamped()
         message.header.frame_id = "base"
@@ -86,8 +86,8 @@ class Camera(Driver):
 
     def check_commands(self):
         """No command is farther from the one before than a tick's way."""
-        assert len(self.commands) > 10
-        steps = np.abs(np.diff(self.commands, axis=0))
+        assert len(self.heard) > 10
+        steps = np.abs(np.diff(self.heard, axis=0))
         assert steps.max() <= SPEED / RATE * (1.0 + 2e-5)
 
     def until_frozen(self, text):
@@ -108,7 +108,7 @@ class Camera(Driver):
         node = self.client.node
         node.destroy_publisher(self.topic)
         node.destroy_publisher(self.twists)
-        node.destroy_subscription(self._heard)
+        node.destroy_subscription(self._listening)
         super().close()
 
 
@@ -120,7 +120,7 @@ def camera(rfrfr):
         made.go_home()
         assert made.set_parameters(loop_gain=4.0, loop_max_rate=1.0).successful
         made.spin(0.1)
-        made.commands.clear()
+        made.heard.clear()
         made.forget()
         yield made
     finally:
@@ -134,12 +134,12 @@ def test_the_measured_pose_is_met_and_open_it_is_not(camera):
     assert camera.metrics.loop == StabilityMetrics.LOOP_OPEN
     assert np.isnan(camera.metrics.position_error) and camera.metrics.measured_pose_age == -1.0
     camera.spin(0.1)
-    camera.real.go(camera.commands[-1])
+    camera.real.go(camera.heard[-1])
     off = np.linalg.norm(camera.real.here.platform_position[:2] - SETPOINT)
     camera.measure(50.0)
     camera.until_met(5e-7)
     camera.spin(0.1)
-    camera.real.go(camera.commands[-1])
+    camera.real.go(camera.heard[-1])
     met = np.linalg.norm(camera.real.here.platform_position[:2] - SETPOINT)
     print(f"rfrfr: open loop off by {off:.3g} m, closed loop by {met:.1e} m")
     assert off > 0.02
@@ -155,7 +155,7 @@ def test_position_and_orientation_are_met(six_rfs):
         camera.go_home()
         assert camera.set_parameters(loop_gain=4.0, loop_max_rate=1.0).successful
         camera.spin(0.1)
-        camera.commands.clear()
+        camera.heard.clear()
         camera.until(lambda: True)
         setpoint = camera.all(PoseStamped)[-1]
         setpoint.pose.position.z -= 0.03
@@ -184,7 +184,7 @@ def test_it_halts_as_without(rfrfr):
     try:
         camera.go_home()
         assert camera.set_parameters(loop_gain=4.0, loop_max_rate=1.0).successful
-        camera.commands.clear()
+        camera.heard.clear()
         camera.measure(50.0)
         camera.send_platform(0.0, 0.4)
         camera.until_met(1e-4)
@@ -265,7 +265,7 @@ def test_one_picture_a_second_and_noise_at_200_hz(camera):
     camera.measure(200.0)
     camera.spin(3.0)
     camera.until(lambda: camera.metrics.loop == StabilityMetrics.LOOP_CLOSED)
-    camera.real.go(camera.commands[-1])
+    camera.real.go(camera.heard[-1])
     off = np.linalg.norm(camera.real.here.platform_position[:2] - SETPOINT)
     print(f"noise of 1 mm at 200 Hz: off by {off:.1e} m")
     assert off < 1.5e-3
@@ -298,26 +298,29 @@ def test_the_platform_is_jogged_into_a_halt_and_back(rfrfr, camera):
 PAGE = Path(__file__).parents[3] / "docs/node.md"
 
 
-def test_the_programs_of_the_page_do_what_they_say(rfrfr, camera):
-    """As they are on the page, each in a process of its own."""
-    text = PAGE.read_text(encoding="utf-8")
-    section = text[text.index("## Closed loop") : text.index("## Maps")]
-    programs = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
-    assert len(programs) == 2
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [("Closed loop", "the measured platform is there"), ("Jogging", "jogged for a second")],
+)
+def test_the_program_of_the_page_does_what_it_says(rfrfr, camera, section, said):
+    """As it is on the page, in a process of its own."""
+    _, _, text = PAGE.read_text(encoding="utf-8").partition(f"\n## {section}\n")
+    [program] = re.findall(r"```python\n(.*?)```", text.partition("\n## ")[0], re.DOTALL)
     camera.measure(50.0)
-    domain = str(rfrfr.client.context.get_domain_id())
-    for program, said in zip(programs, ("the measured platform is there", "jogged"), strict=True):
-        running = subprocess.Popen(
-            [sys.executable, "-c", program],
-            env=os.environ | {"ROS_DOMAIN_ID": domain},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        try:
-            rfrfr.client.spin_until(lambda: running.poll() is not None, timeout=3.0 * TIMEOUT)
-        finally:
-            running.kill()
-        output = running.stdout.read()
-        assert running.returncode == 0, output
-        assert said in output
+    begun = camera.position
+    running = subprocess.Popen(
+        [sys.executable, "-c", program],
+        env=os.environ | {"ROS_DOMAIN_ID": str(rfrfr.client.context.get_domain_id())},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        camera.client.spin_until(lambda: running.poll() is not None, timeout=3.0 * TIMEOUT)
+    finally:
+        running.kill()
+    output, _ = running.communicate()
+    assert running.returncode == 0, output
+    assert said in output
+    assert camera.position[0] > begun[0] + 5e-3
+    camera.check_commands()
