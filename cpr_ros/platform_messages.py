@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rclpy.time import Time
 
 from cpr_core import InvalidRequest, Robot
+from cpr_core.solving.requests import pose_meaning
 from cpr_core.validation import checked_vector
 
 from .conversions import Frames, controlled_pose, twist_vector
@@ -54,7 +55,7 @@ def measured_pose(robot: Robot, message: PoseStamped, frames: Frames) -> NDArray
         )
     _check_controlled(robot)
     pose = controlled_pose(robot, message.pose, _TILT)
-    return checked_vector("pose", pose, len(pose), " ".join(robot.description.controlled))
+    return checked_vector("pose", pose, len(pose), " ".join(pose_meaning(robot)))
 
 
 def measurement_delay(message: PoseStamped, now: Time) -> float:

@@ -17,9 +17,11 @@ from cpr_ros.parameter_table import PARAMETERS
 from cpr_ros.parameters import LiveParameters, Parameters, live_parameters
 from cpr_ros.pose_loop import LoopStatus
 from cpr_ros.session import Session
-from helpers.drive import PERIOD, THRESHOLDS, robot
+from helpers.drive import THRESHOLDS, robot
 from helpers.soft_robot import SoftRobot
 
+#: Of a tick: longer than a node has it by default, so that seconds are soon over.
+PERIOD = 0.02
 DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
 FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
 FRAMES = Frames("base", "platform")
