@@ -103,8 +103,9 @@ class Session:
             self.outcome = mover.tick(before, loads, now)
         self.solver.current = self.outcome.assessment
         there = self.outcome.assessment.equilibrium
-        goal, arrived = self.follower.goal, self.follower.arrived(there)
-        self.loop.note(there, goal, self.outcome.state, arrived, now)
+        state = self.outcome.state
+        arrived = state == State.IDLE or self.follower.arrived(there)
+        self.loop.note(there, self.follower.goal, state, arrived, now)
         self.velocity = (there.motors - before.equilibrium.motors) / self.period
         return self.outcome
 

