@@ -37,6 +37,7 @@ from .motor_messages import motors_from_joint_state
 
 __all__ = [
     "Frames",
+    "controlled_pose",
     "equilibrium_from_message",
     "fill_equilibrium",
     "joint_state",
@@ -99,19 +100,38 @@ def pose_from_message(
             "controlled",
             f"expected {', '.join(description.controlled)}, got {', '.join(controlled)}",
         )
-    position, orientation = message.pose.position, message.pose.orientation
+    return controlled_pose(robot, message.pose, where=where)
+
+
+def controlled_pose(
+    robot: Robot, message: Pose, *, tilt: float = 1e-9, where: str = ""
+) -> Floats:
+    """Controlled coordinates of a pose in the base frame, in the order of the description.
+
+    Args:
+        robot: The robot.
+        message: The pose.
+        tilt: By how much of 1 - cos(angle) the pose of a planar robot may leave the plane.
+        where: What comes before the names of its fields in error messages.
+
+    Raises:
+        NonFiniteInput: A NaN or an infinity.
+        InvalidQuaternion: No rotation, or in the plane one that leaves it.
+    """
+    position, orientation = message.position, message.orientation
     values = {"x": position.x, "y": position.y, "z": position.z}
-    read = [name for name in description.controlled if name in values]
+    controlled = robot.description.controlled
+    read = [name for name in controlled if name in values]
     checked_vector(
         f"{where}pose.position", [values[name] for name in read], len(read), " ".join(read)
     )
-    if {"orientation", "angle", "roll", "pitch", "yaw"} & set(description.controlled):
+    if {"orientation", "angle", "roll", "pitch", "yaw"} & set(controlled):
         quaternion = [orientation.w, orientation.x, orientation.y, orientation.z]
         try:
             rotation = rotation_from_quaternion(quaternion)
         except InvalidRequest as error:
             raise type(error)(f"{where}pose.orientation", error.problem) from None
-        if robot.planar and rotation[2, 2] < 1.0 - 1e-9:
+        if robot.planar and rotation[2, 2] < 1.0 - tilt:
             raise InvalidQuaternion(
                 f"{where}pose.orientation", "expected a rotation about z for a planar robot"
             )

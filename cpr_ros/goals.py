@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from copy import copy
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -96,6 +97,12 @@ class PoseGoal:
         if not self.names:
             raise InvalidRequest("pose", "the inverse problem of this robot has no solution")
         self.pose = checked_vector("pose", pose, len(self.names), " ".join(self.names))
+
+    def at(self, pose: Floats) -> Self:
+        """The same with another pose."""
+        goal = copy(self)
+        goal.pose = pose
+        return goal
 
     def remaining(self, start: Equilibrium) -> float:
         """Larger one of distance (in rod lengths) and angle."""

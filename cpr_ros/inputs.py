@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from cpr_msgs.msg import ErrorCode
-from geometry_msgs.msg import PoseStamped, WrenchStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
@@ -33,6 +33,7 @@ from .conversions import (
 from .dropped_messages import DroppedMessages
 from .goals import MotorGoal, PoseGoal
 from .motor_messages import measured_motors, motor_setpoint
+from .platform_messages import measured_pose, measurement_delay, platform_twist
 from .session import Session
 from .trajectory_following import Ending
 from .trajectory_messages import trajectory_order
@@ -104,6 +105,13 @@ class Inputs:
             (JointTrajectory, "~/joint_trajectory", self._joint_trajectory, NEWEST),
             (WrenchStamped, "~/external_wrench", self._external_wrench, qos_profile_sensor_data),
             (JointState, MEASURED, self._measured, qos_profile_sensor_data),
+            (
+                PoseStamped,
+                "~/measured_platform_pose",
+                self._measured_pose,
+                qos_profile_sensor_data,
+            ),
+            (TwistStamped, "~/platform_twist", self._platform_twist, NEWEST),
         ):
             node.create_subscription(kind, topic, self._guarded(topic, take), qos)
 
@@ -171,3 +179,15 @@ class Inputs:
             session.tracker.take(measured_motors(session.robot, message), now)
         elif session.unplaced:
             self._place(measured_motors(session.robot, message))
+
+    def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
+        try:
+            pose = measured_pose(session.robot, message, self._frames)
+        except CprError as error:
+            session.loop.refuse(str(error))
+            raise
+        delay = measurement_delay(message, self._node.get_clock().now())
+        session.loop.take(pose, now, delay)
+
+    def _platform_twist(self, session: Session, message: TwistStamped, now: float) -> None:
+        session.jog(platform_twist(session.robot, message, self._frames), now)

@@ -111,7 +111,7 @@ class MoveAction:
             self._end(motion, RequestError(ErrorCode.PREEMPTED, _replaced_by(session)))
             return
         equilibrium = outcome.assessment.equilibrium
-        remaining = motion.goal.remaining(equilibrium)
+        remaining = session.follower.corrected(motion.goal).remaining(equilibrium)
         arrived = remaining <= ARRIVED and session.commands.there(equilibrium.motors)
         if arrived and outcome.state == State.IDLE:
             self._end(motion, None)

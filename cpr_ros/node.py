@@ -212,6 +212,7 @@ class CprNode(LifecycleNode):
         session = self._required_session()
         session.follower.drop()
         self._announcements = Announcements()
+        session.loop.forget()
         if self._whereabouts is not None:
             self._whereabouts.look()
         self._active = True

@@ -120,6 +120,7 @@ class Outputs:
             now=now,
             setpoint_age=session.input_watchdog.age(now),
             wrench_age=session.wrench.watchdog.age(now),
+            loop=session.loop_status(now),
         )
         self._stability.publish(message)
 

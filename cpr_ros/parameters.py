@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -16,6 +17,7 @@ from cpr_core import CprError
 
 from .assessment import Threshold, thresholds_problem
 from .parameter_table import PARAMETERS, ROS_PARAMETERS, THRESHOLDS, DeclaredParameter
+from .pose_loop import LoopSettings
 from .setpoint_following import Settings
 
 __all__ = [
@@ -77,12 +79,16 @@ class LiveParameters:
         wrench_timeout: Age beyond which an external wrench acts no more [s]; 0: never.
         measured_timeout: Age beyond which measured motors are stale [s]; 0: never.
         time_limit: Longest time of a request [s].
+        loop: Of the correction by measured poses.
+        twist_timeout: Age beyond which a twist moves nothing [s].
     """
 
     settings: Settings
     wrench_timeout: float
     measured_timeout: float
     time_limit: float
+    loop: LoopSettings
+    twist_timeout: float
 
 
 def declare(node: Node) -> Parameters:
@@ -129,8 +135,21 @@ def live_parameters(value: Callable[[str], Any]) -> LiveParameters:
         max_speed=value("max_speed"),
         setpoint_timeout=value("setpoint_timeout"),
     )
+    loop = LoopSettings(
+        gain=value("loop_gain"),
+        max_correction=value("loop_max_correction"),
+        max_rate=value("loop_max_rate"),
+        jump=value("measured_pose_jump"),
+        settling=value("measured_pose_settling"),
+        timeout=value("measured_pose_timeout"),
+    )
     return LiveParameters(
-        settings, value("wrench_timeout"), value("measured_timeout"), value("time_limit")
+        settings,
+        value("wrench_timeout"),
+        value("measured_timeout"),
+        value("time_limit"),
+        loop,
+        value("twist_timeout"),
     )
 
 
@@ -142,9 +161,13 @@ def live_problem(live: LiveParameters) -> str:
     for name in ("max_speed", "hysteresis", "setpoint_timeout"):
         if not problem and not getattr(live.settings, name) < float("inf"):
             problem = f"expected a finite {name}"
-    for name in ("wrench_timeout", "measured_timeout", "time_limit"):
+    for name in ("wrench_timeout", "measured_timeout", "time_limit", "twist_timeout"):
         if not problem and not getattr(live, name) < float("inf"):
             problem = f"expected a finite {name}"
+    for number in fields(live.loop):
+        value = getattr(live.loop, number.name)
+        if not problem and not math.isfinite(value):
+            problem = f"expected finite numbers for the closed loop, got {number.name} {value}"
     return problem
 
 

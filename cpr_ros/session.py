@@ -18,9 +18,11 @@ from .conversions import Frames
 from .error_codes import RequestError
 from .external_wrench import ExternalWrench
 from .goals import Goal
+from .jogging import Jogger, PlatformTwist
 from .motor_commands import MotorCommands
 from .motor_tracking import MotorTracker
 from .parameters import LiveParameters, Parameters
+from .pose_loop import LoopStatus, PoseLoop
 from .setpoint_following import Outcome, SetpointFollower
 from .solver import Solver
 from .supervision import State
@@ -41,6 +43,8 @@ class Session:
         trajectories: Timed trajectories, which it follows too.
         tracker: Tracking of measured motors; None if the node moves the motors itself.
         wrench: External wrench.
+        loop: Correction of platform setpoints by measured poses.
+        jogger: Platform setpoint moved by twists.
         commands: Where the motors are sent, if the node moves them.
         outcome: Of the last tick.
         velocity: Of the motors in the last tick, (n,) [rad/s or m/s].
@@ -67,6 +71,9 @@ class Session:
             else None
         )
         self.wrench = ExternalWrench(robot, live.wrench_timeout)
+        self.loop = PoseLoop(robot, self.period, live.loop)
+        self.follower.corrected = self.loop.corrected
+        self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
         self.commands = MotorCommands(robot, self.period)
         home = self.solver.current
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
@@ -78,6 +85,8 @@ class Session:
         self.follower.settings = live.settings
         self.solver.time_limit = live.time_limit
         self.wrench.watchdog.timeout = live.wrench_timeout
+        self.loop.settings = live.loop
+        self.jogger.watchdog.timeout = live.twist_timeout
         if self.tracker is not None:
             self.tracker.watchdog.timeout = live.measured_timeout
             self.tracker.at_rest = False
@@ -96,7 +105,8 @@ class Session:
         current, last = self.solver.current, self.outcome
         if last.moved or last.assessment is not current or last.state == State.ALIGNING:
             return False
-        if not self.trajectories.at_rest:
+        goal = self.follower.goal
+        if not (self.trajectories.at_rest and self.loop.at_rest(goal) and self.jogger.at_rest(goal)):
             return False
         if self.tracker is not None:
             return self.tracker.at_rest and not self.wrench.watchdog.expires
@@ -110,6 +120,10 @@ class Session:
         """Move on by one tick."""
         before = self.solver.current
         self.trajectories.before_tick(before, now)
+        if self.jogger.drives(self.follower.goal):
+            here = before.equilibrium
+            self.jogger.advance(here, self.follower.arrived(here), now)
+        self.loop.advance(now)
         loads = self.wrench.loads(before.equilibrium.loads, now)
         if self.tracker is None and not self.commands.there(before.equilibrium.motors):
             borne, burden = self.follower.bear(before, loads)
@@ -119,8 +133,11 @@ class Session:
             mover = self.follower if self.tracker is None else self.tracker
             self.outcome = mover.tick(before, loads, now)
         self.solver.current = self.outcome.assessment
-        moved = self.outcome.assessment.equilibrium.motors - before.equilibrium.motors
-        self.velocity = moved / self.period
+        there = self.outcome.assessment.equilibrium
+        state = self.outcome.state
+        arrived = state == State.IDLE or self.follower.arrived(there)
+        self.loop.note(there, self.follower.goal, state, arrived, now)
+        self.velocity = (there.motors - before.equilibrium.motors) / self.period
         self.trajectories.after_tick(self.outcome, now)
         return self.outcome
 
@@ -203,6 +220,25 @@ class Session:
         if self.follower.returning:
             raise RequestError(ErrorCode.NOT_READY, "the node is on its way home")
 
+    def jog(self, twist: PlatformTwist, now: float) -> None:
+        """Take a twist: it moves the platform setpoint from where the robot is.
+
+        A twist of zero does not end what others do.
+
+        Raises:
+            RequestError: The node takes none now.
+        """
+        if not self.jogger.drives(self.follower.goal):
+            if twist.rests:
+                return
+            self.follow(self.jogger.begin(self.solver.current.equilibrium, now), now)
+        self.follower.watchdog.feed(now)
+        self.jogger.take(twist, now)
+
+    def loop_status(self, now: float) -> LoopStatus:
+        """Whether the measured pose corrects the setpoint."""
+        return self.loop.status(self.follower.goal, now)
+
     def pause(self, paused: bool) -> str:
         """Pause or release; says what was done.
 
@@ -229,4 +265,5 @@ class Session:
         if self.follower.paused:
             raise RequestError(ErrorCode.NOT_READY, "the node is paused: release it first")
         self.follower.reset()
+        self.loop.forget()
         return "walking home along the branch; the stability stream says when it is there"

@@ -12,7 +12,7 @@ stop threshold of every measure that gets worse; what gets better is never limit
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,6 +88,7 @@ class SetpointFollower:
         robot: The robot.
         period: Time of a tick [s].
         watchdog: Age of the newest setpoint.
+        corrected: Where the robot is sent for a goal: there, or where it then is measured there.
     """
 
     def __init__(self, robot: Robot, period: float, settings: Settings) -> None:
@@ -95,6 +96,7 @@ class SetpointFollower:
         self.robot, self.period = robot, period
         self.watchdog = Watchdog(settings.setpoint_timeout)
         self.settings = settings
+        self.corrected: Callable[[Goal], Goal] = lambda goal: goal
         self.paused = False
         self._goal: Goal | None = None
         self._ages = True
@@ -135,6 +137,10 @@ class SetpointFollower:
         """Whether another tick would change nothing, as long as the same loads act."""
         return not self._under_way and not self._stirred
 
+    def arrived(self, current: Equilibrium) -> bool:
+        """Whether an equilibrium is where the robot is sent."""
+        return self._goal is None or self.corrected(self._goal).remaining(current) <= ARRIVED
+
     def follow(self, goal: Goal, now: float, *, ages: bool = True) -> None:
         """Take a new setpoint; the newest wins.
 
@@ -174,7 +180,8 @@ class SetpointFollower:
         """
         self._stirred = False
         borne, burden = self.bear(current, loads)
-        goal, moved, home_missed = self._goal, borne is not current, False
+        goal = None if self._goal is None else self.corrected(self._goal)
+        moved, home_missed = borne is not current, False
         state = State.PAUSED if self.paused else State.IDLE
         self._under_way = False
         if goal is not None and not self.paused:

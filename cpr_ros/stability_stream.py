@@ -16,9 +16,12 @@ from std_msgs.msg import Header
 from .analysis import message_matrix, singularity_message
 from .assessment import Assessment, Thresholds
 from .conversions import Frames
+from .pose_loop import LoopStatus
 from .setpoint_following import Outcome
 
 __all__ = ["StabilityStream"]
+
+_OPEN = LoopStatus()
 
 
 class StabilityStream:
@@ -38,6 +41,7 @@ class StabilityStream:
         now: float,
         setpoint_age: float,
         wrench_age: float,
+        loop: LoopStatus = _OPEN,
     ) -> StabilityMetrics:
         """Metrics of the equilibrium after a tick, and what they ask for.
 
@@ -49,6 +53,7 @@ class StabilityStream:
             now: Steady time [s].
             setpoint_age: Age of the newest setpoint [s], -1 without.
             wrench_age: Age of the external wrench [s], -1 without.
+            loop: Whether the measured pose corrects the setpoint.
         """
         assessment, told = outcome.assessment, outcome.verdict
         equilibrium = assessment.equilibrium
@@ -85,6 +90,11 @@ class StabilityStream:
             setpoint_age=setpoint_age,
             wrench_age=wrench_age,
             solve_time=assessment.solve_time,
+            loop=int(loop.loop),
+            loop_text=loop.text,
+            measured_pose_age=loop.age,
+            position_error=loop.position_error,
+            rotation_error=loop.rotation_error,
         )
 
     def _trend(self, margin: float, now: float) -> float:

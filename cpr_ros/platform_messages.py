@@ -1,0 +1,109 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Measured poses and twists of the platform from messages."""
+
+from __future__ import annotations
+
+import numpy as np
+from cpr_msgs.msg import ErrorCode
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from numpy.typing import NDArray
+from rclpy.time import Time
+
+from cpr_core import InvalidRequest, Robot
+from cpr_core.solving.requests import pose_meaning
+from cpr_core.validation import checked_vector
+
+from .conversions import Frames, controlled_pose, twist_vector
+from .error_codes import RequestError
+from .jogging import PlatformTwist
+
+__all__ = ["measured_pose", "measurement_delay", "platform_twist"]
+
+#: Tilt out of the plane, 1 - cos(angle), that a measured pose may have: 0.2 rad.
+_TILT = 0.02
+#: Components of a twist [omega; v].
+_TWIST = ("angular.x", "angular.y", "angular.z", "linear.x", "linear.y", "linear.z")
+#: Which of them move a controlled coordinate.
+_MOVED_BY = {
+    "x": {"linear.x"},
+    "y": {"linear.y"},
+    "z": {"linear.z"},
+    "angle": {"angular.z"},
+    "roll": {"angular.x"},
+    "pitch": {"angular.y"},
+    "yaw": {"angular.z"},
+    "orientation": {"angular.x", "angular.y", "angular.z"},
+}
+
+
+def measured_pose(robot: Robot, message: PoseStamped, frames: Frames) -> NDArray[np.float64]:
+    """Controlled coordinates of a measured pose; of a planar robot a small tilt is left out.
+
+    Raises:
+        RequestError: The frame is not the base frame.
+        InvalidRequest: The robot controls no coordinates.
+        InvalidQuaternion: No rotation.
+        NonFiniteInput: A NaN or an infinity in a controlled coordinate.
+    """
+    frame = message.header.frame_id or frames.base
+    if frame != frames.base:
+        raise RequestError(
+            ErrorCode.FRAME_TRANSFORM_FAILURE,
+            f"header.frame_id: expected {frames.base!r}, got {frame!r}",
+        )
+    _check_controlled(robot)
+    pose = controlled_pose(robot, message.pose, tilt=_TILT)
+    return checked_vector("pose", pose, len(pose), " ".join(pose_meaning(robot)))
+
+
+def measurement_delay(message: PoseStamped, now: Time) -> float:
+    """Time since a message was stamped [s]; 0 without a stamp, and for one from the future."""
+    stamp = message.header.stamp
+    if stamp.sec == 0 and stamp.nanosec == 0:
+        return 0.0
+    return max(0.0, 1e-9 * now.nanoseconds - stamp.sec - 1e-9 * stamp.nanosec)
+
+
+def platform_twist(robot: Robot, message: TwistStamped, frames: Frames) -> PlatformTwist:
+    """Twist of the platform, its axes those of the base frame, of one fixed to it, or of the platform.
+
+    Raises:
+        RequestError: The frame is not known.
+        InvalidRequest: A component that moves no controlled coordinate of the robot.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    twist = checked_vector("twist", twist_vector(message.twist), 6, " ".join(_TWIST))
+    _check_controlled(robot)
+    controlled = robot.description.controlled
+    allowed = set().union(*(_MOVED_BY[name] for name in controlled))
+    wrong = [
+        name for name, value in zip(_TWIST, twist, strict=True) if value and name not in allowed
+    ]
+    if wrong:
+        raise InvalidRequest(
+            "twist",
+            f"expected {' '.join(sorted(allowed))} only, as the robot controls "
+            f"{' '.join(controlled)}; got {', '.join(wrong)} as well",
+        )
+    frame = message.header.frame_id or frames.base
+    if frame in (frames.base, frames.platform):
+        return PlatformTwist(twist, in_platform=frame == frames.platform)
+    rotation = frames.rotation_to_base(frame) if frames.rotation_to_base else None
+    if rotation is None:
+        raise RequestError(
+            ErrorCode.FRAME_TRANSFORM_FAILURE,
+            f"header.frame_id: expected {frames.base!r} or {frames.platform!r}, got {frame!r}",
+        )
+    return PlatformTwist(
+        np.concatenate([rotation @ twist[:3], rotation @ twist[3:]]), in_platform=False
+    )
+
+
+def _check_controlled(robot: Robot) -> None:
+    """Whether there is anything to correct or to jog."""
+    if not robot.description.controlled:
+        raise InvalidRequest(
+            "controlled", f"{robot.description.name} controls no platform coordinates"
+        )

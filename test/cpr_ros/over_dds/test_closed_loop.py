@@ -1,0 +1,326 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A robot with softer rods and an unknown payload: measured, corrected, jogged."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cpr_msgs.msg import StabilityMetrics
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from helpers.driver import Driver
+from helpers.node_process import TIMEOUT
+from helpers.soft_robot import SoftRobot
+from rclpy.qos import qos_profile_sensor_data
+from std_msgs.msg import Float64MultiArray
+
+RATE, SPEED = 200.0, 4.0
+SETPOINT = np.array([0.05, 0.75])
+
+
+class Camera(Driver):
+    """Moves a robot that is not as described by the motor commands, and measures its platform."""
+
+    def __init__(self, client, name, payload=None):
+        self.real = SoftRobot(name, payload)
+        self.heard, self.waiting = [], None
+        node = client.node
+        self.topic = node.create_publisher(
+            PoseStamped, "/cpr_node/measured_platform_pose", qos_profile_sensor_data
+        )
+        self.twists = node.create_publisher(TwistStamped, "/cpr_node/platform_twist", 1)
+        self._listening = node.create_subscription(
+            Float64MultiArray, "/cpr_node/motor_commands", self._on_command, 1000
+        )
+        self._timer = None
+        self.changed = lambda message: message
+        super().__init__(client)
+        client.spin_until(
+            lambda: self.topic.get_subscription_count() and self.twists.get_subscription_count()
+        )
+
+    def _on_command(self, message):
+        self.heard.append(np.array(message.data))
+        self.waiting = self.heard[-1]
+
+    def measure(self, rate):
+        """Pictures a second; 0: none."""
+        if self._timer is not None:
+            self.client.node.destroy_timer(self._timer)
+        self._timer = self.client.node.create_timer(1.0 / rate, self._picture) if rate else None
+
+    def obey(self):
+        """Be where the newest command sends the motors."""
+        if self.waiting is not None:
+            self.real.go(self.waiting)
+            self.waiting = None
+
+    def _picture(self):
+        self.obey()
+        message = PoseStamped()
+        message.header.frame_id = "base"
+        message.header.stamp = self.client.node.get_clock().now().to_msg()
+        point, turn = message.pose.position, message.pose.orientation
+        point.x, point.y, point.z = self.real.here.platform_position.tolist()
+        turn.w, turn.x, turn.y, turn.z = self.real.here.platform_quaternion.tolist()
+        message = self.changed(message)
+        if message is not None:
+            self.topic.publish(message)
+
+    def twist(self, done, frame="", **linear):
+        """A twist, twenty times a second until something holds."""
+        message = TwistStamped()
+        message.header.frame_id = frame
+        for axis, value in linear.items():
+            setattr(message.twist.linear, axis, value)
+        timer = self.client.node.create_timer(0.05, lambda: self.twists.publish(message))
+        self.until(done, timeout=60.0)
+        self.client.node.destroy_timer(timer)
+
+    def error(self):
+        """What the stream says."""
+        return self.metrics.position_error
+
+    def check_commands(self):
+        """No command is farther from the one before than a tick's way."""
+        assert len(self.heard) > 10
+        steps = np.abs(np.diff(self.heard, axis=0))
+        assert steps.max() <= SPEED / RATE * (1.0 + 2e-5)
+
+    def until_frozen(self, text):
+        self.until(
+            lambda: (
+                self.metrics.loop == StabilityMetrics.LOOP_FROZEN and text in self.metrics.loop_text
+            )
+        )
+
+    def until_met(self, error):
+        self.until(
+            lambda: self.metrics.loop == StabilityMetrics.LOOP_CLOSED and self.error() < error,
+            timeout=60.0,
+        )
+
+    def close(self):
+        self.measure(0)
+        node = self.client.node
+        node.destroy_publisher(self.topic)
+        node.destroy_publisher(self.twists)
+        node.destroy_subscription(self._listening)
+        super().close()
+
+
+@pytest.fixture
+def camera(rfrfr):
+    """A planar robot with a payload, at home, its loop quick."""
+    made = Camera(rfrfr.client, "rfrfr")
+    try:
+        made.go_home()
+        assert made.set_parameters(loop_gain=4.0, loop_max_rate=1.0).successful
+        made.spin(0.1)
+        made.heard.clear()
+        made.forget()
+        yield made
+    finally:
+        made.close()
+
+
+def test_the_measured_pose_is_met_and_open_it_is_not(camera):
+    camera.send_platform(*SETPOINT)
+    camera.until(lambda: np.allclose(camera.position[:2], SETPOINT, rtol=0.0, atol=1e-9))
+    camera.until_state(StabilityMetrics.STATE_IDLE)
+    assert camera.metrics.loop == StabilityMetrics.LOOP_OPEN
+    assert np.isnan(camera.metrics.position_error) and camera.metrics.measured_pose_age == -1.0
+    camera.spin(0.1)
+    camera.obey()
+    off = np.linalg.norm(camera.real.here.platform_position[:2] - SETPOINT)
+    camera.measure(50.0)
+    camera.until_met(5e-7)
+    camera.spin(0.1)
+    camera.obey()
+    met = np.linalg.norm(camera.real.here.platform_position[:2] - SETPOINT)
+    print(f"rfrfr: open loop off by {off:.3g} m, closed loop by {met:.1e} m")
+    assert off > 0.02
+    assert met < 1e-6
+    assert np.isnan(camera.metrics.rotation_error)  # this robot controls none
+    assert 0.0 <= camera.metrics.measured_pose_age < 1.0
+    camera.check_commands()
+
+
+def test_position_and_orientation_are_met(six_rfs):
+    camera = Camera(six_rfs.client, "six_rfs")
+    try:
+        camera.go_home()
+        assert camera.set_parameters(loop_gain=4.0, loop_max_rate=1.0).successful
+        camera.spin(0.1)
+        camera.heard.clear()
+        camera.until(lambda: True)
+        setpoint = camera.all(PoseStamped)[-1]
+        setpoint.pose.position.z -= 0.03
+        camera.platform.publish(setpoint)
+        z = setpoint.pose.position.z
+        camera.until(lambda: abs(camera.position[2] - z) < 1e-9)
+        camera.until_state(StabilityMetrics.STATE_IDLE)
+        camera.measure(50.0)
+        camera.until(lambda: camera.metrics.loop == StabilityMetrics.LOOP_CLOSED)
+        off = camera.metrics.position_error, camera.metrics.rotation_error
+        camera.until(
+            lambda: max(camera.metrics.position_error, camera.metrics.rotation_error) < 1e-6,
+            timeout=60.0,
+        )
+        print(
+            f"six_rfs: begun {off}, met {camera.error():.1e} m, {camera.metrics.rotation_error:.1e} rad"
+        )
+        assert max(off) > 5e-3
+        camera.check_commands()
+    finally:
+        camera.close()
+
+
+def test_it_halts_as_without(rfrfr):
+    camera = Camera(rfrfr.client, "rfrfr", payload=[0.0, 0.0, 0.0, 0.1, 0.5, 0.0])
+    try:
+        camera.go_home()
+        assert camera.set_parameters(loop_gain=4.0, loop_max_rate=1.0).successful
+        camera.heard.clear()
+        camera.measure(50.0)
+        camera.send_platform(0.0, 0.4)
+        camera.until_met(1e-4)
+        camera.send_platform(0.0, -0.2)
+        camera.until_state(StabilityMetrics.STATE_HALTED)
+        camera.spin(0.3)
+        camera.until_frozen("the robot is halted")
+        print(f"halted at margin {camera.metrics.margin:.4f}")
+        assert 0.05 <= camera.metrics.margin < 0.06
+        assert camera.metrics.action == StabilityMetrics.ACTION_HALT
+        camera.send_platform(0.0, 0.4)
+        camera.until_met(1e-4)
+        camera.check_commands()
+    finally:
+        camera.close()
+
+
+def test_what_cannot_be_believed_freezes_the_correction_and_is_told(camera):
+    # It holds longer than this test looks, on any machine.
+    assert camera.set_parameters(measured_pose_settling=3.0).successful
+    camera.send_platform(*SETPOINT)
+    camera.measure(50.0)
+    camera.until_met(1e-5)
+    for change, text in (
+        (moved, "the measured pose jumped by 0.1"),
+        (not_a_number, "all finite, got"),
+        (in_another_frame, "header.frame_id: expected 'base', got 'map'"),
+        (old, "s old when it came, by its stamp"),
+        (lambda message: None, "old, more than measured_pose_timeout 0.5 s"),
+    ):
+        camera.changed = change
+        camera.until_frozen(text)
+        motors = camera.motors
+        camera.spin(0.4)
+        camera.until(lambda: True)
+        np.testing.assert_allclose(camera.motors, motors, rtol=0.0, atol=1e-6)
+        assert camera.metrics.loop == StabilityMetrics.LOOP_FROZEN
+        camera.changed = lambda message: message
+        camera.until_met(1e-4)
+    camera.check_commands()
+    assert camera.set_parameters(measured_pose_settling=1.0).successful
+
+
+def moved(message):
+    message.pose.position.x += 0.1
+    return message
+
+
+def not_a_number(message):
+    message.pose.position.y = float("nan")
+    return message
+
+
+def in_another_frame(message):
+    message.header.frame_id = "map"
+    return message
+
+
+def old(message):
+    message.header.stamp.sec -= 3600
+    return message
+
+
+def test_one_picture_a_second_and_noise_at_200_hz(camera):
+    assert camera.set_parameters(loop_gain=1.0, measured_pose_timeout=3.0).successful
+    camera.send_platform(*SETPOINT)
+    camera.measure(1.0)
+    camera.until_met(5e-3)
+    camera.check_commands()
+    noise = np.random.default_rng(3)
+
+    def noisy(message):
+        message.pose.position.x += noise.normal(0.0, 1e-3)
+        message.pose.position.y += noise.normal(0.0, 1e-3)
+        return message
+
+    camera.changed = noisy
+    camera.measure(200.0)
+    camera.spin(3.0)
+    camera.until(lambda: camera.metrics.loop == StabilityMetrics.LOOP_CLOSED)
+    camera.obey()
+    off = np.linalg.norm(camera.real.here.platform_position[:2] - SETPOINT)
+    print(f"noise of 1 mm at 200 Hz: off by {off:.1e} m")
+    assert off < 1.5e-3
+    assert camera.metrics.action == StabilityMetrics.ACTION_NONE
+    camera.check_commands()
+    assert camera.set_parameters(measured_pose_timeout=0.5).successful
+
+
+def test_the_platform_is_jogged_into_a_halt_and_back(rfrfr, camera):
+    camera.send_platform(0.0, 0.2)
+    camera.until(lambda: np.allclose(camera.position[:2], [0.0, 0.2], rtol=0.0, atol=1e-9))
+    camera.twist(lambda: camera.position[1] < 0.18, y=-0.1)
+    camera.until_state(StabilityMetrics.STATE_IDLE)  # no twist any more: it holds
+    rest = camera.position
+    camera.twist(lambda: camera.metrics.state == StabilityMetrics.STATE_HALTED, y=-0.2)
+    assert camera.position[1] < rest[1]
+    assert 0.05 <= camera.metrics.margin < 0.06
+    back = camera.position[1] + 0.02
+    # This platform is a point and does not turn.
+    camera.twist(lambda: camera.position[1] > back, "platform", y=0.2)
+    camera.until_state(StabilityMetrics.STATE_IDLE)
+    camera.check_commands()
+    refused = "expected linear.x linear.y only, as the robot controls x y; got linear.z as well"
+    camera.twist(lambda: refused in rfrfr.process.output(), z=0.1)
+
+
+PAGE = Path(__file__).parents[3] / "docs/node.md"
+
+
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [("Closed loop", "the measured platform is there"), ("Jogging", "jogged for a second")],
+)
+def test_the_program_of_the_page_does_what_it_says(rfrfr, camera, section, said):
+    """As it is on the page, in a process of its own."""
+    _, _, text = PAGE.read_text(encoding="utf-8").partition(f"\n## {section}\n")
+    [program] = re.findall(r"```python\n(.*?)```", text.partition("\n## ")[0], re.DOTALL)
+    camera.measure(50.0)
+    camera.until(lambda: True)
+    begun = camera.position
+    running = subprocess.Popen(
+        [sys.executable, "-c", program],
+        env=os.environ | {"ROS_DOMAIN_ID": str(rfrfr.client.context.get_domain_id())},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        camera.client.spin_until(lambda: running.poll() is not None, timeout=3.0 * TIMEOUT)
+    finally:
+        running.kill()
+    output, _ = running.communicate()
+    assert running.returncode == 0, output
+    assert said in output
+    camera.until(lambda: camera.position[0] > begun[0] + 1e-4)  # a busy machine moves it less
+    camera.check_commands()

@@ -1,0 +1,92 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A node's session and a robot that is not as described, with given times and without ROS."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+import numpy as np
+
+from cpr_ros.assessment import Threshold
+from cpr_ros.conversions import Frames
+from cpr_ros.goals import PoseGoal, motor_steps
+from cpr_ros.parameter_table import PARAMETERS
+from cpr_ros.parameters import LiveParameters, Parameters, live_parameters
+from cpr_ros.pose_loop import LoopStatus
+from cpr_ros.session import Session
+from helpers.drive import THRESHOLDS, robot
+from helpers.soft_robot import SoftRobot
+
+#: Of a tick: longer than a node has it by default, so that seconds are soon over.
+PERIOD = 0.02
+DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
+FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
+FRAMES = Frames("base", "platform")
+
+
+def live(**changed: float) -> LiveParameters:
+    """Live parameters, some of them changed."""
+    return live_parameters(lambda name: changed.get(name, DEFAULTS[name]))
+
+
+class ClosedLoop:
+    """A session, the robot it commands, and a camera that measures it."""
+
+    def __init__(self, name: str, payload: list[float] | None = None, **parameters: float) -> None:
+        self.robot = robot(name)
+        fixed = Parameters(**FIXED | {"tick_rate": 1.0 / PERIOD, "characteristic_length": None})
+        self.session = Session(self.robot, FRAMES, fixed, live(**parameters))
+        self.session.begin_at(self.model, self.model.motors, 0.0)
+        self.real = SoftRobot(name, payload)
+        self.now, self.longest_step, self.states = 100.0, 0.0, []
+        # The camera: time between pictures, their delay, whether it tells it, what it makes of a pose.
+        self.every, self.delay, self.stamped = 0.02, 0.0, True
+        self.seen: Callable[[np.ndarray], np.ndarray | None] = lambda pose: pose
+        self._next, self._pictures = self.now, deque()
+
+    @property
+    def model(self):
+        return self.session.solver.current.equilibrium
+
+    @property
+    def status(self) -> LoopStatus:
+        return self.session.loop_status(self.now)
+
+    def error(self, pose) -> float:
+        """How far the real robot is from a pose [rod lengths, rad]."""
+        space = self.session.loop.coordinates
+        return space.size(space.way(self.real.here.pose, np.asarray(pose, float)))
+
+    def follow(self, pose) -> None:
+        self.session.follow(PoseGoal(self.robot, pose), self.now)
+
+    def tick(self) -> None:
+        self.now += PERIOD
+        self._measure()
+        self.states.append(self.session.tick(self.now).state)
+        before, command = self.session.commands.newest.copy(), self.session.next_command()
+        if command is not None:
+            speed = self.session.follower.settings.max_speed
+            step = np.abs(command - before) / motor_steps(self.robot, speed, PERIOD)
+            self.longest_step = max(self.longest_step, float(step.max()))
+            self.real.go(command)
+        current = self.session.solver.current
+        for name in ("margin", "motor_range", "effort_reserve"):
+            threshold: Threshold = THRESHOLDS[name]
+            assert current.value(name) >= threshold.stop, name
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds / PERIOD)):
+            self.tick()
+
+    def _measure(self) -> None:
+        if self.every and self.now >= self._next - 1e-9:
+            self._next += self.every
+            self._pictures.append((self.now, self.seen(self.real.here.pose)))
+        while self._pictures and self.now >= self._pictures[0][0] + self.delay - 1e-9:
+            taken, pose = self._pictures.popleft()
+            if pose is not None:
+                self.session.loop.take(pose, self.now, self.stamped * (self.now - taken))

@@ -1,0 +1,47 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A robot that is not as its description says: softer rods, and a payload nobody knows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import yaml
+
+from cpr_core import Robot, load_robot, solve_forward, solve_home
+from cpr_core.description.description_file import shipped_robots
+
+#: Payload, [m; f] on the platform [N m, N].
+PAYLOADS = {
+    "rfrfr": [0.0, 0.0, 0.0, 0.0, -1.0, 0.0],
+    "planar_body": [0.0, 0.0, 0.01, 0.0, -0.3, 0.0],
+    "three_rfs": [0.0, 0.0, 0.0, 0.0, 0.0, -0.3],
+    "six_rfs": [0.0, 0.0, 0.0, 0.0, 0.0, -2.0],
+    "four_rfr": [0.0, 0.0, 0.005, 0.0, -0.3, 0.0],
+}
+
+
+def softened(name: str, factor: float = 0.9) -> Robot:
+    """A shipped robot whose rods are softer."""
+    content = yaml.safe_load(shipped_robots()[name].read_text())
+    for modulus in ("young_modulus", "shear_modulus"):
+        content["rod"][modulus] = factor * float(content["rod"][modulus])
+    return load_robot(content)
+
+
+class SoftRobot:
+    """Ten per cent softer rods and a payload, at home to begin with."""
+
+    def __init__(self, name: str, payload: Sequence[float] | None = None) -> None:
+        robot = softened(name)
+        home = solve_home(robot)
+        wrench = home.loads.wrench_world + (PAYLOADS[name] if payload is None else payload)
+        self.here = solve_forward(
+            robot, home.motors, start=home, loads=home.loads.with_(wrench_world=wrench)
+        )
+
+    def go(self, motors: np.ndarray) -> None:
+        """Take motor commands."""
+        self.here = solve_forward(self.here.robot, motors, start=self.here, loads=self.here.loads)
