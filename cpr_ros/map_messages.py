@@ -16,6 +16,7 @@ from cpr_core.solving.objectives import objective_of
 from cpr_core.workspace import Grid, MapSummary, motor_grid, pose_grid
 from cpr_core.workspace.store import check_writable
 
+from .map_folder import MapFolder
 from .map_order import MapOrder, MapState
 from .solver import Solver
 
@@ -25,7 +26,7 @@ __all__ = ["map_feedback", "map_order", "map_result"]
 _MAGIC = b"CDF"
 
 
-def map_order(solver: Solver, goal: MapWorkspace.Goal) -> MapOrder:
+def map_order(solver: Solver, goal: MapWorkspace.Goal, folder: MapFolder) -> MapOrder:
     """What a goal orders.
 
     Raises:
@@ -38,7 +39,7 @@ def map_order(solver: Solver, goal: MapWorkspace.Goal) -> MapOrder:
             raise NonFiniteInput(name, f"expected a finite number, got {value}")
         if value < 0.0:
             raise InvalidRequest(name, f"expected a positive number or 0, got {value}")
-    file = _file(solver.robot, grid, goal)
+    file = _file(solver.robot, grid, goal, folder)
     start, loads = solver.start_and_loads(goal)
     return MapOrder(
         start=start,
@@ -79,11 +80,9 @@ def _grid(robot: Robot, goal: MapWorkspace.Goal) -> Grid:
     )
 
 
-def _file(robot: Robot, grid: Grid, goal: MapWorkspace.Goal) -> Path:
+def _file(robot: Robot, grid: Grid, goal: MapWorkspace.Goal, folder: MapFolder) -> Path:
     """Where the map goes; nothing is written over that nobody meant."""
-    if not goal.file:
-        raise InvalidRequest("file", "expected the name of a NetCDF file, got none")
-    file = Path(goal.file).expanduser().absolute()
+    file = folder.file(goal.file)
     check_writable(file, robot, grid)
     if goal.existing_file not in (
         MapWorkspace.Goal.REFUSE,

@@ -18,10 +18,13 @@ from rclpy.parameter import Parameter
 
 from cpr_core import CprError, load_robot
 
+from .assessment import crossed_thresholds
 from .inputs import Inputs
 from .map_action import MapAction
+from .map_folder import MapFolder
 from .node_arguments import closest
 from .outputs import Outputs
+from .parameter_calls import answer_parameter_calls
 from .parameters import LiveParameters, declare, live_parameters, live_problem, undeclared
 from .requests import Requests
 from .session import Session
@@ -62,7 +65,9 @@ class CprNode(LifecycleNode):
         self._ticks: list[Any] = []
         self._last_tick, self._last_state, self._late_ticks = 0.0, 0.0, 0
         self.transforms = Transforms(
-            self, self.parameters.base_frame, self.parameters.platform_frame
+            self,
+            self.parameters.frame_prefix + self.parameters.base_frame,
+            self.parameters.frame_prefix + self.parameters.platform_frame,
         )
         self.outputs = Outputs(self, self.transforms)
         self.inputs: Inputs | None = None
@@ -71,6 +76,7 @@ class CprNode(LifecycleNode):
         self.add_on_set_parameters_callback(self._on_parameters)
         self._timer(self.parameters.diagnostics_rate, self._publish_diagnostics)
         self._answer_impossible_transitions()
+        answer_parameter_calls(self)
         for name in undeclared(self):
             self.get_logger().warning(f"unknown parameter {name}{closest(name)}; it is left aside")
         if not self.parameters.autostart:
@@ -213,7 +219,7 @@ class CprNode(LifecycleNode):
         if self.requests is None:
             self.inputs = Inputs(self, self.transforms.frames, self.active_session, time.monotonic)
             self.requests = Requests(self, self.transforms.frames, self.active_session)
-            self.maps = MapAction(self, self.active_session)
+            self.maps = MapAction(self, self.active_session, MapFolder.of(self.parameters))
 
     def _tick(self) -> None:
         session, now = self._required_session(), time.monotonic()
@@ -275,10 +281,16 @@ class CprNode(LifecycleNode):
     def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         """Take over new values, all of one call together."""
         live = self._live({parameter.name: parameter for parameter in parameters})
-        problem = live_problem(live)
-        if not problem and self._session is not None:
-            self._session.apply(live)
-        return SetParametersResult(successful=not problem, reason=problem)
+        names = [parameter.name for parameter in parameters]
+        problem = live_problem(live, names)
+        if problem:
+            return SetParametersResult(successful=False, reason=problem)
+        if self._session is not None and self._session.apply(live, time.monotonic()):
+            self.get_logger().info("parameters changed: the setpoint is forgotten")
+        if any(name.endswith(("_warning", "_stop")) for name in names):
+            for line in crossed_thresholds(live.settings.thresholds):
+                self.get_logger().warning(line)
+        return SetParametersResult(successful=True)
 
     def _live(self, changed: dict[str, Parameter]) -> LiveParameters:
         return live_parameters(lambda name: (changed.get(name) or self.get_parameter(name)).value)

@@ -19,7 +19,7 @@ from .goals import Goal
 from .motor_commands import MotorCommands
 from .motor_tracking import MotorTracker
 from .parameters import LiveParameters, Parameters
-from .setpoint_following import Outcome, SetpointFollower
+from .setpoint_following import ARRIVED, Outcome, SetpointFollower
 from .solver import Solver
 from .supervision import State
 from .watchdog import Watchdog
@@ -65,13 +65,32 @@ class Session:
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
 
-    def apply(self, live: LiveParameters) -> None:
-        """Take new live parameters."""
+    def apply(self, live: LiveParameters, now: float) -> bool:
+        """Take new live parameters; they start no motion.
+
+        A robot that is held back forgets where it was sent, else it would set off where a threshold or
+        a timeout lets it. So does one at its goal if a wrench is given another time: motors hold a pose
+        against the wrench.
+
+        Returns:
+            Whether a setpoint was forgotten.
+        """
+        goal = self.follower.goal
+        held_back = self.outcome.state in (State.HALTED, State.STALE)
+        other_wrench = live.wrench_timeout != self.wrench.watchdog.timeout
+        forgotten = goal is not None and (
+            held_back
+            or self.follower.watchdog.stale(now)
+            or (other_wrench and goal.remaining(self.solver.current.equilibrium) <= ARRIVED)
+        )
+        if forgotten:
+            self.follower.drop()
         self.follower.settings = live.settings
         self.solver.time_limit = live.time_limit
         self.wrench.watchdog.timeout = live.wrench_timeout
         if self.tracker is not None:
             self.tracker.watchdog.timeout = live.measured_timeout
+        return forgotten
 
     @property
     def input_watchdog(self) -> Watchdog:
