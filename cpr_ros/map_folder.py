@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 __all__ = ["MapFolder"]
 
 
+#: Longest path that Linux takes.
+_LONGEST = 4096
+
+
 @dataclass(frozen=True)
 class MapFolder:
     """The folder of maps.
@@ -46,6 +50,8 @@ class MapFolder:
         """
         if not name:
             raise InvalidRequest("file", "expected the name of a NetCDF file, got none")
+        if len(name) > _LONGEST:
+            raise InvalidRequest("file", f"expected a name of at most {_LONGEST} letters")
         try:
             return self._checked(name)
         except (OSError, RuntimeError, ValueError) as error:  # too long, NUL, ~nobody

@@ -22,6 +22,10 @@ from .solver import Solver
 
 __all__ = ["map_feedback", "map_order", "map_result"]
 
+#: No robot has more coordinates of the platform, and no coordinate or motor has a longer name.
+_POSE_COORDINATES, _LONGEST_NAME = 6, 1000
+#: More cells along one axis are no map, but take long to number.
+_MOST_ALONG = 1_000_000
 #: What a NetCDF file begins with.
 _MAGIC = b"CDF"
 
@@ -68,9 +72,23 @@ def _grid(robot: Robot, goal: MapWorkspace.Goal) -> Grid:
             "held_values", f"expected {len(goal.held)} numbers, got {len(goal.held_values)}"
         )
     names = [axis.name for axis in goal.axes] + list(goal.held)
+    # Before anything that takes the longer the more there is: the node stands still meanwhile.
+    most = max(_POSE_COORDINATES, robot.motor_count)
+    longest = max(map(len, [*names, goal.objective]))
+    if len(names) > most or longest > _LONGEST_NAME:
+        raise InvalidRequest(
+            "axes",
+            f"expected at most {most} axes and held coordinates, with names of at most "
+            f"{_LONGEST_NAME} letters",
+        )
     for name in names:
         if names.count(name) > 1:
             raise InvalidRequest("axes", f"{name} is given twice")
+    for axis in goal.axes:
+        if axis.resolution > 0.0 and axis.last - axis.first > _MOST_ALONG * axis.resolution:
+            raise InvalidRequest(
+                "axes", f"{axis.name}: expected at most {_MOST_ALONG:,} cells along an axis"
+            )
     make = motor_grid if goal.given == MapWorkspace.Goal.GIVEN_MOTORS else pose_grid
     return make(
         robot,
