@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 import traceback
 from collections.abc import Callable
@@ -22,7 +23,7 @@ from .assessment import crossed_thresholds
 from .inputs import Inputs
 from .map_action import MapAction
 from .map_folder import MapFolder
-from .node_arguments import closest
+from .node_arguments import closest, files_of_others
 from .outputs import Outputs
 from .parameter_calls import answer_parameter_calls
 from .parameters import LiveParameters, declare, live_parameters, live_problem, undeclared
@@ -79,6 +80,8 @@ class CprNode(LifecycleNode):
         answer_parameter_calls(self)
         for name in undeclared(self):
             self.get_logger().warning(f"unknown parameter {name}{closest(name)}; it is left aside")
+        for line in files_of_others(sys.argv[1:], self.get_fully_qualified_name()):
+            self.get_logger().warning(line)
         if not self.parameters.autostart:
             self._listen()
 

@@ -328,7 +328,7 @@ class KinematoStatics:
 
     def stiffness(self, motor_stiffness: ArrayLike | None = None) -> Floats:
         """Stiffness ``dw_p/dSigma_p``, the inverse of :meth:`compliance`."""
-        return np.linalg.inv(self.compliance(motor_stiffness))
+        return np.asarray(np.linalg.inv(self.compliance(motor_stiffness)), float)
 
     def matrices(
         self, characteristic_length: float | None = None

@@ -296,7 +296,7 @@ def test_natural_units_follow_from_a_length_and_an_energy(name):
     assert energy * length == pytest.approx(robot.arrays.energy_unit * robot.mean_length)
 
 
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error::scipy.linalg.LinAlgWarning")
 def test_motors_may_be_of_any_stiffness_side_by_side():
     """Each of its own: held, free and everything in between, without a warning of the solver."""
     model = kinemato_statics(placed("six_rfs"))

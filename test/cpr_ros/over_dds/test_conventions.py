@@ -10,6 +10,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveInverse
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from helpers.driver import Driver
 from helpers.map_client import MEDIUM, MapClient
@@ -148,6 +149,11 @@ def test_a_warning_below_its_stop_is_told_and_the_stop_halts(left, drive):
     try:
         assert set_each(left.client, number("margin_stop", 0.9 * margin))[0].successful
         left.process.wait_for_log("is not above margin_stop")
+        told = left.client.messages(DiagnosticArray, "/diagnostics", 2)[-1].status[1]
+        assert told.level == DiagnosticStatus.WARN
+        assert (
+            "is not above margin_stop" in {one.key: one.value for one in told.values}["thresholds"]
+        )
         drive.send_platform(0.0, 0.0)
         drive.until_state(StabilityMetrics.STATE_HALTED)
         assert drive.metrics.margin >= 0.9 * margin
