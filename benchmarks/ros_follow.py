@@ -29,6 +29,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
+from cpr_ros.own_domain import enter_own_domain
+
 HOME = np.array([5.86, 5.56, 5.86, 5.46, 5.86, 5.26])
 NAMES = [f"motor{k + 1}" for k in range(6)]
 RATE = 1000.0
@@ -126,8 +128,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=60.0)
     options = parser.parse_args()
-    os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    enter_own_domain()
     folder = tempfile.TemporaryDirectory()
     os.environ["ROS_HOME"] = folder.name  # the node begins at home, whatever was done before
     process = subprocess.Popen(

@@ -32,6 +32,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from cpr_core import load_robot, solve_home
+from cpr_ros.own_domain import enter_own_domain
 from cpr_ros.node import CprNode
 from cpr_ros.node_run import run
 from cpr_ros.stop_signal import StopSignal
@@ -95,8 +96,7 @@ def main() -> int:
     options, others = parser.parse_known_args()
     if options.serve:
         run(NodeWithEmptyService, [sys.argv[0], *others])
-    os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    enter_own_domain()
     folder = tempfile.TemporaryDirectory()
     os.environ["ROS_HOME"] = folder.name  # the node begins at home, whatever was done before
     process = subprocess.Popen(

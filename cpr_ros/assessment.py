@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,7 +14,14 @@ import numpy as np
 from cpr_core import Equilibrium, bending_strains, kinemato_statics
 from cpr_core.model.kinemato_statics import KinematoStatics, Problem, Singularity
 
-__all__ = ["MEASURES", "Assessment", "Threshold", "Thresholds", "thresholds_problem"]
+__all__ = [
+    "MEASURES",
+    "Assessment",
+    "Threshold",
+    "Thresholds",
+    "crossed_thresholds",
+    "thresholds_problem",
+]
 
 #: Measures with thresholds. All fall towards what they warn of.
 MEASURES = (
@@ -27,9 +34,13 @@ MEASURES = (
 )
 
 
+#: Way from a warning to its stop where there is none: a step, but finite.
+_NO_WAY = 1e-9
+
+
 @dataclass(frozen=True)
 class Threshold:
-    """Two values of a measure.
+    """Two values of a measure. A warning that is not above its stop counts as if it were equal to it.
 
     Attributes:
         warning: Below it motion towards the danger slows down, linearly.
@@ -41,27 +52,47 @@ class Threshold:
 
     def level(self, value: float) -> float:
         """1 at the warning, 0 at the stop, linear everywhere; NaN of NaN."""
-        return (value - self.stop) / (self.warning - self.stop)
+        return (value - self.stop) / max(self.warning - self.stop, _NO_WAY)
+
+    @property
+    def crossed(self) -> bool:
+        """Whether nothing slows the robot down before it halts."""
+        return self.stop >= self.warning
 
 
 #: A threshold for every measure.
 Thresholds = Mapping[str, Threshold]
 
 
-def thresholds_problem(thresholds: Thresholds) -> str:
-    """Why thresholds cannot be used; empty if they can."""
+def thresholds_problem(thresholds: Thresholds, ordered: Collection[str]) -> str:
+    """Why thresholds cannot be used; empty if they can.
+
+    Args:
+        thresholds: Of every measure.
+        ordered: Measures whose stop has to be below its warning.
+    """
     for name, threshold in thresholds.items():
         if not np.isfinite([threshold.warning, threshold.stop]).all():
             return (
                 f"expected finite thresholds, got {name}_warning {threshold.warning}, "
                 f"{name}_stop {threshold.stop}"
             )
-        if threshold.stop >= threshold.warning:
+        if name in ordered and threshold.crossed:
             return (
                 f"expected {name}_stop below {name}_warning, "
                 f"got {threshold.stop} and {threshold.warning}"
             )
     return ""
+
+
+def crossed_thresholds(thresholds: Thresholds) -> list[str]:
+    """What is to be said about thresholds in the wrong order, one line each."""
+    return [
+        f"{name}_warning {threshold.warning:g} is not above {name}_stop {threshold.stop:g}: the robot "
+        f"halts at {threshold.stop:g} without slowing down before"
+        for name, threshold in thresholds.items()
+        if threshold.crossed
+    ]
 
 
 @dataclass(frozen=True, eq=False)

@@ -103,9 +103,7 @@ def pose_from_message(
     return controlled_pose(robot, message.pose, where=where)
 
 
-def controlled_pose(
-    robot: Robot, message: Pose, *, tilt: float = 1e-9, where: str = ""
-) -> Floats:
+def controlled_pose(robot: Robot, message: Pose, *, tilt: float = 1e-9, where: str = "") -> Floats:
     """Controlled coordinates of a pose in the base frame, in the order of the description.
 
     Args:

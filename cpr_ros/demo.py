@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import subprocess
 import sys
@@ -28,6 +27,7 @@ from tqdm import tqdm
 from cpr_core import CprError, load_robot
 
 from .conversions import equilibrium_from_message
+from .own_domain import enter_own_domain
 
 __all__ = ["main"]
 
@@ -60,10 +60,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="cpr_demo", description=__doc__)
     parser.add_argument("--output", type=Path, default=Path("demo"), help="folder of the picture")
     options = parser.parse_args(arguments)
-    # A domain of its own, unless the user wants to watch from another terminal.
-    os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    print(f"ROS_DOMAIN_ID={os.environ['ROS_DOMAIN_ID']}: starting cpr_node with {ROBOT}")
+    domain = enter_own_domain()  # what is shown here is sent to no robot
+    print(f"ROS_DOMAIN_ID={domain.number}, on this machine only: starting cpr_node with {ROBOT}")
     with tempfile.TemporaryFile("w+") as log, tempfile.TemporaryDirectory() as folder:
         # It begins at home, whatever was done before.
         parameters = ["-p", f"robot:={ROBOT}", "-p", f"state_directory:={folder}"]

@@ -11,6 +11,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
+from .assessment import crossed_thresholds
 from .session import Session
 from .supervision import Action
 
@@ -65,9 +66,11 @@ def diagnostic_array(
     ]
     if session is not None:
         outcome, told = session.outcome, session.outcome.verdict
+        crossed = crossed_thresholds(session.follower.settings.thresholds)
+        level = _LEVELS[told.action]
         entries.append(
             DiagnosticStatus(
-                level=_LEVELS[told.action],
+                level=max(level, DiagnosticStatus.WARN) if crossed else level,
                 name=f"{name}: stability",
                 message=told.text,
                 hardware_id=session.robot.description.name,
@@ -81,6 +84,7 @@ def diagnostic_array(
                         "index, motors held": outcome.assessment.index,
                         "nearest threshold": told.nearest or "none",
                         "solve time [ms]": f"{1e3 * outcome.assessment.solve_time:.3f}",
+                        **({"thresholds": "; ".join(crossed)} if crossed else {}),
                     }
                 ),
             )

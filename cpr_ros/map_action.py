@@ -21,6 +21,7 @@ from cpr_core import CprError
 from cpr_core.workspace import MapSummary
 
 from .error_codes import RequestError, code_of, error_code
+from .map_folder import MapFolder
 from .map_messages import map_feedback, map_order, map_result
 from .map_order import MapFailure
 from .map_process import MapProcess
@@ -35,14 +36,17 @@ _RATE = 10.0
 class MapAction:
     """The action. Every goal gets a result: rejecting one in the way of ROS could give no reason."""
 
-    def __init__(self, node: Node, session: Callable[[], Session | None]) -> None:
+    def __init__(
+        self, node: Node, session: Callable[[], Session | None], folder: MapFolder
+    ) -> None:
         """Offer the action.
 
         Args:
             node: The node.
             session: Gives the robot in operation; None while the node is not active.
+            folder: Where maps may be written.
         """
-        self._node, self._session = node, session
+        self._node, self._session, self._folder = node, session, folder
         self._process: MapProcess | None = None
         self._handle: ServerGoalHandle | None = None
         self._timer: Any = None
@@ -100,7 +104,7 @@ class MapAction:
                 f"another map is being made ({how_far}), and there is one at a time: cancel it or "
                 "wait for its result",
             )
-        return map_order(session.solver, goal)
+        return map_order(session.solver, goal, self._folder)
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         if self._process is None or handle is not self._handle:
@@ -159,5 +163,6 @@ class MapAction:
                 f"map done, {result.reached} of {result.cells} cells reached: {result.file}"
             )
         else:
-            logger.warning(f"no map: {code.val}: {code.message}")
+            kept = f"not complete, but kept in {result.file}" if result.file else "none"
+            logger.warning(f"map: {kept}: {code.val}: {code.message}")
         self._server.notify_execute(handle, finished)

@@ -16,16 +16,21 @@ from cpr_core.solving.objectives import objective_of
 from cpr_core.workspace import Grid, MapSummary, motor_grid, pose_grid
 from cpr_core.workspace.store import check_writable
 
+from .map_folder import MapFolder
 from .map_order import MapOrder, MapState
 from .solver import Solver
 
 __all__ = ["map_feedback", "map_order", "map_result"]
 
+#: No robot has more coordinates of the platform, and no coordinate or motor has a longer name.
+_POSE_COORDINATES, _LONGEST_NAME = 6, 1000
+#: More cells along one axis are no map, but take long to number.
+_MOST_ALONG = 1_000_000
 #: What a NetCDF file begins with.
 _MAGIC = b"CDF"
 
 
-def map_order(solver: Solver, goal: MapWorkspace.Goal) -> MapOrder:
+def map_order(solver: Solver, goal: MapWorkspace.Goal, folder: MapFolder) -> MapOrder:
     """What a goal orders.
 
     Raises:
@@ -38,7 +43,7 @@ def map_order(solver: Solver, goal: MapWorkspace.Goal) -> MapOrder:
             raise NonFiniteInput(name, f"expected a finite number, got {value}")
         if value < 0.0:
             raise InvalidRequest(name, f"expected a positive number or 0, got {value}")
-    file = _file(solver.robot, grid, goal)
+    file = _file(solver.robot, grid, goal, folder)
     start, loads = solver.start_and_loads(goal)
     return MapOrder(
         start=start,
@@ -67,9 +72,23 @@ def _grid(robot: Robot, goal: MapWorkspace.Goal) -> Grid:
             "held_values", f"expected {len(goal.held)} numbers, got {len(goal.held_values)}"
         )
     names = [axis.name for axis in goal.axes] + list(goal.held)
+    # Before anything that takes the longer the more there is: the node stands still meanwhile.
+    most = max(_POSE_COORDINATES, robot.motor_count)
+    longest = max(map(len, [*names, goal.objective]))
+    if len(names) > most or longest > _LONGEST_NAME:
+        raise InvalidRequest(
+            "axes",
+            f"expected at most {most} axes and held coordinates, with names of at most "
+            f"{_LONGEST_NAME} letters",
+        )
     for name in names:
         if names.count(name) > 1:
             raise InvalidRequest("axes", f"{name} is given twice")
+    for axis in goal.axes:
+        if axis.resolution > 0.0 and axis.last - axis.first > _MOST_ALONG * axis.resolution:
+            raise InvalidRequest(
+                "axes", f"{axis.name}: expected at most {_MOST_ALONG:,} cells along an axis"
+            )
     make = motor_grid if goal.given == MapWorkspace.Goal.GIVEN_MOTORS else pose_grid
     return make(
         robot,
@@ -79,11 +98,9 @@ def _grid(robot: Robot, goal: MapWorkspace.Goal) -> Grid:
     )
 
 
-def _file(robot: Robot, grid: Grid, goal: MapWorkspace.Goal) -> Path:
+def _file(robot: Robot, grid: Grid, goal: MapWorkspace.Goal, folder: MapFolder) -> Path:
     """Where the map goes; nothing is written over that nobody meant."""
-    if not goal.file:
-        raise InvalidRequest("file", "expected the name of a NetCDF file, got none")
-    file = Path(goal.file).expanduser().absolute()
+    file = folder.file(goal.file)
     check_writable(file, robot, grid)
     if goal.existing_file not in (
         MapWorkspace.Goal.REFUSE,

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 import traceback
 from collections.abc import Callable
@@ -22,11 +23,14 @@ from rclpy.parameter import Parameter
 from cpr_core import CprError, load_robot
 
 from .announcements import Announcements
+from .assessment import crossed_thresholds
 from .inputs import Inputs
 from .map_action import MapAction
+from .map_folder import MapFolder
 from .move_action import MoveAction
-from .node_arguments import closest
+from .node_arguments import closest, files_of_others
 from .outputs import Outputs
+from .parameter_calls import answer_parameter_calls
 from .parameters import LiveParameters, declare, live_parameters, live_problem, undeclared
 from .requests import Requests
 from .session import Session
@@ -74,7 +78,9 @@ class CprNode(LifecycleNode):
             lambda: self._required_session().at_rest,
         )
         self.transforms = Transforms(
-            self, self.parameters.base_frame, self.parameters.platform_frame
+            self,
+            self.parameters.frame_prefix + self.parameters.base_frame,
+            self.parameters.frame_prefix + self.parameters.platform_frame,
         )
         self.outputs = Outputs(self, self.transforms, self.parameters.stability_rate)
         self.inputs: Inputs | None = None
@@ -87,8 +93,11 @@ class CprNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._log_parameters)
         self._timer(self.parameters.diagnostics_rate, self._publish_diagnostics)
         self._answer_impossible_transitions()
+        answer_parameter_calls(self)
         for name in undeclared(self):
             self.get_logger().warning(f"unknown parameter {name}{closest(name)}; it is left aside")
+        for line in files_of_others(sys.argv[1:], self.get_fully_qualified_name()):
+            self.get_logger().warning(line)
         if not self.parameters.autostart:
             self._listen()
 
@@ -261,7 +270,7 @@ class CprNode(LifecycleNode):
             frames, active = self.transforms.frames, self.active_session
             self.inputs = Inputs(self, frames, active, time.monotonic, self._place)
             self.requests = Requests(self, frames, active)
-            self.maps = MapAction(self, active)
+            self.maps = MapAction(self, active, MapFolder.of(self.parameters))
             self.moves = MoveAction(self, frames, active)
             self.trajectories = trajectory_actions(self, active, frames)
 
@@ -346,10 +355,16 @@ class CprNode(LifecycleNode):
     def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         """Take over new values, all of one call together."""
         live = self._live({parameter.name: parameter for parameter in parameters})
-        problem = live_problem(live)
-        if not problem and self._session is not None:
-            self._session.apply(live)
-        return SetParametersResult(successful=not problem, reason=problem)
+        names = [parameter.name for parameter in parameters]
+        problem = live_problem(live, names)
+        if problem:
+            return SetParametersResult(successful=False, reason=problem)
+        if self._session is not None and self._session.apply(live, time.monotonic()):
+            self.get_logger().info("parameters changed: the setpoint is forgotten")
+        if any(name.endswith(("_warning", "_stop")) for name in names):
+            for line in crossed_thresholds(live.settings.thresholds):
+                self.get_logger().warning(line)
+        return SetParametersResult(successful=True)
 
     def _log_parameters(self, parameters: list[Parameter]) -> None:
         if parameters:

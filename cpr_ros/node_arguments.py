@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import difflib
 import itertools
+import re
 import textwrap
+from pathlib import Path
 
 from .parameter_table import PARAMETERS, ROS_PARAMETERS
 
-__all__ = ["closest", "unknown_arguments", "usage"]
+__all__ = ["closest", "files_of_others", "unknown_arguments", "usage"]
 
 _HEAD = """\
 usage: cpr_node [--help] [--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] ...]
@@ -65,6 +67,39 @@ def unknown_arguments(arguments: list[str]) -> list[str]:
         if name not in (*_NAMES, *ROS_PARAMETERS) and not name.startswith("qos_overrides."):
             problems.append(f"unknown parameter {name}{closest(name)}")
     return problems
+
+
+def files_of_others(arguments: list[str], name: str) -> list[str]:
+    """Parameter files with nothing in them for this node, one line each.
+
+    Args:
+        arguments: Without the name of the program.
+        name: Full name of the node.
+    """
+    import yaml
+
+    lines = []
+    for option, value in itertools.pairwise(_separated(arguments)[1]):
+        if option != "--params-file":
+            continue
+        try:
+            content = yaml.safe_load(Path(value).read_text())
+        except (OSError, ValueError, yaml.YAMLError):
+            continue  # ROS has its own words for it
+        sections = [str(section) for section in content] if isinstance(content, dict) else []
+        if not any(_matches(section, name) for section in sections):
+            named = ", ".join(sections) or "nobody"
+            lines.append(f"{value} has no parameters for {name}: they are for {named}")
+    return lines
+
+
+def _matches(section: str, name: str) -> bool:
+    """Whether a section of a parameter file is for a node: * is a name, ** any number of them."""
+    parts = [
+        "(/[^/]+)*" if part == "**" else "/" + part.replace("*", "[^/]+")
+        for part in section.strip("/").split("/")
+    ]
+    return re.fullmatch("".join(parts), name) is not None
 
 
 def closest(name: str) -> str:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from typing import NamedTuple
 
 __all__ = ["PARAMETERS", "ROS_PARAMETERS", "THRESHOLDS", "DeclaredParameter"]
@@ -41,7 +42,7 @@ class DeclaredParameter(NamedTuple):
     def values(self) -> str:
         """Which values it may have; empty: any of its type."""
         if self.limits is not None:
-            return "{:g} to {:g}".format(*self.limits)
+            return " to ".join(_plain(limit).removesuffix(".0") for limit in self.limits)
         return " or ".join(self.choices)
 
     @property
@@ -49,9 +50,14 @@ class DeclaredParameter(NamedTuple):
         """Its default as it is written in a parameter file."""
         if isinstance(self.default, bool):
             return str(self.default).lower()
-        text = str(self.default) or "''"
-        # Without a point YAML takes a number with an exponent for a word.
-        return text.replace("e", ".0e") if self.kind == "double" and "." not in text else text
+        if isinstance(self.default, float):
+            return _plain(self.default)
+        return str(self.default) or "''"
+
+
+def _plain(number: float) -> str:
+    """A number without an exponent: YAML takes 2e-05 for a word, and so do tools that read it."""
+    return format(Decimal(repr(number)), "f")
 
 
 _RATE = (0.1, 1000.0)
@@ -63,6 +69,12 @@ _FIXED = (
     DeclaredParameter("modes", 0, "", "strain modes per direction; 0: as described", (0, 40)),
     DeclaredParameter("base_frame", "base", "", "frame fixed in space"),
     DeclaredParameter("platform_frame", "platform", "", "frame of the platform"),
+    DeclaredParameter(
+        "frame_prefix",
+        "",
+        "",
+        "stands before the names of both frames, such as left/ for one of two robots in a tree",
+    ),
     DeclaredParameter("autostart", True, "", "configure and activate without being told"),
     DeclaredParameter(
         "motor_source",
@@ -84,6 +96,18 @@ _FIXED = (
         "",
         "",
         "where the last state is kept, a file for every node; empty: cpr_ros in ROS_HOME or ~/.ros",
+    ),
+    DeclaredParameter(
+        "map_directory",
+        "",
+        "",
+        "where maps are written that are ordered; empty: cpr_ros/maps in ROS_HOME or ~/.ros",
+    ),
+    DeclaredParameter(
+        "map_anywhere",
+        False,
+        "",
+        "whether who orders a map may name a file outside of map_directory",
     ),
     DeclaredParameter("tick_rate", 200.0, "Hz", "setpoint following", (1.0, 1000.0)),
     DeclaredParameter("state_rate", 50.0, "Hz", "joint states and platform pose at rest", _RATE),

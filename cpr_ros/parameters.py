@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -16,6 +16,7 @@ from rclpy.node import Node
 from cpr_core import CprError
 
 from .assessment import Threshold, thresholds_problem
+from .parameter_calls import as_meant
 from .parameter_table import PARAMETERS, ROS_PARAMETERS, THRESHOLDS, DeclaredParameter
 from .pose_loop import LoopSettings
 from .setpoint_following import Settings
@@ -39,11 +40,14 @@ class Parameters:
         modes: Strain modes per direction; 0 for the description's.
         base_frame: Frame fixed in space.
         platform_frame: Frame of the platform.
+        frame_prefix: Stands before the names of both.
         autostart: Whether the node configures and activates itself.
         motor_source: ``setpoint`` (the node moves the motors) or ``measured`` (it tracks them).
         start_from: Where the robot is when the node becomes active: ``auto``, ``home``, ``measured``,
             ``last``.
         state_directory: Where the last state is kept; empty: in ROS_HOME.
+        map_directory: Where maps are written; empty: in ROS_HOME.
+        map_anywhere: Whether maps may be ordered elsewhere.
         tick_rate: Rate of setpoint following [Hz].
         state_rate: Rate of joint states and platform pose at rest; in motion every tick [Hz].
         stability_rate: Rate of the stability stream [Hz].
@@ -57,10 +61,13 @@ class Parameters:
     modes: int
     base_frame: str
     platform_frame: str
+    frame_prefix: str
     autostart: bool
     motor_source: str
     start_from: str
     state_directory: str
+    map_directory: str
+    map_anywhere: bool
     tick_rate: float
     state_rate: float
     stability_rate: float
@@ -99,6 +106,9 @@ def declare(node: Node) -> Parameters:
     """
     values: dict[str, Any] = {}
     for parameter in PARAMETERS:
+        given = node._parameter_overrides
+        if parameter.name in given:
+            given[parameter.name] = as_meant(given[parameter.name])
         value = node.declare_parameter(
             parameter.name, parameter.default, _descriptor(parameter)
         ).value
@@ -153,9 +163,20 @@ def live_parameters(value: Callable[[str], Any]) -> LiveParameters:
     )
 
 
-def live_problem(live: LiveParameters) -> str:
-    """Why live parameters cannot be used; empty if they can."""
-    problem = thresholds_problem(live.settings.thresholds)
+def live_problem(live: LiveParameters, changed: Collection[str] | None = None) -> str:
+    """Why live parameters cannot be used; empty if they can.
+
+    Args:
+        live: The values.
+        changed: Names of those that one call changes; None: all begin to count. Thresholds that come one
+            by one, as from a file, may be in the wrong order for a while.
+    """
+    together = [
+        name
+        for name in THRESHOLDS
+        if changed is None or {f"{name}_warning", f"{name}_stop"} <= set(changed)
+    ]
+    problem = thresholds_problem(live.settings.thresholds, together)
     if not problem and not live.settings.max_speed > 0.0:
         problem = f"expected a positive max_speed, got {live.settings.max_speed}"
     for name in ("max_speed", "hysteresis", "setpoint_timeout"):

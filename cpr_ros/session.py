@@ -22,7 +22,7 @@ from .jogging import Jogger, PlatformTwist
 from .motor_commands import MotorCommands
 from .motor_tracking import MotorTracker
 from .parameters import LiveParameters, Parameters
-from .pose_loop import LoopStatus, PoseLoop
+from .pose_loop import Loop, LoopStatus, PoseLoop
 from .setpoint_following import Outcome, SetpointFollower
 from .solver import Solver
 from .supervision import State
@@ -80,8 +80,29 @@ class Session:
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
         self.unplaced = False
 
-    def apply(self, live: LiveParameters) -> None:
-        """Take new live parameters."""
+    def apply(self, live: LiveParameters, now: float) -> bool:
+        """Take new live parameters; they start no motion.
+
+        A robot that is held back forgets where it was sent, else it would set off where a threshold or
+        a timeout lets it; a frozen correction and an old twist are of the kind. So does one at its goal
+        if a wrench is given another time: motors hold a pose against the wrench.
+
+        Returns:
+            Whether a setpoint was forgotten.
+        """
+        follower, here = self.follower, self.solver.current.equilibrium
+        held_back = self.outcome.state in (State.HALTED, State.STALE) or follower.stale(now)
+        other_wrench = live.wrench_timeout != self.wrench.watchdog.timeout
+        other_loop = live.loop != self.loop.settings
+        other_jog = live.twist_timeout != self.jogger.watchdog.timeout
+        forgotten = follower.goal is not None and (
+            held_back
+            or (other_wrench and follower.arrived(here))
+            or (other_loop and self.loop_status(now).loop == Loop.FROZEN)
+            or (other_jog and self.jogger.drives(follower.goal))
+        )
+        if forgotten:
+            self.follower.drop()
         self.follower.settings = live.settings
         self.solver.time_limit = live.time_limit
         self.wrench.watchdog.timeout = live.wrench_timeout
@@ -90,6 +111,7 @@ class Session:
         if self.tracker is not None:
             self.tracker.watchdog.timeout = live.measured_timeout
             self.tracker.at_rest = False
+        return forgotten
 
     @property
     def input_watchdog(self) -> Watchdog:
@@ -106,7 +128,9 @@ class Session:
         if last.moved or last.assessment is not current or last.state == State.ALIGNING:
             return False
         goal = self.follower.goal
-        if not (self.trajectories.at_rest and self.loop.at_rest(goal) and self.jogger.at_rest(goal)):
+        if not (
+            self.trajectories.at_rest and self.loop.at_rest(goal) and self.jogger.at_rest(goal)
+        ):
             return False
         if self.tracker is not None:
             return self.tracker.at_rest and not self.wrench.watchdog.expires

@@ -24,7 +24,6 @@ from .distinct_numbers import distinct
 from .goals import Goal, MotorGoal, PoseGoal, motor_steps
 from .steps import attempt, change_between, falls
 from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict
-from .supervision import Action, Refusal, State, Verdict, verdict
 from .trajectory_goal import TrajectoryGoal
 from .watchdog import Watchdog
 
@@ -137,6 +136,10 @@ class SetpointFollower:
         """Whether another tick would change nothing, as long as the same loads act."""
         return not self._under_way and not self._stirred
 
+    def stale(self, now: float) -> bool:
+        """Whether the setpoint is too old to be followed."""
+        return self._ages and not self._returning and self.watchdog.stale(now)
+
     def arrived(self, current: Equilibrium) -> bool:
         """Whether an equilibrium is where the robot is sent."""
         return self._goal is None or self.corrected(self._goal).remaining(current) <= ARRIVED
@@ -190,7 +193,7 @@ class SetpointFollower:
                 if self._returning:
                     home_missed = self._misses_home(borne.equilibrium)
                     self.drop()
-            elif self._ages and not self._returning and self.watchdog.stale(now):
+            elif self.stale(now):
                 state = State.STALE
                 self._refusal = None
             else:

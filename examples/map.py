@@ -31,9 +31,7 @@ TIMEOUT = 20.0
 
 def goal_of(options: argparse.Namespace) -> MapWorkspace.Goal:
     """What is asked of the node: NAME=FIRST:LAST is an axis, NAME=VALUE is held."""
-    goal = MapWorkspace.Goal(
-        file=str(options.file.absolute()), existing_file=MapWorkspace.Goal.RESUME
-    )
+    goal = MapWorkspace.Goal(file=str(options.file), existing_file=MapWorkspace.Goal.RESUME)
     for part in options.slice:
         name, numbers = part.split("=")
         ends = [float(number) for number in numbers.split(":")]
@@ -49,7 +47,7 @@ def goal_of(options: argparse.Namespace) -> MapWorkspace.Goal:
 def main() -> int:
     """Send the goal and show what comes back; exit status 0 for a complete map."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("file", type=Path, help="NetCDF file")
+    parser.add_argument("file", type=Path, help="NetCDF file, in the map_directory of the node")
     parser.add_argument("slice", nargs="+", help="NAME=FIRST:LAST or NAME=VALUE")
     parser.add_argument("--resolution", type=float, default=0.01)
     options = parser.parse_args()

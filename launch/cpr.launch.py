@@ -1,58 +1,91 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Start cpr_node, and rviz if wanted: ros2 launch cpr_ros cpr.launch.py robot:=six_rfs rviz:=true."""
+"""Start cpr_node, and rviz if wanted: ros2 launch cpr_ros cpr.launch.py robot:=six_rfs rviz:=true.
+
+Every parameter of the node is an argument; what is not given is left to the parameter file.
+"""
 
 from pathlib import Path
 
-from ament_index_python.packages import get_package_share_directory
+from ament_index_python.packages import (
+    PackageNotFoundError,
+    get_package_prefix,
+    get_package_share_directory,
+)
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.conditions import IfCondition
+from launch.actions import (
+    DeclareLaunchArgument,
+    EmitEvent,
+    LogInfo,
+    OpaqueFunction,
+    RegisterEventHandler,
+)
+from launch.event_handlers import OnProcessExit
+from launch.events import matches_action
+from launch.events.process import ShutdownProcess
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode, Node
 
+from cpr_ros.launch_choices import ARGUMENTS, LaunchChoices, misspelt
 
-def node_of(context):
-    """The node, with the parameter file of its robot if there is one."""
-    robot = LaunchConfiguration("robot").perform(context)
-    given = LaunchConfiguration("parameters").perform(context)
-    shipped = Path(get_package_share_directory("cpr_ros"), "config", "node", f"{robot}.yaml")
-    files = [given] if given else [str(shipped)] if shipped.is_file() else []
-    return [
-        LifecycleNode(
-            package="cpr_ros",
-            executable="cpr_node",
-            name="cpr_node",
-            namespace=LaunchConfiguration("namespace"),
-            parameters=[*files, {"robot": robot}],  # the node activates itself
-            output="screen",
-        )
-    ]
+
+def executable(name):
+    """Where ROS has it; pip, which knows nothing of that place, puts it into bin."""
+    prefix = Path(get_package_prefix("cpr_ros"))
+    places = [prefix / "lib" / "cpr_ros" / name, prefix / "bin" / name]
+    return str(next((place for place in places if place.exists()), places[0]))
+
+
+def view(choices, name, namespace):
+    """Rviz. What is missing is said before anything is started that would be left behind."""
+    try:
+        get_package_prefix("rviz2")
+    except PackageNotFoundError:
+        raise RuntimeError(
+            "rviz:=true, but rviz2 is not installed (apt install ros-$ROS_DISTRO-rviz2): nothing was "
+            "started"
+        ) from None
+    file = Path(get_package_share_directory("cpr_ros"), "rviz", "cpr.rviz")
+    return Node(
+        package="rviz2",
+        executable="rviz2",
+        namespace=namespace,
+        arguments=["--display-config", str(file), "--fixed-frame", choices.fixed_frame()],
+        remappings=[
+            (f"cpr_node/{topic}", f"{name}/{topic}") for topic in ("leg_markers", "platform_pose")
+        ],
+    )
+
+
+def started(context):
+    """The node, which activates itself, and the view, which ends with it."""
+    given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
+    share = Path(get_package_share_directory("cpr_ros"))
+    choices = LaunchChoices(given, share)
+    node = LifecycleNode(
+        executable=executable("cpr_node"),
+        name=given["name"],
+        namespace=given["namespace"],
+        parameters=choices.parameters(),
+        output="screen",
+    )
+    actions = [LogInfo(msg=line) for line in misspelt(context.launch_configurations)] + [node]
+    if choices.wants_view():
+        rviz = view(choices, given["name"], given["namespace"])
+        end = EmitEvent(event=ShutdownProcess(process_matcher=matches_action(rviz)))
+        actions += [rviz, RegisterEventHandler(OnProcessExit(target_action=node, on_exit=[end]))]
+    return actions
 
 
 def generate_launch_description():
     """Describe what to start."""
-    view = str(Path(get_package_share_directory("cpr_ros"), "rviz", "cpr.rviz"))
-    arguments = {
-        "robot": ("six_rfs", "shipped robot or path of a YAML description"),
-        "namespace": ("", "namespace of the node"),
-        "parameters": ("", "parameter file; default: the one of the robot, if it has one"),
-        "rviz": ("false", "whether to start rviz"),
-    }
     return LaunchDescription(
         [
             *(
-                DeclareLaunchArgument(name, default_value=default, description=description)
-                for name, (default, description) in arguments.items()
+                DeclareLaunchArgument(name, default_value=default, description=meaning)
+                for name, (default, meaning) in ARGUMENTS.items()
             ),
-            OpaqueFunction(function=node_of),
-            Node(
-                package="rviz2",
-                executable="rviz2",
-                namespace=LaunchConfiguration("namespace"),
-                arguments=["--display-config", view],
-                condition=IfCondition(LaunchConfiguration("rviz")),
-            ),
+            OpaqueFunction(function=started),
         ]
     )

@@ -26,6 +26,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+from cpr_ros.own_domain import OwnDomain  # noqa: E402
+
+#: Of starts one after the other: what one leaves is not found by the next.
+DOMAINS = [OwnDomain() for _ in range(18)]
 #: What these nodes keep is not what those of the user keep.
 HOME = tempfile.TemporaryDirectory()
 NODE = [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", "-p", "robot:=rfrfr"]
@@ -116,15 +122,11 @@ def drawn(number: int, options: argparse.Namespace, ready: float) -> Stop:
 
 
 def environment(number: int, cache: Path | None) -> dict[str, str]:
-    """A domain for a start that tests and users do not take, and a place for what it compiles."""
-    changed = {
-        "ROS_DOMAIN_ID": str(215 + number % 18),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "ROS_HOME": HOME.name,
-    }
+    """A domain for a start that nobody uses, and a place for what it compiles."""
+    changed = DOMAINS[number % len(DOMAINS)].environment() | {"ROS_HOME": HOME.name}
     if cache is not None:
         changed["NUMBA_CACHE_DIR"] = str(cache)
-    return os.environ | changed
+    return changed
 
 
 def takes_signals(process: subprocess.Popen[bytes]) -> bool:

@@ -318,12 +318,17 @@ class KinematoStatics:
             raise InvalidRequest(
                 "motor_stiffness", f"expected numbers of at least 0, got {stiffness.tolist()}"
             )
-        yielding = linalg.solve(self.efforts_by_motors + np.diag(stiffness), self.efforts_by_wrench)
-        return self.platform_by_wrench - self.jacobian @ yielding
+        yielding = self.efforts_by_motors + np.diag(stiffness)
+        # Some motors may be ever so stiff and others soft: each in a unit of its own.
+        unit = 1.0 / np.sqrt(np.maximum(np.abs(yielding).max(axis=1), np.finfo(float).tiny))
+        moved = np.linalg.solve(
+            yielding * unit[:, None] * unit, unit[:, None] * self.efforts_by_wrench
+        )
+        return self.platform_by_wrench - self.jacobian @ (unit[:, None] * moved)
 
     def stiffness(self, motor_stiffness: ArrayLike | None = None) -> Floats:
         """Stiffness ``dw_p/dSigma_p``, the inverse of :meth:`compliance`."""
-        return linalg.inv(self.compliance(motor_stiffness))
+        return np.asarray(np.linalg.inv(self.compliance(motor_stiffness)), float)
 
     def matrices(
         self, characteristic_length: float | None = None

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import signal
 import subprocess
@@ -15,7 +14,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import rclpy
 from rclpy.context import Context
@@ -23,38 +22,27 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 import cpr_ros
+from cpr_ros.own_domain import OwnDomain, private_environment
 
 #: Starting includes compiling the kernels on a fresh machine.
 START_TIMEOUT = 240.0
 TIMEOUT = 20.0
 
-#: Those whose ports are not given to others by the operating system.
-DOMAINS = range(1, 102)
-_own: dict[int, IO[str]] = {}
+_own: list[OwnDomain] = []
 
 
 def free_domain() -> int:
-    """A ROS domain for one test, so that tests do not hear each other.
+    """A ROS domain for one test, so that tests do not hear each other, nor anybody else.
 
-    A domain is locked until this process ends: other workers and other runs on this machine take others.
-    If none is left, the one that this process took first is used again.
+    It is taken until this process ends: other workers and other runs on this machine take others. If
+    none is left, the one that this process took first is used again.
     """
-    folder = Path(tempfile.gettempdir()) / "cpr_ros_test_domains"
-    folder.mkdir(exist_ok=True)
-    for domain in DOMAINS:
-        if domain not in _own:
-            lock = (folder / str(domain)).open("a")
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                lock.close()
-            else:
-                _own[domain] = lock
-                return domain
-    assert _own, "every ROS domain is taken by other tests"
-    oldest = next(iter(_own))
-    _own[oldest] = _own.pop(oldest)
-    return oldest
+    try:
+        _own.append(OwnDomain())
+    except OSError:
+        assert _own, "every ROS domain is taken"
+        _own.append(_own.pop(0))
+    return _own[-1].number
 
 
 class NodeProcess:
@@ -69,9 +57,8 @@ class NodeProcess:
     ) -> None:
         self.log = log
         self._home = tempfile.TemporaryDirectory()  # nothing is known of where the robot was
-        environment = os.environ | {
+        environment = private_environment() | {
             "ROS_DOMAIN_ID": str(domain),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             "ROS_HOME": self._home.name,
         }
         # The code under test is this tree's, whether or not it is installed.

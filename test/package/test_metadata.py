@@ -161,6 +161,7 @@ def test_parameter_files_name_parameters_of_the_node(name):
     given = parameters["/**"]["ros__parameters"]
     assert given["robot"] == name
     declared = {parameter.name: parameter for parameter in PARAMETERS}
+    assert {key for key, parameter in declared.items() if parameter.live} <= set(given)
     for key, value in given.items():
         assert type(value) is type(declared[key].default), key
         low, high = declared[key].limits or (value, value)

@@ -294,3 +294,18 @@ def test_natural_units_follow_from_a_length_and_an_energy(name):
     np.testing.assert_allclose(unit, expected, rtol=1e-12)
     # Both of the same rods: E J over the length.
     assert energy * length == pytest.approx(robot.arrays.energy_unit * robot.mean_length)
+
+
+@pytest.mark.filterwarnings("error::scipy.linalg.LinAlgWarning")
+def test_motors_may_be_of_any_stiffness_side_by_side():
+    """Each of its own: held, free and everything in between, without a warning of the solver."""
+    model = kinemato_statics(placed("six_rfs"))
+    free = np.arange(6) < 3
+    mixed = model.compliance(np.where(free, 1e-300, 1e300))
+    inner = np.ix_(free, free)
+    yielding = np.linalg.solve(model.efforts_by_motors[inner], model.efforts_by_wrench[free])
+    expected = model.platform_by_wrench - model.jacobian[:, free] @ yielding
+    np.testing.assert_allclose(mixed, expected, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_allclose(
+        model.stiffness(np.where(free, 1e-300, 1e300)) @ mixed, np.eye(6), atol=1e-9
+    )

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cpr_ros.node_arguments import unknown_arguments, usage
+from cpr_ros.node_arguments import files_of_others, unknown_arguments, usage
 from cpr_ros.parameter_table import PARAMETERS
 
 NAMES = [parameter.name for parameter in PARAMETERS]
@@ -77,6 +77,28 @@ def test_a_misspelt_parameter_ends_the_node_with_2():
     done = ended("--ros-args", "-p", "robto:=rfrfr", "-p", "robot:=rfrfr")
     assert done.returncode == 2
     assert "unknown parameter robto: did you mean robot?" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("section", "meant"),
+    [
+        ("/**", True),
+        ("cpr_node", False),  # one in the root, for ROS
+        ("/left/cpr_node", True),
+        ("left/cpr_node", True),
+        ("/*/cpr_node", True),
+        ("/**/cpr_node", True),
+        ("/left/cpr_nod", False),
+        ("/*", False),
+    ],
+)
+def test_a_parameter_file_that_is_for_others_is_told(tmp_path, section, meant):
+    file = tmp_path / "parameters.yaml"
+    file.write_text(f"{section}:\n  ros__parameters:\n    robot: rfrfr\n")
+    told = files_of_others(["--ros-args", "--params-file", str(file)], "/left/cpr_node")
+    assert told == (
+        [] if meant else [f"{file} has no parameters for /left/cpr_node: they are for {section}"]
+    )
 
 
 def test_help_lists_every_parameter_with_type_unit_and_default_and_imports_no_ros():

@@ -12,7 +12,13 @@ from cpr_msgs.msg import StabilityMetrics
 from helpers.drive import THRESHOLDS, robot
 
 from cpr_core import solve_home, solve_inverse
-from cpr_ros.assessment import MEASURES, Assessment, Threshold, thresholds_problem
+from cpr_ros.assessment import (
+    MEASURES,
+    Assessment,
+    Threshold,
+    crossed_thresholds,
+    thresholds_problem,
+)
 from cpr_ros.parameter_table import PARAMETERS
 from cpr_ros.supervision import FIELDS, Action, Refusal, State, Status, next_action, verdict
 
@@ -148,7 +154,22 @@ def test_under_a_load_without_potential_nothing_is_called_stable():
 
 
 def test_thresholds_that_make_no_sense_are_named():
-    assert thresholds_problem(THRESHOLDS) == ""
+    assert thresholds_problem(THRESHOLDS, MEASURES) == ""
     crossed = THRESHOLDS | {"motor_range": Threshold(0.1, 0.1)}
-    assert "motor_range_stop below motor_range_warning" in thresholds_problem(crossed)
-    assert "finite" in thresholds_problem(THRESHOLDS | {"margin": Threshold(np.nan, 0.1)})
+    assert "motor_range_stop below motor_range_warning" in thresholds_problem(crossed, MEASURES)
+    assert "finite" in thresholds_problem(THRESHOLDS | {"margin": Threshold(np.nan, 0.1)}, [])
+
+
+@pytest.mark.parametrize("warning", [0.3, 0.1])
+def test_a_warning_that_is_not_above_its_stop_leaves_the_stop_as_it_is(warning):
+    """Thresholds of a file come one by one; whatever their order, a stop halts."""
+    threshold = Threshold(warning, 0.3)
+    thresholds = THRESHOLDS | {"margin": threshold}
+    assert thresholds_problem(thresholds, []) == ""
+    (line,) = crossed_thresholds(thresholds)
+    assert f"margin_warning {warning:g} is not above margin_stop 0.3" in line
+    assert threshold.level(0.3) == 0.0
+    assert threshold.level(0.2999) < 0.0
+    assert threshold.level(0.3001) > 1.0
+    assert np.isnan(threshold.level(np.nan))
+    assert threshold.level(np.inf) == np.inf

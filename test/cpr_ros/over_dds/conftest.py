@@ -15,7 +15,9 @@ from helpers.node_process import Client, NodeProcess, Running, free_domain
 def _run(tmp_path_factory: pytest.TempPathFactory, robot: str) -> Iterator[Running]:
     domain = free_domain()
     log = tmp_path_factory.mktemp(robot) / "node.log"
-    process = NodeProcess(log, domain, ["-p", f"robot:={robot}", "-p", "max_speed:=4.0"])
+    process = NodeProcess(
+        log, domain, ["-p", f"robot:={robot}", "-p", "max_speed:=4", "-p", "map_anywhere:=true"]
+    )
     try:
         process.wait_for_log("ready")
         client = Client(domain)

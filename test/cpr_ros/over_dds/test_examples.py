@@ -16,7 +16,7 @@ import pytest
 from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
 from helpers.driver import Driver
-from helpers.node_process import TIMEOUT
+from helpers.node_process import TIMEOUT, free_domain
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
@@ -146,7 +146,7 @@ def test_the_circle_says_when_nobody_is_there():
     """A domain of its own, without a node."""
     done = subprocess.run(
         [sys.executable, EXAMPLES / "circle.py"],
-        env=os.environ | {"ROS_DOMAIN_ID": "101"},
+        env=os.environ | {"ROS_DOMAIN_ID": str(free_domain())},
         capture_output=True,
         text=True,
         timeout=90,

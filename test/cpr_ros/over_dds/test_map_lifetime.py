@@ -22,7 +22,9 @@ from cpr_core.workspace.store import read_map
 def mapping(tmp_path):
     """A node that makes a map: its process, a client, the goal, the process of the map."""
     domain = free_domain()
-    process = NodeProcess(tmp_path / "node.log", domain, ["-p", "robot:=rfrfr"])
+    process = NodeProcess(
+        tmp_path / "node.log", domain, ["-p", "robot:=rfrfr", "-p", "map_anywhere:=true"]
+    )
     client = Client(domain)
     try:
         process.wait_for_log("ready")

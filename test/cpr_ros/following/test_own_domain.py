@@ -1,0 +1,90 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Domains of tests and of the demonstration are nobody else's."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from cpr_ros.own_domain import DOMAINS, OwnDomain, private_environment, used_domains
+
+#: Somebody in a domain of their own choice, as a robot is.
+STRANGER = """
+import sys
+import cpr_ros, rclpy
+rclpy.init()
+node = rclpy.create_node("robot")
+print("there", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def stranger():
+    """The domain of a participant that took no lock."""
+    own = OwnDomain()
+    number = own.number
+    own.close()
+    process = subprocess.Popen(
+        [sys.executable, "-c", STRANGER],
+        env=os.environ | {"ROS_DOMAIN_ID": str(number)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout.readline() == "there\n"
+        yield number
+    finally:
+        process.communicate()
+
+
+def test_a_domain_with_a_participant_is_left_alone(stranger):
+    assert stranger in used_domains()
+    with pytest.raises(OSError, match="in use"):
+        OwnDomain([stranger])
+    other = OwnDomain([stranger, *DOMAINS])
+    assert other.number != stranger
+    other.close()
+
+
+def test_a_domain_belongs_to_one_until_it_is_let_go():
+    first = OwnDomain()
+    with pytest.raises(OSError, match="in use"):
+        OwnDomain([first.number])
+    assert OwnDomain().number != first.number
+    first.close()
+    again = OwnDomain([first.number])
+    again.close()
+
+
+def test_nothing_in_the_shell_leads_out_of_this_machine():
+    shell = {
+        "ROS_DOMAIN_ID": "7",
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
+        "ROS_STATIC_PEERS": "192.168.0.9",
+        "ROS_DISCOVERY_SERVER": "192.168.0.9:11811",
+        "PATH": "/bin",
+    }
+    private = private_environment(shell)
+    assert private["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
+    assert private["PATH"] == "/bin"
+    assert not {"ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER"} & set(private)
+    own = OwnDomain()
+    assert own.environment(shell)["ROS_DOMAIN_ID"] == str(own.number) != "7"
+    own.close()
+
+
+def test_the_demonstration_takes_no_domain_from_the_shell(stranger):
+    code = "from cpr_ros.own_domain import enter_own_domain as enter; print(enter().number)"
+    said = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"ROS_DOMAIN_ID": str(stranger)},
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    assert int(said) != stranger
