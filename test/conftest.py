@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 from helpers.everything import EVERYTHING
 from helpers.room import Room
+from threadpoolctl import threadpool_limits
 
 #: What nodes of tests keep is not what those of the user keep.
 _ROS_HOME = tempfile.TemporaryDirectory()
@@ -23,18 +24,24 @@ os.environ["ROS_HOME"] = _ROS_HOME.name
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the kernels once, before workers start that would all do it.
+    """Compile the kernels once, before workers start that would all do it; on two cores at a time.
 
     Whatever else had to be compiled afterwards, `cpr compile` has forgotten; tests would fill the gap.
     """
     if not getattr(session.config.option, "numprocesses", None):
         return
-    compiling = [sys.executable, "-m", "cpr_core.command_line", "compile"]
-    told = subprocess.run(compiling, check=True, stdout=subprocess.PIPE, text=True).stdout
-    if "kernels compiled in" in told:
-        everything = [sys.executable, "-c", EVERYTHING]
-        left = subprocess.run(everything, check=True, stdout=subprocess.PIPE, text=True).stdout
-        assert json.loads(left) == [], f"`cpr compile` has left out {left}"
+    folders = (session.config.rootpath, Path(__file__).parent, os.environ.get("PYTHONPATH", ""))
+    path = os.pathsep.join(str(folder) for folder in folders if str(folder))
+    with subprocess.Popen(
+        [sys.executable, "-m", "helpers.compiled_beside"], env=os.environ | {"PYTHONPATH": path}
+    ) as beside:
+        compiling = [sys.executable, "-m", "cpr_core.command_line", "compile"]
+        told = subprocess.run(compiling, check=True, stdout=subprocess.PIPE, text=True).stdout
+        if "kernels compiled in" in told:
+            everything = [sys.executable, "-c", EVERYTHING]
+            left = subprocess.run(everything, check=True, stdout=subprocess.PIPE, text=True).stdout
+            assert json.loads(left) == [], f"`cpr compile` has left out {left}"
+    assert beside.returncode == 0, "what `cpr compile` comes to last was not compiled beside it"
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -57,6 +64,13 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
             return "nodes" if "/over_dds/" in nodeid else nodeid
 
     return NodesTogether(config, log)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_blas_thread_in_a_worker(request: pytest.FixtureRequest):
+    """Other cores have workers of their own, from which waiting threads of BLAS would keep them."""
+    with threadpool_limits(1 if hasattr(request.config, "workerinput") else None, user_api="blas"):
+        yield
 
 
 @pytest.fixture(scope="session")
