@@ -76,7 +76,7 @@ def _one_blas_thread_in_a_worker(request: pytest.FixtureRequest):
 @pytest.fixture(scope="session")
 def _room(request: pytest.FixtureRequest) -> Room:
     """The same for all workers of a run."""
-    run = getattr(request.config, "workerinput", {}).get("testrunuid", "one-process")
+    run = getattr(request.config, "workerinput", {}).get("testrunuid", f"process_{os.getpid()}")
     return Room(Path(tempfile.gettempdir()) / f"cpr_ros_tests_{run}")
 
 

@@ -17,6 +17,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import lapack
 
+from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.square_problem import Tolerances
@@ -66,6 +67,7 @@ class FoundEquilibrium:
         return self.equilibrium.index_locked == 0
 
 
+@on_one_blas_thread
 def find_equilibria(
     robot: Robot,
     motors: ArrayLike,
