@@ -10,12 +10,13 @@ import os
 import subprocess
 import sys
 import tempfile
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
+from helpers.blas_limit import blas_threads_limited
 from helpers.everything import EVERYTHING
 from helpers.room import Room
-from threadpoolctl import threadpool_limits
 
 #: What nodes of tests keep is not what those of the user keep.
 _ROS_HOME = tempfile.TemporaryDirectory()
@@ -99,7 +100,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
 @pytest.fixture(scope="session", autouse=True)
 def _one_blas_thread_in_a_worker(request: pytest.FixtureRequest):
     """Other cores have workers of their own, from which waiting threads of BLAS would keep them."""
-    with threadpool_limits(1 if hasattr(request.config, "workerinput") else None, user_api="blas"):
+    with blas_threads_limited(1) if hasattr(request.config, "workerinput") else nullcontext():
         yield
 
 
