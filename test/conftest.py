@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Tests in several processes at once: kernels compiled before, modules of a node kept together."""
+"""Tests in several processes at once: kernels compiled before, files of a node kept together."""
 
 from __future__ import annotations
 
@@ -10,59 +10,104 @@ import os
 import subprocess
 import sys
 import tempfile
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
+from helpers.blas_limit import blas_threads_limited
 from helpers.everything import EVERYTHING
 from helpers.room import Room
 
 #: What nodes of tests keep is not what those of the user keep.
 _ROS_HOME = tempfile.TemporaryDirectory()
 os.environ["ROS_HOME"] = _ROS_HOME.name
+#: Python is started some two hundred times, and takes a fifth longer where it may not keep bytecode.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the kernels once, before workers start that would all do it.
+    """Compile the kernels once, before workers start that would all do it; on two cores at a time.
 
     Whatever else had to be compiled afterwards, `cpr compile` has forgotten; tests would fill the gap.
     """
     if not getattr(session.config.option, "numprocesses", None):
         return
-    compiling = [sys.executable, "-m", "cpr_core.command_line", "compile"]
-    told = subprocess.run(compiling, check=True, stdout=subprocess.PIPE, text=True).stdout
-    if "kernels compiled in" in told:
-        everything = [sys.executable, "-c", EVERYTHING]
-        left = subprocess.run(everything, check=True, stdout=subprocess.PIPE, text=True).stdout
-        assert json.loads(left) == [], f"`cpr compile` has left out {left}"
+    folders = (session.config.rootpath, Path(__file__).parent, os.environ.get("PYTHONPATH", ""))
+    path = os.pathsep.join(str(folder) for folder in folders if str(folder))
+    with subprocess.Popen(
+        [sys.executable, "-m", "helpers.compiled_beside"], env=os.environ | {"PYTHONPATH": path}
+    ) as beside:
+        compiling = [sys.executable, "-m", "cpr_core.command_line", "compile"]
+        told = subprocess.run(compiling, check=True, stdout=subprocess.PIPE, text=True).stdout
+        if "kernels compiled in" in told:
+            everything = [sys.executable, "-c", EVERYTHING]
+            left = subprocess.run(everything, check=True, stdout=subprocess.PIPE, text=True).stdout
+            assert json.loads(left) == [], f"`cpr compile` has left out {left}"
+    assert beside.returncode == 0, "what `cpr compile` comes to last was not compiled beside it"
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """One more than cores: tests of nodes wait for most of their time."""
+    return len(os.sched_getaffinity(0)) + 1
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with tests that are to be alone: the tests that others begin with are short to wait for."""
+    """Begin with tests that are to be alone, go on with what takes long."""
     alone = {item.path for item in items if item.get_closest_marker("alone")}
-    items.sort(key=lambda item: item.path not in alone)
+    items.sort(
+        key=lambda item: (
+            item.path not in alone,
+            item.path.parent.name != "over_dds",
+            item.get_closest_marker("slow") is None,
+        )
+    )
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
-    """One worker runs all tests that start nodes: two nodes at work leave no core to those who watch.
+    """Files of tests that start nodes are not taken apart; those with tests alone stay together.
 
-    The mark ``xdist_group`` would say the same, but pytest-xdist 3.8 does not see it with pytest 9.2.
+    While these run, no other worker has a node, which would take time from those who measure; and it has
+    short tests only, for which they do not wait long. The mark ``xdist_group`` would say which belong
+    together, but pytest-xdist 3.8 does not see it with pytest 9.2.
     """
     from xdist.scheduler import LoadScopeScheduling
 
-    class NodesTogether(LoadScopeScheduling):
-        def _split_scope(self, nodeid: str) -> str:
-            return "nodes" if "/over_dds/" in nodeid else nodeid
+    folder = Path(__file__).parent / "cpr_ros" / "over_dds"
+    alone = {file.name for file in folder.glob("test_*.py") if "mark.alone(" in file.read_text()}
 
-    return NodesTogether(config, log)
+    class LongestFirst(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            if "/over_dds/" not in file:
+                return nodeid
+            return "alone" if file.rpartition("/")[2] in alone else file
+
+        def _assign_work_unit(self, node: object) -> None:
+            under_way = (work.get("alone", {}) for work in self.assigned_work.values())
+            if any(not all(work.values()) for work in under_way):
+                self.workqueue.move_to_end(next(reversed(self.workqueue)), last=False)
+            super()._assign_work_unit(node)
+
+    config.option.loadscopereorder = False
+    return LongestFirst(config, log)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_blas_thread_in_a_worker(request: pytest.FixtureRequest):
+    """Other cores have workers of their own, from which waiting threads of BLAS would keep them."""
+    with blas_threads_limited(1) if hasattr(request.config, "workerinput") else nullcontext():
+        yield
 
 
 @pytest.fixture(scope="session")
 def _room(request: pytest.FixtureRequest) -> Room:
     """The same for all workers of a run."""
-    run = getattr(request.config, "workerinput", {}).get("testrunuid", "one-process")
+    run = getattr(request.config, "workerinput", {}).get("testrunuid", f"process_{os.getpid()}")
     return Room(Path(tempfile.gettempdir()) / f"cpr_ros_tests_{run}")
 
 

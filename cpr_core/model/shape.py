@@ -101,8 +101,12 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
 
 def tip_poses(robot: Robot, state: Floats) -> tuple[Pose, ...]:
     """Tips of the legs in the world in any state (N,), in equilibrium or not."""
-    shapes = _shapes(robot, state, 16)
-    return tuple(Pose(shape.rotation[-1], shape.position[-1]) for shape in shapes)
+    rods, tips = _rods_from_identity(robot, state, 16), []
+    for number in range(len(robot.description.legs)):
+        poses, own = _element_poses(robot, number, state, rods)
+        tips.append(poses[-1])
+        rods = rods[own:]
+    return tuple(tips)
 
 
 def rod_bases(robot: Robot, state: Floats) -> tuple[tuple[Pose, ...], ...]:

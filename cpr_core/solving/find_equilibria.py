@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, ThreadPoolExecutor
@@ -14,17 +15,19 @@ from functools import partial
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import lapack
 
+from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
-from ..model.equilibrium import Equilibrium
+from ..kernels.square_problem import Tolerances
+from ..model.equilibrium import Equilibrium, corrected, record_of
 from ..model.model_state import evaluate
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_count, checked_vector
 from .assembly import Shape, moved_shape, turned_over, with_best_multipliers
 from .geometrico_statics import solve_forward
 from .not_reached import NotReached
-from .refining import refine
 from .rough_shape import platform_between_tips
 from .targets import check_rod_lengths
 
@@ -64,6 +67,7 @@ class FoundEquilibrium:
         return self.equilibrium.index_locked == 0
 
 
+@on_one_blas_thread
 def find_equilibria(
     robot: Robot,
     motors: ArrayLike,
@@ -101,7 +105,7 @@ def find_equilibria(
     loads = robot.default_loads if loads is None else loads
     seeds = np.random.SeedSequence(seed).spawn(starts)
     home = _from_home(robot, values, loads)
-    search = partial(_searched, robot, values, loads)
+    search = partial(_searched, robot, values, loads, robot.load_arrays(loads))
     if executor is not None:
         candidates = _counted(robot, executor.map(search, seeds), starts, progress)
     else:
@@ -134,7 +138,11 @@ def _counted(
 
 
 def _searched(
-    robot: Robot, motors: Floats, loads: Loads, seed: np.random.SeedSequence
+    robot: Robot,
+    motors: Floats,
+    loads: Loads,
+    forces: LoadArrays,
+    seed: np.random.SeedSequence,
 ) -> Equilibrium | None:
     """The equilibrium Newton's method finds from one random shape, if any."""
     random, arrays = np.random.default_rng(seed), robot.arrays
@@ -159,13 +167,14 @@ def _searched(
     if robot.planar:
         position[2] = 0.0
 
-    forces = robot.load_arrays(loads)
     shape = _closed(robot, forces, Shape(state, rotation, position))
     if shape is None:
         return None
     state = with_best_multipliers(robot, forces, shape)
     rotation, position = shape.platform_rotation.copy(), shape.platform_position.copy()
-    found = refine(robot, loads, state, rotation, position, iterations=_STEPS, contraction=1.0)
+    tolerances = Tolerances(iterations=_STEPS, contraction=1.0)
+    rough = record_of(robot, state, rotation, position)
+    found = corrected(robot, loads, forces, rough, tolerances)
     lengths = found.state[robot.length_indices]
     if not found.converged or np.any(lengths <= 0.0) or turned_over(found) is not None:
         return None
@@ -176,19 +185,23 @@ def _closed(robot: Robot, forces: LoadArrays, shape: Shape) -> Shape | None:
     """A shape with its joints closed by the smallest motions; None if they do not close."""
     arrays, held = robot.arrays, robot.multiplier_indices
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    block, unit = np.ix_(held, moving), arrays.unit[held] / arrays.energy_unit
+    units = unit[:, None] * arrays.unit[moving]
     for _ in range(_CLOSING_STEPS):
         value = evaluate(
             robot, forces, shape.state, shape.platform_rotation, shape.platform_position
         )
-        unit = arrays.unit[held, None] / arrays.energy_unit
-        gaps = value.residual[held] * unit[:, 0]
+        gaps = value.residual[held] * unit
         if np.abs(gaps).max() < 1e-3:
             return shape
-        slopes = value.tangent[np.ix_(held, moving)] * arrays.unit[moving] * unit
+        slopes = value.tangent[block] * units
         stiffness = slopes @ slopes.T
-        stiffness.flat[:: len(held) + 1] += _DAMPING * np.trace(stiffness)
-        change = -slopes.T @ np.linalg.solve(stiffness, gaps)
-        change *= min(1.0, 1.0 / float(np.linalg.norm(change)))
+        stiffness.flat[:: len(held) + 1] += _DAMPING * stiffness.trace()
+        _, pull, failed = lapack.dposv(stiffness, gaps)
+        if failed:  # not definite to rounding
+            pull = np.linalg.solve(stiffness, gaps)
+        change = -pull @ slopes
+        change *= min(1.0, 1.0 / math.sqrt(change @ change))
         shape = moved_shape(robot, shape, moving, change)
     return None
 

@@ -6,6 +6,7 @@
 import threading
 
 import pytest
+from helpers.blas_limit import blas_threads_limited
 from threadpoolctl import threadpool_info
 
 import cpr_core
@@ -21,12 +22,10 @@ def blas_threads():
 
 @pytest.fixture
 def before():
-    """Threads of BLAS outside: where a machine has one core only there is nothing to see."""
+    """Threads of BLAS outside: where a machine or a worker has one only there is nothing to see."""
     threads = blas_threads()
     if max(threads) == 1:
-        from threadpoolctl import threadpool_limits
-
-        with threadpool_limits(limits=2, user_api="blas"):
+        with blas_threads_limited(2):
             yield blas_threads()
     else:
         yield threads
