@@ -3,7 +3,12 @@
 
 """Timed trajectories from another process."""
 
+import os
+import re
+import subprocess
+import sys
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -233,3 +238,25 @@ def test_what_is_wrong_is_refused_with_the_reason(drive, following, message, val
     assert done.result.error_code.val == getattr(ErrorCode, val), done.result.error_code.message
     assert words in done.result.error_code.message
     np.testing.assert_array_equal(drive.motors, HOME)
+
+
+def test_the_program_of_the_docs_does_what_it_says(drive):
+    page = Path(__file__).parents[3] / "docs/node.md"
+    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    (program,) = (block for block in blocks if "FollowTrajectory" in block)
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env=os.environ
+        | {
+            "ROS_DOMAIN_ID": str(drive.client.context.get_domain_id()),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        },
+        capture_output=True,
+        text=True,
+        timeout=120.0,
+    )
+    assert done.returncode == 0, done.stderr
+    val, seconds = done.stdout.split()
+    assert int(val) == ErrorCode.SUCCESS
+    assert float(seconds) >= 2.0 - 1e-3
+    drive.until(lambda: np.array_equal(drive.motors, HOME))
