@@ -142,20 +142,19 @@ class TrajectoryAction:
             now = self._node.get_clock().now().to_msg()
             order = self._dialect.order(session, handle.request, now)
             motion = session.follow_trajectory(order, time.monotonic(), told)
+            if motion is not None and not ended:
+                self._motions[_key(handle)] = handle, motion
+                self._report(True)
         except Exception as error:
             if not isinstance(error, CprError):
                 self._node.get_logger().error(traceback.format_exc())
             self._finish(handle, _ending_of(error))
-            return
-        if motion is not None and not ended:
-            self._motions[_key(handle)] = handle, motion
-            self._report(True)
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         known, session = self._motions.get(_key(handle)), self._session()
         if known is None or session is None:
             return CancelResponse.REJECT
-        session.trajectories.cancel(known[1])
+        session.trajectories.cancel(known[1])  # the result follows when rclpy has taken note
         return CancelResponse.ACCEPT
 
     def _report(self, wanted: bool) -> None:
