@@ -108,7 +108,7 @@ class TrajectoryAction:
             dialect: Its messages.
         """
         self._node, self._session, self._dialect = node, session, dialect
-        self._motions: dict[ServerGoalHandle, Motion] = {}
+        self._motions: dict[bytes, tuple[ServerGoalHandle, Motion]] = {}
         self._timer: Any = None
         self._server = ActionServer(
             node,
@@ -130,7 +130,7 @@ class TrajectoryAction:
         def told(ending: Ending) -> None:
             nonlocal ended
             ended = True
-            self._motions.pop(handle, None)
+            self._motions.pop(_key(handle), None)
             self._finish(handle, ending)
 
         try:
@@ -142,20 +142,19 @@ class TrajectoryAction:
             now = self._node.get_clock().now().to_msg()
             order = self._dialect.order(session, handle.request, now)
             motion = session.follow_trajectory(order, time.monotonic(), told)
+            if motion is not None and not ended:
+                self._motions[_key(handle)] = handle, motion
+                self._report(True)
         except Exception as error:
             if not isinstance(error, CprError):
                 self._node.get_logger().error(traceback.format_exc())
             self._finish(handle, _ending_of(error))
-            return
-        if motion is not None and not ended:
-            self._motions[handle] = motion
-            self._report(True)
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
-        motion, session = self._motions.get(handle), self._session()
-        if motion is None or session is None:
+        known, session = self._motions.get(_key(handle)), self._session()
+        if known is None or session is None:
             return CancelResponse.REJECT
-        session.trajectories.cancel(motion)
+        session.trajectories.cancel(known[1])  # the result follows when rclpy has taken note
         return CancelResponse.ACCEPT
 
     def _report(self, wanted: bool) -> None:
@@ -171,7 +170,7 @@ class TrajectoryAction:
         try:
             session = self._session()
             self._report(bool(self._motions))
-            for handle, motion in self._motions.items():
+            for handle, motion in self._motions.values():
                 if session is not None and motion.goal is not None:
                     handle.publish_feedback(self._feedback(session, handle, motion))
         except Exception:
@@ -226,6 +225,11 @@ def trajectory_actions(
     return [
         TrajectoryAction(node, session, dialect) for dialect in dialects if dialect.kind is not None
     ]
+
+
+def _key(handle: ServerGoalHandle) -> bytes:
+    """What a goal is known by; handles cannot be keys."""
+    return bytes(handle.goal_id.uuid)
 
 
 def _ending_of(error: Exception) -> Ending:

@@ -85,7 +85,7 @@ class TrajectoryPlan:
 
     def advance(self, seconds: float = math.inf) -> None:
         """Go on for some time, by one stride at least."""
-        begin = time.perf_counter()
+        begin, work = time.perf_counter(), time.thread_time()
         while not self.done and self.refused is None:
             try:
                 self.done = next(self._strides, None) is None
@@ -95,7 +95,7 @@ class TrajectoryPlan:
                 self.refused = TrajectoryRefused(self.path.begin, "not_converged", str(error))
             if time.perf_counter() - begin >= seconds:
                 break
-        self.work += time.perf_counter() - begin
+        self.work += time.thread_time() - work
 
     def _solved(self) -> Iterator[bool]:
         """Solve and judge stride after stride.
