@@ -102,7 +102,7 @@ def test_motors_and_poses_are_reached_and_said_to_be(drive, moves):
     np.testing.assert_array_equal(result.reached.motors.position, [2.9, 0.2])
     there = cpr_core.solve_forward(cpr_core.load_robot("rfrfr"), [2.9, 0.2])
     assert result.reached.margin == pytest.approx(there.margin, rel=1e-6)
-    np.testing.assert_array_equal(drive.motors, [2.9, 0.2])
+    drive.until(lambda: np.array_equal(drive.motors, [2.9, 0.2]))
     # Motors that are not named stay where they are.
     status, result = moves.move(**motors(0.4, names=["motor2"]))
     assert status == SUCCEEDED
@@ -185,6 +185,8 @@ def test_the_newest_motion_counts(slow, moves, what, words):
     elif what == "pause":
         assert slow.pause(True).success
     else:
+        moves.client.spin_until(lambda: moves.feedback[-1].remaining < 0.9)
+        slowly(slow, 0.001)  # it is on its way home for long
         assert slow.reset().success
     status, result = moves.result(handle)
     assert (status, result.error_code.val) == (ABORTED, ErrorCode.PREEMPTED)
@@ -203,6 +205,7 @@ def test_the_newest_motion_counts(slow, moves, what, words):
         status, result = moves.move(**motors(2.6, 0.5))
         assert (status, result.error_code.val) == (ABORTED, ErrorCode.NOT_READY)
         assert "on its way home" in result.error_code.message
+        slowly(slow)
 
 
 @pytest.mark.parametrize(
