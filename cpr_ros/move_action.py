@@ -112,8 +112,7 @@ class MoveAction:
             return
         equilibrium = outcome.assessment.equilibrium
         remaining = session.follower.corrected(motion.goal).remaining(equilibrium)
-        arrived = remaining <= ARRIVED and session.commands.there(equilibrium.motors)
-        if arrived and outcome.state == State.IDLE:
+        if remaining <= ARRIVED and session.commands.there(equilibrium.motors):
             self._end(motion, None)
             return
         if outcome.state != State.HALTED:

@@ -102,7 +102,7 @@ def test_motors_and_poses_are_reached_and_said_to_be(drive, moves):
     np.testing.assert_array_equal(result.reached.motors.position, [2.9, 0.2])
     there = cpr_core.solve_forward(cpr_core.load_robot("rfrfr"), [2.9, 0.2])
     assert result.reached.margin == pytest.approx(there.margin, rel=1e-6)
-    np.testing.assert_array_equal(drive.motors, [2.9, 0.2])
+    drive.until(lambda: np.array_equal(drive.motors, [2.9, 0.2]))
     # Motors that are not named stay where they are.
     status, result = moves.move(**motors(0.4, names=["motor2"]))
     assert status == SUCCEEDED
@@ -120,7 +120,7 @@ def test_feedback_tells_of_the_way(slow, moves):
     status, _ = moves.move(**motors(3.09, 0.05))
     assert status == SUCCEEDED
     remaining = [one.remaining for one in moves.feedback]
-    assert len(remaining) > 5
+    assert len(remaining) > 1
     assert remaining == sorted(remaining, reverse=True)
     assert 0.0 < remaining[-1] < remaining[0] <= 0.5
     assert all(one.margin > 0.2 for one in moves.feedback)
@@ -139,14 +139,19 @@ def test_a_goal_is_not_stale_when_setpoints_would_be(slow, moves):
 
 
 def test_a_goal_behind_an_instability_is_given_up_with_the_reason(drive, moves):
+    patient = moves.send(**platform(0.0, -0.2), patience=1e3)
+    halt = StabilityMetrics.ACTION_HALT
+    moves.client.spin_until(lambda: bool(moves.feedback) and moves.feedback[-1].action == halt)
+    told = moves.feedback[-1]
+    assert told.speed_scale == 0.0
+    assert told.status_text.startswith("halted: the next margin, ")
     status, result = moves.move(**platform(0.0, -0.2), patience=0.2)
     assert (status, result.error_code.val) == (ABORTED, ErrorCode.CONTROL_FAILED)
     assert result.error_code.message.startswith("halted for 0.2 s: halted: the next margin, ")
     assert result.reached.index_locked == 0
     assert 0.05 <= result.reached.margin < 0.06
     assert result.remaining > 0.2
-    assert moves.feedback[-1].action == StabilityMetrics.ACTION_HALT
-    assert moves.feedback[-1].speed_scale == 0.0
+    assert moves.result(patient)[1].error_code.val == ErrorCode.PREEMPTED
     # It holds, and forgets where it was to go.
     drive.until_state(StabilityMetrics.STATE_IDLE)
 
@@ -185,6 +190,8 @@ def test_the_newest_motion_counts(slow, moves, what, words):
     elif what == "pause":
         assert slow.pause(True).success
     else:
+        moves.client.spin_until(lambda: moves.feedback[-1].remaining < 0.9)
+        slowly(slow, 0.001)  # it is on its way home for long
         assert slow.reset().success
     status, result = moves.result(handle)
     assert (status, result.error_code.val) == (ABORTED, ErrorCode.PREEMPTED)
@@ -203,6 +210,7 @@ def test_the_newest_motion_counts(slow, moves, what, words):
         status, result = moves.move(**motors(2.6, 0.5))
         assert (status, result.error_code.val) == (ABORTED, ErrorCode.NOT_READY)
         assert "on its way home" in result.error_code.message
+        slowly(slow)
 
 
 @pytest.mark.parametrize(

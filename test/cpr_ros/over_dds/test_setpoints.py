@@ -138,13 +138,6 @@ def test_apply_during_motion_is_refused_and_at_rest_forgets_the_setpoint(drive):
     np.testing.assert_array_equal(drive.motors, [2.7, 0.5])
 
 
-def test_no_command_goes_out_before_the_first_setpoint(drive):
-    drive.spin(0.5)
-    assert drive.client.node.count_publishers("/cpr_node/motor_commands") == 1
-    assert drive.all(StabilityMetrics)  # it is heard
-    assert not drive.all(Float64MultiArray)
-
-
 def test_the_parameter_file_of_a_robot_starts_a_node_that_halts_in_time(tmp_path):
     """Eight modes: the border of stability is where that of the continuous rods is."""
     domain = free_domain()

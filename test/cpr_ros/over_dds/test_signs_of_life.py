@@ -126,6 +126,23 @@ def test_a_stopped_and_a_killed_node_are_noticed(node):
     assert "incompatible" not in {kind for kind, _ in supervisor.events}
 
 
+def test_a_process_that_lives_and_says_nothing_is_noticed():
+    """Its threads of DDS go on when its own is stuck; they are no sign of life."""
+    client = Client(free_domain())
+    try:
+        supervisor = Supervisor(client)
+        stream = client.node.create_publisher(
+            StabilityMetrics, "/cpr_node/stability", promised(20.0)
+        )
+        saying = client.node.create_timer(0.05, lambda: stream.publish(StabilityMetrics()))
+        supervisor.until_heard()
+        client.node.destroy_timer(saying)
+        times = supervisor.until_noticed(time.monotonic())
+    finally:
+        client.close()
+    print(", ".join(f"{kind} after {seconds:.3f} s" for kind, seconds in times.items()))
+
+
 @pytest.mark.parametrize(("rate", "longest"), [(20.0, 0.1), (1000.0, 0.1), (10.0, 0.2), (1.0, 2.0)])
 def test_the_promise_follows_the_rate(rate, longest):
     profile = promised(rate)
