@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
+from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveInverse
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -19,6 +20,9 @@ from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
+
+import cpr_core
+from cpr_core.workspace import map_workspace, pose_grid
 
 
 @pytest.fixture(scope="module")
@@ -191,6 +195,20 @@ def test_a_longer_timeout_does_not_revive_a_stale_setpoint(left, drive):
     drive.until(lambda: np.array_equal(drive.motors, [2.9, 0.3]))
 
 
+def begun(file):
+    """A map that is hardly begun."""
+    robot = cpr_core.load_robot("rfrfr")
+    grid = pose_grid(
+        robot,
+        {name: (first, last) for name, (first, last, _) in MEDIUM.items()},
+        resolution={name: step for name, (_, _, step) in MEDIUM.items()},
+    )
+    told = []
+    map_workspace(
+        robot, grid, file=file, workers=1, progress=told.append, cancelled=lambda: bool(told)
+    )
+
+
 def test_maps_go_to_their_folder_and_nowhere_else(left, drive):
     maps = MapClient(left.client)
     outside = left.folder / "outside"
@@ -211,13 +229,13 @@ def test_maps_go_to_their_folder_and_nowhere_else(left, drive):
             assert refused.error_code.val == ErrorCode.INVALID_FILE, refused.error_code
         assert list(outside.iterdir()) == []
 
-        handle = maps.send("long.nc", MEDIUM, workers=1)
-        maps.until_done(100)
+        kept = left.folder / "maps" / "long.nc"
+        begun(kept)
+        handle = maps.send("long.nc", MEDIUM, workers=1, existing_file=MapWorkspace.Goal.RESUME)
         maps.cancel(handle)
-        kept = maps.result(handle)[1].file
+        assert maps.result(handle)[1].file == str(kept)
     finally:
         maps.close()
-    assert kept == str(left.folder / "maps" / "long.nc")
     left.process.wait_for_log(f"map: not complete, but kept in {kept}")
 
 
