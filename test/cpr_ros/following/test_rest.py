@@ -27,7 +27,9 @@ class Node:
 
     def __init__(self, **parameters):
         self.live = live_parameters(DEFAULTS.__getitem__)
-        fixed = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
+        fixed = {
+            parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live
+        }
         fixed |= {"robot": "rfrfr", "characteristic_length": None, **parameters}
         frames = Frames("base", "platform", lambda frame: None)
         self.session = Session(robot("rfrfr"), frames, Parameters(**fixed), self.live)
@@ -66,7 +68,11 @@ class Node:
             assert self.tick() is None
             after = self.session.outcome
             assert after.assessment is before.assessment
-            assert (after.state, after.verdict, after.moved) == (before.state, before.verdict, False)
+            assert (after.state, after.verdict, after.moved) == (
+                before.state,
+                before.verdict,
+                False,
+            )
             assert not self.session.velocity.any()
             assert self.session.at_rest
         return count
