@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from builtin_interfaces.msg import Time
 from cpr_msgs.msg import StabilityMetrics
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
@@ -19,7 +20,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 from visualization_msgs.msg import MarkerArray
 
-from cpr_core import solve_home
+from cpr_core import Equilibrium, solve_home
 
 from .conversions import joint_state, platform_pose
 from .diagnostics import diagnostic_array
@@ -83,6 +84,8 @@ class Outputs:
         self._home_pose = publisher(PoseStamped, "~/home_pose", LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._stream = StabilityStream()
+        self._about: tuple[Equilibrium, NDArray[np.float64]] | None = None
+        self._state = (JointState(), PoseStamped())
 
     def description(self, session: Session) -> None:
         """The robot as its file describes it and as URDF, and its home."""
@@ -95,14 +98,31 @@ class Outputs:
 
     def state(self, session: Session) -> None:
         """Joint states, platform pose and, with tf2_ros, the platform frame."""
-        stamp, frames = self._stamp(), self._transforms.frames
-        equilibrium = session.solver.current.equilibrium
-        if self._joint_states.get_subscription_count():
-            self._joint_states.publish(joint_state(equilibrium, frames, stamp, session.velocity))
-        if self._platform_pose.get_subscription_count() or self._transforms.available:
-            pose = platform_pose(equilibrium, frames, stamp)
+        joints_heard = self._joint_states.get_subscription_count() > 0
+        pose_heard = self._platform_pose.get_subscription_count() > 0 or self._transforms.available
+        if not joints_heard and not pose_heard:
+            return
+        joints, pose = self._state_of(session)
+        joints.header.stamp = pose.header.stamp = self._stamp()
+        if joints_heard:
+            self._joint_states.publish(joints)
+        if pose_heard:
             self._platform_pose.publish(pose)
             self._transforms.send(pose)
+
+    def _state_of(self, session: Session) -> tuple[JointState, PoseStamped]:
+        """Messages of the state; at rest those of before."""
+        about = session.solver.current.equilibrium, session.velocity
+        if self._about is None or any(
+            one is not other for one, other in zip(self._about, about, strict=True)
+        ):
+            frames, stamp = self._transforms.frames, Time()
+            self._about = about
+            self._state = (
+                joint_state(about[0], frames, stamp, about[1]),
+                platform_pose(about[0], frames, stamp),
+            )
+        return self._state
 
     def motor_commands(self, commands: NDArray[np.float64]) -> None:
         """Motor positions in motor order, (n,), as forward position controllers take them."""

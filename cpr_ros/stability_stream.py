@@ -30,6 +30,7 @@ class StabilityStream:
     def __init__(self) -> None:
         """Start without a trend."""
         self._last: tuple[float, float] | None = None
+        self._known: tuple[Outcome, Thresholds, StabilityMetrics] | None = None
 
     def message(
         self,
@@ -55,47 +56,22 @@ class StabilityStream:
             wrench_age: Age of the external wrench [s], -1 without.
             loop: Whether the measured pose corrects the setpoint.
         """
-        assessment, told = outcome.assessment, outcome.verdict
-        equilibrium = assessment.equilibrium
-        locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
-        robot = equilibrium.robot
-        return StabilityMetrics(
-            header=Header(stamp=stamp, frame_id=frames.base),
-            status=int(told.status),
-            status_text=told.text,
-            action=int(told.action),
-            speed_scale=told.speed_scale,
-            state=int(outcome.state),
-            converged=equilibrium.converged,
-            residual=equilibrium.residual,
-            energy_criterion_applies=locked.energy_criterion_applies,
-            index_locked=locked.index,
-            index_free=free.index,
-            smallest_eigenvalues_locked=locked.eigenvalues[:4].tolist(),
-            smallest_eigenvalues_free=free.eigenvalues[:4].tolist(),
-            inverse_condition_number=locked.inverse_condition_number,
-            margin=locked.margin,
-            margin_trend=self._trend(locked.margin, now),
-            margin_warning=thresholds["margin"].warning,
-            margin_stop=thresholds["margin"].stop,
-            characteristic_length=assessment.characteristic_length or robot.mean_length,
-            forward=singularity_message(robot, assessment.forward),
-            inverse=_inverse_singularity(assessment),
-            motor_range=assessment.motor_range,
-            effort_reserve=assessment.effort_reserve,
-            strain_reserve=assessment.strain_reserve,
-            nearest_threshold=told.nearest,
-            distance_to_threshold=told.distance,
-            stiffness=_stiffness(assessment),
-            setpoint_age=setpoint_age,
-            wrench_age=wrench_age,
-            solve_time=assessment.solve_time,
-            loop=int(loop.loop),
-            loop_text=loop.text,
-            measured_pose_age=loop.age,
-            position_error=loop.position_error,
-            rotation_error=loop.rotation_error,
-        )
+        message = self._of_tick(outcome, thresholds, frames)
+        message.header.stamp = stamp
+        message.margin_trend = self._trend(message.margin, now)
+        message.setpoint_age, message.wrench_age = setpoint_age, wrench_age
+        message.loop, message.loop_text = int(loop.loop), loop.text
+        message.measured_pose_age = loop.age
+        message.position_error, message.rotation_error = loop.position_error, loop.rotation_error
+        return message
+
+    def _of_tick(
+        self, outcome: Outcome, thresholds: Thresholds, frames: Frames
+    ) -> StabilityMetrics:
+        """All but what changes with time alone; between ticks the message of before."""
+        if self._known is None or self._known[0] is not outcome or self._known[1] is not thresholds:
+            self._known = outcome, thresholds, _metrics(outcome, thresholds, frames)
+        return self._known[2]
 
     def _trend(self, margin: float, now: float) -> float:
         """Change of the margin since the last message [1/s]."""
@@ -103,6 +79,43 @@ class StabilityStream:
         if last is None or now <= last[1]:
             return 0.0
         return (margin - last[0]) / (now - last[1])
+
+
+def _metrics(outcome: Outcome, thresholds: Thresholds, frames: Frames) -> StabilityMetrics:
+    """What a tick led to."""
+    assessment, told = outcome.assessment, outcome.verdict
+    equilibrium = assessment.equilibrium
+    locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
+    robot = equilibrium.robot
+    return StabilityMetrics(
+        header=Header(frame_id=frames.base),
+        status=int(told.status),
+        status_text=told.text,
+        action=int(told.action),
+        speed_scale=told.speed_scale,
+        state=int(outcome.state),
+        converged=equilibrium.converged,
+        residual=equilibrium.residual,
+        energy_criterion_applies=locked.energy_criterion_applies,
+        index_locked=locked.index,
+        index_free=free.index,
+        smallest_eigenvalues_locked=locked.eigenvalues[:4].tolist(),
+        smallest_eigenvalues_free=free.eigenvalues[:4].tolist(),
+        inverse_condition_number=locked.inverse_condition_number,
+        margin=locked.margin,
+        margin_warning=thresholds["margin"].warning,
+        margin_stop=thresholds["margin"].stop,
+        characteristic_length=assessment.characteristic_length or robot.mean_length,
+        forward=singularity_message(robot, assessment.forward),
+        inverse=_inverse_singularity(assessment),
+        motor_range=assessment.motor_range,
+        effort_reserve=assessment.effort_reserve,
+        strain_reserve=assessment.strain_reserve,
+        nearest_threshold=told.nearest,
+        distance_to_threshold=told.distance,
+        stiffness=_stiffness(assessment),
+        solve_time=assessment.solve_time,
+    )
 
 
 def _inverse_singularity(assessment: Assessment) -> SingularityMessage:

@@ -3,6 +3,7 @@
 
 """Setpoints from another process."""
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from helpers.node_process import Client, NodeProcess, free_domain
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
-HOME = [2.59, 0.55]
+HOME, AWAY = [2.59, 0.55], [2.75, 0.40]
 
 
 def test_motors_by_name_are_followed_and_commands_go_out(drive):
@@ -155,3 +156,21 @@ def test_the_parameter_file_of_a_robot_starts_a_node_that_halts_in_time(tmp_path
     finally:
         client.close()
         assert process.stop() == 0, process.output()
+
+
+def test_no_more_than_a_ticks_way_in_a_period_whatever_comes_when(drive):
+    """At rest a step is taken at once, on the way there is one a period, however many setpoints come."""
+    way, period, random = 4.0 / 200.0, 0.95 / 200.0, np.random.default_rng(3)
+    for start, target in ((HOME, AWAY), (AWAY, HOME)) * 5:
+        drive.forget()
+        begin = time.time()
+        for pause in 0.002 * random.random(20):
+            drive.send_motors(*target)
+            drive.spin(pause)
+        drive.client.spin_until(
+            lambda target=target: drive.all(JointState) and np.array_equal(drive.motors, target)
+        )
+        states = drive.all(JointState)
+        stamps = [state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec for state in states]
+        moved = np.abs(np.array([state.position for state in states]) - start).max(axis=1)
+        assert (moved <= way * (1.0 + (np.array(stamps) - begin) / period)).all()

@@ -1,0 +1,174 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the node costs at rest, and how soon it acts on what comes then.
+
+    .venv/bin/python benchmarks/ros_at_rest.py --seconds 20 --setpoints 300
+
+Processor time of a node with the 6-RFS robot that nobody listens to, and of one whose streams are listened to. Then
+setpoints a tick's way apart, each sent at rest: the time until the motor command arrives, beside that of
+a bare node which publishes whatever it receives. Both take turns, so that they see the same machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import cpr_ros  # noqa: F401  finds the ROS 2 of this environment
+import rclpy
+from cpr_msgs.msg import StabilityMetrics
+from geometry_msgs.msg import PoseStamped
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+HOME = np.array([5.86, 5.56, 5.86, 5.46, 5.86, 5.26])
+#: Shorter than a tick's way at 200 Hz.
+STEP = 0.002
+#: Robot and streams are at rest after that time [s].
+PAUSE = 0.05
+
+
+def echo() -> None:
+    """A node that publishes what it receives, until it is killed."""
+    rclpy.init()
+    node, executor = Node("echo"), EventsExecutor()
+    publisher = node.create_publisher(Float64MultiArray, "/echo/out", 10)
+    node.create_subscription(Float64MultiArray, "/echo/in", publisher.publish, 1)
+    executor.add_node(node)
+    executor.spin()
+
+
+class Sender(Node):
+    """Sends, and notes when something comes back."""
+
+    def __init__(self) -> None:
+        super().__init__("at_rest_benchmark")
+        self.executor_ = EventsExecutor()
+        self.executor_.add_node(self)
+        self.came = 0.0
+        self.messages = 0
+        self._last: list[float] = []
+
+    def pair(self, sent: str, received: str) -> Any:
+        """A publisher, and what answers it."""
+        self.create_subscription(Float64MultiArray, received, self._on_answer, 10)
+        return self.create_publisher(Float64MultiArray, sent, 1)
+
+    def listen(self) -> None:
+        """To the streams."""
+        for kind, topic in (
+            (JointState, "/joint_states"),
+            (PoseStamped, "/cpr_node/platform_pose"),
+            (StabilityMetrics, "/cpr_node/stability"),
+        ):
+            self.create_subscription(kind, topic, self._on_stream, 10)
+
+    def _on_stream(self, _message: Any) -> None:
+        self.messages += 1
+
+    def _on_answer(self, message: Float64MultiArray) -> None:
+        if list(message.data) == self._last:
+            self.came = time.perf_counter()
+
+    def spin(self, seconds: float) -> None:
+        """Let time go by."""
+        end = time.perf_counter() + seconds
+        while time.perf_counter() < end:
+            self.executor_.spin_once(timeout_sec=max(0.0, end - time.perf_counter()))
+
+    def latency(self, publisher: Any, positions: list[float]) -> float:
+        """Time from sending to the answer [s]."""
+        self._last, self.came = positions, 0.0
+        begin = time.perf_counter()
+        publisher.publish(Float64MultiArray(data=positions))
+        while not self.came and time.perf_counter() < begin + 5.0:
+            self.executor_.spin_once(timeout_sec=0.1)
+        if not self.came:
+            raise TimeoutError("no answer")
+        return self.came - begin
+
+
+def processor_time(process: subprocess.Popen[bytes]) -> float:
+    """Of all threads so far [s]."""
+    fields = Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def load(process: subprocess.Popen[bytes], node: Sender, seconds: float) -> str:
+    """Processor time of a process, in words."""
+    begin, used, node.messages = time.perf_counter(), processor_time(process), 0
+    node.spin(seconds)
+    took = time.perf_counter() - begin
+    share = (processor_time(process) - used) / took
+    return f"{100.0 * share:5.2f} % of a core, {node.messages / took:.0f} messages/s received"
+
+
+def measure(process: subprocess.Popen[bytes], seconds: float, setpoints: int) -> None:
+    """Print what was found."""
+    rclpy.init()
+    node = Sender()
+    robot = node.pair("/cpr_node/commands", "/cpr_node/motor_commands")
+    bare = node.pair("/echo/in", "/echo/out")
+    while not (robot.get_subscription_count() and bare.get_subscription_count()):
+        node.spin(0.1)
+    node.spin(3.0)  # discovery, and the first ticks
+    print(f"at rest, nobody listens:  {load(process, node, seconds)}")
+    node.listen()
+    node.spin(2.0)
+    print(f"at rest, streams heard:   {load(process, node, seconds)}")
+    random = np.random.default_rng(0)
+    times: dict[str, list[float]] = {"setpoint to command": [], "bare echo": []}
+    for number in range(setpoints):
+        positions = HOME.copy()
+        positions[0] += STEP * (1 + number % 2)
+        for name, publisher in (("setpoint to command", robot), ("bare echo", bare)):
+            node.spin(PAUSE * (1.0 + random.random()))
+            times[name].append(node.latency(publisher, positions.tolist()))
+    for name, values in times.items():
+        median, high, largest = 1e3 * np.percentile(values[10:], [50, 99, 100])
+        print(f"{name:20} median {median:5.2f} ms, p99 {high:5.2f} ms, largest {largest:5.1f} ms")
+    node.executor_.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def main() -> int:
+    """Run the benchmark, or, with --echo, the bare node."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--setpoints", type=int, default=300)
+    parser.add_argument("--echo", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.echo:
+        echo()
+    os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    folder = tempfile.TemporaryDirectory()
+    os.environ["ROS_HOME"] = folder.name  # the node begins at home, whatever was done before
+    bare = subprocess.Popen([sys.executable, __file__, "--echo"])
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", "-p", "start_from:=home"]
+    )
+    try:
+        measure(process, options.seconds, options.setpoints)
+    finally:
+        bare.kill()
+        process.send_signal(signal.SIGINT)
+        status = process.wait(timeout=20)
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
