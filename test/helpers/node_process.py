@@ -30,6 +30,8 @@ TIMEOUT = 20.0
 
 #: Those whose ports are not given to others by the operating system.
 DOMAINS = range(1, 102)
+#: As many as one process takes: more than a file of tests uses, and enough for four workers.
+OWN_DOMAINS = 24
 _own: dict[int, IO[str]] = {}
 
 
@@ -37,12 +39,12 @@ def free_domain() -> int:
     """A ROS domain for one test, so that tests do not hear each other.
 
     A domain is locked until this process ends: other workers and other runs on this machine take others.
-    If none is left, the one that this process took first is used again.
+    Once it has enough, or none is left, the one that this process took first is used again.
     """
     folder = Path(tempfile.gettempdir()) / "cpr_ros_test_domains"
     folder.mkdir(exist_ok=True)
     for domain in DOMAINS:
-        if domain not in _own:
+        if domain not in _own and len(_own) < OWN_DOMAINS:
             lock = (folder / str(domain)).open("a")
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
