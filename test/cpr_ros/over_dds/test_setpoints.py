@@ -139,8 +139,6 @@ def test_apply_during_motion_is_refused_and_at_rest_forgets_the_setpoint(drive):
 
 
 def test_no_command_goes_out_before_the_first_setpoint(drive):
-    drive.spin(0.5)  # those of the way home may come late, and carry no time
-    drive.forget()
     drive.spin(0.5)
     assert drive.client.node.count_publishers("/cpr_node/motor_commands") == 1
     assert drive.all(StabilityMetrics)  # it is heard
