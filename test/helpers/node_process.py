@@ -28,77 +28,23 @@ from cpr_ros.own_domain import OwnDomain, private_environment
 START_TIMEOUT = 240.0
 TIMEOUT = 20.0
 
-<<<<<<< HEAD
-_own: list[OwnDomain] = []
-||||||| 0329f2f
-#: Those whose ports are not given to others by the operating system.
-DOMAINS = range(1, 102)
-_own: dict[int, IO[str]] = {}
-=======
-#: Those whose ports are not given to others by the operating system.
-DOMAINS = range(1, 102)
-#: As many as one process takes: more than a file of tests uses, and enough for four workers.
+#: As many domains as one process takes: more than a file of tests uses, and enough for four workers.
 OWN_DOMAINS = 24
-_own: dict[int, IO[str]] = {}
->>>>>>> tests
+_own: list[OwnDomain] = []
 
 
 def free_domain() -> int:
     """A ROS domain for one test, so that tests do not hear each other, nor anybody else.
 
-<<<<<<< HEAD
-    It is taken until this process ends: other workers and other runs on this machine take others. If
-    none is left, the one that this process took first is used again.
-||||||| 0329f2f
-    A domain is locked until this process ends: other workers and other runs on this machine take others.
-    If none is left, the one that this process took first is used again.
-=======
-    A domain is locked until this process ends: other workers and other runs on this machine take others.
-    Once it has enough, or none is left, the one that this process took first is used again.
->>>>>>> tests
+    It is taken until this process ends: other workers and other runs on this machine take others. Once
+    it has enough, or none is left, the one that this process took first is used again.
     """
-<<<<<<< HEAD
     try:
-        _own.append(OwnDomain())
+        _own.append(_own.pop(0) if len(_own) == OWN_DOMAINS else OwnDomain())
     except OSError:
         assert _own, "every ROS domain is taken"
         _own.append(_own.pop(0))
     return _own[-1].number
-||||||| 0329f2f
-    folder = Path(tempfile.gettempdir()) / "cpr_ros_test_domains"
-    folder.mkdir(exist_ok=True)
-    for domain in DOMAINS:
-        if domain not in _own:
-            lock = (folder / str(domain)).open("a")
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                lock.close()
-            else:
-                _own[domain] = lock
-                return domain
-    assert _own, "every ROS domain is taken by other tests"
-    oldest = next(iter(_own))
-    _own[oldest] = _own.pop(oldest)
-    return oldest
-=======
-    folder = Path(tempfile.gettempdir()) / "cpr_ros_test_domains"
-    folder.mkdir(exist_ok=True)
-    for domain in DOMAINS:
-        if domain not in _own and len(_own) < OWN_DOMAINS:
-            lock = (folder / str(domain)).open("a")
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                lock.close()
-            else:
-                _own[domain] = lock
-                return domain
-    assert _own, "every ROS domain is taken by other tests"
-    oldest = next(iter(_own))
-    _own[oldest] = _own.pop(oldest)
-    return oldest
->>>>>>> tests
 
 
 class NodeProcess:
