@@ -5,9 +5,10 @@
 
     .venv/bin/python benchmarks/ros_at_rest.py --seconds 20 --setpoints 300
 
-Processor time of a node with the 6-RFS robot that nobody listens to, and of one whose streams are listened
-to. Then setpoints a tick's way apart, each sent at rest: the time until the motor command arrives, beside that of
-a bare node which publishes whatever it receives. Both take turns, so that they see the same machine.
+Processor time of a node with the 6-RFS robot that nobody listens to, and of one whose streams are
+listened to. Then setpoints a tick's way apart, each sent at rest: the time until the motor command
+arrives, beside that of a bare node which publishes whatever it receives. Both take turns, so that they
+see the same machine.
 """
 
 from __future__ import annotations
