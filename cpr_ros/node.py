@@ -70,7 +70,7 @@ class CprNode(LifecycleNode):
         self._session: Session | None = None
         self._whereabouts: Whereabouts | None = None
         self._active = False
-        self._timers: list[Any] = []
+        self._periodic: list[Any] = []
         self._last_state = 0.0
         self._ticking = Ticking(
             1.0 / self.parameters.tick_rate,
@@ -229,7 +229,7 @@ class CprNode(LifecycleNode):
             self.parameters.tick_rate, lambda: self._ticking.on_timer(time.monotonic())
         )
         self._ticking.start(tick, time.monotonic())
-        self._timers = [tick] + [
+        self._periodic = [tick] + [
             self._timer(rate, callback)
             for rate, callback in (
                 (self.parameters.state_rate, self._publish_state),
@@ -248,9 +248,9 @@ class CprNode(LifecycleNode):
             self._session.trajectories.stop(ErrorCode.NOT_READY, "the node was deactivated")
         self._active = False
         self._ticking.stop()
-        for timer in self._timers:
+        for timer in self._periodic:
             self.destroy_timer(timer)
-        self._timers = []
+        self._periodic = []
 
     def _forget(self) -> None:
         self._deactivate()
