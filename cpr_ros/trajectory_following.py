@@ -156,9 +156,8 @@ class Trajectories:
         self._notice_newer()
         coming = self.coming
         if coming is not None:
-            late = (
-                self.running is not None and coming.own_time(now) > coming.join - 2 * self._period
-            )
+            timed = self.running is not None or coming.order.start_in is not None
+            late = timed and coming.own_time(now) > coming.join - 2.0 * self._period
             coming.plan.advance(math.inf if late else _SHARE * self._period)
             self._begin_if_solved(current, now)
         if self.running is not None and self.running.goal is not None:
