@@ -82,7 +82,7 @@ class CprNode(LifecycleNode):
             self.parameters.frame_prefix + self.parameters.base_frame,
             self.parameters.frame_prefix + self.parameters.platform_frame,
         )
-        self.outputs = Outputs(self, self.transforms, self.parameters.stability_rate)
+        self.outputs = Outputs(self, self.transforms, self.parameters)
         self.inputs: Inputs | None = None
         self.requests: Requests | None = None
         self.maps: MapAction | None = None

@@ -26,6 +26,7 @@ from .conversions import joint_state, platform_pose
 from .diagnostics import diagnostic_array
 from .dropped_messages import DroppedMessages
 from .leg_markers import leg_markers
+from .parameters import Parameters
 from .session import Session
 from .stability_stream import StabilityStream
 from .transforms import Transforms
@@ -63,19 +64,21 @@ class Outputs:
     Messages of the streams are made only while somebody listens to them.
     """
 
-    def __init__(self, node: LifecycleNode, transforms: Transforms, stability_rate: float) -> None:
+    def __init__(self, node: LifecycleNode, transforms: Transforms, parameters: Parameters) -> None:
         """Make the publishers; lifecycle ones are silent until the node is active.
 
         Args:
             node: The node.
             transforms: Names of the frames, and who sends them.
-            stability_rate: Rate of the stability stream [Hz].
+            parameters: Of the node.
         """
-        self._node, self._transforms = node, transforms
+        self._node, self._transforms, self._parameters = node, transforms, parameters
         publisher = node.create_lifecycle_publisher
         self._joint_states = publisher(JointState, "joint_states", 10)
         self._platform_pose = publisher(PoseStamped, "~/platform_pose", 10)
-        self._stability = publisher(StabilityMetrics, "~/stability", promised(stability_rate))
+        self._stability = publisher(
+            StabilityMetrics, "~/stability", promised(parameters.stability_rate)
+        )
         self._motor_commands = publisher(Float64MultiArray, "~/motor_commands", 10)
         self._markers = publisher(MarkerArray, "~/leg_markers", 10)
         self._description = publisher(String, "~/description", LATCHED)
@@ -91,7 +94,9 @@ class Outputs:
         """The robot as its file describes it and as URDF, and its home."""
         robot, frames, stamp = session.robot, self._transforms.frames, self._stamp()
         self._description.publish(String(data=robot.description.text))
-        self._urdf.publish(String(data=robot_urdf(robot, frames.base, frames.platform)))
+        # Without `frame_prefix`: who reads URDF has a prefix of its own.
+        names = self._parameters.base_frame, self._parameters.platform_frame
+        self._urdf.publish(String(data=robot_urdf(robot, *names)))
         home = solve_home(robot)
         self._home.publish(joint_state(home, frames, stamp))
         self._home_pose.publish(platform_pose(home, frames, stamp))
