@@ -3,6 +3,8 @@
 
 """A robot in operation, tick by tick: what it sends to the motors and what it makes of a wrench."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.drive import PERIOD, SETTINGS, robot
@@ -11,13 +13,19 @@ from cpr_core import solve_home
 from cpr_ros.conversions import Frames
 from cpr_ros.goals import MotorGoal
 from cpr_ros.parameter_table import PARAMETERS
-from cpr_ros.parameters import LiveParameters, Parameters
+from cpr_ros.parameters import Parameters, live_parameters
 from cpr_ros.session import Session
 from cpr_ros.supervision import Action, State
 
 FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
 FIXED["characteristic_length"] = None
-LIVE = LiveParameters(SETTINGS, wrench_timeout=0.0, measured_timeout=0.0, time_limit=1.0)
+DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
+LIVE = replace(
+    live_parameters(DEFAULTS.__getitem__),
+    settings=SETTINGS,
+    wrench_timeout=0.0,
+    measured_timeout=0.0,
+)
 
 
 class Bench:
