@@ -145,8 +145,8 @@ def test_into_the_instability_it_is_refused_beforehand(drive, following):
     assert done.result.measure == "margin"
     assert 0.0 < done.result.time < 8.0
     assert "stop threshold 0.05" in done.result.error_code.message
-    np.testing.assert_array_equal(drive.motors, HOME)
     np.testing.assert_array_equal(done.result.reached.motors.position, HOME)
+    drive.until(lambda: np.array_equal(drive.motors, HOME))
 
 
 def test_pushed_into_it_by_a_wrench_it_is_halted(drive, following):
@@ -241,7 +241,7 @@ def test_what_is_wrong_is_refused_with_the_reason(drive, following, message, val
     assert done.status == GoalStatus.STATUS_ABORTED
     assert done.result.error_code.val == getattr(ErrorCode, val), done.result.error_code.message
     assert words in done.result.error_code.message
-    np.testing.assert_array_equal(drive.motors, HOME)
+    drive.until(lambda: np.array_equal(drive.motors, HOME))
 
 
 def test_the_program_of_the_docs_does_what_it_says(drive):
