@@ -124,6 +124,16 @@ def test_ticks_that_come_late_do_not_make_it_late(rfrfr):
     assert rfrfr.steps.max() <= 1.0 + 1e-6
 
 
+def test_at_the_speed_limit_late_ticks_take_a_whole_step(rfrfr):
+    _, endings = rfrfr.begin([1.0], [[0.999, 0.0]])
+    ticks = 0
+    while not endings:
+        rfrfr.tick(late=0.8 * PERIOD * (ticks % 2))
+        ticks += 1
+    assert ticks <= 205
+    assert rfrfr.steps.max() <= 1.0 + 1e-6
+
+
 def test_a_stall_delays_it_and_skips_nothing(rfrfr):
     _, endings = rfrfr.begin([1.0], [[0.9, 0.9]])
     for _ in range(50):
