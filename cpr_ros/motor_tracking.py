@@ -45,7 +45,7 @@ class MotorTracker:
         self.robot, self.watchdog = robot, Watchdog(timeout)
         self._judge = judge
         self._goal: MotorGoal | None = None
-        self.at_rest = True
+        self.at_rest = False
 
     def take(self, motors: ArrayLike, now: float) -> None:
         """Take measured motors, (n,) [rad or m]; the newest count."""

@@ -87,7 +87,7 @@ def test_the_orientation_turns_about_the_axis_of_the_twist():
 
 
 def test_jogging_into_a_halt_and_back_out(planar):
-    planar.session.apply(live(max_speed=4.0))
+    planar.session.apply(live(max_speed=4.0), planar.now)
     planar.follow([0.0, 0.2])
     planar.run(1.0)
     planar.jog(twisted(linear=(0.0, -0.2, 0.0)), 1.5)

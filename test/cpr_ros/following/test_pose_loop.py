@@ -237,7 +237,7 @@ def test_the_correction_stays_for_the_next_setpoint_and_ends_with_a_return(bench
 
 
 def test_a_gain_of_zero_holds_what_there_is(bench):
-    bench.session.apply(live(loop_gain=0.0))
+    bench.session.apply(live(loop_gain=0.0), bench.now)
     frozen(bench, 0.5, "loop_gain is 0")
 
 

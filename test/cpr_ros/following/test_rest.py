@@ -39,14 +39,14 @@ class Node:
 
     def set(self, **settings):
         self.live = replace(self.live, settings=replace(self.live.settings, **settings))
-        self.session.apply(self.live)
+        self.session.apply(self.live, self.now)
 
     def go(self, *motors):
         self.session.follow(MotorGoal(self.session.robot, motors), self.now)
 
     def push(self, force, timeout):
         self.live = replace(self.live, wrench_timeout=timeout)
-        self.session.apply(self.live)
+        self.session.apply(self.live, self.now)
         loads = self.session.solver.current.equilibrium.loads
         self.session.wrench.take(loads.with_(wrench_world=[0, 0, 0, force, 0, 0]), self.now)
 
@@ -153,7 +153,7 @@ def test_a_wrench_without_a_timeout_is_rest_when_it_is_borne(node):
     assert node.rest() < 5
     assert node.session.solver.current.equilibrium.loads.wrench_world[3] == 0.05
     node.live = replace(node.live, wrench_timeout=0.5)
-    node.session.apply(node.live)
+    node.session.apply(node.live, node.now)
     assert not node.session.at_rest
     node.rest()
     assert not node.session.solver.current.equilibrium.loads.wrench_world.any()
@@ -180,7 +180,7 @@ def test_measured_motors_end_it_until_they_are_old():
     node.rest()
     assert node.session.outcome.state == State.STALE
     node.live = replace(node.live, measured_timeout=0.0)
-    node.session.apply(node.live)
+    node.session.apply(node.live, node.now)
     assert not node.session.at_rest
     node.tick()
     assert node.session.outcome.state == State.TRACKING
