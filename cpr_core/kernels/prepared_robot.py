@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..numba_fence import entry_point
-from ..numba_fence.borrowed_values import Borrowed
+from ..numba_fence.borrowed_values import Borrowed, size_of, store
 from .continuation_kernel import Requests, Start, continue_equilibria
 from .kernel_arrays import RobotArrays, Workspace
 from .kernel_decorators import kernel
@@ -45,8 +45,21 @@ class PreparedRobot(Borrowed):
 
     def __init__(self, robot: RobotArrays, work: Workspace, pencil: Pencil) -> None:
         """Take them apart."""
-        super().__init__(_Parts(robot, work, pencil))
+        parts = _Parts(robot, work, pencil)
+        memory = np.empty(_bytes_of(parts), np.uint8)
+        _write(memory, parts)
+        super().__init__(parts, memory)
         self.continued: Callable[..., int] | None = None
+
+
+@kernel
+def _bytes_of(parts):
+    return size_of(parts)
+
+
+@kernel
+def _write(memory, parts):
+    store(memory, parts)
 
 
 @kernel

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, typeof
+from numba import typeof
 from numba.core import cgutils, types
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import (
@@ -23,8 +23,9 @@ from numba.extending import (
     register_model,
     unbox,
 )
+from numpy.typing import NDArray
 
-__all__ = ["Borrowed"]
+__all__ = ["Borrowed", "size_of", "store"]
 
 
 class _BorrowedType(types.Type):
@@ -52,13 +53,16 @@ class Borrowed:
 
     __slots__ = ("_memory", "_numba_type_", "address", "values")
 
-    def __init__(self, values: Any) -> None:
-        """Take a named tuple apart."""
-        self.values = values
+    def __init__(self, values: Any, memory: NDArray[np.uint8]) -> None:
+        """Hand over a named tuple.
+
+        Args:
+            values: The named tuple.
+            memory: Its parts, as ``store`` has written them: as many bytes as ``size_of`` says.
+        """
+        self.values, self._memory = values, memory
         self._numba_type_ = _BorrowedType(typeof(values))
-        self._memory = np.empty(_size(values), np.uint8)
-        self.address = self._memory.ctypes.data
-        _write(self._memory, values)
+        self.address = memory.ctypes.data
 
 
 @unbox(_BorrowedType)
@@ -89,8 +93,8 @@ def _attribute(context: Any, builder: Any, kind: Any, pointer: Any, name: str) -
 
 
 @intrinsic
-def _size_of(typing_context: Any, values: Any) -> Any:
-    """Bytes that a value takes."""
+def size_of(typing_context: Any, values: Any) -> Any:
+    """Bytes that a value takes; for kernels."""
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         return context.get_constant(
@@ -101,8 +105,8 @@ def _size_of(typing_context: Any, values: Any) -> Any:
 
 
 @intrinsic
-def _store(typing_context: Any, memory: Any, values: Any) -> Any:
-    """Write a value to memory."""
+def store(typing_context: Any, memory: Any, values: Any) -> Any:
+    """Write a value to memory; for kernels."""
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         array = context.make_array(sig.args[0])(context, builder, arguments[0])
@@ -111,13 +115,3 @@ def _store(typing_context: Any, memory: Any, values: Any) -> Any:
         return context.get_dummy_value()
 
     return types.none(memory, values), generate
-
-
-@njit
-def _size(values: Any) -> Any:
-    return _size_of(values)
-
-
-@njit
-def _write(memory: Any, values: Any) -> None:
-    _store(memory, values)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cpr_core.numba_fence import entry_point, njit
-from cpr_core.numba_fence.borrowed_values import Borrowed
+from cpr_core.numba_fence.borrowed_values import Borrowed, size_of, store
 
 
 class Inner(NamedTuple):
@@ -22,6 +22,22 @@ class Outer(NamedTuple):
     inner: Inner
     matrix: np.ndarray
     count: int
+
+
+@njit
+def bytes_of(values):
+    return size_of(values)
+
+
+@njit
+def write(memory, values):
+    store(memory, values)
+
+
+def borrow(values):
+    memory = np.empty(bytes_of(values), np.uint8)
+    write(memory, values)
+    return Borrowed(values, memory)
 
 
 @pytest.fixture
@@ -40,7 +56,7 @@ def product(borrowed):
 
 @pytest.mark.parametrize("options", [{}, {"_nrt": False}], ids=["counted", "not counted"])
 def test_kernels_see_the_values_and_return_what_they_borrowed(values, options):
-    kernel, borrowed = njit(**options)(product), Borrowed(values)
+    kernel, borrowed = njit(**options)(product), borrow(values)
     wanted = 2.5 * 7 + float((values.matrix @ values.inner.vector).sum())
     assert kernel(borrowed) == wanted
     held = [sys.getrefcount(array) for array in (values.matrix, values.inner.vector)]
@@ -50,14 +66,14 @@ def test_kernels_see_the_values_and_return_what_they_borrowed(values, options):
 
 
 def test_what_is_written_later_is_seen(values):
-    kernel, borrowed = njit(product), Borrowed(values)
+    kernel, borrowed = njit(product), borrow(values)
     before = kernel(borrowed)
     values.matrix[1, 2] += 1.0
     assert kernel(borrowed) == before + values.inner.vector[2]
 
 
 def test_it_keeps_the_arrays():
-    borrowed = Borrowed(Outer(Inner(np.full(3, 2.0), 0.0), np.ones((2, 3)), 1))
+    borrowed = borrow(Outer(Inner(np.full(3, 2.0), 0.0), np.ones((2, 3)), 1))
     others = [np.zeros((2, 3)) for _ in range(100)]  # where freed memory would be used again
     assert njit(product)(borrowed) == 12.0
     assert len(others) == 100
@@ -66,14 +82,14 @@ def test_it_keeps_the_arrays():
 def test_values_of_one_type_share_machine_code(values):
     kernel = njit(product)
     other = Outer(Inner(np.ones(5), 1.0), np.ones((4, 5)), 0)
-    kernel(Borrowed(values)), kernel(Borrowed(other))
+    kernel(borrow(values)), kernel(borrow(other))
     assert len(kernel.signatures) == 1
-    direct = entry_point(kernel, Borrowed(values))
-    assert direct(Borrowed(other)) == kernel(Borrowed(other)) == 20.0
-    kernel(Borrowed(Outer(Inner(np.ones(2), 1.0), np.asfortranarray(np.ones((3, 2))), 0)))
+    direct = entry_point(kernel, borrow(values))
+    assert direct(borrow(other)) == kernel(borrow(other)) == 20.0
+    kernel(borrow(Outer(Inner(np.ones(2), 1.0), np.asfortranarray(np.ones((3, 2))), 0)))
     assert len(kernel.signatures) == 2
 
 
 def test_a_field_that_is_none_is_refused(values):
     with pytest.raises(Exception, match="nknown attribute"):
-        njit(lambda borrowed: borrowed.nothing)(Borrowed(values))
+        njit(lambda borrowed: borrowed.nothing)(borrow(values))
