@@ -99,10 +99,12 @@ def test_a_setpoint_that_is_stale_is_rest(node):
     node.go(3.0, 0.3)
     node.rest()
     assert node.session.outcome.state == State.STALE
-    node.set(setpoint_timeout=0.0)
+    held = node.session.commands.newest
+    node.set(setpoint_timeout=0.0)  # which starts no motion: the setpoint is forgotten
     assert not node.session.at_rest
     node.rest()
-    np.testing.assert_array_equal(node.session.commands.newest, [3.0, 0.3])
+    assert node.session.outcome.state == State.IDLE
+    np.testing.assert_array_equal(node.session.commands.newest, held)
 
 
 def test_a_robot_that_is_halted_goes_on_trying(node):
