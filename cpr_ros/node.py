@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import rclpy
-from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
@@ -24,19 +23,15 @@ from cpr_core import CprError, load_robot
 
 from .announcements import Announcements
 from .assessment import crossed_thresholds
-from .inputs import Inputs
-from .map_action import MapAction
+from .interfaces import Interfaces, answer_impossible_transitions
 from .map_folder import MapFolder
-from .move_action import MoveAction
 from .node_arguments import closest, files_of_others
 from .outputs import Outputs
 from .parameter_calls import answer_parameter_calls
 from .parameters import LiveParameters, declare, live_parameters, live_problem, undeclared
-from .requests import Requests
 from .session import Session
 from .stop_signal import Stopped, StopSignal
 from .ticking import Ticking
-from .trajectory_action import TrajectoryAction, trajectory_actions
 from .transforms import Transforms
 from .warming import warm_up
 from .whereabouts import Whereabouts
@@ -83,16 +78,12 @@ class CprNode(LifecycleNode):
             self.parameters.frame_prefix + self.parameters.platform_frame,
         )
         self.outputs = Outputs(self, self.transforms, self.parameters)
-        self.inputs: Inputs | None = None
-        self.requests: Requests | None = None
-        self.maps: MapAction | None = None
-        self.moves: MoveAction | None = None
+        self.interfaces: Interfaces | None = None
         self._announcements = Announcements()
-        self.trajectories: list[TrajectoryAction] = []
         self.add_on_set_parameters_callback(self._on_parameters)
         self.add_post_set_parameters_callback(self._log_parameters)
         self._timer(self.parameters.diagnostics_rate, self._publish_diagnostics)
-        self._answer_impossible_transitions()
+        answer_impossible_transitions(self)
         answer_parameter_calls(self)
         for name in undeclared(self):
             self.get_logger().warning(f"unknown parameter {name}{closest(name)}; it is left aside")
@@ -116,12 +107,8 @@ class CprNode(LifecycleNode):
 
     def destroy_node(self) -> None:
         """End what the node started, and the node."""
-        if self.maps is not None:
-            self.maps.close()
-        if self.moves is not None:
-            self.moves.close()
-        for action in self.trajectories:
-            action.close()
+        if self.interfaces is not None:
+            self.interfaces.close()
         super().destroy_node()
         # rclpy leaves it, and what DDS has in shared memory, to the end of Python, which may not come.
         self._state_machine.destroy_when_not_in_use()
@@ -242,10 +229,8 @@ class CprNode(LifecycleNode):
         self.get_logger().info("ready")
 
     def _deactivate(self) -> None:
-        if self.moves is not None and self._active:
-            self.moves.stop("the node was deactivated, the robot holds")
-        if self._session is not None:
-            self._session.trajectories.stop(ErrorCode.NOT_READY, "the node was deactivated")
+        if self.interfaces is not None and self._session is not None:
+            self.interfaces.stop_motions(self._session)
         self._active = False
         self._ticking.stop()
         for timer in self._periodic:
@@ -254,8 +239,8 @@ class CprNode(LifecycleNode):
 
     def _forget(self) -> None:
         self._deactivate()
-        if self.maps is not None:
-            self.maps.stop("the node was cleaned up or shut down while the map was being made")
+        if self.interfaces is not None:
+            self.interfaces.stop_maps()
         self._session = None
         self._lose_whereabouts()
 
@@ -266,13 +251,9 @@ class CprNode(LifecycleNode):
 
     def _listen(self) -> None:
         """Offer services and take messages; from the first time on for ever."""
-        if self.requests is None:
-            frames, active = self.transforms.frames, self.active_session
-            self.inputs = Inputs(self, frames, active, time.monotonic, self._place)
-            self.requests = Requests(self, frames, active)
-            self.maps = MapAction(self, active, MapFolder.of(self.parameters))
-            self.moves = MoveAction(self, frames, active)
-            self.trajectories = trajectory_actions(self, active, frames)
+        if self.interfaces is None:
+            frames, folder = self.transforms.frames, MapFolder.of(self.parameters)
+            self.interfaces = Interfaces(self, frames, self.active_session, self._place, folder)
 
     def _place(self, motors: NDArray[np.float64]) -> None:
         """Be where the motors, (n,), are measured; where that cannot be, be inactive and say why."""
@@ -305,8 +286,8 @@ class CprNode(LifecycleNode):
             self.get_logger().error(
                 "the motors are at home, but this is another equilibrium than home"
             )
-        if self.moves is not None:
-            self.moves.after_tick(session, now)
+        if self.interfaces is not None:
+            self.interfaces.after_tick(session, now)
 
     def _announce(self, warning: str, information: str) -> None:
         if warning:
@@ -331,7 +312,7 @@ class CprNode(LifecycleNode):
         self.outputs.markers(self._required_session(), self.parameters.marker_color)
 
     def _publish_diagnostics(self) -> None:
-        dropped = self.inputs.dropped if self.inputs else None
+        dropped = self.interfaces.dropped if self.interfaces else None
         life = self._state_machine.current_state[1]
         self.outputs.diagnostics(life, self.active_session(), dropped, self._ticking.late)
 
@@ -373,18 +354,3 @@ class CprNode(LifecycleNode):
 
     def _live(self, changed: dict[str, Parameter]) -> LiveParameters:
         return live_parameters(lambda name: (changed.get(name) or self.get_parameter(name)).value)
-
-    def _answer_impossible_transitions(self) -> None:
-        """A transition that is not possible now is answered with no; rclpy raises, and never answers."""
-        service = self._service_change_state
-        change = service.callback
-
-        def callback(request: Any, response: Any) -> Any:
-            try:
-                return change(request, response)
-            except Exception as error:
-                self.get_logger().warning(f"change_state: {error}")
-                response.success = False
-                return response
-
-        service.callback = callback
