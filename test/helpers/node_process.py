@@ -18,7 +18,7 @@ from typing import Any
 
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 import cpr_ros
@@ -97,15 +97,6 @@ class NodeProcess:
             raise AssertionError(f"the node did not stop on {how.name}:\n{self.output()}") from None
 
 
-def _executor(context: Context) -> Executor:
-    """One that is woken by events takes less processor time; older versions of rclpy have none."""
-    try:
-        from rclpy.experimental.events_executor import EventsExecutor
-    except ImportError:
-        return SingleThreadedExecutor(context=context)
-    return EventsExecutor(context=context)
-
-
 class Client:
     """A controller's side: calls services, listens to topics."""
 
@@ -113,7 +104,7 @@ class Client:
         self.context = Context()
         rclpy.init(context=self.context, domain_id=domain)
         self.node = Node(f"client_{domain}", context=self.context)
-        self.executor = _executor(self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self._clients: dict[str, Any] = {}
 
