@@ -118,9 +118,13 @@ class CprNode(LifecycleNode):
         """The robot in operation; None while the node is not active."""
         return self._session if self._active else None
 
-    def wake(self) -> None:
-        """Tick at once if the robot is at rest no more; whoever spins calls it after every callback."""
-        self._ticking.wake(time.monotonic())
+    def tick_if_due(self) -> None:
+        """Tick if it is time to; whoever spins calls it after every callback, and when a tick is due."""
+        self._ticking.look(time.monotonic())
+
+    def until_tick(self) -> float:
+        """Time until a tick is due [s]; infinite at rest."""
+        return max(0.0, self._ticking.due - time.monotonic())
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the robot, find its home and compile the kernels."""
@@ -212,11 +216,8 @@ class CprNode(LifecycleNode):
         if self._whereabouts is not None:
             self._whereabouts.look()
         self._active = True
-        tick = self._timer(
-            self.parameters.tick_rate, lambda: self._ticking.on_timer(time.monotonic())
-        )
-        self._ticking.start(tick, time.monotonic())
-        self._periodic = [tick] + [
+        self._ticking.start(time.monotonic())
+        self._periodic = [
             self._timer(rate, callback)
             for rate, callback in (
                 (self.parameters.state_rate, self._publish_state),

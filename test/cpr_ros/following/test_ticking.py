@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""When ticks come, on a clock of the test and with a timer that keeps the grid of rclpy's."""
+"""When ticks come, on a clock of the test."""
 
 import math
 from itertools import pairwise
@@ -15,37 +15,28 @@ NEAREST = (1.0 - JITTER) * PERIOD
 
 
 class Clockwork:
-    """A timer that goes on in its grid however late it is looked at, and what ticks."""
+    """Whoever spins, and what ticks."""
 
     def __init__(self):
-        self.now, self.next, self.ticks, self.work = 0.0, math.inf, [], 0
+        self.now, self.ticks, self.work = 0.0, [], 0
         self.ticking = Ticking(PERIOD, self._tick, lambda: self.work == 0)
-        self.reset()
-        self.ticking.start(self, self.now)
+        self.ticking.start(self.now)
 
     def _tick(self, now):
         assert now == self.now
         self.ticks.append(now)
         self.work = max(0, self.work - 1)
 
-    def reset(self):
-        self.next = self.now + PERIOD
-
-    def cancel(self):
-        self.next = math.inf
-
     def come(self, work):
         """Something to do comes, for so many ticks."""
         self.work += work
-        self.ticking.wake(self.now)
+        self.ticking.look(self.now)
 
     def until(self, end, lateness=lambda: 0.0):
-        """Let time go by; the timer is served late."""
-        while self.next <= end:
-            self.now = max(self.now, self.next + lateness())
-            while self.next <= self.now:
-                self.next += PERIOD
-            self.ticking.on_timer(self.now)
+        """Let time go by; ticks that are due are served late."""
+        while self.ticking.due <= end:
+            self.now = max(self.now, self.ticking.due + lateness())
+            self.ticking.look(self.now)
         self.now = max(self.now, end)
 
 
@@ -56,7 +47,7 @@ def test_what_comes_at_rest_is_acted_on_at_once_and_ticks_follow_a_period_apart(
     clock.come(3)
     clock.until(1.1)
     np.testing.assert_allclose(clock.ticks, 1.0012 + PERIOD * np.arange(3), atol=1e-12)
-    assert clock.next == math.inf
+    assert clock.ticking.due == math.inf
 
 
 def test_what_comes_between_ticks_waits_for_the_next():
@@ -113,5 +104,5 @@ def test_nothing_ticks_after_the_end():
     clock = Clockwork()
     clock.ticking.stop()
     clock.come(5)
-    clock.ticking.on_timer(10.0)
+    clock.ticking.look(10.0)
     assert clock.ticks == []

@@ -263,6 +263,10 @@ def test_parameter_changes_during_motion_hold_at_once(drive):
             assert not drive.set_parameters(**wrong).successful
     finally:
         assert drive.set_parameters(margin_warning=0.2, margin_stop=0.05).successful
+    # Nothing sets off because a threshold lets it: the setpoint was forgotten.
+    drive.until_state(StabilityMetrics.STATE_IDLE)
+    assert drive.position[1] > 0.3 + 1e-3
+    drive.send_platform(0.0, 0.3)
     drive.until(lambda: np.allclose(drive.position[:2], [0.0, 0.3], atol=1e-8))
 
 

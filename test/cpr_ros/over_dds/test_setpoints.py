@@ -60,14 +60,18 @@ def test_driving_straight_through_the_instability(drive):
     """The crossing lies at y = 0.0357 (continuous rods, motors locked)."""
     drive.send_platform(0.0, 0.8)
     drive.until(lambda: np.allclose(drive.position[:2], [0.0, 0.8], atol=1e-8))
-    drive.send_platform(0.0, -0.2)
-    drive.forget()
-    drive.client.spin_until(
-        lambda: (
-            bool(drive.all(StabilityMetrics))
-            and drive.metrics.status == StabilityMetrics.STATUS_HALT_FOR_STABILITY
+    assert drive.set_parameters(max_speed=1.0).successful  # several messages while it slows down
+    try:
+        drive.send_platform(0.0, -0.2)
+        drive.forget()
+        drive.client.spin_until(
+            lambda: (
+                bool(drive.all(StabilityMetrics))
+                and drive.metrics.status == StabilityMetrics.STATUS_HALT_FOR_STABILITY
+            )
         )
-    )
+    finally:
+        assert drive.set_parameters(max_speed=4.0).successful
     seen = list(drive.all(StabilityMetrics))
     poses = list(drive.all(PoseStamped))
     assert drive.metrics.action == StabilityMetrics.ACTION_HALT
