@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 __all__ = ["JITTER", "Ticking"]
 
-#: How much later than planned a tick may come without moving the next one, part of a period. So much
+#: How much later than planned a tick may come without moving the next one, part of a period: so much
 #: closer together than a period may two ticks come, and no closer.
 JITTER = 0.05
 
@@ -58,9 +58,7 @@ class Ticking:
         Args:
             now: Steady time [s].
         """
-        if not self._started or (
-            math.isfinite(self.due) and now < self.due - JITTER * self._period
-        ):
+        if not self._started or (math.isfinite(self.due) and now < self.due):
             return
         if self._at_rest():
             self.due = math.inf  # a period after the last tick: the next one may come at any time
