@@ -98,7 +98,7 @@ class Session:
         forgotten = follower.goal is not None and (
             held_back
             or (other_wrench and follower.arrived(here))
-            or (other_loop and self.loop_status(now).loop == Loop.FROZEN)
+            or (other_loop and self.loop_status(now).loop == Loop.FROZEN and follower.arrived(here))
             or (other_jog and self.jogger.drives(follower.goal))
         )
         if forgotten:

@@ -241,6 +241,17 @@ def test_a_gain_of_zero_holds_what_there_is(bench):
     frozen(bench, 0.5, "loop_gain is 0")
 
 
+def test_no_parameter_sets_a_frozen_correction_free(bench):
+    bench.session.apply(live(loop_gain=0.0), bench.now)
+    bench.run(0.5)
+    goal, motors = bench.session.follower.goal, bench.model.motors
+    assert goal is not None
+    assert bench.session.apply(live(loop_gain=4.0), bench.now)
+    assert bench.session.follower.goal is None
+    bench.run(0.5)
+    np.testing.assert_array_equal(bench.model.motors, motors)
+
+
 def test_the_goal_is_that_of_who_sent_it(bench):
     goal = PoseGoal(bench.robot, TARGET)
     bench.session.follow(goal, bench.now)
