@@ -12,7 +12,8 @@ from hypothesis.extra.numpy import arrays
 from cpr_ros.motor_path import MotorPath
 
 MOTORS = 3
-numbers = st.floats(-3.0, 3.0)
+#: Half an acceleration is a coefficient: the smallest numbers of all have no half.
+numbers = st.floats(-3.0, 3.0, allow_subnormal=False)
 #: Orders of a path by what its points carry.
 KINDS = (1, 2, 3)
 
