@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 from cpr_msgs.msg import ErrorCode
 
 from cpr_core import (
@@ -20,9 +22,11 @@ from cpr_core import (
     UnstableEquilibrium,
 )
 
-__all__ = ["RequestError", "code_of", "error_code"]
+__all__ = ["RequestError", "active", "code_of", "error_code"]
 
 _LONGEST_MESSAGE = 1000
+
+InOperation = TypeVar("InOperation")
 
 
 class RequestError(CprError):
@@ -36,6 +40,17 @@ class RequestError(CprError):
         """Refuse with a number and a message for a person."""
         self.val = val
         super().__init__(message)
+
+
+def active(session: InOperation | None) -> InOperation:
+    """The robot in operation.
+
+    Raises:
+        RequestError: There is none, as the node is not active.
+    """
+    if session is None:
+        raise RequestError(ErrorCode.NOT_READY, "the node is not active: configure and activate it")
+    return session
 
 
 #: Most specific first.

@@ -20,7 +20,7 @@ from rclpy.node import Node
 from cpr_core import CprError
 from cpr_core.workspace import MapSummary
 
-from .error_codes import RequestError, code_of, error_code
+from .error_codes import RequestError, active, code_of, error_code
 from .map_folder import MapFolder
 from .map_messages import map_feedback, map_order, map_result
 from .map_order import MapFailure
@@ -91,11 +91,7 @@ class MapAction:
         self._node.get_logger().info(f"map of {cells} cells begun: {order.file}")
 
     def _ordered(self, goal: MapWorkspace.Goal) -> Any:
-        session = self._session()
-        if session is None:
-            raise RequestError(
-                ErrorCode.NOT_READY, "the node is not active: configure and activate it"
-            )
+        session = active(self._session())
         if self._process is not None:
             state = self._process.state
             how_far = f"{state.done} of {state.total} cells are done" if state else "it has begun"

@@ -23,7 +23,7 @@ from cpr_core.validation import checked_number
 
 from .assessment import Assessment
 from .conversions import Frames, fill_equilibrium, pose_from_message
-from .error_codes import RequestError, error_code
+from .error_codes import RequestError, active, error_code
 from .goals import Goal, MotorGoal, PoseGoal
 from .motor_messages import motor_setpoint
 from .session import Session
@@ -151,10 +151,7 @@ class MoveAction:
         handle._update_state(GoalEvent.EXECUTE)
         session = self._session()
         try:
-            if session is None:
-                raise RequestError(
-                    ErrorCode.NOT_READY, "the node is not active: configure and activate it"
-                )
+            session = active(session)
             patience = checked_number("patience", handle.request.patience)
             if patience < 0.0:
                 raise InvalidRequest("patience", f"expected a time of at least 0 s, got {patience}")

@@ -20,7 +20,7 @@ from cpr_core import CprError, Equilibrium
 from .analysis import fill_kinemato_statics, fill_prediction, fill_stability
 from .assessment import Assessment
 from .conversions import Frames, fill_equilibrium
-from .error_codes import RequestError, error_code
+from .error_codes import active, error_code
 from .session import Session
 
 __all__ = ["Requests"]
@@ -57,11 +57,7 @@ class Requests:
 
         def callback(request: Any, response: Any) -> Any:
             try:
-                session = self._session()
-                if session is None:
-                    raise RequestError(
-                        ErrorCode.NOT_READY, "the node is not active: configure and activate it"
-                    )
+                session = active(self._session())
                 fill(session, request, response)
                 code = None
             except Exception as error:

@@ -22,7 +22,7 @@ from std_msgs.msg import Header
 from cpr_core import CprError
 
 from .conversions import Frames, fill_equilibrium
-from .error_codes import RequestError, error_code
+from .error_codes import active, error_code
 from .joint_trajectory_action import FollowJointTrajectoryDialect
 from .session import Session
 from .trajectory_following import Ending, Motion
@@ -134,11 +134,7 @@ class TrajectoryAction:
             self._finish(handle, ending)
 
         try:
-            session = self._session()
-            if session is None:
-                raise RequestError(
-                    ErrorCode.NOT_READY, "the node is not active: configure and activate it"
-                )
+            session = active(self._session())
             now = self._node.get_clock().now().to_msg()
             order = self._dialect.order(session, handle.request, now)
             motion = session.follow_trajectory(order, time.monotonic(), told)
