@@ -149,8 +149,7 @@ class Assessment:
         )
 
     def _smallest(self, problem: Problem) -> float:
-        values = self.kinemato_statics.singular_values(problem, self.characteristic_length)
-        return float(values[0])
+        return self.kinemato_statics.smallest_singular_value(problem, self.characteristic_length)
 
     @cached_property
     def motor_range(self) -> float:

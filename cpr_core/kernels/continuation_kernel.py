@@ -6,16 +6,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from .condensation_kernel import DELAYED, UNKNOWN
 from .inertia_kernel import signs_of
 from .kept_factors import keep, recall
-from .kernel_arrays import Lanes
-from .kernel_decorators import inlined
+from .kernel_decorators import inlined, kernel
 from .natural_units import EFFORT_UNIT, LONGEST_STEP
 from .newton_kernel import CONVERGED, learn_bend, newton, predict_state
 from .problems import Problem
@@ -33,14 +28,7 @@ from .record_layout import (
 )
 from .square_problem import Configuration, SquareProblem, Tolerances
 
-__all__ = [
-    "FREELY",
-    "UNPREDICTED",
-    "WATCHED",
-    "Requests",
-    "Start",
-    "continue_equilibria",
-]
+__all__ = ["FREELY", "UNPREDICTED", "WATCHED", "continue_equilibria"]
 
 #: How to go: near requests only, no sign changes; wherever corrections contract; the same without
 #: prediction: where the loads are others than at the start the tangent alone does not tell the way.
@@ -49,55 +37,59 @@ WATCHED, FREELY, UNPREDICTED = 0, 1, 2
 _MOTORS = POSITION + 3
 
 
-class Requests(NamedTuple):
-    """What is imposed, one row a step."""
-
-    problem: int  # of Problem
-    given: NDArray[np.float64]
-    """Motors or efforts, (P, n), or platform rotation, position and motors, (P, 12 + n): those of the
-    equilibrium where they are not imposed; motors that are unknown are not read."""
-    mode: int  # WATCHED, FREELY or UNPREDICTED
-
-
-class Start(NamedTuple):
-    """The equilibrium to go on from."""
-
-    record: NDArray[np.float64]
-    kept: Lanes  # kept factors of the tangent there; not read where UNPREDICTED
-
-
-@inlined
-def continue_equilibria(robot, loads, requests, tolerances, start, records, kept, work):
+@kernel
+def continue_equilibria(
+    prepared,
+    loads,
+    problem,
+    given,
+    mode,
+    residual,
+    iterations,
+    contraction,
+    record,
+    kept_before,
+    records,
+    kept,
+):
     """From one equilibrium to the next, as long as Newton's method converges.
 
-    Long, as every part that is cut out takes a second more to compile.
+    Long, as every part that is cut out takes a second more to compile; all numbers by themselves, as
+    taking tuples from Python apart takes a microsecond.
 
     Args:
-        robot: RobotArrays.
+        prepared: PreparedRobot.
         loads: LoadArrays at the ends of the steps.
-        requests: Requests.
-        tolerances: Tolerances.
-        start: Start.
+        problem: Of Problem.
+        given: What is imposed, one row a step: motors or efforts, (P, n), or platform rotation, position
+            and motors, (P, 12 + n): those of the equilibrium where they are not imposed; motors that are
+            unknown are not read.
+        mode: WATCHED, FREELY or UNPREDICTED.
+        residual: Of Tolerances.
+        iterations: Of Tolerances.
+        contraction: Of Tolerances.
+        record: The equilibrium to go on from.
+        kept_before: Kept factors of the tangent there; not read where UNPREDICTED.
         records: Result, (P, .); behind the last step that was made, where Newton's method ended.
         kept: Result where all steps were made, kept factors of the tangent at the last equilibrium.
-        work: Workspace.
 
     Returns:
         Number of steps that were made.
     """
-    problem, given, watched = requests.problem, requests.given, requests.mode == WATCHED
+    robot, work, watched = prepared.robot, prepared.work, mode == WATCHED
+    tolerances = Tolerances(residual, iterations, contraction)
     border, size = robot.border_indices, robot.unit.shape[0]
     equations = border if problem == Problem.EFFORTS else border[: robot.slots.platform_count]
     unknowns = robot.inverse_unknowns if problem == Problem.POSE else equations
     angles = problem == Problem.POSE and robot.controls_angles == 1
     square = SquareProblem(equations, unknowns, angles)
     work.bends[0], work.factors.status[0] = 0, UNKNOWN
-    if requests.mode != UNPREDICTED:
-        recall(robot, start.kept, work.factors)
+    if mode != UNPREDICTED:
+        recall(robot, kept_before, work.factors)
     if work.factors.status[0] == DELAYED:  # these are not kept: the tangent is evaluated again
-        _read_pose(robot, start.record, work)
+        _read_pose(robot, record, work)
         for i in range(size):
-            work.simplified[i] = start.record[i]
+            work.simplified[i] = record[i]
         configuration = Configuration(work.simplified, work.rotation, work.position)
         anywhere = Tolerances(math.inf, 0, 1.0)
         status, _, _, _ = newton(
@@ -106,11 +98,11 @@ def continue_equilibria(robot, loads, requests, tolerances, start, records, kept
         if status != CONVERGED:
             work.factors.status[0] = UNKNOWN
     for row in range(given.shape[0]):
-        before = start.record if row == 0 else records[row - 1]
+        before = record if row == 0 else records[row - 1]
         if watched and not _is_near(robot, problem, given[row], before):
             return row
-        record = records[row]
-        state = record[:size]
+        next_record = records[row]
+        state = next_record[:size]
         for i in range(size):
             state[i] = before[i]
         _read_pose(robot, before, work)
@@ -125,10 +117,10 @@ def continue_equilibria(robot, loads, requests, tolerances, start, records, kept
         if status == CONVERGED:
             learn_bend(robot.platform_index + square.unknowns.shape[0], work)
             signs_of(robot, work.rotation, work, work.signs)
-        _complete(robot, energy, largest, steps, record, work)
+        _complete(robot, energy, largest, steps, next_record, work)
         if status != CONVERGED or not _rods_exist(robot, state):
             return row
-        if watched and not _same_signs(robot, problem, before, record):
+        if watched and not _same_signs(robot, problem, before, next_record):
             return row
     keep(robot, work.factors, kept)
     return given.shape[0]

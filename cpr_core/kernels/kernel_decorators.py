@@ -25,7 +25,7 @@ _STAMP = stamp_of(read_sources())
 
 def compiled(function: Function) -> Function:
     """Compile a kernel on its first call and keep the machine code on disk."""
-    return compile_kernel(function, _STAMP, FASTMATH)
+    return compile_kernel(function, _STAMP, FASTMATH, no_cfunc_wrapper=True)
 
 
 def kernel(function: Function) -> Function:
@@ -34,7 +34,7 @@ def kernel(function: Function) -> Function:
     References to its arrays are not counted: with the hundred arrays of a robot and a workspace that
     would cost more than the work on them.
     """
-    return compile_kernel(function, _STAMP, FASTMATH, _nrt=False)
+    return compile_kernel(function, _STAMP, FASTMATH, _nrt=False, no_cfunc_wrapper=True)
 
 
 def part(function: Function) -> Function:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from .kernel_decorators import part
+from .kernel_decorators import kernel, part
 from .lanes import load, store
 from .lu_kernel import lu_factor, lu_solve
 from .pencil_kernel import (
@@ -28,12 +28,12 @@ _ALL_ELASTIC, _SMALLEST_STIFFNESS = 1e10, 1e-9
 _SMALLEST_PIVOT = 1e-14
 
 
-@part
-def linearise(robot, kept, record, eigenvalues, response, pencil):
+@kernel
+def linearise(prepared, kept, record, eigenvalues, response):
     """Stability and first-order behaviour at an equilibrium.
 
     Args:
-        robot: RobotArrays.
+        prepared: PreparedRobot.
         kept: Factors of its tangent (``keep``).
         record: The solution, see `record_layout`.
         eigenvalues: Result, (3,): smallest eigenvalue of H_r with the motors held and with the motors
@@ -41,11 +41,11 @@ def linearise(robot, kept, record, eigenvalues, response, pencil):
             method has to tell.
         response: Result, (b + n, n + b): ``[dSigma_p/dq_a, dSigma_p/dw_p; dtau_a/dq_a, dtau_a/dw_p]`` at
             motors and wrench held in turn, body twists and wrenches.
-        pencil: Pencil.
 
     Returns:
         Whether the response is there; if not, the dense method has to tell.
     """
+    robot, pencil = prepared.robot, prepared.pencil
     for i in range(3):
         eigenvalues[i] = math.nan
     if not recall_pencil(robot, kept, pencil):

@@ -100,10 +100,9 @@ def tangent_into(robot, work, tangent):
         for column in range(axes.shape[0]):
             value = work.platform_tangent[axes[row], axes[column]]
             tangent[platform + row, platform + column] = value
-    first = robot.motor_index  # one motor may be in several slots: their entries are added
-    for i in range(first, robot.unit.shape[0]):
-        for j in range(robot.unit.shape[0]):
-            tangent[i, j] = tangent[j, i] = 0.0
+    for number in range(robot.groups.shape[0]):
+        for lane in range(robot.slot_index.shape[2]):
+            _clear_motors(robot, number, lane, tangent)
     for number in range(robot.groups.shape[0]):
         index = robot.slot_index[number]
         for lane in range(index.shape[1]):
@@ -123,6 +122,20 @@ def tangent_into(robot, work, tangent):
 
 
 @inlined
+def _clear_motors(robot, number, lane, tangent):
+    """Zero what ``_motors_into`` adds to: one motor may be in several slots."""
+    motors = robot.motor_slot_index[number]
+    for m in range(robot.slots.motor_count):
+        i = motors[m, lane]
+        if i < 0:
+            continue
+        for slot in range(robot.slots.first_motor + m + 1):
+            j = _coordinate_of(robot, number, slot, lane)
+            if j >= 0:
+                tangent[i, j] = tangent[j, i] = 0.0
+
+
+@inlined
 def _motors_into(robot, number, lane, work, tangent):
     """Rows and columns of the motors of a leg."""
     slots, motors = robot.slots, robot.motor_slot_index[number]
@@ -132,20 +145,27 @@ def _motors_into(robot, number, lane, work, tangent):
             continue
         ratio = get(robot.motor_ratio, (number, m), lane)
         for slot in range(column + 1):
-            share = ratio
-            if slot < slots.inner_count:
-                j = robot.slot_index[number, slot, lane]
-            elif slot < slots.first_motor:
-                j = robot.platform_index + slot - slots.first_platform
-            else:
-                j = motors[slot - slots.first_motor, lane]
-                share = ratio * get(robot.motor_ratio, (number, slot - slots.first_motor), lane)
+            j = _coordinate_of(robot, number, slot, lane)
             if j < 0:
                 continue
+            share = ratio
+            if slot >= slots.first_motor:
+                share *= get(robot.motor_ratio, (number, slot - slots.first_motor), lane)
             value = share * get(work.blocks, (number, slot, column), lane)
             tangent[i, j] += value
             if slot != column:  # one motor in both slots: twice on the diagonal
                 tangent[j, i] += value
+
+
+@inlined
+def _coordinate_of(robot, number, slot, lane):
+    """State index of what a leg has in a slot; negative: nothing."""
+    slots = robot.slots
+    if slot < slots.inner_count:
+        return robot.slot_index[number, slot, lane]
+    if slot < slots.first_motor:
+        return robot.platform_index + slot - slots.first_platform
+    return robot.motor_slot_index[number, slot - slots.first_motor, lane]
 
 
 @inlined

@@ -16,20 +16,23 @@ import numpy as np
 
 from ..numba_fence import entry_point
 from ..numba_fence.borrowed_values import Borrowed, size_of, store
-from .continuation_kernel import Requests, Start, continue_equilibria
+from .continuation_kernel import continue_equilibria
 from .kernel_arrays import RobotArrays, Workspace
-from .kernel_decorators import kernel
-from .linearisation_kernel import linearise
+from .kernel_decorators import compiled, kernel
 from .model_kernel import evaluate, tangent_into
 from .pencil import Pencil
-from .square_problem import Tolerances
+from .singularity_kernel import smallest_singular_value
 
 __all__ = [
     "PreparedRobot",
     "continue_prepared",
     "evaluate_prepared",
-    "linearise_prepared",
+    "singular_value_prepared",
 ]
+
+
+#: Bytes that are enough for the parts, as a rule.
+_SIZE = 1 << 15
 
 
 class _Parts(NamedTuple):
@@ -46,20 +49,21 @@ class PreparedRobot(Borrowed):
     def __init__(self, robot: RobotArrays, work: Workspace, pencil: Pencil) -> None:
         """Take them apart."""
         parts = _Parts(robot, work, pencil)
-        memory = np.empty(_bytes_of(parts), np.uint8)
-        _write(memory, parts)
+        memory = np.empty(_SIZE, np.uint8)
+        if (size := _write(memory, parts)) > len(memory):
+            memory = np.empty(size, np.uint8)
+            _write(memory, parts)
         super().__init__(parts, memory)
         self.continued: Callable[..., int] | None = None
 
 
 @kernel
-def _bytes_of(parts):
-    return size_of(parts)
-
-
-@kernel
 def _write(memory, parts):
-    store(memory, parts)
+    """Write parts to memory, if it is large enough; returns how many bytes they take."""
+    size = size_of(parts)
+    if memory.shape[0] >= size:
+        store(memory, parts)
+    return size
 
 
 @kernel
@@ -81,58 +85,21 @@ def continue_prepared(
     contraction: float,
     *records: Any,
 ) -> int:
-    """``continue_equilibria``, given number by number: taking tuples apart costs a microsecond.
-
-    Args:
-        prepared: PreparedRobot.
-        loads: LoadArrays.
-        problem: Of Requests.
-        given: Of Requests.
-        mode: Of Requests.
-        residual: Of Tolerances.
-        iterations: Of Tolerances.
-        contraction: Of Tolerances.
-        records: The record and the kept factors of the start; the records and kept factors to write.
-
-    Returns:
-        Number of steps that were made.
-    """
+    """``continue_equilibria``, whose types are looked at once."""
     given = np.ascontiguousarray(given, float)
     arguments = (loads, problem, given, mode, residual, iterations, contraction, *records)
     continued = prepared.continued
     if continued is None:
-        continued = prepared.continued = entry_point(_continue_prepared, prepared, *arguments)
+        continued = prepared.continued = entry_point(continue_equilibria, prepared, *arguments)
     return continued(prepared, *arguments)
 
 
-@kernel
-def _continue_prepared(
-    prepared,
-    loads,
-    problem,
-    given,
-    mode,
-    residual,
-    iterations,
-    contraction,
-    record,
-    kept_before,
-    records,
-    kept,
+@compiled
+def singular_value_prepared(
+    prepared, loads, problem, scales, state, rotation, position, residual, tangent
 ):
-    return continue_equilibria(
-        prepared.robot,
-        loads,
-        Requests(problem, given, mode),
-        Tolerances(residual, iterations, contraction),
-        Start(record, kept_before),
-        records,
-        kept,
-        prepared.work,
-    )
-
-
-@kernel
-def linearise_prepared(prepared, kept, record, eigenvalues, response):
-    """``linearise``."""
-    return linearise(prepared.robot, kept, record, eigenvalues, response, prepared.pencil)
+    """``smallest_singular_value`` at an equilibrium, which is evaluated again."""
+    robot, work = prepared.robot, prepared.work
+    evaluate(robot, loads, state, rotation, position, residual, work)
+    tangent_into(robot, work, tangent)
+    return smallest_singular_value(robot, problem, scales, tangent, rotation, work)

@@ -15,6 +15,7 @@ __all__ = [
     "ITERATIONS",
     "RESIDUAL",
     "Configuration",
+    "ProblemScales",
     "SquareProblem",
     "Tolerances",
 ]
@@ -42,6 +43,17 @@ class SquareProblem(NamedTuple):
     equations: NDArray[np.int64]  # state indices among platform and motors, (s,)
     unknowns: NDArray[np.int64]  # as many state indices among platform and motors
     angles: bool  # whether the rotation unknowns are roll, pitch and yaw, not world rotations
+
+
+class ProblemScales(NamedTuple):
+    """Units of a linear problem of Section V-C, as parts of the natural ones.
+
+    Unknowns: leg coordinates, multipliers, then what the square problem has beside them, then efforts.
+    Equations in the order of a square problem, then those of the motors.
+    """
+
+    unknowns: NDArray[np.float64]  # unit over its own one, zero of multipliers, (s + n,)
+    squared_equations: NDArray[np.float64]  # the square of unit over its own one, (s + n,)
 
 
 class Tolerances(NamedTuple):

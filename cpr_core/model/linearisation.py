@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.kernel_arrays import Lanes
-from ..kernels.prepared_robot import linearise_prepared
+from ..kernels.linearisation_kernel import linearise
 from .robot import Robot
 
 __all__ = ["Linearisation", "Response", "linearised"]
@@ -86,7 +86,7 @@ def linearised(robot: Robot, factors: Lanes, record: Floats) -> Linearisation:
     """
     size = len(robot.arrays.border_indices)
     eigenvalues, matrix = np.empty(3), np.empty((size, size))
-    found = linearise_prepared(robot.prepared, factors, record, eigenvalues, matrix)
+    found = linearise(robot.prepared, factors, record, eigenvalues, matrix)
     matrix.flags.writeable = False
     locked, free, margin = eigenvalues.tolist()
     return Linearisation(

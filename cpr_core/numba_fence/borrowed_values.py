@@ -87,8 +87,8 @@ def _attribute(context: Any, builder: Any, kind: Any, pointer: Any, name: str) -
     whole = builder.bitcast(pointer, context.get_value_type(kind.values).as_pointer())
     index = kind.values.fields.index(name)
     value = builder.load(cgutils.gep_inbounds(builder, whole, 0, index))
-    # Counted where functions count: who takes it gives it back.
-    context.nrt.incref(builder, kind.values.types[index], value) if context.enable_nrt else None
+    if context.enable_nrt:  # where functions count, who takes it gives it back
+        context.nrt.incref(builder, kind.values.types[index], value)
     return value
 
 

@@ -90,7 +90,7 @@ def check_rod_lengths(robot: Robot, motors: Floats) -> None:
 
 
 def pose_row(rotation: Floats, position: Floats, motors: Floats) -> Floats:
-    """An imposed pose as the kernels take it, see ``continuation_kernel.Requests``, (12 + n,)."""
+    """An imposed pose as the kernels take it, see ``continue_equilibria``, (12 + n,)."""
     row = np.empty(12 + len(motors))
     row[:9], row[9:12], row[12:] = rotation.ravel(), position, motors
     return row

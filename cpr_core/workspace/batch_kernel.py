@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from ..kernels.kernel_decorators import compiled
 from ..kernels.model_kernel import evaluate, tangent_into
+from ..kernels.singularity_kernel import smallest_singular_value
 from ..kernels.square_problem import Configuration
-from .analysis_kernel import smallest_singular_value, spectrum_of
+from .analysis_kernel import spectrum_of
 from .way_kernel import Way, advance
 
 __all__ = [
@@ -80,7 +81,7 @@ class Analyses(NamedTuple):
 def analyse_cells(problem, cells, work, analyses):
     """Analyse cells one by one."""
     size = cells.state.shape[1]
-    tangent, scratch, residual = np.zeros((size, size)), np.zeros((size, size)), np.empty(size)
+    tangent, residual = np.zeros((size, size)), np.empty(size)
     for b in range(cells.state.shape[0]):
         state, rotation, position = cells.state[b], cells.rotation[b], cells.position[b]
         measures = analyses.measures[b]
@@ -91,8 +92,9 @@ def analyse_cells(problem, cells, work, analyses):
         for number in range(2 if problem.inverse.unknowns.shape[0] > 0 else 1):
             forward = number == 0
             square = problem.forward if forward else problem.inverse
+            scales = problem.forward_scales if forward else problem.inverse_scales
             measures[2 + number] = smallest_singular_value(
-                problem, square, tangent, rotation, scratch, work
+                problem.robot, square, scales, tangent, rotation, work
             )
 
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays, RobotArrays
-from ..kernels.square_problem import SquareProblem, Tolerances
+from ..kernels.square_problem import ProblemScales, SquareProblem, Tolerances
+from ..model.problem_units import problem_units
 from ..model.robot import Robot
 from .grid import Grid, OrientationKind
 
@@ -40,6 +41,8 @@ class CellProblem(NamedTuple):
     square: SquareProblem  # what the cells are solved for: one of the next two
     forward: SquareProblem
     inverse: SquareProblem  # without unknowns where there is none
+    forward_scales: ProblemScales  # all natural
+    inverse_scales: ProblemScales
     moving: Integers  # state indices of leg coordinates and platform
     multipliers: Integers  # state indices of the multipliers
     lengths: Integers  # state indices of rod lengths
@@ -73,12 +76,15 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
     unknowns = robot.problems["pose"][0] if robot.redundancy == 0 else _NONE
     forward_problem = SquareProblem(equations, equations, False)
     inverse_problem = SquareProblem(equations, unknowns, bool(robot.controls_angles))
+    units = problem_units(robot, None)
     return CellProblem(
         robot=robot.arrays,
         loads=robot.load_arrays(loads),
         square=forward_problem if forward else inverse_problem,
         forward=forward_problem,
         inverse=inverse_problem,
+        forward_scales=units.scales(equations, equations),
+        inverse_scales=units.scales(unknowns, equations),
         moving=moving,
         multipliers=robot.multiplier_indices,
         lengths=np.ascontiguousarray(robot.length_indices, np.int64),

@@ -25,7 +25,7 @@ from ..kernels.record_layout import INDEX_LOCKED, INVERSE_SIGN, POSITION, ROTATI
 from ..kernels.rotation_matrices import roll_pitch_yaw_into, rotation_from_angles_into
 from ..kernels.square_problem import Configuration
 
-__all__ = ["ARRIVED", "BLOCKED", "FLIPPED", "Way", "advance", "signs_at"]
+__all__ = ["ARRIVED", "BLOCKED", "FLIPPED", "Way", "advance"]
 
 ARRIVED = 0
 BLOCKED = 1  # Newton's method does not contract, however small the step
@@ -45,7 +45,7 @@ class Way(NamedTuple):
     # NaN first: nothing
 
 
-#: Behind the signs of the tangent.
+#: Behind the signs of the tangent: the one that tells branches apart.
 _BRANCH = 3
 
 
@@ -86,26 +86,19 @@ def _rotation_zyz(one, two, three, rotation):
 
 
 @allocating_part
-def signs_at(problem, rotation, scratch, work, signs):
-    """Stability indices, side of the inverse singularity, and the sign that tells branches apart.
+def _sign_without_energy(problem, rotation, scratch, work):
+    """The sign that tells branches apart under loads without a potential: of the determinant.
 
     Args:
         problem: CellProblem.
         rotation: Platform rotation at an equilibrium.
         scratch: Memory, (N, N), zero where the model has no entries.
-        work: Workspace with the tangent of the model there and its factors.
-        signs: Result, (4,).
+        work: Workspace with the tangent of the model there.
     """
-    signs_of(problem.robot, rotation, work, signs)
-    if not problem.conservative:
-        tangent_into(problem.robot, work, scratch)
-        if problem.inverse.angles:
-            _rows_and_columns_by_angles(problem.robot, rotation, scratch)
-        signs[_BRANCH] = _determinant_sign(problem.robot, problem.square, scratch)
-    elif problem.given_motors:
-        signs[_BRANCH] = signs[INDEX_LOCKED]
-    else:
-        signs[_BRANCH] = signs[INVERSE_SIGN]
+    tangent_into(problem.robot, work, scratch)
+    if problem.inverse.angles:
+        _rows_and_columns_by_angles(problem.robot, rotation, scratch)
+    return _determinant_sign(problem.robot, problem.square, scratch)
 
 
 @allocating_part
@@ -156,7 +149,8 @@ def advance(problem, way, configuration, signs, scratch, work):
         problem: CellProblem.
         way: Way.
         configuration: At the start, overwritten by the last point that was reached.
-        signs: The same for the signs, (4,).
+        signs: The same for the signs: stability indices, side of the inverse singularity, and the sign
+            that tells branches apart, (4,).
         scratch: Memory, (N, N), zero where the model has no entries.
         work: Workspace; where the end was reached on return with the residual of the model there.
 
@@ -178,7 +172,7 @@ def advance(problem, way, configuration, signs, scratch, work):
             ahead = 1.0
         _begin_trial(way.guess, guessed, configuration, trial)
         impose(problem, way.start, way.end, ahead, trial.state, trial.rotation, trial.position)
-        predicted = _distance(problem, state, trial.state) if guessed else 0.0
+        predicted = _distance(problem.robot.unit, state, trial.state) if guessed else 0.0
         status, _, _, energy = newton(
             problem.robot,
             problem.loads,
@@ -194,7 +188,10 @@ def advance(problem, way, configuration, signs, scratch, work):
             ok = ok and trial.state[problem.lengths[i]] > 0.0
         flipped = False
         if ok:
-            signs_at(problem, trial.rotation, scratch, work, found)
+            signs_of(problem.robot, trial.rotation, work, found)
+            found[_BRANCH] = found[INDEX_LOCKED if problem.given_motors else INVERSE_SIGN]
+            if not problem.conservative:
+                found[_BRANCH] = _sign_without_energy(problem, trial.rotation, scratch, work)
             flipped = found[_BRANCH] != signs[_BRANCH]
         if ok and not flipped:
             _copy(trial, configuration)
@@ -228,11 +225,11 @@ def _copy(source, target):
 
 
 @allocating_part
-def _distance(problem, state, trial_state):
+def _distance(unit, state, trial_state):
     """How far legs and motors have moved, dimensionless."""
     total = 0.0
     for i in range(state.shape[0]):
-        change = (trial_state[i] - state[i]) / problem.robot.unit[i]
+        change = (trial_state[i] - state[i]) / unit[i]
         total += change * change
     return math.sqrt(total)
 

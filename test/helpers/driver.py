@@ -111,7 +111,16 @@ class Driver:
         )
 
     def until_state(self, state: int, timeout: float = TIMEOUT) -> None:
+        """Wait until the stream tells a state, and for where the robot is then.
+
+        Topics come on their own: on a busy machine poses may be read a while after the metrics of then.
+        """
         self.until(lambda: self.metrics.state == state, timeout)
+        told = next(_stamp(one) for one in self.all(StabilityMetrics) if one.state == state)
+        self.client.spin_until(
+            lambda: all(_stamp(self.all(kind)[-1]) >= told for kind in (JointState, PoseStamped)),
+            timeout,
+        )
 
     def send_motors(self, *positions: float, names: list[str] | None = None) -> None:
         names = names or [f"motor{k + 1}" for k in range(len(positions))]

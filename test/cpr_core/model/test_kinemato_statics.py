@@ -12,6 +12,7 @@ from cpr_core.description.chain import Turn
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import rotation_log
 from cpr_core.model.kinemato_statics import kinemato_statics
+from cpr_core.model.problem_units import problem_units
 
 
 def placed(name):
@@ -282,7 +283,8 @@ def test_singular_values_alone_are_the_same(here, problem, length):
 def test_natural_units_follow_from_a_length_and_an_energy(name):
     """Curvatures are over the length, forces the energy over it, moments the energy, shifts lengths."""
     robot, length = load_robot(name), 0.3
-    unit, energy = kinemato_statics(solve_home(robot))._units(length)
+    units = problem_units(robot, length)
+    unit, energy = units.states, units.energy
     expected = np.full(robot.state_size, np.nan)
     for leg, numbers in zip(robot.description.legs, robot.numbers.legs, strict=True):
         expected[numbers.strain] = 1.0 / length

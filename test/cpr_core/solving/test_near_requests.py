@@ -14,7 +14,7 @@ from benchmarks.near_requests import is_walked, straight_stewart_gough, walk_nea
 from benchmarks.walks import PROBLEMS, SOLVERS
 from cpr_core import Loads, load_robot, solve_forward, solve_home, solve_inverse
 from cpr_core.kernels.condensation_kernel import DELAYED
-from cpr_core.kernels.continuation_kernel import UNPREDICTED, WATCHED, Requests, Start
+from cpr_core.kernels.continuation_kernel import UNPREDICTED, WATCHED
 from cpr_core.kernels.kept_factors import kept_factors
 from cpr_core.kernels.natural_units import EFFORT_UNIT, LONGEST_STEP
 from cpr_core.kernels.prepared_robot import continue_prepared
@@ -86,9 +86,12 @@ def test_predictions_from_delayed_slots_are_used(straight):
     made = continue_prepared(
         straight.prepared,
         home.load_arrays,
-        *Requests(NUMBERS["pose"], target.given(home), UNPREDICTED),
+        NUMBERS["pose"],
+        target.given(home),
+        UNPREDICTED,
         *Tolerances(),
-        *Start(home.record, home.factors),
+        home.record,
+        home.factors,
         records,
         kept,
     )
@@ -108,9 +111,12 @@ def taken_as_near(start, target):
     continue_prepared(
         robot.prepared,
         start.load_arrays,
-        *Requests(NUMBERS[target.problem], target.given(start), WATCHED),
+        NUMBERS[target.problem],
+        target.given(start),
+        WATCHED,
         *Tolerances(),
-        *Start(start.record, start.factors),
+        start.record,
+        start.factors,
         records,
         kept,
     )

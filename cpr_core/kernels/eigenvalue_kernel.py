@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from ..kernels.kernel_decorators import strict_part
+from .kernel_decorators import strict_part
 
 __all__ = [
     "count_below",
