@@ -66,7 +66,14 @@ setup(
     extras_require={
         "ros": ROS_WHEELS,
         "maps": ["xarray"],
-        "test": ["pytest", "pytest-xdist", "hypothesis", "xarray", "distributed"],
+        "view": [
+            "viser>=1.1,<1.2",
+            "rich",
+        ],  # of which something private is used: viewing/server.py
+        "test": [
+            *("pytest", "pytest-xdist", "hypothesis", "xarray", "distributed"),
+            *("viser>=1.1,<1.2", "rich", "playwright"),
+        ],
     },
     entry_points={
         "console_scripts": [

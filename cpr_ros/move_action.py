@@ -19,9 +19,9 @@ from rclpy.action.server import GoalEvent, ServerGoalHandle
 from rclpy.node import Node
 
 from cpr_core import CprError, InvalidRequest
+from cpr_core.model.assessment import Assessment
 from cpr_core.validation import checked_number
 
-from .assessment import Assessment
 from .conversions import Frames, fill_equilibrium, pose_from_message
 from .error_codes import RequestError, active, error_code
 from .goals import Goal, MotorGoal, PoseGoal

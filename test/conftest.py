@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 from helpers.blas_limit import blas_threads_limited
+from helpers.browser import NO_BROWSER, running_browser
 from helpers.everything import EVERYTHING
 from helpers.room import Room
 
@@ -95,6 +96,25 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
 
     config.option.loadscopereorder = False
     return LongestFirst(config, log)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_terminal_summary(terminalreporter: object) -> None:
+    """Say in one line at the end which tests had no browser, and what they want."""
+    skipped = terminalreporter.stats.get("skipped", [])  # type: ignore[attr-defined]
+    missing = [report for report in skipped if NO_BROWSER in str(report.longrepr)]
+    if missing:
+        files = sorted({Path(report.fspath).name for report in missing})
+        terminalreporter.write_line(  # type: ignore[attr-defined]
+            f"NOT RUN: {len(missing)} tests of pages ({', '.join(files)}): {NO_BROWSER}"
+        )
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """One browser for all pages of a worker."""
+    with running_browser() as found:
+        yield found
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -22,7 +22,7 @@ from ..validation import checked_count
 from .equilibrium import Equilibrium
 from .robot import Robot
 
-__all__ = ["JointPlace", "LegShape", "Pose", "leg_shapes", "rod_bases", "tip_poses"]
+__all__ = ["JointPlace", "LegShape", "Pose", "leg_shapes", "rod_bases", "state_shapes", "tip_poses"]
 
 Floats = NDArray[np.float64]
 
@@ -96,7 +96,17 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
         InvalidRequest: Too few points, or no whole number of them.
     """
     robot, state = equilibrium.robot, equilibrium.state
-    return _shapes(robot, state, checked_count("points", points, 4))
+    return state_shapes(robot, state, checked_count("points", points, 4))
+
+
+def state_shapes(robot: Robot, state: Floats, points: int = 32) -> tuple[LegShape, ...]:
+    """Shape of every leg in any state (N,), in equilibrium or not; then tips miss the platform."""
+    rods, shapes = _rods_from_identity(robot, state, points), []
+    for number in range(len(robot.description.legs)):
+        poses, count = _element_poses(robot, number, state, rods)
+        shapes.append(_along(robot.description.legs[number], poses, rods[:count], points))
+        rods = rods[count:]
+    return tuple(shapes)
 
 
 def tip_poses(robot: Robot, state: Floats) -> tuple[Pose, ...]:
@@ -133,15 +143,6 @@ class _RodShape(NamedTuple):
     rotation: Floats  # (P, 3, 3)
     curvature: Floats  # (P, 3)
     length: float
-
-
-def _shapes(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
-    rods, shapes = _rods_from_identity(robot, state, points), []
-    for number in range(len(robot.description.legs)):
-        poses, count = _element_poses(robot, number, state, rods)
-        shapes.append(_along(robot.description.legs[number], poses, rods[:count], points))
-        rods = rods[count:]
-    return tuple(shapes)
 
 
 def _joint_places(leg: LegDescription, poses: list[Pose]) -> tuple[JointPlace, ...]:

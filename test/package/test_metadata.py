@@ -34,7 +34,7 @@ KEYS = {
 
 
 #: What is imported only where it is used, and comes with an extra of setup.py: rosdep has no key for it.
-OPTIONAL = {"xarray"}
+OPTIONAL = {"rich", "viser", "xarray"}
 
 
 def imported(*folders):

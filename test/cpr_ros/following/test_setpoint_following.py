@@ -12,7 +12,7 @@ import pytest
 from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, Drive, changed_robot, robot
 
 from cpr_core import Equilibrium, load_robot, solve_home
-from cpr_ros.assessment import Threshold
+from cpr_core.model.assessment import Threshold
 from cpr_ros.external_wrench import ExternalWrench
 from cpr_ros.goals import MotorGoal, PoseGoal
 from cpr_ros.supervision import Action, State, Status
