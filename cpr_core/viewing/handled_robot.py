@@ -207,6 +207,11 @@ class HandledRobot:
         self._last = -np.inf
         self.equilibrium, self.refused, self.words = equilibrium, None, words
 
+    def show(self, equilibrium: Equilibrium, words: str) -> None:
+        """One picture of a path that is played: all of them are undone together."""
+        self._remember("show")
+        self.equilibrium, self.refused, self.words = equilibrium, None, words
+
     def choose_modes(self, modes: int) -> bool:
         """The same robot with other strain modes, at the same motors and under the same loads."""
         here = self.equilibrium

@@ -11,20 +11,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..drawing.robot_lines import equilibrium_lines
-from ..errors import CprError
+from ..errors import CprError, InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.trace import Trace
+from .background import Background
 from .bars import bars
 from .controls import Controls
 from .dragged import ForceArrow, PlatformHandle
+from .equilibria_tab import EquilibriaTab
 from .handled_robot import HandledRobot
 from .landmarks import Landmarks, PlatformNode, aim_camera
 from .mailbox import Mailbox
+from .map_tab import MapTab
+from .record_tab import RecordTab
 from .refused import ghost_lines
 from .robot_scene import RobotScene
 from .server import LOCAL, address_of, close_server, open_server
 from .status_panel import BarsPanel, status_text
+from .way_tab import WayTab
 
 if TYPE_CHECKING:
     import viser
@@ -81,9 +86,26 @@ class Page:
         with tabs.add_tab("robot"):
             self._controls = Controls(gui, self._handled, self.do)
             self._add_shown(gui)
+        self._background = Background(self._failed)
+        with tabs.add_tab("equilibria"):
+            EquilibriaTab(gui, self.do, self._background)
+        with tabs.add_tab("map"):
+            maps = MapTab(scene, gui, self.do)
+        with tabs.add_tab("way"):
+            ways = WayTab(scene, gui, self.do, self._handled, self._background)
+        with tabs.add_tab("record"):
+            RecordTab(gui, self.do, robot.description.name, self._background)
         self._handle = PlatformHandle(scene, robot, self._dragged)
         self._force = ForceArrow(scene, robot, self._pushed)
         self._draw()
+        try:
+            if map_file is not None:
+                maps.open(self._handled, map_file)
+            if way is not None:
+                ways.open(_way_of(robot, way))
+        except InvalidRequest:
+            self.close()
+            raise
 
     @property
     def address(self) -> str:
@@ -114,6 +136,7 @@ class Page:
 
     def close(self) -> None:
         """Close the page."""
+        self._background.close()
         self._mailbox.close()
         close_server(self.server)
 
@@ -173,3 +196,9 @@ class Page:
 
         names.on_update(name)
         handles.on_update(handle)
+
+
+def _way_of(robot: Robot, way: Trace) -> Trace:
+    if not isinstance(way, Trace) or way.robot is not robot:
+        raise InvalidRequest("way", f"expected a Trace of the same robot object, got {way!r:.200}")
+    return way

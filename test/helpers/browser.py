@@ -19,7 +19,7 @@ import pytest
 NO_BROWSER = "no browser here: Debian's package chromium has one"
 #: Pictures are kept here to be looked at.
 SCREENSHOTS = Path(__file__).parents[2] / "log" / "pages"
-TIMEOUT = 60.0
+TIMEOUT = 20.0
 
 _ARGUMENTS = (
     "--no-sandbox",  # tests may run as root, and open nothing but pages of their own
@@ -54,7 +54,8 @@ _POINTS = """name => { let found = null;
 _ON_SCREEN = """place => {
   const camera = window.viewed.camera, canvas = window.viewed.canvas.getBoundingClientRect();
   camera.updateMatrixWorld();
-  const at = new camera.position.constructor(...place).project(camera);
+  const root = window.viewed.nodeRefFromName[''];  // turns what is up
+  const at = root.localToWorld(new camera.position.constructor(...place)).project(camera);
   return [canvas.x + (at.x + 1) / 2 * canvas.width, canvas.y + (1 - at.y) / 2 * canvas.height]; }"""
 
 
@@ -93,7 +94,7 @@ class Looker:
     """
 
     def __init__(self, browser: Any, address: str, text: str) -> None:
-        self.page = browser.new_page(viewport={"width": 1280, "height": 860})
+        self.page = browser.new_page(viewport={"width": 1000, "height": 760})
         self.page.set_default_timeout(1e3 * TIMEOUT)
         self.complaints: list[str] = []
         self.requests: list[str] = []
@@ -149,6 +150,24 @@ class Looker:
             mouse.move(*(first + part * np.subtract(last, first)))
             self.page.wait_for_timeout(30)
         mouse.up()
+
+    def field(self, label: str) -> Any:
+        """What is typed into beside a label."""
+        named, box = f'//label[normalize-space(.)="{label}"]', '*[not(@type="hidden")][self::input]'
+        return self.page.locator(f"xpath={named}/ancestor::*[.//{box}][1]//{box}")
+
+    def press(self, button: str) -> None:
+        """Press a button; whether it stands still is not waited for, because frames are rare here."""
+        self.page.get_by_role("button", name=button, exact=True).click(force=True)
+
+    def switch(self, label: str) -> None:
+        """Tick a box, or take its tick away."""
+        self.page.locator(f'xpath=//label[normalize-space(.)="{label}"]').click(force=True)
+
+    def choose(self, label: str, option: str) -> None:
+        """Choose out of a list."""
+        self.field(label).click(force=True)
+        self.page.get_by_role("option", name=option, exact=True).click(force=True)
 
     def click(self, place: np.ndarray) -> None:
         """Click at a place of the scene."""
