@@ -38,7 +38,7 @@ install_package() {
     # Where ROS looks for executables, and for the files that an editable install leaves out.
     local index=$venv/share/ament_index/resource_index/packages
     mkdir -p "$venv/lib/cpr_ros" "$venv/share/cpr_ros" "$index"
-    ln -sf ../../bin/{cpr,cpr_node,cpr_demo} "$venv/lib/cpr_ros/"
+    ln -sf ../../bin/{cpr,cpr_node,cpr_demo,cpr_view} "$venv/lib/cpr_ros/"
     ln -sf "$PWD/resource/cpr_ros" "$index/"
     local item
     for item in package.xml config launch rviz; do

@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 
 from ..drawing.robot_lines import platform_outline
 from ..lie import quaternion_from_rotation
-from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from ..model.shape import leg_shapes
 
 if TYPE_CHECKING:
     import viser
@@ -88,10 +86,14 @@ class PlatformNode:
         self._label.visible = shown
 
 
-def aim_camera(server: viser.ViserServer, equilibrium: Equilibrium) -> None:
-    """Look at the whole robot: from the front and a little above, a planar one from above its plane."""
-    robot = equilibrium.robot
-    points = np.concatenate([shape.position for shape in leg_shapes(equilibrium, 8)])
+def aim_camera(server: viser.ViserServer, robot: Robot, points: Floats) -> None:
+    """Look at a whole robot: from the front and a little above, a planar one from above its plane.
+
+    Args:
+        server: Of the page.
+        robot: The robot.
+        points: On its legs, (P, 3) [m].
+    """
     low, high = points.min(axis=0), points.max(axis=0)
     up = np.array([0.0, 1.0, 0.0] if robot.planar else [0.0, 0.0, 1.0])
     high = high + 0.3 * robot.mean_length * up  # where the force is

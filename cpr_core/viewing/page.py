@@ -10,6 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..drawing.robot_lines import equilibrium_lines
 from ..errors import CprError, InvalidRequest
 from ..model.equilibrium import Equilibrium
@@ -75,7 +77,8 @@ class Page:
         self.server: viser.ViserServer = open_server(robot.description.name, host, port)
         self._mailbox, self._bars_filled = Mailbox(self._failed), -1.0
         scene, gui, size = self.server.scene, self.server.gui, robot.mean_length
-        aim_camera(self.server, self._handled.equilibrium)
+        legs = equilibrium_lines(self._handled.equilibrium).legs
+        aim_camera(self.server, robot, np.concatenate(legs))
         self._landmarks = Landmarks(scene, robot)
         self._platform = PlatformNode(scene, robot)
         self._robot = RobotScene(scene, "/robot", size)

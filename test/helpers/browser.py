@@ -152,22 +152,27 @@ class Looker:
         mouse.up()
 
     def field(self, label: str) -> Any:
-        """What is typed into beside a label."""
+        """What is typed into, or ticked, beside a label."""
         named, box = f'//label[normalize-space(.)="{label}"]', '*[not(@type="hidden")][self::input]'
         return self.page.locator(f"xpath={named}/ancestor::*[.//{box}][1]//{box}")
 
     def press(self, button: str) -> None:
-        """Press a button; whether it stands still is not waited for, because frames are rare here."""
-        self.page.get_by_role("button", name=button, exact=True).click(force=True)
+        """Press a button, wherever it has been scrolled to."""
+        found = self.page.get_by_role("button", name=button, exact=True)
+        found.evaluate("node => node.click()")
 
     def switch(self, label: str) -> None:
-        """Tick a box, or take its tick away."""
+        """Tick a box, or take its tick away; frames are too rare here to wait until it stands still."""
         self.page.locator(f'xpath=//label[normalize-space(.)="{label}"]').click(force=True)
 
     def choose(self, label: str, option: str) -> None:
         """Choose out of a list."""
         self.field(label).click(force=True)
         self.page.get_by_role("option", name=option, exact=True).click(force=True)
+
+    def open_tab(self, name: str) -> None:
+        """Show a tab."""
+        self.page.get_by_role("tab", name=name, exact=True).evaluate("node => node.click()")
 
     def click(self, place: np.ndarray) -> None:
         """Click at a place of the scene."""

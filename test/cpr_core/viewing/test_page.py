@@ -117,7 +117,7 @@ def test_past_a_fold_there_is_a_ghost_and_a_reason(page, looker):
     looker.until(lambda: looker.visible("/ghost/edge"))
     settled(page, looker)
     looker.picture("refused")
-    assert "the branch turns back" in looker.text()
+    assert "not reached from the start, the branch" in looker.text()
     assert page.equilibrium.margin > 0.0
     # The handle has gone back to the robot; home clears what was refused.
     np.testing.assert_allclose(
