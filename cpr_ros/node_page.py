@@ -111,7 +111,8 @@ class NodePage:
     def show_platform(self, position: Floats, quaternion: Floats) -> None:
         """Where the platform is: (3,) [m], w x y z."""
         if self._robot is not None:
-            self._platform.show(position, quaternion)
+            with self._server.atomic():
+                self._platform.show(position, quaternion)
 
     def show_motors(self, motors: list[float]) -> None:
         """Where the motors are; sliders of who is in control stay at what was asked."""

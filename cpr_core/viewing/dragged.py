@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
+from .exact_place import put
 
 if TYPE_CHECKING:
     import viser
@@ -57,8 +58,7 @@ class PlatformHandle:
     def show(self, equilibrium: Equilibrium) -> None:
         """Put it where the platform is, unless somebody holds it."""
         if self._gizmo is not None and not self._held:
-            self._gizmo.position = equilibrium.platform_position
-            self._gizmo.wxyz = equilibrium.platform_quaternion
+            put(self._gizmo, equilibrium.platform_position, equilibrium.platform_quaternion)
 
     def show_handles(self, shown: bool) -> None:
         """Show or hide it."""
@@ -115,7 +115,7 @@ class ForceArrow:
             self._label.text = text
         self._label.position = tip
         if not self._held:
-            self._tip.position = tip
+            put(self._tip, tip)
 
     def show_handles(self, shown: bool) -> None:
         """Show or hide the handle."""

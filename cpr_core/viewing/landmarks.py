@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..drawing.robot_lines import platform_outline
 from ..lie import quaternion_from_rotation
 from ..model.robot import Robot
+from .exact_place import put
 
 if TYPE_CHECKING:
     import viser
@@ -78,8 +79,8 @@ class PlatformNode:
             )
 
     def show(self, position: Floats, quaternion: Floats) -> None:
-        """Move it: (3,) [m], w x y z."""
-        self._frame.position, self._frame.wxyz = position, quaternion
+        """Move it, within ``server.atomic()``: (3,) [m], w x y z."""
+        put(self._frame, position, quaternion)
 
     def show_names(self, shown: bool) -> None:
         """Show or hide its name."""
@@ -99,6 +100,8 @@ def aim_camera(server: viser.ViserServer, robot: Robot, points: Floats) -> None:
     high = high + 0.3 * robot.mean_length * up  # where the force is
     center, size = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), robot.mean_length)
     way = np.array([0.0, 0.0, 1.1] if robot.planar else [0.55, -0.85, 0.35])
+    right = np.cross(up, way) / np.linalg.norm(np.cross(up, way))
+    center = center + 0.2 * size * right  # there is the panel
     server.scene.set_up_direction("+y" if robot.planar else "+z")
     server.initial_camera.position = center + size * way
     server.initial_camera.look_at = center

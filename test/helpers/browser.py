@@ -19,7 +19,7 @@ import pytest
 NO_BROWSER = "no browser here: Debian's package chromium has one"
 #: Pictures are kept here to be looked at.
 SCREENSHOTS = Path(__file__).parents[2] / "log" / "pages"
-TIMEOUT = 20.0
+TIMEOUT = 60.0
 
 _ARGUMENTS = (
     "--no-sandbox",  # tests may run as root, and open nothing but pages of their own
@@ -172,7 +172,7 @@ class Looker:
 
     def open_tab(self, name: str) -> None:
         """Show a tab."""
-        self.page.get_by_role("tab", name=name, exact=True).evaluate("node => node.click()")
+        self.page.get_by_role("tab", name=name, exact=True).click(force=True)
 
     def click(self, place: np.ndarray) -> None:
         """Click at a place of the scene."""
