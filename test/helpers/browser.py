@@ -93,8 +93,18 @@ class Looker:
         requests: Everything the page asked for.
     """
 
-    def __init__(self, browser: Any, address: str, text: str) -> None:
-        self.page = browser.new_page(viewport={"width": 1000, "height": 760})
+    def __init__(
+        self, browser: Any, address: str, text: str, size: tuple[int, int] = (1000, 760)
+    ) -> None:
+        """Open a page.
+
+        Args:
+            browser: The browser.
+            address: Of the page.
+            text: Is on the page once it is loaded.
+            size: Of the window, width and height.
+        """
+        self.page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         self.page.set_default_timeout(1e3 * TIMEOUT)
         self.complaints: list[str] = []
         self.requests: list[str] = []
