@@ -140,6 +140,8 @@ class NodePage:
         if seen == "gone":
             _set(self._action_bar, "color", "gray")
             _set(self._action_text, "content", "nothing is known of the robot")
+            if self._bars is not None:
+                self._bars.show([])
             if self.in_control:
                 self.in_control = False
                 self._asked.clear()

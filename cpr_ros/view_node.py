@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -102,7 +103,7 @@ class ViewNode(Node):
                 np.array([at.x, at.y, at.z]), np.array([turn.w, turn.x, turn.y, turn.z])
             )
         if (message := self._newest.pop("stability", None)) is not None:
-            self.page.show_stability(message.action, message.status_text, _bars(message))
+            self.page.show_stability(message.action, _words(message), _bars(message))
         if motors is not None and len(motors.position) == self._robot.motor_count:
             self.page.show_motors(list(motors.position))
 
@@ -160,15 +161,16 @@ class ViewNode(Node):
         return sorted(found)
 
 
+def _words(message: StabilityMetrics) -> str:
+    nearest = message.nearest_threshold
+    return message.status_text + (f"; nearest to its threshold: {nearest}" if nearest else "")
+
+
 def _bars(message: StabilityMetrics) -> list[Bar]:
     """The margin with the thresholds in force, and how near the nearest measure is to its own."""
-    found = [bar("margin", message.margin, Threshold(message.margin_warning, message.margin_stop))]
-    level = message.distance_to_threshold
-    if message.nearest_threshold and np.isfinite(level):
-        nearest = bar(message.nearest_threshold, level, Threshold(1.0, 0.0))
-    else:
-        nearest = Bar("", 1.0, Threshold(1.0, 0.0), 1.0, "fine")
-    return [
-        *found,
-        Bar("nearest threshold", level, nearest.threshold, nearest.filled, nearest.level),
-    ]
+    margin = bar("margin", message.margin, Threshold(message.margin_warning, message.margin_stop))
+    level, levels = message.distance_to_threshold, Threshold(1.0, 0.0)
+    if not message.nearest_threshold:
+        return [margin, Bar("nearest threshold", level, levels, 1.0, "fine")]
+    nearest = bar("margin", level, levels)  # of whatever measure: the words name it
+    return [margin, replace(nearest, name="nearest threshold")]

@@ -16,8 +16,8 @@ __all__ = ["LastMinute", "Presence"]
 Floats = NDArray[np.float64]
 Seen = Literal["waiting", "there", "gone", "back"]
 
-#: A node that is silent for so long is gone: the stability stream comes 20 times as often [s].
-_SILENCE = 1.0
+#: A node that is silent for so long is gone: the stability stream comes 40 times as often [s].
+_SILENCE = 2.0
 #: For so long a node that is there again is called back [s].
 _BACK = 10.0
 _MINUTE = 60.0

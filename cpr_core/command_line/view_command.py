@@ -53,11 +53,12 @@ def _view(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tup
         motors = solve_home(robot).motors if options.motors is None else options.motors
         start = solve_forward(robot, motors, loads=loads)
     page = view(robot, start, map_file=options.map, host=options.host, port=options.port)
-    if options.json:
-        print(json.dumps({"robot": robot.description.name, "address": page.address}), flush=True)
-    else:
-        print(f"{robot.description.name}: look at {page.address} (Ctrl-C ends)", flush=True)
     try:
+        if options.json:
+            told = {"robot": robot.description.name, "address": page.address}
+            print(json.dumps(told), flush=True)
+        else:
+            print(f"{robot.description.name}: look at {page.address} (Ctrl-C ends)", flush=True)
         threading.Event().wait()
     except KeyboardInterrupt:
         pass

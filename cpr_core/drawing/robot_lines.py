@@ -66,14 +66,15 @@ def robot_lines(robot: Robot, shapes: Sequence[LegShape]) -> RobotLines:
     Curvature is coloured from blue (straight) to red: the largest of the robot now, or half a turn
     per rod length if that is more.
     """
-    curvatures = [bending_curvature(shape.curvature) for shape in shapes]
-    largest = max([np.pi / robot.mean_length, *(curvature.max() for curvature in curvatures)])
+    curvature = bending_curvature(np.concatenate([shape.curvature for shape in shapes]))
+    tones = shades(curvature / max(np.pi / robot.mean_length, float(curvature.max())))
+    ends = np.cumsum([len(shape.curvature) for shape in shapes])[:-1]
     links = [pair for shape in shapes for piece in shape.rigid_pieces for pair in pairwise(piece)]
     joints = [joint for shape in shapes for joint in shape.joints if joint.kind != "fixed"]
     tips = np.array([shape.position[-1] for shape in shapes])
     return RobotLines(
         legs=tuple(shape.position for shape in shapes),
-        shades=tuple(shades(curvature / largest) for curvature in curvatures),
+        shades=tuple(np.split(tones, ends)),
         links=np.array(links).reshape(-1, 2, 3),
         joints=np.array([joint.position for joint in joints]).reshape(-1, 3),
         driven=np.array([joint.motor is not None for joint in joints], np.bool_),
@@ -83,6 +84,10 @@ def robot_lines(robot: Robot, shapes: Sequence[LegShape]) -> RobotLines:
 
 def platform_outline(robot: Robot) -> list[int]:
     """Numbers of the legs whose tips go around the platform; the first again at the end of three."""
+    return robot.kept("platform outline", lambda: _outline(robot))
+
+
+def _outline(robot: Robot) -> list[int]:
     legs = robot.description.legs
     if len(legs) < 3:
         return list(range(len(legs)))
@@ -99,8 +104,14 @@ def bending_curvature(curvature: Floats) -> Floats:
 def shades(fractions: Floats) -> Floats:
     """From blue at 0 over green to red at 1: (P,) to red green blue (P, 3)."""
     value = np.clip(fractions, 0.0, 1.0)
-    red, blue = np.maximum(0.0, 2.0 * value - 1.0), np.maximum(0.0, 1.0 - 2.0 * value)
-    return np.stack([red, 1.0 - np.abs(2.0 * value - 1.0), blue], axis=-1)
+    return np.stack(
+        [
+            np.maximum(0.0, 2.0 * value - 1.0),
+            1.0 - np.abs(2.0 * value - 1.0),
+            np.maximum(0.0, 1.0 - 2.0 * value),
+        ],
+        axis=-1,
+    )
 
 
 def segments(line: Floats) -> Floats:

@@ -108,8 +108,9 @@ class ForceArrow:
         if not self._held:
             self._origin = equilibrium.platform_position + self._anchor
         tip = self._origin + force / self._unit
-        self._arrow.points = np.array([[self._origin, tip]], np.float32)
         self._arrow.visible = bool(np.any(force))
+        if self._arrow.visible:
+            self._arrow.points = np.array([[self._origin, tip]], np.float32)
         text = f"force {np.linalg.norm(force):.3g} N"
         if self._label.text != text:
             self._label.text = text

@@ -14,6 +14,9 @@ __all__ = ["put"]
 
 Floats = NDArray[np.float64]
 
+#: More than what viser takes for the same.
+_NEAR = 1e-4
+
 
 def put(node: Any, position: Floats, quaternion: Floats | None = None) -> None:
     """Put a node exactly somewhere.
@@ -26,9 +29,19 @@ def put(node: Any, position: Floats, quaternion: Floats | None = None) -> None:
         position: (3,) [m].
         quaternion: w x y z; None: it is not turned.
     """
-    if not np.array_equal(node.position, position):
+    if _hidden(position, node.position):
         node.position = position + 1.0 + np.abs(position)
-        node.position = position
-    if quaternion is not None and not np.array_equal(node.wxyz, quaternion):
-        node.wxyz = -quaternion
+    node.position = position
+    if quaternion is not None:
+        if _hidden(quaternion, node.wxyz):
+            node.wxyz = -quaternion
         node.wxyz = quaternion
+
+
+def _hidden(new: Floats, old: Floats) -> bool:
+    """Whether a change is one that viser does not send, or nearly so; in plain numbers, for speed."""
+    before, after = old.tolist(), new.tolist()
+    return before != after and all(
+        abs(last - first) < _NEAR * (1.0 + abs(first))
+        for first, last in zip(before, after, strict=True)
+    )

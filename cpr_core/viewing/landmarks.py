@@ -106,3 +106,6 @@ def aim_camera(server: viser.ViserServer, robot: Robot, points: Floats) -> None:
     server.initial_camera.position = center + size * way
     server.initial_camera.look_at = center
     server.initial_camera.up = up
+    for client in server.get_clients().values():  # those who are there already
+        client.camera.up_direction = up
+        client.camera.position, client.camera.look_at = center + size * way, center

@@ -65,7 +65,7 @@ def as_gif(frames: Sequence[NDArray[np.uint8]], rate: float) -> bytes:
     from PIL import Image
 
     pictures = [
-        Image.fromarray(frame[..., :3]).quantize(64, dither=Image.Dither.NONE) for frame in frames
+        Image.fromarray(frame[..., :3]).quantize(128, dither=Image.Dither.NONE) for frame in frames
     ]
     file = io.BytesIO()
     pictures[0].save(

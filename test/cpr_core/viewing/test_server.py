@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 
 import pytest
@@ -132,8 +133,8 @@ def test_the_command_prints_the_address_and_ends_with_ctrl_c(arguments):
     )
     line = process.stdout.readline()
     address = json.loads(line)["address"] if arguments else re.search(r"http://\S+", line)[0]
-    with socket.create_connection(("127.0.0.1", int(address.rpartition(":")[2])), timeout=10.0):
-        pass
+    with urllib.request.urlopen(address, timeout=20.0) as answer:
+        assert b"<html" in answer.read()
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=30.0)
     assert (process.returncode, out, err) == (0, "", "")

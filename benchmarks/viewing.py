@@ -1,0 +1,122 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a slider event costs on the page of a robot, and how many updates a second are sent.
+
+    .venv/bin/python -m benchmarks.viewing --seconds 10
+
+Python's side only, with a client that listens as a browser does: requests that move a motor of the 6-RFS
+robot a little, each until the scene is handed over; then 30 requests a second, at rest and while a map
+is made beside it in another process on all cores, counted by what arrives.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+
+import cpr_core
+from cpr_core.viewing.handled_robot import HandledRobot
+from cpr_core.viewing.page import Page
+
+#: Requests that are timed, and of a motor from one to the next [rad].
+COUNT, STEP = 400, 0.002
+RATE = 30.0
+
+
+def listen(address: str, arrived: list[float], stop: threading.Event) -> None:
+    """Receive everything, as a browser does."""
+    import viser
+    from websockets.sync.client import connect
+
+    protocol = [f"viser-v{viser.__version__}"]
+    with connect(address.replace("http", "ws"), subprotocols=protocol, max_size=None) as socket:  # type: ignore[arg-type]
+        while not stop.is_set():
+            try:
+                socket.recv(timeout=0.2)
+                arrived.append(time.monotonic())
+            except TimeoutError:
+                pass
+
+
+def event_times(page: Page) -> np.ndarray:
+    """Time of every request from asking to what is drawn being handed over [s]."""
+    home, times = page.equilibrium.motors, []
+    for number in range(COUNT):
+        at = float(home[0] + STEP * (number % 50))
+
+        def move(handled: HandledRobot, at: float = at) -> bool:
+            return handled.move_motor(0, at)
+
+        begin = time.perf_counter()
+        page.do("motor", move)
+        page.wait()
+        times.append(time.perf_counter() - begin)
+        time.sleep(1.0 / RATE / 2.0)
+    return np.array(times)
+
+
+def updates(page: Page, arrived: list[float], seconds: float) -> tuple[float, float]:
+    """Requests done, and messages that arrived, a second."""
+    home, done = page.equilibrium.motors, 0
+    arrived.clear()
+    begin = time.monotonic()
+    while (now := time.monotonic() - begin) < seconds:
+        at = float(home[0] + 0.2 * np.sin(now))
+
+        def move(handled: HandledRobot, at: float = at) -> None:
+            nonlocal done
+            handled.move_motor(0, at)
+            done += 1
+
+        page.do("motor", move)
+        time.sleep(1.0 / RATE - (time.monotonic() - begin) % (1.0 / RATE))
+    return done / seconds, len(arrived) / seconds
+
+
+def main() -> int:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seconds", type=float, default=10.0, help="of every count of updates")
+    options = parser.parse_args()
+    robot = cpr_core.load_robot("six_rfs")
+    page = cpr_core.view(robot)
+    arrived: list[float] = []
+    stop = threading.Event()
+    listener = threading.Thread(target=listen, args=(page.address, arrived, stop))
+    listener.start()
+    times = 1e3 * event_times(page)
+    print(
+        f"slider event: median {np.median(times):.2f} ms, 95 % below {np.quantile(times, 0.95):.2f} ms"
+    )
+    rest = updates(page, arrived, options.seconds)
+    print(f"at rest: {rest[0]:.1f} updates a second, {rest[1]:.1f} messages arrive")
+    with tempfile.TemporaryDirectory() as folder:
+        mapping = [sys.executable, "-m", "cpr_core.command_line", "workspace", "six_rfs", "--slice"]
+        mapping += ["x=-0.3:0.3", "y=-0.3:0.3", "z=0.6:1.0", "--resolution", "0.02"]
+        with subprocess.Popen(
+            [*mapping, "--out", str(Path(folder) / "map.nc")],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        ) as made:
+            time.sleep(5.0)
+            busy = updates(page, arrived, options.seconds)
+            print(f"beside a map: {busy[0]:.1f} updates a second, {busy[1]:.1f} messages arrive")
+            if made.poll() is not None:
+                print("the map was done before: the last line is of a machine at rest")
+            made.terminate()
+    stop.set()
+    listener.join()
+    page.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
