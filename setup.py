@@ -66,13 +66,11 @@ setup(
     extras_require={
         "ros": ROS_WHEELS,
         "maps": ["xarray"],
-        "view": [
-            "viser>=1.1,<1.2",
-            "rich",
-        ],  # of which something private is used: viewing/server.py
+        # Of viser something private is used: cpr_core/viewing/server.py.
+        "view": ["viser>=1.1,<1.2", "rich", "pillow"],
         "test": [
             *("pytest", "pytest-xdist", "hypothesis", "xarray", "distributed"),
-            *("viser>=1.1,<1.2", "rich", "playwright"),
+            *("viser>=1.1,<1.2", "rich", "pillow", "playwright"),
         ],
     },
     entry_points={

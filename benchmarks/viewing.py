@@ -13,12 +13,13 @@ is made beside it in another process on all cores, counted by what arrives.
 from __future__ import annotations
 
 import argparse
+import multiprocessing
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,19 +32,15 @@ COUNT, STEP = 400, 0.002
 RATE = 30.0
 
 
-def listen(address: str, arrived: list[float], stop: threading.Event) -> None:
-    """Receive everything, as a browser does."""
+def listen(address: str, arrived: Any) -> None:
+    """Receive everything in a process of its own, as a browser does; counts messages."""
     import viser
     from websockets.sync.client import connect
 
     protocol = [f"viser-v{viser.__version__}"]
     with connect(address.replace("http", "ws"), subprotocols=protocol, max_size=None) as socket:  # type: ignore[arg-type]
-        while not stop.is_set():
-            try:
-                socket.recv(timeout=0.2)
-                arrived.append(time.monotonic())
-            except TimeoutError:
-                pass
+        for _ in socket:
+            arrived.value += 1
 
 
 def event_times(page: Page) -> np.ndarray:
@@ -63,10 +60,10 @@ def event_times(page: Page) -> np.ndarray:
     return np.array(times)
 
 
-def updates(page: Page, arrived: list[float], seconds: float) -> tuple[float, float]:
+def updates(page: Page, arrived: Any, seconds: float) -> tuple[float, float]:
     """Requests done, and messages that arrived, a second."""
     home, done = page.equilibrium.motors, 0
-    arrived.clear()
+    before = arrived.value
     begin = time.monotonic()
     while (now := time.monotonic() - begin) < seconds:
         at = float(home[0] + 0.2 * np.sin(now))
@@ -78,7 +75,7 @@ def updates(page: Page, arrived: list[float], seconds: float) -> tuple[float, fl
 
         page.do("motor", move)
         time.sleep(1.0 / RATE - (time.monotonic() - begin) % (1.0 / RATE))
-    return done / seconds, len(arrived) / seconds
+    return done / seconds, (arrived.value - before) / seconds
 
 
 def main() -> int:
@@ -88,10 +85,12 @@ def main() -> int:
     options = parser.parse_args()
     robot = cpr_core.load_robot("six_rfs")
     page = cpr_core.view(robot)
-    arrived: list[float] = []
-    stop = threading.Event()
-    listener = threading.Thread(target=listen, args=(page.address, arrived, stop))
+    processes = multiprocessing.get_context("spawn")
+    arrived = processes.Value("i", 0)
+    listener = processes.Process(target=listen, args=(page.address, arrived), daemon=True)
     listener.start()
+    while not arrived.value:
+        time.sleep(0.1)
     times = 1e3 * event_times(page)
     print(
         f"slider event: median {np.median(times):.2f} ms, 95 % below {np.quantile(times, 0.95):.2f} ms"
@@ -112,9 +111,8 @@ def main() -> int:
             if made.poll() is not None:
                 print("the map was done before: the last line is of a machine at rest")
             made.terminate()
-    stop.set()
-    listener.join()
     page.close()
+    listener.terminate()
     return 0
 
 

@@ -98,16 +98,15 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     return LongestFirst(config, log)
 
 
-@pytest.hookimpl(trylast=True)
-def pytest_terminal_summary(terminalreporter: object) -> None:
-    """Say in one line at the end which tests had no browser, and what they want."""
-    skipped = terminalreporter.stats.get("skipped", [])  # type: ignore[attr-defined]
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """End with a line that says which tests had no browser, and what they want."""
+    terminal = config.pluginmanager.get_plugin("terminalreporter")
+    skipped = [] if terminal is None else terminal.stats.get("skipped", [])
     missing = [report for report in skipped if NO_BROWSER in str(report.longrepr)]
     if missing:
         files = sorted({Path(report.fspath).name for report in missing})
-        terminalreporter.write_line(  # type: ignore[attr-defined]
-            f"NOT RUN: {len(missing)} tests of pages ({', '.join(files)}): {NO_BROWSER}"
-        )
+        line = f"NOT RUN: {len(missing)} tests of pages ({', '.join(files)}): {NO_BROWSER}"
+        terminal.write_line(line)
 
 
 @pytest.fixture(scope="session")
