@@ -43,6 +43,10 @@ def looker(opened, page):
     return opened[1]
 
 
+#: Radius of the rings of the handle [m].
+RING = 0.3 * 0.65
+
+
 def settled(page, looker):
     """Wait until the scene of the browser is where the robot is."""
     assert page.wait()
@@ -181,3 +185,40 @@ def test_gravity_modes_and_undo(page, looker):
     settled(page, looker)
     assert page.equilibrium is home
     looker.until(lambda: not looker.field("gravity").is_checked())
+
+
+def test_turning_the_platform_runs_the_inverse_too(page, looker):
+    home = page.equilibrium
+    across = home.platform_rotation[:, [0, 2]]  # the ring that faces the camera
+
+    def on_ring(angle):
+        return home.platform_position + across @ [
+            RING * np.cos(angle),
+            RING * np.sin(angle),
+        ]
+
+    looker.drag(on_ring(0.6), on_ring(0.75))
+    looker.until(lambda: page.equilibrium is not home)
+    settled(page, looker)
+    looker.picture("turned")
+    here = page.equilibrium
+    turn = home.platform_rotation.T @ here.platform_rotation
+    np.testing.assert_allclose(here.platform_position, home.platform_position, atol=1e-9)
+    assert np.abs(turn - np.eye(3)).max() > 0.03
+    assert turn[1, 1] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_the_force_is_dragged_by_its_tip(page, looker):
+    home = page.equilibrium
+    tip = looker.position("/force/tip")
+    grip = tip + 0.115 * np.eye(3)[0]
+    looker.drag(grip, grip + 0.12 * np.eye(3)[0])
+    looker.until(lambda: np.any(page.equilibrium.loads.wrench_world))
+    settled(page, looker)
+    looker.picture("force")
+    force = page.equilibrium.loads.wrench_world[3:]
+    assert force[0] == pytest.approx(np.linalg.norm(force), rel=1e-6)
+    assert not np.any(page.equilibrium.loads.wrench_world[:3])
+    np.testing.assert_array_equal(page.equilibrium.motors, home.motors)
+    assert page.equilibrium.platform_position[0] > home.platform_position[0]
+    assert looker.visible("/force/arrow")
