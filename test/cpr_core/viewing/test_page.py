@@ -9,6 +9,7 @@ from helpers.browser import Looker
 
 import cpr_core
 from cpr_core.drawing.robot_lines import equilibrium_lines, segments
+from cpr_core.viewing.typed import numbers_as_text
 
 
 @pytest.fixture(scope="module")
@@ -57,9 +58,13 @@ def settled(page, looker):
     )
 
 
-def type_numbers(looker, kind, text):
-    looker.choose("type", kind)
-    looker.page.wait_for_timeout(300)  # the field is filled with where the robot is
+def type_numbers(page, looker, kind, text):
+    here = page.equilibrium
+    values = {"motors": here.motors, "pose": here.pose, "wrench": here.loads.wrench_world}[kind]
+    if looker.field("type").input_value() != kind:
+        looker.choose("type", kind)
+        # The page fills the field with where the robot is.
+        looker.until(lambda: looker.field("numbers").input_value() == numbers_as_text(values))
     looker.field("numbers").fill(text, force=True)
     looker.press("go there")
 
@@ -147,7 +152,7 @@ def test_past_a_fold_there_is_a_ghost_and_a_reason(page, looker):
 )
 def test_absurd_numbers_change_nothing_and_are_told(page, looker, kind, text, said):
     home = page.equilibrium
-    type_numbers(looker, kind, text)
+    type_numbers(page, looker, kind, text)
     looker.page.get_by_text("Refused").wait_for()
     assert page.wait()
     assert said in looker.text()
@@ -156,7 +161,7 @@ def test_absurd_numbers_change_nothing_and_are_told(page, looker, kind, text, sa
 
 def test_two_pages_see_the_same_robot(page, looker, browser):
     other = Looker(browser, page.address, "motor6")
-    type_numbers(looker, "motors", "6.0 5.7 5.8 5.4 5.7 5.2")
+    type_numbers(page, looker, "motors", "6.0 5.7 5.8 5.4 5.7 5.2")
     looker.until(lambda: page.equilibrium.motors[0] == 6.0)
     for one in (looker, other):
         settled(page, one)

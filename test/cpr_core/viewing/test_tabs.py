@@ -13,6 +13,7 @@ from helpers.browser import Looker
 from PIL import Image
 
 import cpr_core
+from cpr_core.viewing.typed import numbers_as_text
 from cpr_core.workspace import map_workspace, pose_grid
 
 
@@ -111,6 +112,8 @@ def test_what_is_no_map_is_told(page, looker, tmp_path):
 def test_a_way_is_traced_and_played(page, looker):
     looker.open_tab("way")
     looker.choose("to", "pose")
+    here = numbers_as_text(page.equilibrium.pose)  # what the page fills the field with
+    looker.until(lambda: looker.field("end").input_value() == here)
     looker.field("end").fill("0.1 0.75", force=True)
     looker.press("trace from here")
     looker.page.get_by_text("the end is reached").wait_for()
