@@ -19,12 +19,12 @@ from cpr_core.workspace import MapSummary
 from cpr_core.workspace.store import unfinished_file
 
 from .map_order import MapFailure, MapOrder, MapState
-from .map_worker import PATIENCE
+from .map_worker import ORPHANED, PATIENCE
 
 __all__ = ["MapProcess"]
 
-#: Time a process has to end by itself after it was told to, or has closed its connection [s].
-_GRACE = PATIENCE + 0.1
+#: Time a process has to end by itself after it was told to, and after its connection was closed [s].
+_GRACE, _LAST_GRACE = PATIENCE + 0.1, ORPHANED + 0.1
 
 
 class MapProcess:
@@ -104,13 +104,13 @@ class MapProcess:
         if not self.ended:
             self._connection.close()
             with suppress(subprocess.TimeoutExpired):
-                self._process.wait(_GRACE)
+                self._process.wait(_LAST_GRACE)
             self._end()
 
     def _bury(self) -> None:
         """The process ended by itself, without a result."""
         with suppress(subprocess.TimeoutExpired):
-            self._process.wait(_GRACE)
+            self._process.wait(_LAST_GRACE)
         status = self._process.poll()
         self._end()
         if self._deadline is None:

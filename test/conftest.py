@@ -26,6 +26,10 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 
+#: Folders whose files begin with what takes long: a node, or entries into kernels that are compiled.
+_TOGETHER = ("over_dds", "kernels")
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the kernels once, before workers start that would all do it; on two cores at a time.
@@ -61,7 +65,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(
         key=lambda item: (
             item.path not in alone,
-            item.path.parent.name != "over_dds",
+            item.path.parent.name not in _TOGETHER,
             item.get_closest_marker("slow") is None,
         )
     )
@@ -69,7 +73,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
-    """Files of tests that start nodes are not taken apart; those with tests alone stay together.
+    """Files of tests that share what takes long are not taken apart; tests alone stay together.
 
     While these run, no other worker has a node, which would take time from those who measure; and it has
     short tests only, for which they do not wait long. The mark ``xdist_group`` would say which belong
@@ -83,7 +87,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     class LongestFirst(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
             file = nodeid.partition("::")[0]
-            if "/over_dds/" not in file:
+            if Path(file).parent.name not in _TOGETHER:
                 return nodeid
             return "alone" if file.rpartition("/")[2] in alone else file
 

@@ -23,6 +23,7 @@ from rclpy.node import Node
 
 import cpr_ros
 from cpr_ros.own_domain import OwnDomain, private_environment
+from helpers.copied_process import CopiedProcess
 
 #: Starting includes compiling the kernels on a fresh machine.
 START_TIMEOUT = 240.0
@@ -48,7 +49,7 @@ def free_domain() -> int:
 
 
 class NodeProcess:
-    """A running cpr_node."""
+    """A running cpr_node, from the start of Python on if ``cold``."""
 
     def __init__(
         self,
@@ -56,6 +57,8 @@ class NodeProcess:
         domain: int,
         arguments: Sequence[str],
         module: str = "cpr_ros.cpr_node",
+        *,
+        cold: bool = False,
     ) -> None:
         self.log = log
         self._home = tempfile.TemporaryDirectory()  # nothing is known of where the robot was
@@ -68,9 +71,15 @@ class NodeProcess:
         environment["PYTHONPATH"] = os.pathsep.join(
             [root, str(Path(__file__).parents[1]), *filter(None, [environment.get("PYTHONPATH")])]
         )
+        arguments = ["--ros-args", *arguments]
+        log.touch()
+        self.process: subprocess.Popen[bytes] | CopiedProcess
+        if not cold:
+            self.process = CopiedProcess(module, arguments, environment, log)
+            return
         with log.open("w") as output:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", module, "--ros-args", *arguments],
+                [sys.executable, "-m", module, *arguments],
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 env=environment,

@@ -343,7 +343,7 @@ def test_a_signal_at_any_time_ends_the_node_cleanly(tmp_path, how):
     """From the first line of the log on; before that, a signal ends Python in Python's own way."""
     for number, delay in enumerate([0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8]):
         log = tmp_path / f"node{number}.log"
-        process = NodeProcess(log, free_domain(), ["-p", "robot:=rfrfr"])
+        process = NodeProcess(log, free_domain(), ["-p", "robot:=rfrfr"], cold=True)
         process.wait_for_log("motors motor1")
         time.sleep(delay)
         assert process.stop(how) == 0, process.output()

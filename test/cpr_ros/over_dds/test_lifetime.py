@@ -17,15 +17,17 @@ ROOT = Path(__file__).parents[3]
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_node_cleanly(tmp_path, how):
-    process = NodeProcess(tmp_path / "node.log", free_domain(), ["-p", "robot:=rfrfr"])
+    arguments = ["-p", "robot:=rfrfr"]
+    process = NodeProcess(tmp_path / "node.log", free_domain(), arguments, cold=True)
     process.wait_for_log("ready")
     assert process.stop(how) == 0
     assert "Traceback" not in process.output()
 
 
 def test_sigterm_during_the_start_ends_the_node_cleanly(tmp_path):
+    arguments = ["-p", "robot:=six_rfs"]
     for text in ("motors motor1", "finding home", "at home after"):
-        process = NodeProcess(tmp_path / "node.log", free_domain(), ["-p", "robot:=six_rfs"])
+        process = NodeProcess(tmp_path / "node.log", free_domain(), arguments, cold=True)
         process.wait_for_log(text)
         assert process.stop(signal.SIGTERM) == 0, process.output()
         assert "Traceback" not in process.output()
