@@ -169,11 +169,13 @@ class Session:
         """The motor command of this tick, (n,) [rad or m]; None where there is nothing new.
 
         The only way commands leave the node: none is farther from the one before than a tick's way.
-        Where nothing is known of the motors, there is none before the first motion.
+        Where nothing is known of the motors, there is none before a setpoint is obeyed; one that asks
+        for what the node believes anyway is told to the motors too, which may be elsewhere.
         """
-        motors, moving = self.solver.current.equilibrium.motors, bool(self.velocity.any())
-        # `there` holds too while nothing is known of the motors.
-        if self.tracker is not None or (self.commands.there(motors) and not moving):
+        motors = self.solver.current.equilibrium.motors
+        known = self.commands.newest is not None
+        nothing_new = self.commands.there(motors) if known else not self.outcome.obeyed
+        if self.tracker is not None or nothing_new:
             return None
         self.unplaced = False
         return self.commands.step_to(motors, self.follower.settings.max_speed)

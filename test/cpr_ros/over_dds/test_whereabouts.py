@@ -235,6 +235,8 @@ def test_the_state_of_another_robot_is_left_aside_with_a_word(bench):
     bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
     bench.spin(1.5)
     assert not bench.commands  # none before the first motion, which begins at home
+    bench.send(*HOME)
+    bench.until_at(HOME)  # wherever the motors are: this was said to be reached, and nothing sent
     bench.send(2.7, 0.4)
     bench.until_at([2.7, 0.4])
     assert np.abs(bench.commands[0] - HOME).max() <= STEP * (1.0 + 2e-5)
