@@ -23,8 +23,8 @@ __all__ = ["LongAction"]
 class LongAction(ABC):
     """Takes goals, and gives every one of them a result, soon or later.
 
-    None is rejected in the way of ROS, which could give no reason. Nothing that rclpy calls raises: in an
-    executor of events that is the end of the process.
+    None is rejected in the way of ROS, which could give no reason. Nothing that rclpy calls raises: with
+    an executor of events that ends the process.
     """
 
     def __init__(self, node: Node, kind: Any, name: str) -> None:

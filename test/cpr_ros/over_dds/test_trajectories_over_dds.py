@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,8 +17,7 @@ from builtin_interfaces.msg import Duration
 from cpr_msgs.action import FollowTrajectory
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
-from helpers.node_process import TIMEOUT
-from rclpy.action import ActionClient
+from helpers.goal_client import GoalClient
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -45,40 +43,22 @@ def trajectory(times, positions, velocities=None, names=NAMES, **header):
     return message
 
 
-class TrajectoryClient:
-    """A client of ``~/follow_trajectory``."""
+class TrajectoryClient(GoalClient):
+    """A client of ``~/follow_trajectory``, and the topic beside it."""
 
     def __init__(self, drive):
-        self.drive, self.client = drive, drive.client
-        self.feedback = []
-        self.action = ActionClient(
-            self.client.node, FollowTrajectory, f"{drive.name}/follow_trajectory"
-        )
-        assert self.action.wait_for_server(TIMEOUT)
+        super().__init__(drive.client, FollowTrajectory, f"{drive.name}/follow_trajectory")
         self.topic = self.client.node.create_publisher(
             JointTrajectory, f"{drive.name}/joint_trajectory", 1
         )
         self.client.spin_until(lambda: self.topic.get_subscription_count() > 0)
 
     def close(self):
-        self.action.destroy()
+        super().close()
         self.client.node.destroy_publisher(self.topic)
 
     def send(self, message, **fields):
-        self.feedback.clear()
-        sent = self.action.send_goal_async(
-            FollowTrajectory.Goal(trajectory=message, **fields),
-            feedback_callback=lambda given: self.feedback.append(given.feedback),
-        )
-        self.client.spin_until(sent.done)
-        assert sent.result().accepted
-        return sent.result()
-
-    def result(self, handle, timeout=120.0):
-        """Status and result."""
-        answer = handle.get_result_async()
-        self.client.spin_until(answer.done, timeout)
-        return SimpleNamespace(status=answer.result().status, result=answer.result().result)
+        return super().send(trajectory=message, **fields)
 
 
 @pytest.fixture
