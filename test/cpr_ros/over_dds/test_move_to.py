@@ -12,8 +12,8 @@ from cpr_msgs.action import MoveTo
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from geometry_msgs.msg import PoseStamped
 from helpers.goal_client import GoalClient
+from helpers.node_process import change
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 from sensor_msgs.msg import JointState
 
 import cpr_core
@@ -241,13 +241,9 @@ def test_quaternions_and_ranges_are_looked_at(planar_body):
 
 
 def test_a_node_that_is_deactivated_ends_its_goal(rfrfr, slow, moves):
-    def change(transition):
-        request = ChangeState.Request(transition=Transition(id=transition))
-        return rfrfr.client.call(ChangeState, "/cpr_node/change_state", request).success
-
     handle = moves.send(**motors(3.5, -0.4))
     moves.client.spin_until(lambda: bool(moves.feedback))
-    assert change(Transition.TRANSITION_DEACTIVATE)
+    assert change(rfrfr.client, Transition.TRANSITION_DEACTIVATE)
     try:
         status, result = moves.result(handle)
         assert (status, result.error_code.val) == (ABORTED, ErrorCode.NOT_READY)
@@ -258,4 +254,4 @@ def test_a_node_that_is_deactivated_ends_its_goal(rfrfr, slow, moves):
         assert result.reached.index_locked == -1
         assert "inactive: holds and is silent" in rfrfr.process.output()
     finally:
-        assert change(Transition.TRANSITION_ACTIVATE)
+        assert change(rfrfr.client, Transition.TRANSITION_ACTIVATE)

@@ -18,6 +18,9 @@ from cpr_msgs.action import FollowTrajectory
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
 from helpers.goal_client import GoalClient
+from helpers.node_process import change
+from lifecycle_msgs.msg import Transition
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -206,6 +209,43 @@ def test_an_empty_one_and_a_setpoint_end_one(drive, following):
         assert done.result.error_code.val == ErrorCode.PREEMPTED
         drive.send_motors(*HOME)
         drive.until(lambda: np.array_equal(drive.motors, HOME))
+
+
+@pytest.mark.parametrize("way", ["action", "action, waiting for its start", "topic"])
+def test_a_deactivated_node_ends_one_and_moves_no_further(rfrfr, drive, following, way):
+    message = trajectory([10.0], [HOME + [2.0, 0.0]])
+    if way == "action, waiting for its start":
+        now = drive.client.node.get_clock().now().nanoseconds
+        message.header.stamp.sec = now // 10**9 + 30
+    log = rfrfr.process.output
+    before = log().count("-110: the node was deactivated")
+    if way == "topic":
+        following.topic.publish(message)
+    else:
+        handle = following.send(message)
+    if way != "action, waiting for its start":
+        drive.until(lambda: np.abs(drive.motors - HOME).max() > 0.05)
+    assert change(drive.client, Transition.TRANSITION_DEACTIVATE)
+    try:
+        if way != "topic":
+            done = following.result(handle)
+            assert done.status == GoalStatus.STATUS_ABORTED
+            assert done.result.error_code.val == ErrorCode.NOT_READY
+            assert done.result.error_code.message == "the node was deactivated"
+            held = np.array(done.result.reached.motors.position)
+        drive.client.spin_until(lambda: log().count("-110: the node was deactivated") > before)
+        drive.forget()
+    finally:
+        assert change(drive.client, Transition.TRANSITION_ACTIVATE)
+    drive.until(lambda: len(drive.all(StabilityMetrics)) >= 10)
+    if way == "topic":
+        held = drive.motors
+        assert 0.05 < held[0] - HOME[0] < 1.9
+    for state in drive.all(JointState):
+        np.testing.assert_array_equal(state.position, held)
+    assert {told.state for told in drive.all(StabilityMetrics)} == {StabilityMetrics.STATE_IDLE}
+    drive.forget()
+    until_command(drive, held)  # and that is what a controller hears
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,9 @@ import time
 import numpy as np
 import pytest
 from cpr_msgs.srv import SolveForward
-from helpers.node_process import Client, NodeProcess, free_domain
+from helpers.node_process import Client, NodeProcess, change, free_domain
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState, GetState
+from lifecycle_msgs.srv import GetState
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -90,9 +90,7 @@ class Bench:
 
     def change(self, *transitions):
         for transition in transitions:
-            request = ChangeState.Request(transition=Transition(id=transition))
-            answer = self.client.call(ChangeState, "/cpr_node/change_state", request)
-            assert answer.success, self.process.output()
+            assert change(self.client, transition), self.process.output()
 
     def kill(self):
         """Kill the node. What it was about to send, or sent to nobody, is in its file."""
