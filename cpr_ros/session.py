@@ -137,7 +137,7 @@ class Session:
         return (
             self.follower.at_rest
             and self.wrench.at_rest(current.equilibrium.loads)
-            and self.commands.there(current.equilibrium.motors)
+            and (self.follower.paused or self.commands.there(current.equilibrium.motors))
         )
 
     def tick(self, now: float) -> Outcome:
@@ -149,7 +149,8 @@ class Session:
             self.jogger.advance(here, self.follower.arrived(here), now)
         self.loop.advance(now)
         loads = self.wrench.loads(before.equilibrium.loads, now)
-        if self.tracker is None and not self.commands.there(before.equilibrium.motors):
+        there = self.commands.there(before.equilibrium.motors)
+        if self.tracker is None and not there and not self.follower.paused:
             borne, burden = self.follower.bear(before, loads)
             told = self.follower.judge(borne, burden)
             self.outcome = Outcome(borne, borne is not before, State.ALIGNING, told)
@@ -157,11 +158,11 @@ class Session:
             mover = self.follower if self.tracker is None else self.tracker
             self.outcome = mover.tick(before, loads, now)
         self.solver.current = self.outcome.assessment
-        there = self.outcome.assessment.equilibrium
+        after = self.outcome.assessment.equilibrium
         state = self.outcome.state
-        arrived = state == State.IDLE or self.follower.arrived(there)
-        self.loop.note(there, self.follower.goal, state, arrived, now)
-        self.velocity = (there.motors - before.equilibrium.motors) / self.period
+        arrived = state == State.IDLE or self.follower.arrived(after)
+        self.loop.note(after, self.follower.goal, state, arrived, now)
+        self.velocity = (after.motors - before.equilibrium.motors) / self.period
         self.trajectories.after_tick(self.outcome, now)
         return self.outcome
 
@@ -175,7 +176,7 @@ class Session:
         motors = self.solver.current.equilibrium.motors
         known = self.commands.newest is not None
         nothing_new = self.commands.there(motors) if known else not self.outcome.obeyed
-        if self.tracker is not None or nothing_new:
+        if self.tracker is not None or self.follower.paused or nothing_new:
             return None
         self.unplaced = False
         return self.commands.step_to(motors, self.follower.settings.max_speed)

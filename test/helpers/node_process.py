@@ -61,6 +61,7 @@ class NodeProcess:
     ) -> None:
         self.log = log
         self._home = tempfile.TemporaryDirectory()  # nothing is known of where the robot was
+        self.home = Path(self._home.name)
         environment = private_environment() | {
             "ROS_DOMAIN_ID": str(domain),
             "ROS_HOME": self._home.name,

@@ -142,6 +142,24 @@ def test_a_wrench_that_is_not_borne_is_a_halt_in_every_state(source):
     assert (outcome.verdict.action, outcome.verdict.speed_scale) == (Action.HALT, 0.0)
 
 
+def test_a_pause_holds_commands_that_are_on_their_way(bench):
+    """They went on to the node's equilibrium, however long that took."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.begin_at(home, home.motors + 0.1, 0.0)
+    assert bench.tick().state == State.ALIGNING
+    session.pause(True)
+    held = bench.commands[-1]
+    for _ in range(5):
+        assert bench.tick().state == State.PAUSED
+    assert session.at_rest
+    np.testing.assert_array_equal(bench.commands[-1], held)
+    session.pause(False)
+    assert not session.at_rest
+    while bench.tick().state != State.IDLE:
+        pass
+    np.testing.assert_array_equal(bench.commands[-1], home.motors)
+
+
 def test_a_robot_waits_for_a_measurement_until_it_moves(bench):
     session = bench.session
     session.unplaced = True
