@@ -66,7 +66,15 @@ setup(
     extras_require={
         "ros": ROS_WHEELS,
         "maps": ["xarray"],
-        "test": ["pytest", "pytest-xdist", "hypothesis", "xarray", "distributed"],
+        "test": [
+            "pytest",
+            "pytest-xdist",
+            "hypothesis",
+            "xarray",
+            "distributed",
+            "rosbags",
+            "mcap-ros2-support",
+        ],
     },
     entry_points={
         "console_scripts": [

@@ -137,7 +137,7 @@ class Session:
         return (
             self.follower.at_rest
             and self.wrench.at_rest(current.equilibrium.loads)
-            and self.commands.there(current.equilibrium.motors)
+            and (self.follower.paused or self.commands.there(current.equilibrium.motors))
         )
 
     def tick(self, now: float) -> Outcome:
@@ -149,7 +149,8 @@ class Session:
             self.jogger.advance(here, self.follower.arrived(here), now)
         self.loop.advance(now)
         loads = self.wrench.loads(before.equilibrium.loads, now)
-        if self.tracker is None and not self.commands.there(before.equilibrium.motors):
+        there = self.commands.there(before.equilibrium.motors)
+        if self.tracker is None and not there and not self.follower.paused:
             borne, burden = self.follower.bear(before, loads)
             told = self.follower.judge(borne, burden)
             self.outcome = Outcome(borne, borne is not before, State.ALIGNING, told)
@@ -157,11 +158,11 @@ class Session:
             mover = self.follower if self.tracker is None else self.tracker
             self.outcome = mover.tick(before, loads, now)
         self.solver.current = self.outcome.assessment
-        there = self.outcome.assessment.equilibrium
+        after = self.outcome.assessment.equilibrium
         state = self.outcome.state
-        arrived = state == State.IDLE or self.follower.arrived(there)
-        self.loop.note(there, self.follower.goal, state, arrived, now)
-        self.velocity = (there.motors - before.equilibrium.motors) / self.period
+        arrived = state == State.IDLE or self.follower.arrived(after)
+        self.loop.note(after, self.follower.goal, state, arrived, now)
+        self.velocity = (after.motors - before.equilibrium.motors) / self.period
         self.trajectories.after_tick(self.outcome, now)
         return self.outcome
 
@@ -169,11 +170,13 @@ class Session:
         """The motor command of this tick, (n,) [rad or m]; None where there is nothing new.
 
         The only way commands leave the node: none is farther from the one before than a tick's way.
-        Where nothing is known of the motors, there is none before the first motion.
+        Where nothing is known of the motors, there is none before a setpoint is obeyed; one that asks
+        for what the node believes anyway is told to the motors too, which may be elsewhere.
         """
-        motors, moving = self.solver.current.equilibrium.motors, bool(self.velocity.any())
-        # `there` holds too while nothing is known of the motors.
-        if self.tracker is not None or (self.commands.there(motors) and not moving):
+        motors = self.solver.current.equilibrium.motors
+        known = self.commands.newest is not None
+        nothing_new = self.commands.there(motors) if known else not self.outcome.obeyed
+        if self.tracker is not None or self.follower.paused or nothing_new:
             return None
         self.unplaced = False
         return self.commands.step_to(motors, self.follower.settings.max_speed)

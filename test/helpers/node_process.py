@@ -17,6 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -62,6 +64,7 @@ class NodeProcess:
     ) -> None:
         self.log = log
         self._home = tempfile.TemporaryDirectory()  # nothing is known of where the robot was
+        self.home = Path(self._home.name)
         environment = private_environment() | {
             "ROS_DOMAIN_ID": str(domain),
             "ROS_HOME": self._home.name,
@@ -144,6 +147,12 @@ class Client:
         self.executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
+
+
+def change(client: Client, transition: int) -> bool:
+    """Take the node through a transition of its life; whether it went."""
+    request = ChangeState.Request(transition=Transition(id=transition))
+    return client.call(ChangeState, "/cpr_node/change_state", request).success
 
 
 @dataclass(frozen=True)
