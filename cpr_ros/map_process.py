@@ -19,12 +19,14 @@ from cpr_core.workspace import MapSummary
 from cpr_core.workspace.store import unfinished_file
 
 from .map_order import MapFailure, MapOrder, MapState
-from .map_worker import ORPHANED, PATIENCE
+from .map_worker import PATIENCE
 
 __all__ = ["MapProcess"]
 
-#: Time a process has to end by itself after it was told to, and after its connection was closed [s].
-_GRACE, _LAST_GRACE = PATIENCE + 0.1, ORPHANED + 0.1
+#: Time a process has to end by itself after it was told to [s].
+_GRACE = PATIENCE + 0.1
+#: Time that the end of the node waits for it; then it ends alone [s].
+_LAST_GRACE = 0.8
 
 
 class MapProcess:
@@ -100,12 +102,13 @@ class MapProcess:
                 self._connection.send("stop")
 
     def close(self) -> None:
-        """End it before the node ends; waits for its last checkpoint, but not long."""
+        """End it before the node ends; waits for its last checkpoint, but not long: it is alone then."""
         if not self.ended:
             self._connection.close()
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(_LAST_GRACE)
-            self._end()
+                self._end()
+            self.ended = True
 
     def _bury(self) -> None:
         """The process ended by itself, without a result."""

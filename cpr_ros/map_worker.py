@@ -25,13 +25,12 @@ from cpr_core.workspace.store import unfinished_file
 
 from .map_order import MapFailure, MapOrder, MapState
 
-__all__ = ["NICENESS", "ORPHANED", "PATIENCE", "main"]
+__all__ = ["NICENESS", "PATIENCE", "main"]
 
 #: The node comes before the map wherever they share a core.
 NICENESS = 10
-#: Time for the last checkpoint of a map whose node is gone; then the one before has to do [s].
-ORPHANED = 0.7
-#: The same where the node goes on: nothing waits for it but the next map, and the machine may be busy.
+#: Time for the last checkpoint of a map that is ended, the machine may be busy; then the one before has
+#: to do [s].
 PATIENCE = 10.0
 
 
@@ -56,12 +55,10 @@ def main(arguments: list[str]) -> int:
 
 def _listen(connection: Connection, order: MapOrder, ended: threading.Event) -> None:
     """End the map when the node says so or is gone, and the process soon afterwards."""
-    patience = ORPHANED
     with suppress(EOFError, OSError):
         connection.recv()
-        patience = PATIENCE
     ended.set()
-    time.sleep(patience)
+    time.sleep(PATIENCE)
     unfinished_file(order.file, os.getpid()).unlink(missing_ok=True)
     os._exit(1)
 

@@ -13,6 +13,7 @@ import tempfile
 from contextlib import nullcontext
 from pathlib import Path
 
+import hypothesis
 import pytest
 from helpers.blas_limit import blas_threads_limited
 from helpers.everything import EVERYTHING
@@ -26,6 +27,9 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 
+# No test is about time, as the machine may be busy, and what a property draws is the same in every run.
+hypothesis.settings.register_profile("any machine", deadline=None, derandomize=True)
+hypothesis.settings.load_profile("any machine")
 #: Folders whose files begin with what takes long: a node, or entries into kernels that are compiled.
 _TOGETHER = ("over_dds", "kernels")
 
