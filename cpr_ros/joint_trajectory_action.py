@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Sequence
 from typing import Any
 
@@ -72,8 +73,19 @@ class FollowJointTrajectoryDialect:
         """What a goal allows.
 
         Raises:
-            InvalidRequest: Tolerances that are none.
+            InvalidRequest: Tolerances that are none, or joints of more than one degree of freedom.
         """
+        others = goal.multi_dof_trajectory
+        if (
+            len(others.joint_names)
+            or len(others.points)
+            or len(goal.component_path_tolerance)
+            or len(goal.component_goal_tolerance)
+        ):
+            raise InvalidRequest(
+                "multi_dof_trajectory",
+                "expected none, nor tolerances for one: a motor has one degree of freedom",
+            )
         names = list(goal.trajectory.joint_names)
         return (
             joint_tolerances("path_tolerance", goal.path_tolerance, names),
@@ -81,12 +93,20 @@ class FollowJointTrajectoryDialect:
             max(0.0, seconds_of(goal.goal_time_tolerance)),
         )
 
-    def feedback(self, session: Session, names: list[str], header: Any, points: Any) -> Any:
+    def feedback(self, session: Session, goal: Any, header: Any, points: Any) -> Any:
         """How a trajectory goes on; points are desired, actual and error."""
         desired, actual, error = points
-        return FollowJointTrajectory.Feedback(
-            header=header, joint_names=names, desired=desired, actual=actual, error=error
+        feedback = FollowJointTrajectory.Feedback(
+            header=header,
+            joint_names=goal.trajectory.joint_names,
+            desired=desired,
+            actual=actual,
+            error=error,
         )
+        if hasattr(feedback, "index"):  # since control_msgs 6.4: the point it comes from
+            times = [seconds_of(point.time_from_start) for point in goal.trajectory.points]
+            feedback.index = max(0, bisect(times, seconds_of(desired.time_from_start)) - 1)
+        return feedback
 
     def result(self, ending: Ending, node: Node, session: Session | None) -> Any:
         """How a trajectory ended."""

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from cpr_msgs.msg import ErrorCode
@@ -277,6 +278,11 @@ class Session:
                 ErrorCode.NOT_READY, "the node tracks measured motors, it moves none"
             )
         self.follower.pause(paused)
+        if paused:
+            self._be(State.PAUSED)
+        elif self.outcome.state == State.PAUSED:
+            there = self.commands.there(self.solver.current.equilibrium.motors)
+            self._be(State.IDLE if there else State.ALIGNING)
         return "paused, the setpoint is forgotten" if paused else "waiting for a setpoint"
 
     def reset(self) -> str:
@@ -293,4 +299,9 @@ class Session:
             raise RequestError(ErrorCode.NOT_READY, "the node is paused: release it first")
         self.follower.reset()
         self.loop.forget()
+        self._be(State.RETURNING)
         return "walking home along the branch; the stability stream says when it is there"
+
+    def _be(self, state: State) -> None:
+        """Be in a state before the next tick: who has the answer believes the stream from then on."""
+        self.outcome = replace(self.outcome, state=state)

@@ -46,7 +46,7 @@ class _FollowTrajectoryDialect:
         """What a goal allows."""
         return goal.path_tolerance, goal.goal_tolerance, seconds_of(goal.goal_time_tolerance)
 
-    def feedback(self, session: Session, names: list[str], header: Any, points: Any) -> Any:
+    def feedback(self, session: Session, goal: Any, header: Any, points: Any) -> Any:
         """How a trajectory goes on; points are desired, actual and error."""
         desired, actual, error = points
         told = session.outcome
@@ -148,7 +148,7 @@ class TrajectoryAction(LongAction):
             point_message(due, wanted[0] - motors, wanted[1] - velocity),
         )
         stamp = self._node.get_clock().now().to_msg()
-        return self._dialect.feedback(session, names, Header(stamp=stamp), points)
+        return self._dialect.feedback(session, handle.request, Header(stamp=stamp), points)
 
     def _end(self, handle: ServerGoalHandle, ending: Ending) -> None:
         """Bring a goal to its end; must not raise."""

@@ -18,6 +18,11 @@ import pytest
 from helpers.blas_limit import blas_threads_limited
 from helpers.everything import EVERYTHING
 from helpers.room import Room
+from hypothesis import settings
+
+# On a busy machine an example may take as long as it wants.
+settings.register_profile("no deadline", deadline=None)
+settings.load_profile("no deadline")
 
 #: What nodes of tests keep is not what those of the user keep.
 _ROS_HOME = tempfile.TemporaryDirectory()

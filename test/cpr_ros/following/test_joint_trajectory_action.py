@@ -11,7 +11,7 @@ import pytest
 from builtin_interfaces.msg import Duration, Time
 from cpr_msgs.msg import ErrorCode
 from helpers.drive import robot
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectory
 
 from cpr_core import InvalidRequest, NonFiniteInput
 from cpr_ros.joint_trajectory_action import (
@@ -70,7 +70,7 @@ def test_both_dialects_mean_the_same_by_the_same_numbers(by_name):
     point = JointTrajectoryPoint(positions=[0.55, 2.59], time_from_start=Duration(sec=1))
     message = JointTrajectory(joint_names=names, points=[point])
 
-    def order(first, last):
+    def order(first, last, *others):
         path, end = [first, 0.0], [0.0, last]
         if by_name:
             goal = SimpleNamespace(
@@ -78,6 +78,9 @@ def test_both_dialects_mean_the_same_by_the_same_numbers(by_name):
                 path_tolerance=[tolerance(*pair) for pair in zip(names, path, strict=True)],
                 goal_tolerance=[tolerance(*pair) for pair in zip(names, end, strict=True)],
                 goal_time_tolerance=Duration(sec=-1),
+                multi_dof_trajectory=MultiDOFJointTrajectory(joint_names=others),
+                component_path_tolerance=[],
+                component_goal_tolerance=[],
             )
             given = FollowJointTrajectoryDialect().tolerances(goal)
         else:
@@ -90,3 +93,6 @@ def test_both_dialects_mean_the_same_by_the_same_numbers(by_name):
     assert found.goal_time_tolerance == np.inf
     with pytest.raises(NonFiniteInput, match="goal_tolerance"):
         order(0.1, math.nan)
+    if by_name:
+        with pytest.raises(InvalidRequest, match="multi_dof_trajectory: expected none"):
+            order(0.1, 0.2, "platform")

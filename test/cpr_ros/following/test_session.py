@@ -142,6 +142,24 @@ def test_a_wrench_that_is_not_borne_is_a_halt_in_every_state(source):
     assert (outcome.verdict.action, outcome.verdict.speed_scale) == (Action.HALT, 0.0)
 
 
+def test_the_state_is_the_new_one_as_soon_as_a_request_is_answered(bench):
+    """The stream came once more with IDLE before the next tick: the end of the way, it seemed."""
+    session = bench.session
+    bench.tick()
+    for ask, state in (
+        (session.reset, State.RETURNING),
+        (lambda: session.pause(True), State.PAUSED),
+        (lambda: session.pause(False), State.IDLE),
+    ):
+        ask()
+        assert session.outcome.state == state
+        assert not session.at_rest
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    bench.tick()
+    session.pause(False)  # there was none
+    assert session.outcome.state == State.FOLLOWING
+
+
 def test_a_pause_holds_commands_that_are_on_their_way(bench):
     """They went on to the node's equilibrium, however long that took."""
     session, home = bench.session, bench.session.solver.current.equilibrium

@@ -122,6 +122,7 @@ def test_a_number_that_looks_like_another_unit_is_told_in_the_log(tmp_path):
     [
         (["-p", "robot:=no_such_robot"], "no such file, nor a shipped robot"),
         (["-p", "robot:=rfrfr", "-p", "margin_stop:=0.5"], "expected margin_stop below"),
+        (["-p", "robot:=rfrfr", "-p", "start_from:=last"], "where the robot was last is not known"),
         (["-p", "robot:=rfrfr", "-p", "base_frame:=platform"], "expected two frames"),
         (["-p", "nonsense"], "nonsense"),
         (["-p", "robot:=rfrfr", "-p", "modes:=500"], "modes"),

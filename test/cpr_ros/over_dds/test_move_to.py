@@ -227,10 +227,13 @@ def test_quaternions_and_ranges_are_looked_at(planar_body):
     moves = MoveClient(planar_body.client)
     turned = platform(0.0, 0.0)
     turned["platform"].pose.orientation.w = 0.5
+    tilted = platform(0.0, 0.0)
+    tilted["platform"].pose.orientation.w, tilted["platform"].pose.orientation.x = 0.8, 0.6
     beyond = motors(1.6, names=["motor2"])
     try:
         for fields, code, words in (
             (turned, ErrorCode.INVALID_QUATERNION, "platform.pose.orientation"),
+            (tilted, ErrorCode.INVALID_QUATERNION, "expected a rotation about z"),
             (beyond, ErrorCode.MOTOR_LIMIT, "motors.position: motor2"),
         ):
             status, result = moves.move(**fields)
