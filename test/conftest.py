@@ -13,16 +13,11 @@ import tempfile
 from contextlib import nullcontext
 from pathlib import Path
 
-import hypothesis
 import pytest
 from helpers.blas_limit import blas_threads_limited
 from helpers.everything import EVERYTHING
 from helpers.room import Room
 from hypothesis import settings
-
-# On a busy machine an example may take as long as it wants.
-settings.register_profile("no deadline", deadline=None)
-settings.load_profile("no deadline")
 
 #: What nodes of tests keep is not what those of the user keep.
 _ROS_HOME = tempfile.TemporaryDirectory()
@@ -31,10 +26,10 @@ os.environ["ROS_HOME"] = _ROS_HOME.name
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
+# No test is about time, as the machine may be busy; what a property draws is the same in every run.
+settings.register_profile("any machine", deadline=None, derandomize=True)
+settings.load_profile("any machine")
 
-# No test is about time, as the machine may be busy, and what a property draws is the same in every run.
-hypothesis.settings.register_profile("any machine", deadline=None, derandomize=True)
-hypothesis.settings.load_profile("any machine")
 #: Folders whose files begin with what takes long: a node, or entries into kernels that are compiled.
 _TOGETHER = ("over_dds", "kernels")
 
