@@ -70,6 +70,7 @@ setup(
         "view": ["viser>=1.1,<1.2", "rich", "pillow"],
         "test": [
             *("pytest", "pytest-xdist", "hypothesis", "xarray", "distributed"),
+            *("rosbags", "mcap-ros2-support"),
             *("viser>=1.1,<1.2", "rich", "pillow", "playwright"),
         ],
     },

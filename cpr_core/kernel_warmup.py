@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from .kernels.kernel_sources import kernel_modules, read_sources
+from .model.kinemato_statics import kinemato_statics
 from .model.robot import load_robot
 from .numba_fence import hear_compilation
 from .solving.geometrico_statics import solve_forward
@@ -49,6 +50,7 @@ def compile_kernels() -> Iterator[str]:
     robot = load_robot("rfrfr", modes=2)
     home = solve_home(robot)
     solve_forward(robot, home.motors, start=home)
+    kinemato_statics(home).smallest_singular_value("forward")
     yield "solver"
     from .workspace import map_workspace, pose_grid
 

@@ -5,19 +5,18 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from cpr_msgs.msg import ErrorCode
-from numpy.typing import NDArray
+from rclpy.node import Node
 
 from cpr_core import InvalidRequest
 
 from .session import Session
 from .trajectory_following import Ending
-from .trajectory_messages import seconds_of, trajectory_order
-from .trajectory_order import TrajectoryOrder
+from .trajectory_messages import Tolerances, seconds_of
 
 try:
     from control_msgs.action import FollowJointTrajectory
@@ -44,25 +43,25 @@ def joint_error_code(ending: Ending) -> int:
     return _INVALID_GOAL
 
 
-def joint_tolerances(
-    field: str, given: Sequence[Any], names: Sequence[str]
-) -> NDArray[np.float64] | None:
-    """Positions of ``control_msgs/JointTolerance`` in the order of the names; infinite: any.
+def joint_tolerances(field: str, given: Sequence[Any], names: Sequence[str]) -> list[float]:
+    """Positions of ``control_msgs/JointTolerance`` in the order of the names; 0: any.
 
     There 0 is the default, which is any here, and a negative number is any.
 
     Raises:
-        InvalidRequest: A joint that is none of the names, or tolerances of velocities.
+        InvalidRequest: A joint that is none of the names or comes twice, or tolerances of velocities.
     """
-    found = np.full(len(names), np.inf)
+    found: dict[str, float] = {}
     for number, tolerance in enumerate(given):
-        if tolerance.name not in names:
-            raise InvalidRequest(f"{field}[{number}].name", f"expected one of {', '.join(names)}")
-        if tolerance.velocity > 0.0 or tolerance.acceleration > 0.0:
+        if tolerance.name not in names or tolerance.name in found:
+            raise InvalidRequest(
+                f"{field}[{number}].name",
+                f"expected each of {', '.join(names)} once at most, got {tolerance.name!r}",
+            )
+        if not (tolerance.velocity <= 0.0 and tolerance.acceleration <= 0.0):
             raise InvalidRequest(f"{field}[{number}]", "expected a tolerance of the position only")
-        if tolerance.position > 0.0:
-            found[list(names).index(tolerance.name)] = tolerance.position
-    return found
+        found[tolerance.name] = 0.0 if tolerance.position < 0.0 else tolerance.position
+    return [found.get(name, 0.0) for name in names]
 
 
 class FollowJointTrajectoryDialect:
@@ -70,30 +69,46 @@ class FollowJointTrajectoryDialect:
 
     kind, name = FollowJointTrajectory, "~/follow_joint_trajectory"
 
-    def order(self, session: Session, goal: Any, now: Any) -> TrajectoryOrder:
-        """What a goal asks for.
+    def tolerances(self, goal: Any) -> Tolerances:
+        """What a goal allows.
 
         Raises:
-            CprError: It cannot be followed by any robot.
+            InvalidRequest: Tolerances that are none, or joints of more than one degree of freedom.
         """
+        others = goal.multi_dof_trajectory
+        if (
+            len(others.joint_names)
+            or len(others.points)
+            or len(goal.component_path_tolerance)
+            or len(goal.component_goal_tolerance)
+        ):
+            raise InvalidRequest(
+                "multi_dof_trajectory",
+                "expected none, nor tolerances for one: a motor has one degree of freedom",
+            )
         names = list(goal.trajectory.joint_names)
-        return trajectory_order(
-            session.robot,
-            goal.trajectory,
-            now,
+        return (
             joint_tolerances("path_tolerance", goal.path_tolerance, names),
             joint_tolerances("goal_tolerance", goal.goal_tolerance, names),
             max(0.0, seconds_of(goal.goal_time_tolerance)),
         )
 
-    def feedback(self, session: Session, names: list[str], header: Any, points: Any) -> Any:
+    def feedback(self, session: Session, goal: Any, header: Any, points: Any) -> Any:
         """How a trajectory goes on; points are desired, actual and error."""
         desired, actual, error = points
-        return FollowJointTrajectory.Feedback(
-            header=header, joint_names=names, desired=desired, actual=actual, error=error
+        feedback = FollowJointTrajectory.Feedback(
+            header=header,
+            joint_names=goal.trajectory.joint_names,
+            desired=desired,
+            actual=actual,
+            error=error,
         )
+        if hasattr(feedback, "index"):  # since control_msgs 6.4: the point it comes from
+            times = [seconds_of(point.time_from_start) for point in goal.trajectory.points]
+            feedback.index = max(0, bisect(times, seconds_of(desired.time_from_start)) - 1)
+        return feedback
 
-    def result(self, session: Session | None, ending: Ending, stamp: Any) -> Any:
+    def result(self, ending: Ending, node: Node, session: Session | None) -> Any:
         """How a trajectory ended."""
         return FollowJointTrajectory.Result(
             error_code=joint_error_code(ending), error_string=ending.message

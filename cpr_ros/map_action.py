@@ -12,15 +12,14 @@ from typing import Any
 
 from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import ErrorCode
-from rclpy.action import ActionServer, CancelResponse
-from rclpy.action.server import GoalEvent, ServerGoalHandle
+from rclpy.action.server import ServerGoalHandle
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from cpr_core import CprError
 from cpr_core.workspace import MapSummary
 
 from .error_codes import RequestError, active, code_of, error_code
+from .long_action import LongAction
 from .map_folder import MapFolder
 from .map_messages import map_feedback, map_order, map_result
 from .map_order import MapFailure
@@ -33,8 +32,8 @@ __all__ = ["MapAction"]
 _RATE = 10.0
 
 
-class MapAction:
-    """The action. Every goal gets a result: rejecting one in the way of ROS could give no reason."""
+class MapAction(LongAction):
+    """The action."""
 
     def __init__(
         self, node: Node, session: Callable[[], Session | None], folder: MapFolder
@@ -46,19 +45,12 @@ class MapAction:
             session: Gives the robot in operation; None while the node is not active.
             folder: Where maps may be written.
         """
-        self._node, self._session, self._folder = node, session, folder
+        super().__init__(node, MapWorkspace, "~/map_workspace")
+        self._session, self._folder = session, folder
         self._process: MapProcess | None = None
         self._handle: ServerGoalHandle | None = None
         self._timer: Any = None
         self._stopped_by = RequestError(ErrorCode.PREEMPTED, "the map was cancelled")
-        self._server = ActionServer(
-            node,
-            MapWorkspace,
-            "~/map_workspace",
-            execute_callback=lambda handle: MapWorkspace.Result(),  # every goal brings its own
-            handle_accepted_callback=self._begin,
-            cancel_callback=self._cancel,
-        )
 
     def stop(self, reason: str) -> None:
         """End the map that is being made, because the node cannot go on with it."""
@@ -70,20 +62,11 @@ class MapAction:
         """End the process before the node ends."""
         if self._process is not None:
             self._process.close()
-        self._server.destroy()
+        super().close()
 
     def _begin(self, handle: ServerGoalHandle) -> None:
-        # Not `handle.execute`: that wants the result in the same breath, and a coroutine that awaits
-        # one keeps rclpy's executor spinning at full load.
-        handle._update_state(GoalEvent.EXECUTE)
-        try:
-            order = self._ordered(handle.request)
-            self._process, self._handle = MapProcess(order), handle
-        except Exception as error:
-            if not isinstance(error, CprError):
-                self._node.get_logger().error(traceback.format_exc())
-            self._finish(handle, map_result(error_code(error), "", None))
-            return
+        order = self._ordered(handle.request)
+        self._process, self._handle = MapProcess(order), handle
         self._stopped_by = RequestError(ErrorCode.PREEMPTED, "the map was cancelled")
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self._node.create_timer(1.0 / _RATE, self._look, clock=clock)
@@ -102,11 +85,14 @@ class MapAction:
             )
         return map_order(session.solver, goal, self._folder)
 
-    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+    def _refuse(self, handle: ServerGoalHandle, error: Exception) -> None:
+        self._end(handle, map_result(error_code(error), "", None))
+
+    def _cancel(self, handle: ServerGoalHandle) -> bool:
         if self._process is None or handle is not self._handle:
-            return CancelResponse.REJECT
+            return False
         self._process.stop(time.monotonic())
-        return CancelResponse.ACCEPT
+        return True
 
     def _look(self) -> None:
         process, handle = self._process, self._handle
@@ -123,7 +109,7 @@ class MapAction:
             result = map_result(error_code(error), "", None)
         self._node.destroy_timer(self._timer)
         self._process = self._handle = None
-        self._finish(handle, result)
+        self._end(handle, result)
 
     def _result(self, process: MapProcess) -> MapWorkspace.Result:
         found = process.result
@@ -140,20 +126,9 @@ class MapAction:
             return map_result(ErrorCode(val=ErrorCode.SUCCESS), written, found)
         return map_result(error_code(self._stopped_by), written, found)
 
-    def _finish(self, handle: ServerGoalHandle, result: MapWorkspace.Result) -> None:
+    def _end(self, handle: ServerGoalHandle, result: MapWorkspace.Result) -> None:
         """Bring a goal to its end."""
-        code = result.error_code
-
-        def finished(handle: ServerGoalHandle) -> MapWorkspace.Result:
-            if code.val == ErrorCode.SUCCESS:
-                handle.succeed()
-            elif code.val == ErrorCode.PREEMPTED:
-                handle.canceled()
-            else:
-                handle.abort()
-            return result
-
-        logger = self._node.get_logger()
+        code, logger = result.error_code, self._node.get_logger()
         if code.val == ErrorCode.SUCCESS:
             logger.info(
                 f"map done, {result.reached} of {result.cells} cells reached: {result.file}"
@@ -161,4 +136,4 @@ class MapAction:
         else:
             kept = f"not complete, but kept in {result.file}" if result.file else "none"
             logger.warning(f"map: {kept}: {code.val}: {code.message}")
-        self._server.notify_execute(handle, finished)
+        self._finish(handle, code.val, result)

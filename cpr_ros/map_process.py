@@ -23,8 +23,10 @@ from .map_worker import PATIENCE
 
 __all__ = ["MapProcess"]
 
-#: Time a process has to end by itself after it was told to, or has closed its connection [s].
+#: Time a process has to end by itself after it was told to [s].
 _GRACE = PATIENCE + 0.1
+#: Time that the end of the node waits for it; then it ends alone [s].
+_LAST_GRACE = 0.8
 
 
 class MapProcess:
@@ -100,17 +102,18 @@ class MapProcess:
                 self._connection.send("stop")
 
     def close(self) -> None:
-        """End it before the node ends; waits for its last checkpoint, but not long."""
+        """End it before the node ends; waits for its last checkpoint, but not long: it is alone then."""
         if not self.ended:
             self._connection.close()
             with suppress(subprocess.TimeoutExpired):
-                self._process.wait(_GRACE)
-            self._end()
+                self._process.wait(_LAST_GRACE)
+                self._end()
+            self.ended = True
 
     def _bury(self) -> None:
         """The process ended by itself, without a result."""
         with suppress(subprocess.TimeoutExpired):
-            self._process.wait(_GRACE)
+            self._process.wait(_LAST_GRACE)
         status = self._process.poll()
         self._end()
         if self._deadline is None:

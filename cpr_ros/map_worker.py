@@ -29,8 +29,9 @@ __all__ = ["NICENESS", "PATIENCE", "main"]
 
 #: The node comes before the map wherever they share a core.
 NICENESS = 10
-#: Time for the last checkpoint of a map that is ended; then the one before has to do [s].
-PATIENCE = 0.7
+#: Time for the last checkpoint of a map that is ended, the machine may be busy; then the one before has
+#: to do [s].
+PATIENCE = 10.0
 
 
 def main(arguments: list[str]) -> int:

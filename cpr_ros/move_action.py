@@ -7,25 +7,23 @@ from __future__ import annotations
 
 import math
 import time
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from cpr_msgs.action import MoveTo
-from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode
-from rclpy.action import ActionServer, CancelResponse
-from rclpy.action.server import GoalEvent, ServerGoalHandle
+from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
-from cpr_core import CprError, InvalidRequest
-from cpr_core.model.assessment import Assessment
+from cpr_core import InvalidRequest
 from cpr_core.validation import checked_number
 
-from .conversions import Frames, fill_equilibrium, pose_from_message
+from .conversions import Frames, pose_from_message
 from .error_codes import RequestError, active, error_code
 from .goals import Goal, MotorGoal, PoseGoal
+from .long_action import LongAction
 from .motor_messages import motor_setpoint
+from .reached import reached
 from .session import Session
 from .setpoint_following import ARRIVED
 from .supervision import State
@@ -72,8 +70,8 @@ class _Motion:
     patience: float
 
 
-class MoveAction:
-    """The action. Every goal gets a result: rejecting one in the way of ROS could give no reason."""
+class MoveAction(LongAction):
+    """The action."""
 
     def __init__(self, node: Node, frames: Frames, session: Callable[[], Session | None]) -> None:
         """Offer the action.
@@ -83,18 +81,11 @@ class MoveAction:
             frames: Names of the frames.
             session: Gives the robot in operation; None while the node is not active.
         """
-        self._node, self._frames, self._session = node, frames, session
+        super().__init__(node, MoveTo, "~/move_to")
+        self._frames, self._session = frames, session
         self._motion: _Motion | None = None
         self._halted_since = math.inf
         self._told = -math.inf
-        self._server = ActionServer(
-            node,
-            MoveTo,
-            "~/move_to",
-            execute_callback=lambda handle: MoveTo.Result(),  # every goal brings its own
-            handle_accepted_callback=self._begin,
-            cancel_callback=self._cancel,
-        )
 
     def after_tick(self, session: Session, now: float) -> None:
         """See how far the goal on its way has come; to be called after every tick.
@@ -142,94 +133,53 @@ class MoveAction:
         if self._motion is not None:
             self._end(self._motion, RequestError(ErrorCode.NOT_READY, reason))
 
-    def close(self) -> None:
-        """Take the action away before the node ends."""
-        self._server.destroy()
-
     def _begin(self, handle: ServerGoalHandle) -> None:
-        # As in the action of maps: not `handle.execute`.
-        handle._update_state(GoalEvent.EXECUTE)
-        session = self._session()
-        try:
-            session = active(session)
-            patience = checked_number("patience", handle.request.patience)
-            if patience < 0.0:
-                raise InvalidRequest("patience", f"expected a time of at least 0 s, got {patience}")
-            goal = goal_of(session, handle.request, self._frames)
-            session.follow(goal, time.monotonic(), ages=False)
-        except Exception as error:
-            if not isinstance(error, CprError):
-                self._node.get_logger().error(traceback.format_exc())
-            self._finish(handle, None, error)
-            return
-        if self._motion is not None:
-            self._end(self._motion, RequestError(ErrorCode.PREEMPTED, "replaced by another goal"))
-        self._motion = _Motion(handle, goal, patience)
+        session = active(self._session())
+        patience = checked_number("patience", handle.request.patience)
+        if patience < 0.0:
+            raise InvalidRequest("patience", f"expected a time of at least 0 s, got {patience}")
+        goal = goal_of(session, handle.request, self._frames)
+        session.follow(goal, time.monotonic(), ages=False)
+        replaced, self._motion = self._motion, _Motion(handle, goal, patience)
         self._halted_since, self._told = math.inf, -math.inf
+        if replaced is not None:
+            newer = RequestError(ErrorCode.PREEMPTED, "replaced by another goal")
+            self._answer(replaced.handle, replaced.goal, newer)
 
-    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+    def _refuse(self, handle: ServerGoalHandle, error: Exception) -> None:
+        self._answer(handle, None, error)
+
+    def _cancel(self, handle: ServerGoalHandle) -> bool:
         motion, session = self._motion, self._session()
         if motion is None or handle is not motion.handle:
-            return CancelResponse.REJECT
+            return False
         # The next tick finds another goal than this one's: none.
         if session is not None and session.follower.goal is motion.goal:
             session.follower.drop()
-        return CancelResponse.ACCEPT
+        return True
 
     def _end(self, motion: _Motion, error: Exception | None) -> None:
         """Bring the goal on its way to its end."""
         self._motion = None
-        self._finish(motion.handle, motion.goal, error)
+        self._answer(motion.handle, motion.goal, error)
 
-    def _finish(self, handle: ServerGoalHandle, goal: Goal | None, error: Exception | None) -> None:
+    def _answer(self, handle: ServerGoalHandle, goal: Goal | None, error: Exception | None) -> None:
         """Answer a goal: it was reached, or why not."""
-        canceled = handle.is_cancel_requested
-        if canceled and error is not None:
+        if error is not None and handle.is_cancel_requested:
             error = RequestError(ErrorCode.PREEMPTED, "the motion was cancelled, the robot holds")
-        result = self._result(goal, error)
-
-        def finished(handle: ServerGoalHandle) -> MoveTo.Result:
-            if error is None:
-                handle.succeed()
-            elif canceled:
-                handle.canceled()
-            else:
-                handle.abort()
-            return result
-
-        if error is not None:
-            code = result.error_code
-            self._node.get_logger().warning(f"move_to: {code.val}: {code.message}")
-        self._server.notify_execute(handle, finished)
-
-    def _result(self, goal: Goal | None, error: Exception | None) -> MoveTo.Result:
-        session, result = self._session(), MoveTo.Result(remaining=math.nan)
-        if error is None:
-            result.error_code.val = ErrorCode.SUCCESS
-        else:
-            result.error_code = error_code(error)
-        result.reached.index_locked = result.reached.index_free = -1  # 0 would be stable
-        if session is None:
-            return result
-        current = session.solver.current
-        if goal is not None:
-            left = goal.remaining(current.equilibrium)
-            result.remaining = left if error is not None else 0.0
-        try:
-            self._fill(result.reached, current)
-        except Exception:  # there is a result, whatever happens
-            self._node.get_logger().error(traceback.format_exc())
-        return result
-
-    def _fill(self, message: EquilibriumMessage, current: Assessment) -> None:
-        fill_equilibrium(
-            message,
-            current.equilibrium,
-            self._frames,
-            self._node.get_clock().now().to_msg(),
-            current.solve_time,
-            eigenvalues=True,
+        code = ErrorCode(val=ErrorCode.SUCCESS) if error is None else error_code(error)
+        session = self._session()
+        remaining = 0.0 if error is None else math.nan
+        if error is not None and session is not None and goal is not None:
+            remaining = goal.remaining(session.solver.current.equilibrium)
+        result = MoveTo.Result(
+            error_code=code,
+            reached=reached(self._node, session, self._frames),
+            remaining=remaining,
         )
+        if error is not None:
+            self._node.get_logger().warning(f"move_to: {code.val}: {code.message}")
+        self._finish(handle, code.val, result)
 
 
 def _replaced_by(session: Session) -> str:

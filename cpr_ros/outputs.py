@@ -27,6 +27,7 @@ from .diagnostics import diagnostic_array
 from .dropped_messages import DroppedMessages
 from .leg_markers import leg_markers
 from .parameters import Parameters
+from .repeated_message import RepeatedMessage
 from .session import Session
 from .stability_stream import StabilityStream
 from .transforms import Transforms
@@ -88,7 +89,7 @@ class Outputs:
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._stream = StabilityStream()
         self._about: tuple[Equilibrium, NDArray[np.float64]] | None = None
-        self._state = (JointState(), PoseStamped())
+        self._state = (RepeatedMessage(JointState()), RepeatedMessage(PoseStamped()))
 
     def description(self, session: Session) -> None:
         """The robot as its file describes it and as URDF, and its home."""
@@ -107,15 +108,16 @@ class Outputs:
         pose_heard = self._platform_pose.get_subscription_count() > 0 or self._transforms.available
         if not joints_heard and not pose_heard:
             return
-        joints, pose = self._state_of(session)
-        joints.header.stamp = pose.header.stamp = self._stamp()
+        (joints, pose), stamp = self._state_of(session), self._stamp()
         if joints_heard:
-            self._joint_states.publish(joints)
+            self._joint_states.publish(joints.at(stamp))
         if pose_heard:
-            self._platform_pose.publish(pose)
-            self._transforms.send(pose)
+            self._platform_pose.publish(pose.at(stamp))
+        if self._transforms.available:
+            pose.message.header.stamp = stamp
+            self._transforms.send(pose.message)
 
-    def _state_of(self, session: Session) -> tuple[JointState, PoseStamped]:
+    def _state_of(self, session: Session) -> tuple[RepeatedMessage, RepeatedMessage]:
         """Messages of the state; at rest those of before."""
         about = session.solver.current.equilibrium, session.velocity
         if self._about is None or any(
@@ -124,8 +126,8 @@ class Outputs:
             frames, stamp = self._transforms.frames, Time()
             self._about = about
             self._state = (
-                joint_state(about[0], frames, stamp, about[1]),
-                platform_pose(about[0], frames, stamp),
+                RepeatedMessage(joint_state(about[0], frames, stamp, about[1])),
+                RepeatedMessage(platform_pose(about[0], frames, stamp)),
             )
         return self._state
 

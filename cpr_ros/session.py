@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from cpr_msgs.msg import ErrorCode
@@ -137,7 +138,7 @@ class Session:
         return (
             self.follower.at_rest
             and self.wrench.at_rest(current.equilibrium.loads)
-            and self.commands.there(current.equilibrium.motors)
+            and (self.follower.paused or self.commands.there(current.equilibrium.motors))
         )
 
     def tick(self, now: float) -> Outcome:
@@ -149,7 +150,8 @@ class Session:
             self.jogger.advance(here, self.follower.arrived(here), now)
         self.loop.advance(now)
         loads = self.wrench.loads(before.equilibrium.loads, now)
-        if self.tracker is None and not self.commands.there(before.equilibrium.motors):
+        there = self.commands.there(before.equilibrium.motors)
+        if self.tracker is None and not there and not self.follower.paused:
             borne, burden = self.follower.bear(before, loads)
             told = self.follower.judge(borne, burden)
             self.outcome = Outcome(borne, borne is not before, State.ALIGNING, told)
@@ -157,11 +159,11 @@ class Session:
             mover = self.follower if self.tracker is None else self.tracker
             self.outcome = mover.tick(before, loads, now)
         self.solver.current = self.outcome.assessment
-        there = self.outcome.assessment.equilibrium
+        after = self.outcome.assessment.equilibrium
         state = self.outcome.state
-        arrived = state == State.IDLE or self.follower.arrived(there)
-        self.loop.note(there, self.follower.goal, state, arrived, now)
-        self.velocity = (there.motors - before.equilibrium.motors) / self.period
+        arrived = state == State.IDLE or self.follower.arrived(after)
+        self.loop.note(after, self.follower.goal, state, arrived, now)
+        self.velocity = (after.motors - before.equilibrium.motors) / self.period
         self.trajectories.after_tick(self.outcome, now)
         return self.outcome
 
@@ -169,11 +171,13 @@ class Session:
         """The motor command of this tick, (n,) [rad or m]; None where there is nothing new.
 
         The only way commands leave the node: none is farther from the one before than a tick's way.
-        Where nothing is known of the motors, there is none before the first motion.
+        Where nothing is known of the motors, there is none before a setpoint is obeyed; one that asks
+        for what the node believes anyway is told to the motors too, which may be elsewhere.
         """
-        motors, moving = self.solver.current.equilibrium.motors, bool(self.velocity.any())
-        # `there` holds too while nothing is known of the motors.
-        if self.tracker is not None or (self.commands.there(motors) and not moving):
+        motors = self.solver.current.equilibrium.motors
+        known = self.commands.newest is not None
+        nothing_new = self.commands.there(motors) if known else not self.outcome.obeyed
+        if self.tracker is not None or self.follower.paused or nothing_new:
             return None
         self.unplaced = False
         return self.commands.step_to(motors, self.follower.settings.max_speed)
@@ -274,6 +278,11 @@ class Session:
                 ErrorCode.NOT_READY, "the node tracks measured motors, it moves none"
             )
         self.follower.pause(paused)
+        if paused:
+            self._be(State.PAUSED)
+        elif self.outcome.state == State.PAUSED:
+            there = self.commands.there(self.solver.current.equilibrium.motors)
+            self._be(State.IDLE if there else State.ALIGNING)
         return "paused, the setpoint is forgotten" if paused else "waiting for a setpoint"
 
     def reset(self) -> str:
@@ -290,4 +299,9 @@ class Session:
             raise RequestError(ErrorCode.NOT_READY, "the node is paused: release it first")
         self.follower.reset()
         self.loop.forget()
+        self._be(State.RETURNING)
         return "walking home along the branch; the stability stream says when it is there"
+
+    def _be(self, state: State) -> None:
+        """Be in a state before the next tick: who has the answer believes the stream from then on."""
+        self.outcome = replace(self.outcome, state=state)

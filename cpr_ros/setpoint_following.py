@@ -70,6 +70,8 @@ class Outcome:
         verdict: What a supervisor is told.
         home_missed: Whether a return ended at the motors of home, but in another equilibrium.
         refusal: Why the robot is halted, if it is.
+        obeyed: Whether the motors are where a setpoint wants them in this tick: a step towards it was
+            accepted, or it is reached.
     """
 
     assessment: Assessment
@@ -78,6 +80,7 @@ class Outcome:
     verdict: Verdict
     home_missed: bool = False
     refusal: Refusal | None = None
+    obeyed: bool = False
 
 
 class SetpointFollower:
@@ -186,10 +189,10 @@ class SetpointFollower:
         goal = None if self._goal is None else self.corrected(self._goal)
         moved, home_missed = borne is not current, False
         state = State.PAUSED if self.paused else State.IDLE
-        self._under_way = False
+        self._under_way, obeyed = False, False
         if goal is not None and not self.paused:
             if goal.remaining(borne.equilibrium) <= ARRIVED:
-                self._refusal = None
+                self._refusal, obeyed = None, burden is None
                 if self._returning:
                     home_missed = self._misses_home(borne.equilibrium)
                     self.drop()
@@ -199,14 +202,14 @@ class SetpointFollower:
             else:
                 self._under_way = True
                 ahead = borne if burden else self._move(borne, goal)
-                moved = moved or ahead is not borne
-                borne = ahead
+                obeyed = ahead is not borne
+                moved, borne = moved or obeyed, ahead
                 state = State.RETURNING if self._returning else State.FOLLOWING
                 if burden or self._refusal:
                     state = State.HALTED
         refusal = burden or self._refusal
         told = self.judge(borne, refusal, stale=state == State.STALE)
-        return Outcome(borne, moved, state, told, home_missed, refusal)
+        return Outcome(borne, moved, state, told, home_missed, refusal, obeyed)
 
     def bear(self, current: Assessment, loads: Loads) -> tuple[Assessment, Refusal | None]:
         """The equilibrium under the loads of now, at the same motors, and why it is another's if so.

@@ -11,23 +11,21 @@ from collections.abc import Callable
 from typing import Any
 
 from cpr_msgs.action import FollowTrajectory
-from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode
-from rclpy.action import ActionServer, CancelResponse
-from rclpy.action.server import GoalEvent, ServerGoalHandle
+from rclpy.action.server import ServerGoalHandle
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Header
 
-from cpr_core import CprError
-
-from .conversions import Frames, fill_equilibrium
+from .conversions import Frames
 from .error_codes import active, error_code
 from .joint_trajectory_action import FollowJointTrajectoryDialect
+from .long_action import LongAction
+from .reached import reached
 from .session import Session
 from .trajectory_following import Ending, Motion
-from .trajectory_messages import point_message, seconds_of, tolerances, trajectory_order
-from .trajectory_order import TrajectoryOrder, TrajectoryRefused
+from .trajectory_messages import Tolerances, point_message, seconds_of, trajectory_order
+from .trajectory_order import TrajectoryRefused
 
 __all__ = ["TrajectoryAction", "trajectory_actions"]
 
@@ -44,23 +42,11 @@ class _FollowTrajectoryDialect:
         """Give poses in these frames."""
         self._frames = frames
 
-    def order(self, session: Session, goal: Any, now: Any) -> TrajectoryOrder:
-        """What a goal asks for.
+    def tolerances(self, goal: Any) -> Tolerances:
+        """What a goal allows."""
+        return goal.path_tolerance, goal.goal_tolerance, seconds_of(goal.goal_time_tolerance)
 
-        Raises:
-            CprError: It cannot be followed by any robot.
-        """
-        names = list(goal.trajectory.joint_names)
-        return trajectory_order(
-            session.robot,
-            goal.trajectory,
-            now,
-            tolerances("path_tolerance", goal.path_tolerance, names),
-            tolerances("goal_tolerance", goal.goal_tolerance, names),
-            seconds_of(goal.goal_time_tolerance),
-        )
-
-    def feedback(self, session: Session, names: list[str], header: Any, points: Any) -> Any:
+    def feedback(self, session: Session, goal: Any, header: Any, points: Any) -> Any:
         """How a trajectory goes on; points are desired, actual and error."""
         desired, actual, error = points
         told = session.outcome
@@ -74,30 +60,18 @@ class _FollowTrajectoryDialect:
             action=int(told.verdict.action),
         )
 
-    def result(self, session: Session | None, ending: Ending, stamp: Any) -> Any:
+    def result(self, ending: Ending, node: Node, session: Session | None) -> Any:
         """How a trajectory ended, and where the robot is."""
-        result = FollowTrajectory.Result(
+        return FollowTrajectory.Result(
             error_code=ErrorCode(val=ending.val, message=ending.message),
             time=ending.time,
             measure=ending.measure,
+            reached=reached(node, session, self._frames),
         )
-        if session is None:
-            result.reached = EquilibriumMessage(index_locked=-1, index_free=-1)
-            return result
-        current = session.solver.current
-        fill_equilibrium(
-            result.reached,
-            current.equilibrium,
-            self._frames,
-            stamp,
-            current.solve_time,
-            eigenvalues=True,
-        )
-        return result
 
 
-class TrajectoryAction:
-    """An action that follows trajectories. Every goal gets a result, and the newest counts."""
+class TrajectoryAction(LongAction):
+    """An action that follows trajectories; the newest counts."""
 
     def __init__(self, node: Node, session: Callable[[], Session | None], dialect: Any) -> None:
         """Offer the action.
@@ -107,51 +81,39 @@ class TrajectoryAction:
             session: Gives the robot in operation; None while the node is not active.
             dialect: Its messages.
         """
-        self._node, self._session, self._dialect = node, session, dialect
+        super().__init__(node, dialect.kind, dialect.name)
+        self._session, self._dialect = session, dialect
         self._motions: dict[bytes, tuple[ServerGoalHandle, Motion]] = {}
         self._timer: Any = None
-        self._server = ActionServer(
-            node,
-            dialect.kind,
-            dialect.name,
-            execute_callback=lambda handle: dialect.kind.Result(),  # every goal brings its own
-            handle_accepted_callback=self._begin,
-            cancel_callback=self._cancel,
-        )
-
-    def close(self) -> None:
-        """Offer it no longer."""
-        self._server.destroy()
 
     def _begin(self, handle: ServerGoalHandle) -> None:
-        handle._update_state(GoalEvent.EXECUTE)  # as in MapAction: the result comes later
         ended = False
 
         def told(ending: Ending) -> None:
             nonlocal ended
             ended = True
             self._motions.pop(_key(handle), None)
-            self._finish(handle, ending)
+            self._end(handle, ending)
 
-        try:
-            session = active(self._session())
-            now = self._node.get_clock().now().to_msg()
-            order = self._dialect.order(session, handle.request, now)
-            motion = session.follow_trajectory(order, time.monotonic(), told)
-            if motion is not None and not ended:
-                self._motions[_key(handle)] = handle, motion
-                self._report(True)
-        except Exception as error:
-            if not isinstance(error, CprError):
-                self._node.get_logger().error(traceback.format_exc())
-            self._finish(handle, _ending_of(error))
+        session, goal = active(self._session()), handle.request
+        now = self._node.get_clock().now().to_msg()
+        order = trajectory_order(
+            session.robot, goal.trajectory, now, *self._dialect.tolerances(goal)
+        )
+        motion = session.follow_trajectory(order, time.monotonic(), told)
+        if motion is not None and not ended:
+            self._motions[_key(handle)] = handle, motion
+            self._report(True)
 
-    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+    def _refuse(self, handle: ServerGoalHandle, error: Exception) -> None:
+        self._end(handle, _ending_of(error))
+
+    def _cancel(self, handle: ServerGoalHandle) -> bool:
         known, session = self._motions.get(_key(handle)), self._session()
         if known is None or session is None:
-            return CancelResponse.REJECT
+            return False
         session.trajectories.cancel(known[1])  # the result follows when rclpy has taken note
-        return CancelResponse.ACCEPT
+        return True
 
     def _report(self, wanted: bool) -> None:
         """Give feedback, or give none."""
@@ -186,29 +148,18 @@ class TrajectoryAction:
             point_message(due, wanted[0] - motors, wanted[1] - velocity),
         )
         stamp = self._node.get_clock().now().to_msg()
-        return self._dialect.feedback(session, names, Header(stamp=stamp), points)
+        return self._dialect.feedback(session, handle.request, Header(stamp=stamp), points)
 
-    def _finish(self, handle: ServerGoalHandle, ending: Ending) -> None:
+    def _end(self, handle: ServerGoalHandle, ending: Ending) -> None:
         """Bring a goal to its end; must not raise."""
         try:
-            stamp = self._node.get_clock().now().to_msg()
-            result = self._dialect.result(self._session(), ending, stamp)
-
-            def finished(handle: ServerGoalHandle) -> Any:
-                if ending.val == ErrorCode.SUCCESS:
-                    handle.succeed()
-                elif handle.is_cancel_requested:
-                    handle.canceled()
-                else:
-                    handle.abort()
-                return result
-
             logger = self._node.get_logger()
             if ending.val == ErrorCode.SUCCESS:
                 logger.info(f"trajectory done after {ending.time:.3f} s")
             else:
                 logger.warning(f"trajectory ended: {ending.val}: {ending.message}")
-            self._server.notify_execute(handle, finished)
+            result = self._dialect.result(ending, self._node, self._session())
+            self._finish(handle, ending.val, result)
         except Exception:
             self._node.get_logger().error(traceback.format_exc())
 

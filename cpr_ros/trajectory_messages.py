@@ -22,9 +22,11 @@ from .error_codes import RequestError
 from .motor_messages import check_names
 from .trajectory_order import TrajectoryOrder, TrajectoryRefused
 
-__all__ = ["duration_of", "point_message", "seconds_of", "tolerances", "trajectory_order"]
+__all__ = ["Tolerances", "duration_of", "point_message", "seconds_of", "trajectory_order"]
 
 Floats = NDArray[np.float64]
+#: On the way and at the end, in the order of joint names; how much later the end may be reached [s].
+Tolerances = tuple[Sequence[float], Sequence[float], float]
 
 #: More points than this are refused: looking at them would hold up the node.
 _MOST_POINTS = 10_000
@@ -45,8 +47,8 @@ def trajectory_order(
     robot: Robot,
     message: JointTrajectory,
     now: Time,
-    path_tolerance: Floats | None = None,
-    goal_tolerance: Floats | None = None,
+    path_tolerance: Sequence[float] = (),
+    goal_tolerance: Sequence[float] = (),
     goal_time_tolerance: float = 0.0,
 ) -> TrajectoryOrder:
     """What a trajectory asks for, in motor order. One without points asks to hold.
@@ -55,7 +57,7 @@ def trajectory_order(
         robot: The robot.
         message: The trajectory.
         now: ROS time.
-        path_tolerance: In the order of its names, (n,), 0: any; None: any.
+        path_tolerance: In the order of its names, (n,), 0: any; none: any.
         goal_tolerance: The same at its end.
         goal_time_tolerance: 0: any [s].
 
@@ -65,9 +67,8 @@ def trajectory_order(
         TrajectoryRefused: Points that cannot be followed by any robot, or motors beyond their ranges.
     """
     names, points = list(message.joint_names), list(message.points)
-    free = np.full(robot.motor_count, np.inf)
     if not points:
-        nothing = np.zeros((0, robot.motor_count))
+        nothing, free = np.zeros((0, robot.motor_count)), np.full(robot.motor_count, np.inf)
         return TrajectoryOrder(np.zeros(0), nothing, None, None, None, free, free, np.inf)
     check_names(names, list(robot.motor_names), "joint_names", "expected every motor once")
     if len(points) > _MOST_POINTS:
@@ -109,25 +110,10 @@ def trajectory_order(
         None if velocities is None else velocities[:, order],
         None if accelerations is None else accelerations[:, order],
         None if at_once else (begun.sec - now.sec) + 1e-9 * (begun.nanosec - now.nanosec),
-        free if path_tolerance is None else path_tolerance[order],
-        free if goal_tolerance is None else goal_tolerance[order],
+        _tolerances("path_tolerance", path_tolerance, names)[order],
+        _tolerances("goal_tolerance", goal_tolerance, names)[order],
         goal_time_tolerance or np.inf,
     )
-
-
-def tolerances(field: str, values: Sequence[float], names: Sequence[str]) -> Floats | None:
-    """Tolerances in the order of the names, (n,), infinite where any is allowed; None without.
-
-    Raises:
-        InvalidRequest: Not as many as names, or a negative one.
-        NonFiniteInput: A NaN or an infinity.
-    """
-    if not len(values):
-        return None
-    found = checked_vector(field, values, len(names), " ".join(names))
-    if np.any(found < 0.0):
-        raise InvalidRequest(field, f"expected numbers of at least 0, got {found.tolist()}")
-    return np.where(found == 0.0, np.inf, found)
 
 
 def point_message(
@@ -140,6 +126,21 @@ def point_message(
         accelerations=[] if accelerations is None else accelerations.tolist(),
         time_from_start=duration_of(time),
     )
+
+
+def _tolerances(field: str, values: Sequence[float], names: Sequence[str]) -> Floats:
+    """Tolerances in the order of the names, (n,), infinite where any is allowed.
+
+    Raises:
+        InvalidRequest: Not as many as names, or a negative one.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    if not len(values):
+        return np.full(len(names), np.inf)
+    found = checked_vector(field, values, len(names), " ".join(names))
+    if np.any(found < 0.0):
+        raise InvalidRequest(field, f"expected numbers of at least 0, got {found.tolist()}")
+    return np.where(found == 0.0, np.inf, found)
 
 
 def _check_times(times: Floats) -> None:

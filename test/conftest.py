@@ -18,6 +18,7 @@ from helpers.blas_limit import blas_threads_limited
 from helpers.browser import NO_BROWSER, running_browser
 from helpers.everything import EVERYTHING
 from helpers.room import Room
+from hypothesis import settings
 
 #: What nodes of tests keep is not what those of the user keep.
 _ROS_HOME = tempfile.TemporaryDirectory()
@@ -25,6 +26,13 @@ os.environ["ROS_HOME"] = _ROS_HOME.name
 #: Python is started some two hundred times, and takes a fifth longer where it may not keep bytecode.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+
+# No test is about time, as the machine may be busy; what a property draws is the same in every run.
+settings.register_profile("any machine", deadline=None, derandomize=True)
+settings.load_profile("any machine")
+
+#: Folders whose files begin with what takes long: a node, or entries into kernels that are compiled.
+_TOGETHER = ("over_dds", "kernels")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -62,7 +70,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(
         key=lambda item: (
             item.path not in alone,
-            item.path.parent.name != "over_dds",
+            item.path.parent.name not in _TOGETHER,
             item.get_closest_marker("slow") is None,
         )
     )
@@ -70,7 +78,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
-    """Files of tests that start nodes are not taken apart; those with tests alone stay together.
+    """Files of tests that share what takes long are not taken apart; tests alone stay together.
 
     While these run, no other worker has a node, which would take time from those who measure; and it has
     short tests only, for which they do not wait long. The mark ``xdist_group`` would say which belong
@@ -84,7 +92,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     class LongestFirst(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
             file = nodeid.partition("::")[0]
-            if "/over_dds/" not in file:
+            if Path(file).parent.name not in _TOGETHER:
                 return nodeid
             return "alone" if file.rpartition("/")[2] in alone else file
 

@@ -22,7 +22,7 @@ with watch_compilation(compiled.append):
             values = getattr(home, what)
             if len(values):
                 assert solve(robot, values, start=home).converged
-        cpr_core.kinemato_statics(home)
+        assert cpr_core.kinemato_statics(home).smallest_singular_value("forward") > 0.0
         assert home.spectrum_free.eigenvalues.size
         cpr_core.leg_shapes(home)
         cpr_core.bending_strains(home)

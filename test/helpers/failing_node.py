@@ -1,28 +1,39 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A cpr_node whose solver can be made to fail: services /fail and /work."""
+"""A cpr_node whose solver, and ends of motions, can be made to fail: services /fail and /work."""
 
 from std_srvs.srv import Trigger
 
-from cpr_ros import goals, node, solver
+from cpr_ros import goals, map_action, move_action, node, solver
+from cpr_ros.map_process import MapProcess
 from cpr_ros.node_run import run
+from cpr_ros.setpoint_following import SetpointFollower
+from cpr_ros.trajectory_following import Trajectories
 
 _broken = False
 
 
-def breakable(solve):
-    def solve_or_fail(*arguments, **options):
+def breakable(work):
+    def work_or_fail(*arguments, **options):
         if _broken:
             raise ArithmeticError("forced by a test")
-        return solve(*arguments, **options)
+        return work(*arguments, **options)
 
-    return solve_or_fail
+    return work_or_fail
 
 
-for module in (goals, solver):
-    for name in ("solve_forward", "solve_inverse"):
-        setattr(module, name, breakable(getattr(module, name)))
+for place, names in (
+    (goals, ("solve_forward", "solve_inverse")),
+    (solver, ("solve_forward", "solve_inverse")),
+    (map_action, ("map_order",)),
+    (MapProcess, ("stop",)),
+    (SetpointFollower, ("drop",)),
+    (move_action, ("goal_of",)),
+    (Trajectories, ("cancel", "take")),
+):
+    for name in names:
+        setattr(place, name, breakable(getattr(place, name)))
 
 
 class FailingNode(node.CprNode):

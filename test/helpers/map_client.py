@@ -12,9 +12,9 @@ from typing import Any
 
 from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import MapAxis
-from rclpy.action import ActionClient
 
-from helpers.node_process import TIMEOUT, Client
+from helpers.goal_client import GoalClient
+from helpers.node_process import Client
 
 #: A map may have to wait for its kernels to be compiled.
 MAP_TIMEOUT = 300.0
@@ -24,49 +24,26 @@ MEDIUM = {"x": (-0.9, 0.9, 0.01), "y": (-1.0, 1.0, 0.01)}
 LONG = {"x": (-0.9, 0.9, 0.002), "y": (-1.0, 1.0, 0.002)}
 
 
-class MapClient:
+class MapClient(GoalClient):
     """A client of ``~/map_workspace``."""
 
     def __init__(self, client: Client) -> None:
-        self.client = client
-        self.feedback: list[MapWorkspace.Feedback] = []
-        self._action = ActionClient(client.node, MapWorkspace, "/cpr_node/map_workspace")
-        assert self._action.wait_for_server(TIMEOUT)
-
-    def close(self) -> None:
-        self._action.destroy()
+        super().__init__(client, MapWorkspace, "/cpr_node/map_workspace")
 
     def send(self, file: Path | str, axes: Any = None, **fields: Any) -> Any:
-        goal = MapWorkspace.Goal(
-            axes=[
-                MapAxis(name=name, first=first, last=last, resolution=step)
-                for name, (first, last, step) in (SMALL if axes is None else axes).items()
-            ],
-            file=str(file),
-            **fields,
-        )
-        self.feedback = []
-        sent = self._action.send_goal_async(
-            goal, feedback_callback=lambda message: self.feedback.append(message.feedback)
-        )
-        self.client.spin_until(sent.done)
-        assert sent.result().accepted
-        return sent.result()
+        given = [
+            MapAxis(name=name, first=first, last=last, resolution=step)
+            for name, (first, last, step) in (SMALL if axes is None else axes).items()
+        ]
+        return super().send(axes=given, file=str(file), **fields)
 
     def result(self, handle: Any) -> Any:
         """Status and result."""
-        answer = handle.get_result_async()
-        self.client.spin_until(answer.done, MAP_TIMEOUT)
-        return answer.result().status, answer.result().result
+        done = super().result(handle, MAP_TIMEOUT)
+        return done.status, done.result
 
     def make(self, file: Path | str, axes: Any = None, **fields: Any) -> Any:
         return self.result(self.send(file, axes, **fields))
-
-    def cancel(self, handle: Any) -> int:
-        """How many goals are being cancelled."""
-        answer = handle.cancel_goal_async()
-        self.client.spin_until(answer.done)
-        return len(answer.result().goals_canceling)
 
     def until_done(self, cells: int) -> None:
         """Wait until the map has come so far."""

@@ -17,12 +17,15 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 import cpr_ros
 from cpr_ros.own_domain import OwnDomain, private_environment
+from helpers.copied_process import CopiedProcess
 
 #: Starting includes compiling the kernels on a fresh machine.
 START_TIMEOUT = 240.0
@@ -48,7 +51,7 @@ def free_domain() -> int:
 
 
 class NodeProcess:
-    """A running cpr_node."""
+    """A running cpr_node, from the start of Python on if ``cold``."""
 
     def __init__(
         self,
@@ -56,9 +59,12 @@ class NodeProcess:
         domain: int,
         arguments: Sequence[str],
         module: str = "cpr_ros.cpr_node",
+        *,
+        cold: bool = False,
     ) -> None:
         self.log = log
         self._home = tempfile.TemporaryDirectory()  # nothing is known of where the robot was
+        self.home = Path(self._home.name)
         environment = private_environment() | {
             "ROS_DOMAIN_ID": str(domain),
             "ROS_HOME": self._home.name,
@@ -68,9 +74,15 @@ class NodeProcess:
         environment["PYTHONPATH"] = os.pathsep.join(
             [root, str(Path(__file__).parents[1]), *filter(None, [environment.get("PYTHONPATH")])]
         )
+        arguments = ["--ros-args", *arguments]
+        log.touch()
+        self.process: subprocess.Popen[bytes] | CopiedProcess
+        if not cold:
+            self.process = CopiedProcess(module, arguments, environment, log)
+            return
         with log.open("w") as output:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", module, "--ros-args", *arguments],
+                [sys.executable, "-m", module, *arguments],
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 env=environment,
@@ -135,6 +147,12 @@ class Client:
         self.executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
+
+
+def change(client: Client, transition: int) -> bool:
+    """Take the node through a transition of its life; whether it went."""
+    request = ChangeState.Request(transition=Transition(id=transition))
+    return client.call(ChangeState, "/cpr_node/change_state", request).success
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,12 @@ from helpers.drive import PERIOD, SETTINGS, robot
 
 from cpr_core import solve_home
 from cpr_ros.conversions import Frames
-from cpr_ros.goals import MotorGoal
+from cpr_ros.goals import MotorGoal, PoseGoal
 from cpr_ros.parameter_table import PARAMETERS
 from cpr_ros.parameters import Parameters, live_parameters
 from cpr_ros.session import Session
 from cpr_ros.supervision import Action, State
+from cpr_ros.trajectory_order import TrajectoryOrder
 
 FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
 FIXED["characteristic_length"] = None
@@ -79,6 +80,52 @@ def test_a_wrench_moves_the_platform_and_sends_nothing(bench):
     assert len(bench.commands) == sent  # nor at rest where all is known
 
 
+def still(session, motors, now):
+    """Half a second at the same motors."""
+    nothing = np.full(2, np.inf)
+    order = TrajectoryOrder(
+        np.array([0.0, 0.5]), np.array([motors, motors]), None, None, None, nothing, nothing, np.inf
+    )
+    session.follow_trajectory(order, now, lambda ending: None)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda session, home, now: session.follow(MotorGoal(session.robot, home.motors), now),
+        lambda session, home, now: session.follow(PoseGoal(session.robot, home.pose), now),
+        lambda session, home, now: session.reset(),
+        lambda session, home, now: still(session, home.motors, now),
+    ],
+    ids=["motors", "pose", "reset", "trajectory"],
+)
+def test_a_setpoint_that_is_home_is_told_to_motors_of_which_nothing_is_known(bench, ask):
+    """It was said to be reached, and the motors, wherever they were, had heard of nothing."""
+    home = bench.session.solver.current.equilibrium
+    bench.session.unplaced = True
+    bench.tick()
+    assert bench.commands == []
+    ask(bench.session, home, bench.now)
+    for _ in range(120):
+        bench.tick()
+    np.testing.assert_array_equal(bench.commands, [home.motors])  # once
+    assert not bench.session.unplaced
+    assert bench.session.at_rest
+
+
+def test_a_setpoint_that_is_not_obeyed_sends_nothing(bench):
+    """Paused, or pushed by a wrench that the robot does not bear, it stays where it is."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    bench.push(0.0, -1000.0, 0.0)
+    session.follow(MotorGoal(session.robot, home), bench.now)
+    bench.tick()
+    session.follow(MotorGoal(session.robot, home + 0.1), bench.now)
+    bench.tick()
+    session.pause(True)
+    bench.tick()
+    assert bench.commands == []
+
+
 @pytest.mark.parametrize("source", ["setpoint", "measured"])
 def test_a_wrench_that_is_not_borne_is_a_halt_in_every_state(source):
     bench = Bench(motor_source=source)
@@ -93,6 +140,42 @@ def test_a_wrench_that_is_not_borne_is_a_halt_in_every_state(source):
     outcome = bench.tick()
     assert outcome.state == (State.LOST if source == "measured" else State.ALIGNING)
     assert (outcome.verdict.action, outcome.verdict.speed_scale) == (Action.HALT, 0.0)
+
+
+def test_the_state_is_the_new_one_as_soon_as_a_request_is_answered(bench):
+    """The stream came once more with IDLE before the next tick: the end of the way, it seemed."""
+    session = bench.session
+    bench.tick()
+    for ask, state in (
+        (session.reset, State.RETURNING),
+        (lambda: session.pause(True), State.PAUSED),
+        (lambda: session.pause(False), State.IDLE),
+    ):
+        ask()
+        assert session.outcome.state == state
+        assert not session.at_rest
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    bench.tick()
+    session.pause(False)  # there was none
+    assert session.outcome.state == State.FOLLOWING
+
+
+def test_a_pause_holds_commands_that_are_on_their_way(bench):
+    """They went on to the node's equilibrium, however long that took."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.begin_at(home, home.motors + 0.1, 0.0)
+    assert bench.tick().state == State.ALIGNING
+    session.pause(True)
+    held = bench.commands[-1]
+    for _ in range(5):
+        assert bench.tick().state == State.PAUSED
+    assert session.at_rest
+    np.testing.assert_array_equal(bench.commands[-1], held)
+    session.pause(False)
+    assert not session.at_rest
+    while bench.tick().state != State.IDLE:
+        pass
+    np.testing.assert_array_equal(bench.commands[-1], home.motors)
 
 
 def test_a_robot_waits_for_a_measurement_until_it_moves(bench):

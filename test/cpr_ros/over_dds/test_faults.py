@@ -12,15 +12,20 @@ import time
 
 import numpy as np
 import pytest
-from cpr_msgs.msg import ErrorCode, StabilityMetrics
+from action_msgs.msg import GoalStatus
+from builtin_interfaces.msg import Duration
+from cpr_msgs.action import FollowTrajectory, MapWorkspace, MoveTo
+from cpr_msgs.msg import ErrorCode, MapAxis, StabilityMetrics
 from cpr_msgs.srv import SolveInverse
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from helpers.driver import Driver
-from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain
+from helpers.goal_client import GoalClient
+from helpers.node_process import TIMEOUT, Client, NodeProcess, Running, free_domain
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 import cpr_core
 
@@ -295,29 +300,80 @@ def test_an_incompatible_quality_of_service_is_logged(rfrfr):
         node.destroy_publisher(publisher)
 
 
-def test_a_solver_that_fails_halts_the_robot_and_it_goes_on_afterwards(tmp_path):
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory):
+    """A node that fails between calls of /fail and /work."""
     domain = free_domain()
-    process = NodeProcess(
-        tmp_path / "node.log", domain, ["-p", "robot:=rfrfr"], module="helpers.failing_node"
-    )
+    log = tmp_path_factory.mktemp("failing") / "node.log"
+    arguments = ["-p", "robot:=rfrfr", "-p", "map_anywhere:=true"]
+    process = NodeProcess(log, domain, arguments, module="helpers.failing_node")
     process.wait_for_log("ready")
     client = Client(domain)
     try:
-        drive = Driver(client)
-        assert client.call(Trigger, "/fail", Trigger.Request()).success
-        drive.send_motors(2.7, 0.5)
-        drive.until_state(StabilityMetrics.STATE_HALTED)
-        assert drive.metrics.status == StabilityMetrics.STATUS_NOT_CONVERGED
-        assert "forced by a test" in drive.metrics.status_text
-        np.testing.assert_array_equal(drive.motors, HOME)
-        answer = drive.forward(2.7, 0.5)
-        assert answer.error_code.val == ErrorCode.FAILURE
-        assert client.call(Trigger, "/work", Trigger.Request()).success
-        drive.until(lambda: np.array_equal(drive.motors, [2.7, 0.5]))
-        assert drive.forward(2.7, 0.5).error_code.val == ErrorCode.SUCCESS
+        yield Running(process, client)
     finally:
         client.close()
         assert process.stop() == 0, process.output()
+
+
+def test_a_solver_that_fails_halts_the_robot_and_it_goes_on_afterwards(failing):
+    client = failing.client
+    drive = Driver(client)
+    assert client.call(Trigger, "/fail", Trigger.Request()).success
+    drive.send_motors(2.7, 0.5)
+    drive.until_state(StabilityMetrics.STATE_HALTED)
+    assert drive.metrics.status == StabilityMetrics.STATUS_NOT_CONVERGED
+    assert "forced by a test" in drive.metrics.status_text
+    np.testing.assert_array_equal(drive.motors, HOME)
+    answer = drive.forward(2.7, 0.5)
+    assert answer.error_code.val == ErrorCode.FAILURE
+    assert client.call(Trigger, "/work", Trigger.Request()).success
+    drive.until(lambda: np.array_equal(drive.motors, [2.7, 0.5]))
+    assert drive.forward(2.7, 0.5).error_code.val == ErrorCode.SUCCESS
+    drive.close()
+
+
+@pytest.mark.parametrize("which", ["move_to", "follow_trajectory", "map_workspace"])
+def test_a_callback_of_an_action_that_fails_harms_neither_node_nor_goal(failing, which, tmp_path):
+    """What a cancel raised ended the node with a segmentation fault."""
+    client, name = failing.client, f"/cpr_node/{which}"
+    if which == "move_to":
+        goals = GoalClient(client, MoveTo, name)
+        fields = {"given": MoveTo.Goal.GIVEN_MOTORS, "patience": 1.0}
+        fields["motors"] = JointState(name=NAMES[:1], position=[12.0])
+    elif which == "follow_trajectory":
+        goals = GoalClient(client, FollowTrajectory, name)
+        now = client.messages(JointState, "/joint_states", 1)[0]
+        late = JointTrajectoryPoint(positions=now.position, time_from_start=Duration(sec=60))
+        fields = {"trajectory": JointTrajectory(joint_names=now.name, points=[late])}
+    else:
+        goals = GoalClient(client, MapWorkspace, name)
+        axes = [
+            MapAxis(name=axis, first=-0.9, last=0.9, resolution=0.002)  # takes long
+            for axis in "xy"
+        ]
+        fields = {"axes": axes, "file": str(tmp_path / "map.nc")}
+
+    def failing_now(does):
+        assert client.call(Trigger, "/fail", Trigger.Request()).success
+        try:
+            return does()
+        finally:
+            assert client.call(Trigger, "/work", Trigger.Request()).success
+
+    refused = failing_now(lambda: goals.result(goals.send(**fields)))
+    assert refused.status == GoalStatus.STATUS_ABORTED
+    assert refused.result.error_code.val == ErrorCode.FAILURE
+    assert "forced by a test" in refused.result.error_code.message
+    handle = goals.send(**fields)
+    assert failing_now(lambda: goals.cancel(handle)) == 0  # nothing was, and that is said
+    assert failing.process.output().count("ArithmeticError: forced by a test") >= 2
+    # The goal is still on its way, and can be cancelled.
+    assert goals.cancel(handle) == 1
+    done = goals.result(handle)
+    assert done.status == GoalStatus.STATUS_CANCELED
+    assert done.result.error_code.val == ErrorCode.PREEMPTED
+    goals.close()
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
@@ -343,7 +399,7 @@ def test_a_signal_at_any_time_ends_the_node_cleanly(tmp_path, how):
     """From the first line of the log on; before that, a signal ends Python in Python's own way."""
     for number, delay in enumerate([0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8]):
         log = tmp_path / f"node{number}.log"
-        process = NodeProcess(log, free_domain(), ["-p", "robot:=rfrfr"])
+        process = NodeProcess(log, free_domain(), ["-p", "robot:=rfrfr"], cold=True)
         process.wait_for_log("motors motor1")
         time.sleep(delay)
         assert process.stop(how) == 0, process.output()

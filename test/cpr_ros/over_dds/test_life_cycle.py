@@ -12,17 +12,12 @@ from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveForward
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from helpers.driver import Driver
-from helpers.node_process import Client, NodeProcess, free_domain
+from helpers.node_process import Client, NodeProcess, change, free_domain
 from lifecycle_msgs.msg import State, Transition
-from lifecycle_msgs.srv import ChangeState, GetState
+from lifecycle_msgs.srv import GetState
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
 from std_srvs.srv import SetBool, Trigger
-
-
-def change(client, transition):
-    request = ChangeState.Request(transition=Transition(id=transition))
-    return client.call(ChangeState, "/cpr_node/change_state", request).success
 
 
 def state(client):

@@ -17,15 +17,17 @@ ROOT = Path(__file__).parents[3]
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_node_cleanly(tmp_path, how):
-    process = NodeProcess(tmp_path / "node.log", free_domain(), ["-p", "robot:=rfrfr"])
+    arguments = ["-p", "robot:=rfrfr"]
+    process = NodeProcess(tmp_path / "node.log", free_domain(), arguments, cold=True)
     process.wait_for_log("ready")
     assert process.stop(how) == 0
     assert "Traceback" not in process.output()
 
 
 def test_sigterm_during_the_start_ends_the_node_cleanly(tmp_path):
+    arguments = ["-p", "robot:=six_rfs"]
     for text in ("motors motor1", "finding home", "at home after"):
-        process = NodeProcess(tmp_path / "node.log", free_domain(), ["-p", "robot:=six_rfs"])
+        process = NodeProcess(tmp_path / "node.log", free_domain(), arguments, cold=True)
         process.wait_for_log(text)
         assert process.stop(signal.SIGTERM) == 0, process.output()
         assert "Traceback" not in process.output()
@@ -120,6 +122,7 @@ def test_a_number_that_looks_like_another_unit_is_told_in_the_log(tmp_path):
     [
         (["-p", "robot:=no_such_robot"], "no such file, nor a shipped robot"),
         (["-p", "robot:=rfrfr", "-p", "margin_stop:=0.5"], "expected margin_stop below"),
+        (["-p", "robot:=rfrfr", "-p", "start_from:=last"], "where the robot was last is not known"),
         (["-p", "robot:=rfrfr", "-p", "base_frame:=platform"], "expected two frames"),
         (["-p", "nonsense"], "nonsense"),
         (["-p", "robot:=rfrfr", "-p", "modes:=500"], "modes"),

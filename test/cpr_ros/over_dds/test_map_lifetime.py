@@ -10,9 +10,8 @@ from action_msgs.msg import GoalStatus
 from cpr_msgs.msg import ErrorCode
 from helpers.driver import Driver
 from helpers.map_client import MEDIUM, MapClient, lives, workers_of
-from helpers.node_process import Client, NodeProcess, free_domain
+from helpers.node_process import Client, NodeProcess, change, free_domain
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 
 import cpr_core
 from cpr_core.workspace.store import read_map
@@ -36,11 +35,6 @@ def mapping(tmp_path):
     finally:
         client.close()
         process.stop(signal.SIGKILL)
-
-
-def change(client, transition):
-    request = ChangeState.Request(transition=Transition(id=transition))
-    return client.call(ChangeState, "/cpr_node/change_state", request).success
 
 
 def assert_kept(folder):

@@ -11,10 +11,9 @@ from action_msgs.msg import GoalStatus
 from cpr_msgs.action import MoveTo
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from geometry_msgs.msg import PoseStamped
-from helpers.node_process import TIMEOUT
+from helpers.goal_client import GoalClient
+from helpers.node_process import change
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
-from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState
 
 import cpr_core
@@ -27,40 +26,22 @@ SUCCEEDED, ABORTED, CANCELED = (
 )
 
 
-class MoveClient:
-    """Goals out, feedback and results in."""
+class MoveClient(GoalClient):
+    """A client of ``~/move_to``."""
 
     def __init__(self, client):
-        self.client, self.feedback = client, []
-        self._action = ActionClient(client.node, MoveTo, "/cpr_node/move_to")
-        assert self._action.wait_for_server(TIMEOUT)
+        super().__init__(client, MoveTo, "/cpr_node/move_to")
 
     def send(self, **fields):
-        """A goal that is on its way."""
-        self.feedback = []
-        goal = MoveTo.Goal(**({"patience": 1.0} | fields))
-        sent = self._action.send_goal_async(
-            goal, feedback_callback=lambda message: self.feedback.append(message.feedback)
-        )
-        self.client.spin_until(sent.done)
-        assert sent.result().accepted
-        return sent.result()
+        return super().send(**({"patience": 1.0} | fields))
 
     def result(self, handle):
-        answer = handle.get_result_async()
-        self.client.spin_until(answer.done)
-        return answer.result().status, answer.result().result
+        """Status and result."""
+        done = super().result(handle)
+        return done.status, done.result
 
     def move(self, **fields):
         return self.result(self.send(**fields))
-
-    def cancel(self, handle):
-        answer = handle.cancel_goal_async()
-        self.client.spin_until(answer.done)
-        return len(answer.result().goals_canceling)
-
-    def close(self):
-        self._action.destroy()
 
 
 @pytest.fixture
@@ -246,10 +227,13 @@ def test_quaternions_and_ranges_are_looked_at(planar_body):
     moves = MoveClient(planar_body.client)
     turned = platform(0.0, 0.0)
     turned["platform"].pose.orientation.w = 0.5
+    tilted = platform(0.0, 0.0)
+    tilted["platform"].pose.orientation.w, tilted["platform"].pose.orientation.x = 0.8, 0.6
     beyond = motors(1.6, names=["motor2"])
     try:
         for fields, code, words in (
             (turned, ErrorCode.INVALID_QUATERNION, "platform.pose.orientation"),
+            (tilted, ErrorCode.INVALID_QUATERNION, "expected a rotation about z"),
             (beyond, ErrorCode.MOTOR_LIMIT, "motors.position: motor2"),
         ):
             status, result = moves.move(**fields)
@@ -260,13 +244,9 @@ def test_quaternions_and_ranges_are_looked_at(planar_body):
 
 
 def test_a_node_that_is_deactivated_ends_its_goal(rfrfr, slow, moves):
-    def change(transition):
-        request = ChangeState.Request(transition=Transition(id=transition))
-        return rfrfr.client.call(ChangeState, "/cpr_node/change_state", request).success
-
     handle = moves.send(**motors(3.5, -0.4))
     moves.client.spin_until(lambda: bool(moves.feedback))
-    assert change(Transition.TRANSITION_DEACTIVATE)
+    assert change(rfrfr.client, Transition.TRANSITION_DEACTIVATE)
     try:
         status, result = moves.result(handle)
         assert (status, result.error_code.val) == (ABORTED, ErrorCode.NOT_READY)
@@ -277,4 +257,4 @@ def test_a_node_that_is_deactivated_ends_its_goal(rfrfr, slow, moves):
         assert result.reached.index_locked == -1
         assert "inactive: holds and is silent" in rfrfr.process.output()
     finally:
-        assert change(Transition.TRANSITION_ACTIVATE)
+        assert change(rfrfr.client, Transition.TRANSITION_ACTIVATE)

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,8 +17,10 @@ from builtin_interfaces.msg import Duration
 from cpr_msgs.action import FollowTrajectory
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
-from helpers.node_process import TIMEOUT
-from rclpy.action import ActionClient
+from helpers.goal_client import GoalClient
+from helpers.node_process import change
+from lifecycle_msgs.msg import Transition
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -45,40 +46,27 @@ def trajectory(times, positions, velocities=None, names=NAMES, **header):
     return message
 
 
-class TrajectoryClient:
-    """A client of ``~/follow_trajectory``."""
+def with_efforts(message):
+    message.points[0].effort = [0.1, 0.1]
+    return message
+
+
+class TrajectoryClient(GoalClient):
+    """A client of ``~/follow_trajectory``, and the topic beside it."""
 
     def __init__(self, drive):
-        self.drive, self.client = drive, drive.client
-        self.feedback = []
-        self.action = ActionClient(
-            self.client.node, FollowTrajectory, f"{drive.name}/follow_trajectory"
-        )
-        assert self.action.wait_for_server(TIMEOUT)
+        super().__init__(drive.client, FollowTrajectory, f"{drive.name}/follow_trajectory")
         self.topic = self.client.node.create_publisher(
             JointTrajectory, f"{drive.name}/joint_trajectory", 1
         )
         self.client.spin_until(lambda: self.topic.get_subscription_count() > 0)
 
     def close(self):
-        self.action.destroy()
+        super().close()
         self.client.node.destroy_publisher(self.topic)
 
     def send(self, message, **fields):
-        self.feedback.clear()
-        sent = self.action.send_goal_async(
-            FollowTrajectory.Goal(trajectory=message, **fields),
-            feedback_callback=lambda given: self.feedback.append(given.feedback),
-        )
-        self.client.spin_until(sent.done)
-        assert sent.result().accepted
-        return sent.result()
-
-    def result(self, handle, timeout=120.0):
-        """Status and result."""
-        answer = handle.get_result_async()
-        self.client.spin_until(answer.done, timeout)
-        return SimpleNamespace(status=answer.result().status, result=answer.result().result)
+        return super().send(trajectory=message, **fields)
 
 
 @pytest.fixture
@@ -213,10 +201,12 @@ def test_a_newer_one_replaces_one_under_way(drive, following):
     assert np.abs(np.diff(commands_of(drive), axis=0)).max() <= 4.0 / 200.0
 
 
-def test_an_empty_one_and_a_setpoint_end_one(drive, following):
+def test_an_empty_one_a_setpoint_a_pause_and_a_way_home_end_one(drive, following):
     for end in (
         lambda: following.topic.publish(JointTrajectory()),
         lambda: drive.send_motors(*HOME),
+        lambda: drive.pause(True),
+        drive.reset,
     ):
         handle = following.send(trajectory([10.0], [HOME + [2.0, 0.0]]))
         drive.until(lambda: np.abs(drive.motors - HOME).max() > 0.05)
@@ -224,8 +214,87 @@ def test_an_empty_one_and_a_setpoint_end_one(drive, following):
         done = following.result(handle)
         assert done.status == GoalStatus.STATUS_ABORTED
         assert done.result.error_code.val == ErrorCode.PREEMPTED
-        drive.send_motors(*HOME)
-        drive.until(lambda: np.array_equal(drive.motors, HOME))
+        drive.go_home()
+
+
+def test_one_that_falls_behind_its_tolerance_is_given_up(drive, following):
+    """Below the warning threshold it is slowed down, by more than its first motor allows."""
+    given = {"margin_warning": 0.99, "margin_stop": 0.9, "max_speed": 0.8}
+    assert drive.set_parameters(**given).successful
+    message = trajectory([1.0], [HOME + [0.5, -0.5]], np.zeros((1, 2)))
+    try:
+        beyond = following.result(following.send(message, path_tolerance=[0.01, 0.0]))
+        drive.go_home()
+        late = following.result(
+            following.send(
+                message, goal_tolerance=[1e-3, 0.0], goal_time_tolerance=Duration(nanosec=10**7)
+            )
+        )
+    finally:
+        given = {"margin_warning": 0.2, "margin_stop": 0.05, "max_speed": 4.0}
+        assert drive.set_parameters(**given).successful
+    for done, measure in ((beyond, "path_tolerance"), (late, "goal_time_tolerance")):
+        assert done.status == GoalStatus.STATUS_ABORTED
+        assert done.result.error_code.val == ErrorCode.CONTROL_FAILED
+        assert done.result.measure == measure
+        assert "motor1" in done.result.error_code.message
+
+
+@pytest.mark.parametrize(
+    ("field", "given", "val"),
+    [
+        ("path_tolerance", [0.1], "INVALID_ROBOT_STATE"),
+        ("goal_tolerance", [0.1, -0.1], "INVALID_ROBOT_STATE"),
+        ("goal_tolerance", [0.1, np.nan], "NON_FINITE_INPUT"),
+        ("goal_time_tolerance", Duration(sec=-1), "INVALID_ROBOT_STATE"),
+    ],
+)
+def test_tolerances_that_are_none_are_refused(drive, following, field, given, val):
+    message = trajectory([1.0], [HOME])
+    done = following.result(following.send(message, **{field: given}))
+    assert done.status == GoalStatus.STATUS_ABORTED
+    assert done.result.error_code.val == getattr(ErrorCode, val), done.result.error_code.message
+    assert done.result.error_code.message.startswith(field)
+
+
+@pytest.mark.parametrize("way", ["action", "action, waiting for its start", "topic"])
+def test_a_deactivated_node_ends_one_and_moves_no_further(rfrfr, drive, following, way):
+    message = trajectory([10.0], [HOME + [2.0, 0.0]])
+    if way == "action, waiting for its start":
+        now = drive.client.node.get_clock().now().nanoseconds
+        message.header.stamp.sec = now // 10**9 + 30
+    log = rfrfr.process.output
+    before = log().count("-110: the node was deactivated")
+    if way == "topic":
+        following.topic.publish(message)
+    else:
+        handle = following.send(message)
+    if way != "action, waiting for its start":
+        drive.until(lambda: np.abs(drive.motors - HOME).max() > 0.05)
+    assert change(drive.client, Transition.TRANSITION_DEACTIVATE)
+    try:
+        if way != "topic":
+            done = following.result(handle)
+            assert done.status == GoalStatus.STATUS_ABORTED
+            assert done.result.error_code.val == ErrorCode.NOT_READY
+            assert done.result.error_code.message == "the node was deactivated"
+            held = np.array(done.result.reached.motors.position)
+        drive.client.spin_until(lambda: log().count("-110: the node was deactivated") > before)
+        drive.forget()
+        refused = following.result(following.send(message)).result
+        assert refused.error_code.val == ErrorCode.NOT_READY
+        assert refused.reached.index_locked == -1  # 0 would be stable
+    finally:
+        assert change(drive.client, Transition.TRANSITION_ACTIVATE)
+    drive.until(lambda: len(drive.all(StabilityMetrics)) >= 10)
+    if way == "topic":
+        held = drive.motors
+        assert 0.05 < held[0] - HOME[0] < 1.9
+    for state in drive.all(JointState):
+        np.testing.assert_array_equal(state.position, held)
+    assert {told.state for told in drive.all(StabilityMetrics)} == {StabilityMetrics.STATE_IDLE}
+    drive.forget()
+    until_command(drive, held)  # and that is what a controller hears
 
 
 @pytest.mark.parametrize(
@@ -241,6 +310,13 @@ def test_an_empty_one_and_a_setpoint_end_one(drive, following):
         (trajectory([1.0], [HOME], [[0.1, 0.0]]), "INVALID_MOTION_PLAN", "ends at rest"),
         (trajectory([0.1], [HOME + 1.0]), "INVALID_MOTION_PLAN", "no more than 4 rad/s"),
         (trajectory([0.0, 1.0], [HOME + 0.5] * 2), "INVALID_MOTION_PLAN", "commanded to"),
+        (with_efforts(trajectory([1.0], [HOME])), "INVALID_ROBOT_STATE", "moved by position"),
+        (
+            trajectory(np.arange(1, 10_002), [HOME] * 10_001),
+            "INVALID_ROBOT_STATE",
+            "no more than 10000 points",
+        ),
+        (trajectory([601.0], [HOME]), "INVALID_MOTION_PLAN", "within 600 s"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )

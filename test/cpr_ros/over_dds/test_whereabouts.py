@@ -10,9 +10,9 @@ import time
 import numpy as np
 import pytest
 from cpr_msgs.srv import SolveForward
-from helpers.node_process import Client, NodeProcess, free_domain
+from helpers.node_process import Client, NodeProcess, change, free_domain
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState, GetState
+from lifecycle_msgs.srv import GetState
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -90,9 +90,7 @@ class Bench:
 
     def change(self, *transitions):
         for transition in transitions:
-            request = ChangeState.Request(transition=Transition(id=transition))
-            answer = self.client.call(ChangeState, "/cpr_node/change_state", request)
-            assert answer.success, self.process.output()
+            assert change(self.client, transition), self.process.output()
 
     def kill(self):
         """Kill the node. What it was about to send, or sent to nobody, is in its file."""
@@ -235,6 +233,8 @@ def test_the_state_of_another_robot_is_left_aside_with_a_word(bench):
     bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
     bench.spin(1.5)
     assert not bench.commands  # none before the first motion, which begins at home
+    bench.send(*HOME)
+    bench.until_at(HOME)  # wherever the motors are: this was said to be reached, and nothing sent
     bench.send(2.7, 0.4)
     bench.until_at([2.7, 0.4])
     assert np.abs(bench.commands[0] - HOME).max() <= STEP * (1.0 + 2e-5)

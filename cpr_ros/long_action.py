@@ -1,0 +1,110 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""An action whose goals take their time, in a node with one thread."""
+
+from __future__ import annotations
+
+import traceback
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any
+
+from cpr_msgs.msg import ErrorCode
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import GoalEvent, ServerGoalHandle
+from rclpy.node import Node
+
+from cpr_core import CprError
+
+__all__ = ["LongAction"]
+
+
+class LongAction(ABC):
+    """Takes goals, and gives every one of them a result, soon or later.
+
+    None is rejected in the way of ROS, which could give no reason. Nothing that rclpy calls raises: with
+    an executor of events that ends the process.
+    """
+
+    def __init__(self, node: Node, kind: Any, name: str) -> None:
+        """Offer the action.
+
+        Args:
+            node: The node.
+            kind: Its type.
+            name: Its name.
+        """
+        self._node = node
+        self._server = ActionServer(
+            node,
+            kind,
+            name,
+            execute_callback=lambda handle: kind.Result(),  # every goal brings its own
+            handle_accepted_callback=self._guarded(self._accept),
+            cancel_callback=self._guarded(self._answer_cancel, CancelResponse.REJECT),
+        )
+
+    def close(self) -> None:
+        """Offer it no longer."""
+        self._server.destroy()
+
+    @abstractmethod
+    def _begin(self, handle: ServerGoalHandle) -> None:
+        """Begin with a goal; what is raised refuses it."""
+
+    @abstractmethod
+    def _refuse(self, handle: ServerGoalHandle, error: Exception) -> None:
+        """Finish a goal that could not begin."""
+
+    @abstractmethod
+    def _cancel(self, handle: ServerGoalHandle) -> bool:
+        """Bring a goal to its end soon; whether it was on its way."""
+
+    def _finish(self, handle: ServerGoalHandle, val: int, result: Any) -> None:
+        """Bring a goal to its end.
+
+        Args:
+            handle: The goal.
+            val: Number of cpr_msgs/ErrorCode.
+            result: Its result.
+        """
+
+        def finished(handle: ServerGoalHandle) -> Any:
+            if val == ErrorCode.SUCCESS:
+                handle.succeed()
+            elif handle.is_cancel_requested:
+                handle.canceled()
+            else:
+                handle.abort()
+            return result
+
+        self._server.notify_execute(handle, finished)
+
+    def _accept(self, handle: ServerGoalHandle) -> None:
+        # Not `handle.execute`: that wants the result in the same breath, and a coroutine that awaits
+        # one keeps rclpy's executor spinning at full load.
+        handle._update_state(GoalEvent.EXECUTE)
+        try:
+            self._begin(handle)
+        except Exception as error:
+            if not isinstance(error, CprError):
+                self._node.get_logger().error(traceback.format_exc())
+            self._refuse(handle, error)
+
+    def _answer_cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+        return CancelResponse.ACCEPT if self._cancel(handle) else CancelResponse.REJECT
+
+    def _guarded(
+        self, callback: Callable[[ServerGoalHandle], Any], otherwise: Any = None
+    ) -> Callable[[ServerGoalHandle], Any]:
+        """A callback that logs what it raises."""
+
+        def guarded(handle: ServerGoalHandle) -> Any:
+            try:
+                return callback(handle)
+            except Exception:
+                self._node.get_logger().error(traceback.format_exc())
+                return otherwise
+
+        return guarded

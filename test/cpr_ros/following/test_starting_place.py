@@ -1,0 +1,78 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Where a robot begins: at home, where it was last, or where it is measured."""
+
+import numpy as np
+import pytest
+from helpers.drive import PERIOD, robot
+
+from cpr_core import CprError, find_equilibria, solve_forward, solve_home, solve_inverse
+from cpr_ros.conversions import Frames
+from cpr_ros.kept_state import LastState
+from cpr_ros.parameter_table import PARAMETERS
+from cpr_ros.parameters import Parameters, live_parameters
+from cpr_ros.session import Session
+from cpr_ros.starting_place import begin_at_home, begin_at_last, begin_at_measured
+
+DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
+FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
+
+
+@pytest.fixture
+def session():
+    parameters = Parameters(**FIXED | {"characteristic_length": None})
+    live = live_parameters(DEFAULTS.__getitem__)
+    return Session(robot("rfrfr"), Frames("base", "platform"), parameters, live)
+
+
+def at(session):
+    return session.solver.current.equilibrium
+
+
+def test_the_wrench_of_then_is_taken_away_and_the_commands_stay(session):
+    loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.2, -0.3, 0])
+    pushed = solve_forward(session.robot, [2.7, 0.4], loads=loads)
+    said = begin_at_last(session, LastState(pushed, np.array([2.71, 0.39])))
+    assert said == "where it was last, motors (2.7, 0.4)"
+    free = solve_forward(session.robot, [2.7, 0.4])
+    np.testing.assert_allclose(at(session).platform_position, free.platform_position, atol=1e-10)
+    assert at(session).loads is session.robot.default_loads
+    np.testing.assert_array_equal(session.commands.newest, [2.71, 0.39])
+
+
+def test_an_equilibrium_that_is_unstable_without_its_wrench_is_no_place_to_begin(session):
+    unstable = solve_inverse(session.robot, [0.0, 0.0])
+    assert unstable.index_locked > 0
+    with pytest.raises(CprError, match="unstable"):
+        begin_at_last(session, LastState(unstable, unstable.motors))
+
+
+def test_measured_near_by_it_stays_on_its_branch_and_far_away_it_is_on_that_of_home(session):
+    home = solve_home(session.robot)
+    other = next(
+        found.equilibrium
+        for found in find_equilibria(session.robot, home.motors, starts=200)
+        if found.equilibrium.index_locked == 0
+        and np.abs(found.equilibrium.platform_position - home.platform_position).max() > 0.05
+    )
+    session.begin_at(other, other.motors, 0.0)
+    begin_at_measured(session, other.motors + 0.01)
+    near = solve_forward(session.robot, other.motors + 0.01, start=other)
+    np.testing.assert_allclose(at(session).platform_position, near.platform_position, atol=1e-9)
+    begin_at_measured(session, other.motors + 0.3)
+    home = solve_forward(session.robot, other.motors + 0.3)
+    np.testing.assert_allclose(at(session).platform_position, home.platform_position, atol=1e-9)
+    np.testing.assert_array_equal(session.commands.newest, other.motors + 0.3)
+
+
+def test_home_is_gone_to_from_the_last_commands(session):
+    home = solve_home(session.robot).motors
+    assert begin_at_home(session, None).startswith("nothing is known of where the robot is")
+    assert session.commands.newest is None
+    last = solve_forward(session.robot, home + [0.1, -0.1])
+    assert "to home at max_speed" in begin_at_home(session, LastState(last, last.motors))
+    session.tick(PERIOD)
+    command = session.next_command()
+    assert 0.0 < np.abs(command - last.motors).max() <= PERIOD * (1.0 + 1e-5)
+    assert begin_at_home(session, LastState(last, home)) == "the last commands were those of home"

@@ -1,0 +1,68 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The programs of the page about recording, one after the other, beside a real node."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from cpr_msgs.msg import StabilityMetrics
+from helpers.node_process import TIMEOUT
+from sensor_msgs.msg import JointState
+
+PAGE = Path(__file__).parents[3] / "docs/recording.md"
+TOPICS = ("/joint_states", "/cpr_node/stability")
+
+
+def started(drive, program, argument):
+    return subprocess.Popen(
+        [sys.executable, "-c", program, argument],
+        env=os.environ | {"ROS_DOMAIN_ID": str(drive.client.context.get_domain_id())},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+def said(process):
+    text, _ = process.communicate(timeout=60.0)
+    assert process.returncode == 0, text
+    return text.splitlines()
+
+
+def test_what_is_recorded_is_read_again(drive, tmp_path):
+    page = PAGE.read_text(encoding="utf-8")
+    write, *reading = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    folder = tmp_path / "bag"
+    recorder = started(drive, write, folder)
+    node = drive.client.node
+    drive.client.spin_until(
+        lambda: (
+            recorder.poll() is not None
+            or all(node.count_subscribers(topic) > 1 for topic in TOPICS)
+        ),
+        TIMEOUT,
+    )
+    drive.send_motors(2.65, 0.5)
+    drive.until(lambda: np.array_equal(drive.motors, [2.65, 0.5]))
+    drive.until(lambda: len(drive.all(StabilityMetrics)) > 5 and len(drive.all(JointState)) > 5)
+    recorder.send_signal(signal.SIGINT)
+    assert said(recorder) == []
+
+    with_rosbags, with_mcap = reading
+    lines = [line.split(maxsplit=2) for line in said(started(drive, with_rosbags, folder))]
+    stamps = [float(stamp) for stamp, _, _ in lines]
+    assert stamps == sorted(stamps)
+    told = drive.all(StabilityMetrics)[-1]
+    assert len(lines) > 5
+    assert {text for _, _, text in lines} == {told.status_text}
+    assert any(float(margin) == told.margin for _, margin, _ in lines)
+    (file,) = folder.glob("*.mcap")
+    lines = said(started(drive, with_mcap, file))
+    assert len(lines) > 5
+    assert any(line.endswith("[2.65, 0.5]") for line in lines)

@@ -1,0 +1,49 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The side of somebody who uses an action: goals out, feedback and results in."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+from rclpy.action import ActionClient
+
+from helpers.node_process import TIMEOUT, Client
+
+
+class GoalClient:
+    """A client of one action."""
+
+    def __init__(self, client: Client, kind: Any, name: str) -> None:
+        self.client, self.kind = client, kind
+        self.feedback: list[Any] = []
+        self._action = ActionClient(client.node, kind, name)
+        assert self._action.wait_for_server(TIMEOUT), f"no action {name}"
+
+    def close(self) -> None:
+        self._action.destroy()
+
+    def send(self, **fields: Any) -> Any:
+        """A goal that is on its way."""
+        self.feedback.clear()
+        sent = self._action.send_goal_async(
+            self.kind.Goal(**fields),
+            feedback_callback=lambda message: self.feedback.append(message.feedback),
+        )
+        self.client.spin_until(sent.done)
+        assert sent.result().accepted
+        return sent.result()
+
+    def result(self, handle: Any, timeout: float = 120.0) -> Any:
+        """Status and result."""
+        answer = handle.get_result_async()
+        self.client.spin_until(answer.done, timeout)
+        return SimpleNamespace(status=answer.result().status, result=answer.result().result)
+
+    def cancel(self, handle: Any) -> int:
+        """How many goals are being cancelled."""
+        answer = handle.cancel_goal_async()
+        self.client.spin_until(answer.done)
+        return len(answer.result().goals_canceling)

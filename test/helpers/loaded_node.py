@@ -1,0 +1,14 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Everything a node imports, and the machine code it calls."""
+
+import cpr_ros  # noqa: F401  finds the ROS 2 of this environment
+import cpr_ros.node_run  # noqa: F401
+from cpr_core import kinemato_statics, leg_shapes, load_robot, solve_home, solve_inverse
+
+_home = solve_home(load_robot("rfrfr", modes=2))
+solve_inverse(_home.robot, _home.pose, start=_home)
+leg_shapes(_home)
+kinemato_statics(_home).smallest_singular_value("forward")
+_home.margin  # noqa: B018  kept in the process
