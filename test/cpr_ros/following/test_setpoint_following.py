@@ -325,7 +325,7 @@ def test_measures_that_cannot_be_had_hold_the_robot(rfrfr, monkeypatch):
     def fail(_equilibrium):
         raise np.linalg.LinAlgError("forced")
 
-    monkeypatch.setattr("cpr_ros.assessment.kinemato_statics", fail)
+    monkeypatch.setattr("cpr_core.model.assessment.kinemato_statics", fail)
     rfrfr.follow(MotorGoal(rfrfr.robot, rfrfr.motors + 0.05))
     halted = rfrfr.until_state(State.HALTED, ticks=20)
     assert halted.verdict.status == Status.NOT_CONVERGED
