@@ -164,10 +164,14 @@ class Page:
             text = status_text(handled)
             if self._status.content != text:
                 self._status.content = text
-            now = time.monotonic()
-            if self._mailbox.idle or now - self._bars_filled > _BARS_EVERY:
-                self._bars.show(bars(here))
-                self._bars_filled = now
+        self._mailbox.ask("bars", self._fill_bars)
+
+    def _fill_bars(self) -> None:
+        """After what is drawn, which nobody wants to wait for; less often while requests come."""
+        now = time.monotonic()
+        if self._mailbox.idle or now - self._bars_filled > _BARS_EVERY:
+            self._bars.show(bars(self._handled.equilibrium))
+            self._bars_filled = now
 
     def _failed(self, error: Exception) -> None:
         """Something of ours is wrong: say so on the page, and go on."""
