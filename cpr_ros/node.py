@@ -360,7 +360,7 @@ class CprNode(LifecycleNode):
 
 
 def _look_past_what_stays() -> None:
-    """Python's collector would look at all of it now and then, and nothing ticks meanwhile, for 0.1 s."""
+    """Python's collector would look at it all now and then, and nothing ticks for 0.1 s meanwhile."""
     gc.unfreeze()
     gc.collect()
     gc.freeze()
