@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 from cpr_msgs.msg import StabilityMetrics
 from helpers.node_process import TIMEOUT
-from sensor_msgs.msg import JointState
 
 #: Messages that wait to be taken by the program of the page.
 QUEUE = 100
