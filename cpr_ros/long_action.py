@@ -79,7 +79,7 @@ class LongAction(ABC):
                 handle.abort()
             return result
 
-        self._server.notify_execute(handle, finished)
+        self._server.notify_execute(handle, self._guarded(finished, result))
 
     def _accept(self, handle: ServerGoalHandle) -> None:
         # Not `handle.execute`: that wants the result in the same breath, and a coroutine that awaits

@@ -113,8 +113,6 @@ class Outputs:
             self._joint_states.publish(joints.at(stamp))
         if pose_heard:
             self._platform_pose.publish(pose.at(stamp))
-        if self._transforms.available:
-            pose.message.header.stamp = stamp
             self._transforms.send(pose.message)
 
     def _state_of(self, session: Session) -> tuple[RepeatedMessage, RepeatedMessage]:

@@ -30,18 +30,19 @@ class RepeatedMessage:
         """Keep it; it is not translated before it is sent a second time.
 
         Args:
-            message: Must not be changed any more.
+            message: Must not be changed any more, its stamp aside.
         """
         self.message, self._bytes, self._sent = message, bytearray(), False
 
     def at(self, stamp: Time) -> Any:
-        """What to publish: the message with another stamp, or the same as bytes."""
-        if not self._sent or self._bytes[:2] not in (b"", _LITTLE_ENDIAN):
+        """What to publish: the message, which has this stamp now, or the same as bytes."""
+        self.message.header.stamp = stamp
+        if not self._sent:
             self._sent = True
-            self.message.header.stamp = stamp
             return self.message
         if not self._bytes:
             self._bytes = bytearray(serialize_message(self.message))
-            return self.at(stamp)
+        if self._bytes[:2] != _LITTLE_ENDIAN:
+            return self.message
         _STAMP.pack_into(self._bytes, _FIRST, stamp.sec, stamp.nanosec)
         return bytes(self._bytes)

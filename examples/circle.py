@@ -14,15 +14,17 @@ from __future__ import annotations
 
 import argparse
 import math
+import signal
 import sys
+import threading
 import time
 
 import cpr_ros  # noqa: F401  finds the ROS 2 of this environment
 import rclpy
 from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import PoseStamped
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 RATE = 100.0
 
@@ -42,19 +44,23 @@ class Circle(Node):
         self.create_subscription(PoseStamped, "cpr_node/platform_pose", self._on_pose, 10)
         self.create_subscription(StabilityMetrics, "cpr_node/stability", self._on_metrics, 10)
 
-    def drive(self, turns: float) -> None:
-        """Drive around; returns at the end or when the node halts.
+    def drive(self, turns: float, enough: threading.Event) -> None:
+        """Drive around; returns at the end, when it is enough, or when the node halts.
 
         Raises:
             TimeoutError: No cpr_node is there.
         """
         end = time.monotonic() + 20.0
         while self.pose is None or not self._setpoint.get_subscription_count():
+            if enough.is_set():
+                return
             rclpy.spin_once(self, timeout_sec=0.1)
             if time.monotonic() > end:
                 raise TimeoutError("no cpr_node publishes its platform pose")
         start, begin = self.pose, time.monotonic()
-        while not self.halted and (elapsed := time.monotonic() - begin) < turns * self.period:
+        while (elapsed := time.monotonic() - begin) < turns * self.period:
+            if self.halted or enough.is_set():
+                return
             angle = 2.0 * math.pi * elapsed / self.period
             target = PoseStamped()
             target.header.frame_id = start.header.frame_id
@@ -88,16 +94,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--period", type=float, default=5.0, help="time of a turn [s]")
     parser.add_argument("--turns", type=float, default=1.0)
     options = parser.parse_args(arguments)
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    # A flag, for an exception could end up anywhere in rclpy, and be lost there.
+    enough = threading.Event()
+    signal.signal(signal.SIGINT, lambda *_: enough.set())
     node = Circle(options.radius, options.period)
     try:
-        node.drive(options.turns)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
-    except RuntimeError:
-        if rclpy.ok():  # else a signal came while rclpy was taking a message
-            raise
-        return 0
+        node.drive(options.turns, enough)
     except TimeoutError as error:
         print(f"circle: {error}", file=sys.stderr)
         return 1

@@ -12,7 +12,8 @@ itself. What to do about a node that is dead or stuck is yours to fill in: cut t
 
 from __future__ import annotations
 
-import sys
+import signal
+import threading
 from typing import Any
 
 import cpr_ros  # noqa: F401  finds the ROS 2 of this environment
@@ -20,9 +21,10 @@ import rclpy
 from cpr_msgs.msg import StabilityMetrics
 from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
 #: A halt that lasts so long is not waited out any more [s].
@@ -97,22 +99,20 @@ class Supervisor(Node):
         self.get_logger().info(f"reset: {answer.success}, {answer.message}")
 
 
-def main() -> int:
-    """Supervise until a signal comes."""
-    rclpy.init()
+def main() -> None:
+    """Supervise until Ctrl-C."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    # A flag, for an exception could end up anywhere in rclpy, and be lost there.
+    enough = threading.Event()
+    signal.signal(signal.SIGINT, lambda *_: enough.set())
     node = Supervisor()
-    try:
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except RuntimeError:
-        if rclpy.ok():  # else a signal came while rclpy was taking a message
-            raise
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
-    return 0
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    while not enough.is_set():
+        executor.spin_once(timeout_sec=0.1)
+    node.destroy_node()
+    rclpy.try_shutdown()
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -3,14 +3,45 @@
 
 """Ways from Python into kernels that only kernels call."""
 
+from inspect import signature
+
 import numba
+import numpy as np
+
+from cpr_core.kernels.kernel_arrays import workspace
+from cpr_core.kernels.pencil import pencil_of
+from cpr_core.kernels.prepared_robot import PreparedRobot
+
+#: Parameters of kernels that are handed over by their address.
+_PREPARED = ("robot", "work", "pencil")
 
 
 def entry(kernel):
-    """What calls a kernel: without, Python would crash."""
+    """What calls a kernel, or a function that calls kernels: without, Python would crash.
 
-    @numba.njit
-    def call(*arguments):
-        return kernel(*arguments)
+    Its robot, workspace and pencil go through a :class:`PreparedRobot`. To take their hundred arrays
+    apart would be longer to compile than all the rest.
+    """
+    kernel = kernel if hasattr(kernel, "py_func") else numba.njit(kernel)
+    names = list(signature(kernel.py_func).parameters)
+    others = [name for name in names if name not in _PREPARED]
+    passed = ", ".join(f"prepared.{name}" if name in _PREPARED else name for name in names)
+    scope = {"kernel": kernel}
+    exec(f"def call({', '.join(['prepared', *others])}): return kernel({passed})", scope)
+    call = numba.njit(scope["call"])
 
-    return call
+    def enter(*arguments):
+        given = dict(zip(names, arguments, strict=True))
+        robot, work, pencil = (given.pop(name, None) for name in _PREPARED)
+        return call(None if robot is None else prepared(robot, work, pencil), *given.values())
+
+    return enter
+
+
+def prepared(robot, work=None, pencil=None):
+    """The three for kernels; what is not given, no kernel looks at."""
+    if work is None:
+        work = workspace(robot)
+    if pencil is None:
+        pencil = pencil_of(robot, np.zeros((robot.platform_index,) * 2))
+    return PreparedRobot(robot, work, pencil)

@@ -3,9 +3,9 @@
 
 """Smallest eigenvalues of pencils shaped as robots are, against LAPACK on the whole matrices."""
 
-import numba
 import numpy as np
 import pytest
+from helpers.kernel_entry import entry
 from scipy import linalg
 
 from cpr_core import load_robot, solve_home
@@ -18,20 +18,20 @@ from cpr_core.model.stability import null_space_of
 ROBOTS = ("rfrfr", "six_rfs", "gough_stewart")
 
 
-@numba.njit
+@entry
 def smallest_eigenvalue(robot, pencil, free):
     diagonal = pencil_kernel.is_diagonal(pencil.gram)
     measure = pencil_kernel.Measure(pencil.gram, diagonal, 1.0, free)
     return pencil_kernel.smallest_eigenvalue(robot, pencil, measure, np.nan)
 
 
-@numba.njit
+@entry
 def eliminate_pencil(robot, pencil, free, shift):
     measure = pencil_kernel.Measure(pencil.gram, False, 1.0, free)
     return pencil_kernel.eliminate_pencil(robot, pencil, measure, shift)
 
 
-@numba.njit
+@entry
 def recall_pencil(robot, kept, pencil):
     return pencil_kernel.recall_pencil(robot, kept, pencil)
 

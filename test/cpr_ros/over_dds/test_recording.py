@@ -3,6 +3,7 @@
 
 """The programs of the page about recording, one after the other, beside a real node."""
 
+import ast
 import os
 import re
 import signal
@@ -13,17 +14,18 @@ from pathlib import Path
 import numpy as np
 from cpr_msgs.msg import StabilityMetrics
 from helpers.node_process import TIMEOUT
-from sensor_msgs.msg import JointState
 
+#: Messages that wait to be taken by the program of the page.
+QUEUE = 100
 PAGE = Path(__file__).parents[3] / "docs/recording.md"
 TOPICS = ("/joint_states", "/cpr_node/stability")
 
 
-def started(drive, program, argument):
+def started(drive, program, argument, output=subprocess.PIPE):
     return subprocess.Popen(
         [sys.executable, "-c", program, argument],
         env=os.environ | {"ROS_DOMAIN_ID": str(drive.client.context.get_domain_id())},
-        stdout=subprocess.PIPE,
+        stdout=output,
         stderr=subprocess.STDOUT,
         text=True,
     )
@@ -39,20 +41,26 @@ def test_what_is_recorded_is_read_again(drive, tmp_path):
     page = PAGE.read_text(encoding="utf-8")
     write, *reading = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     folder = tmp_path / "bag"
-    recorder = started(drive, write, folder)
-    node = drive.client.node
-    drive.client.spin_until(
-        lambda: (
-            recorder.poll() is not None
-            or all(node.count_subscribers(topic) > 1 for topic in TOPICS)
-        ),
-        TIMEOUT,
-    )
+    log = tmp_path / "recorder.log"
+    with log.open("w") as output:
+        recorder = started(drive, write, folder, output)
+
+    def counts():
+        """Of the topic with fewest messages, every second."""
+        assert recorder.poll() is None, log.read_text()
+        lines = log.read_text().split("\n")[:-1]
+        return [min(ast.literal_eval(line).values()) for line in lines]
+
+    drive.client.spin_until(lambda: any(counts()), TIMEOUT)
     drive.send_motors(2.65, 0.5)
     drive.until(lambda: np.array_equal(drive.motors, [2.65, 0.5]))
-    drive.until(lambda: len(drive.all(StabilityMetrics)) > 5 and len(drive.all(JointState)) > 5)
+    lines = len(counts())
+    # So many more cannot have waited in its queue when the robot was there.
+    drive.client.spin_until(
+        lambda: len(counts()) > lines and counts()[-1] > counts()[lines] + QUEUE, TIMEOUT
+    )
     recorder.send_signal(signal.SIGINT)
-    assert said(recorder) == []
+    assert recorder.wait(TIMEOUT) == 0, log.read_text()
 
     with_rosbags, with_mcap = reading
     lines = [line.split(maxsplit=2) for line in said(started(drive, with_rosbags, folder))]

@@ -187,6 +187,7 @@ def test_a_cancelled_one_holds_within_one_tick(drive, following):
     drive.forget()
     until_command(drive, held)
     np.testing.assert_array_equal(np.unique(commands_of(drive), axis=0), [held])
+    drive.client.spin_until(lambda: bool(drive.all(StabilityMetrics)))
     assert drive.metrics.state == StabilityMetrics.STATE_IDLE
 
 

@@ -53,10 +53,13 @@ class Bench:
         if until:
             self.process.wait_for_log(until)
 
+    def kept(self, robot):
+        """The file of the node, which nobody else may open meanwhile."""
+        return KeptState(self.folder / "states" / f"cpr_node.{self.domain}.state", robot)
+
     def keep(self, robot):
         """Leave a last state, somewhere beside home."""
-        name = f"cpr_node.{self.domain}.state"
-        kept = KeptState(self.folder / "states" / name, robot)
+        kept = self.kept(robot)
         found = solve_forward(robot, [2.7, 0.4])
         kept.keep(found, found.motors)
         kept.close()
@@ -100,8 +103,7 @@ class Bench:
         while heard < len(self.commands):  # what is on the way
             heard = len(self.commands)
             self.spin(0.2)
-        name = f"cpr_node.{self.domain}.state"
-        kept = KeptState(self.folder / "states" / name, load_robot("rfrfr"))
+        kept = self.kept(load_robot("rfrfr"))
         last = kept.last()
         kept.close()
         assert np.abs(last.commands - self.commands[-1]).max() <= 5.0 * STEP
@@ -259,7 +261,10 @@ def test_a_measurement_that_comes_late_places_a_robot_that_has_not_moved(bench):
 
 
 def test_a_late_measurement_that_nothing_explains_makes_the_node_inactive(bench):
+    another = bench.kept(load_robot("rfrfr"))  # of the same name: two do not share a file
     bench.start()
+    another.close()
+    assert "where the robot is will not be kept in" in bench.process.output()
     bench.measure([20.0, 0.55])
     bench.client.spin_until(
         lambda: "deactivated: the robot is measured at motors (20, 0.55)" in bench.process.output(),
