@@ -17,7 +17,9 @@ import multiprocessing
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -43,21 +45,32 @@ def listen(address: str, arrived: Any) -> None:
             arrived.value += 1
 
 
-def event_times(page: Page) -> np.ndarray:
-    """Time of every request from asking to what is drawn being handed over [s]."""
+def event_times(page: Page) -> tuple[np.ndarray, float]:
+    """Of every request: time from asking to what is drawn being handed over, mean processor time [s]."""
     home, times = page.equilibrium.motors, []
+    drawn, act = threading.Event(), page._act
+
+    def act_and_tell(action: Callable[[HandledRobot], Any]) -> None:
+        act(action)
+        drawn.set()
+
+    page._act = act_and_tell  # type: ignore[method-assign]
+    used = time.process_time()
     for number in range(COUNT):
         at = float(home[0] + STEP * (number % 50))
 
         def move(handled: HandledRobot, at: float = at) -> bool:
             return handled.move_motor(0, at)
 
+        drawn.clear()
         begin = time.perf_counter()
         page.do("motor", move)
-        page.wait()
+        drawn.wait()
         times.append(time.perf_counter() - begin)
         time.sleep(1.0 / RATE / 2.0)
-    return np.array(times)
+    used = time.process_time() - used
+    page._act = act  # type: ignore[method-assign]
+    return np.array(times), used / COUNT
 
 
 def updates(page: Page, arrived: Any, seconds: float) -> tuple[float, float]:
@@ -91,9 +104,11 @@ def main() -> int:
     listener.start()
     while not arrived.value:
         time.sleep(0.1)
-    times = 1e3 * event_times(page)
+    times, used = event_times(page)
     print(
-        f"slider event: median {np.median(times):.2f} ms, 95 % below {np.quantile(times, 0.95):.2f} ms"
+        f"slider event: median {1e3 * np.median(times):.2f} ms, 95 % below "
+        f"{1e3 * np.quantile(times, 0.95):.2f} ms; processor time with bars and sending "
+        f"{1e3 * used:.2f} ms (mean)"
     )
     rest = updates(page, arrived, options.seconds)
     print(f"at rest: {rest[0]:.1f} updates a second, {rest[1]:.1f} messages arrive")

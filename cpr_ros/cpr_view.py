@@ -6,10 +6,13 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
+import threading
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from cpr_core import CprError
@@ -43,22 +46,25 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("--port", type=int, default=8081, metavar="N", help="default 8081; 0: any")
     options = parser.parse_args(remove_ros_args(arguments)[1:])
-    rclpy.init(args=arguments)
-    node = None
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    # A flag, for an exception could end up anywhere in rclpy, and be lost there.
+    enough = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: enough.set())
     try:
         node = ViewNode(options.node, options.host, options.port)
-        print(f"{options.node}: look at {node.page.address} (Ctrl-C ends)", flush=True)
-        rclpy.spin(node)
     except CprError as error:
         print(f"cpr_view: {error}", file=sys.stderr)
-        return 1
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        if node is not None:
-            node.page.close()
-            node.destroy_node()
         rclpy.try_shutdown()
+        return 1
+    print(f"{options.node}: look at {node.page.address} (Ctrl-C ends)", flush=True)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    while not enough.is_set():
+        executor.spin_once(timeout_sec=0.1)
+    node.page.close()
+    node.destroy_node()
+    rclpy.try_shutdown()
     return 0
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import signal
 import threading
 from pathlib import Path
 
@@ -53,15 +54,17 @@ def _view(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tup
         motors = solve_home(robot).motors if options.motors is None else options.motors
         start = solve_forward(robot, motors, loads=loads)
     page = view(robot, start, map_file=options.map, host=options.host, port=options.port)
+    # A flag, for an exception could end up anywhere, and be lost there.
+    enough = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: enough.set())
     try:
         if options.json:
             told = {"robot": robot.description.name, "address": page.address}
             print(json.dumps(told), flush=True)
         else:
             print(f"{robot.description.name}: look at {page.address} (Ctrl-C ends)", flush=True)
-        threading.Event().wait()
-    except KeyboardInterrupt:
-        pass
+        enough.wait()
     finally:
         page.close()
     return "", True

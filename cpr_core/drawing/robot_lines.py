@@ -114,6 +114,11 @@ def shades(fractions: Floats) -> Floats:
     )
 
 
-def segments(line: Floats) -> Floats:
-    """A line of points as pieces: (P, 3) to (P - 1, 2, 3)."""
-    return np.stack([line[:-1], line[1:]], axis=1)
+def segments(*lines: Floats) -> Floats:
+    """Lines of points as pieces: (P, 3) each to (N, 2, 3)."""
+    if not lines:
+        return np.zeros((0, 2, 3))
+    whole = np.concatenate(lines)
+    pieces = np.stack([whole[:-1], whole[1:]], axis=1)
+    between = np.cumsum([len(line) for line in lines[:-1]]) - 1
+    return np.delete(pieces, between.astype(int), axis=0)

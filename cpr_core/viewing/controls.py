@@ -73,7 +73,8 @@ class MotorSliders:
                 continue
             if not slider.min <= at <= slider.max:
                 slider.min, slider.max = min(slider.min, at), max(slider.max, at)
-            slider.value = at
+            if slider.value != at:
+                slider.value = at
 
 
 class Controls:
@@ -106,7 +107,11 @@ class Controls:
         here, refused = handled.equilibrium, handled.refused
         waits = refused is not None and refused.asked is not None
         self._sliders.show(here.motors.tolist(), self._held if waits else None)
-        self._gravity.value = handled.has_gravity
+        if self._gravity.value != handled.has_gravity:
+            self._gravity.value = handled.has_gravity
+
+    def follow(self, handled: HandledRobot) -> None:
+        """Numbers in the field, unless somebody has typed there."""
         self._follow(handled)
 
     def _slid(self, number: int, position: float) -> None:

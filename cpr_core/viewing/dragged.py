@@ -108,8 +108,10 @@ class ForceArrow:
         if not self._held:
             self._origin = equilibrium.platform_position + self._anchor
         tip = self._origin + force / self._unit
-        self._arrow.visible = bool(np.any(force))
-        if self._arrow.visible:
+        shown = bool(force.any())
+        if self._arrow.visible != shown:
+            self._arrow.visible = shown
+        if shown:
             self._arrow.points = np.array([[self._origin, tip]], np.float32)
         text = f"force {np.linalg.norm(force):.3g} N"
         if self._label.text != text:

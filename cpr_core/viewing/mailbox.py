@@ -24,23 +24,26 @@ class Mailbox:
         Args:
             failed: Called in it with what work raised.
         """
-        self._waiting: dict[str, Callable[[], None]] = {}
+        self._waiting: dict[str, tuple[float, Callable[[], None]]] = {}
         self._changed = threading.Condition()
         self._failed, self._closed, self._busy = failed, False, False
         self._thread = threading.Thread(target=self._work, name="cpr view", daemon=True)
         self._thread.start()
 
-    def ask(self, what: str, work: Callable[[], None]) -> None:
-        """Have something done soon; it takes the place of what was asked under the same name before."""
+    def ask(self, what: str, work: Callable[[], None], delay: float = 0.0) -> None:
+        """Have something done soon; it takes the place of what was asked under the same name before.
+
+        Args:
+            what: The name.
+            work: What to do.
+            delay: Not before so long [s].
+        """
         with self._changed:
             if not self._closed:
-                self._waiting[what] = work
+                due = time.monotonic() + delay
+                before, _ = self._waiting.get(what, (due, work))
+                self._waiting[what] = min(before, due), work
                 self._changed.notify_all()
-
-    @property
-    def idle(self) -> bool:
-        """Whether nothing waits (what asks may be under way itself)."""
-        return not self._waiting
 
     def wait(self, timeout: float) -> bool:
         """Wait until everything is done; whether it was in time [s]. Not from the thread itself."""
@@ -61,17 +64,26 @@ class Mailbox:
             self._thread.join()
 
     def _work(self) -> None:
-        while True:
-            with self._changed:
-                self._busy = False
-                self._changed.notify_all()
-                while not self._waiting and not self._closed:
-                    self._changed.wait()
-                if self._closed:
-                    return
-                work = self._waiting.pop(next(iter(self._waiting)))
-                self._busy = True
+        while (work := self._next()) is not None:
             try:
                 work()
             except Exception as error:
                 self._failed(error)
+
+    def _next(self) -> Callable[[], None] | None:
+        """What is due first, once it is; None: closed."""
+        with self._changed:
+            self._busy = False
+            self._changed.notify_all()
+            while not self._closed:
+                due, what = min(
+                    ((at, what) for what, (at, _) in self._waiting.items()), default=(None, "")
+                )
+                if due is None:
+                    self._changed.wait()
+                elif (early := due - time.monotonic()) > 0.0:
+                    self._changed.wait(early)
+                else:
+                    self._busy = True
+                    return self._waiting.pop(what)[1]
+            return None

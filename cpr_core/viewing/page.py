@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Page"]
 
-#: While requests come, bars are filled so often [s].
-_BARS_EVERY = 0.1
+#: Bars and numbers change at most so often [s].
+_NUMBERS_EVERY = 0.1
 
 
 class Page:
@@ -75,7 +75,7 @@ class Page:
         """
         self._handled = HandledRobot(robot, start)
         self.server: viser.ViserServer = open_server(robot.description.name, host, port)
-        self._mailbox, self._bars_filled = Mailbox(self._failed), -1.0
+        self._mailbox, self._numbers_drawn = Mailbox(self._failed), -1.0
         scene, gui, size = self.server.scene, self.server.gui, robot.mean_length
         legs = equilibrium_lines(self._handled.equilibrium).legs
         aim_camera(self.server, robot, np.concatenate(legs))
@@ -154,24 +154,26 @@ class Page:
         handled = self._handled
         here, refused = handled.equilibrium, handled.refused
         asked = None if refused is None else refused.asked
+        # All that is computed first: kernels let go of the interpreter, and what is sent would take it.
+        lines, text = equilibrium_lines(here), status_text(handled)
+        ghost = None if asked is None else ghost_lines(here, asked)
         with self.server.atomic():
-            self._robot.show(equilibrium_lines(here))
+            self._robot.show(lines)
             self._platform.show(here.platform_position, here.platform_quaternion)
-            self._ghost.show_ghost(None if asked is None else ghost_lines(here, asked))
+            self._ghost.show_ghost(ghost)
             self._handle.show(here)
             self._force.show(here)
             self._controls.show(handled)
-            text = status_text(handled)
             if self._status.content != text:
                 self._status.content = text
-        self._mailbox.ask("bars", self._fill_bars)
+        rest = self._numbers_drawn + _NUMBERS_EVERY - time.monotonic()
+        self._mailbox.ask("numbers", self._draw_numbers, max(0.0, rest))
 
-    def _fill_bars(self) -> None:
-        """After what is drawn, which nobody wants to wait for; less often while requests come."""
-        now = time.monotonic()
-        if self._mailbox.idle or now - self._bars_filled > _BARS_EVERY:
-            self._bars.show(bars(self._handled.equilibrium))
-            self._bars_filled = now
+    def _draw_numbers(self) -> None:
+        """After the scene, which nobody wants to wait for."""
+        self._bars.show(bars(self._handled.equilibrium))
+        self._controls.follow(self._handled)
+        self._numbers_drawn = time.monotonic()
 
     def _failed(self, error: Exception) -> None:
         """Something of ours is wrong: say so on the page, and go on."""

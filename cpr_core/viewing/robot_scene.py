@@ -79,12 +79,10 @@ class RobotScene:
             lines: Its lines.
             color: Of the legs, red green blue in [0, 1]; None: by bending.
         """
-        pieces = [segments(leg) for leg in lines.legs]
-        whole = np.concatenate(pieces) if pieces else np.zeros((0, 2, 3))
         tones: Any = color if color is not None else _GREY
         if color is None and lines.shades:
-            tones = np.concatenate([segments(shade) for shade in lines.shades])
-        self._legs.show(whole, tones)
+            tones = segments(*lines.shades)
+        self._legs.show(segments(*lines.legs), tones)
         self._links.show(lines.links, _DARK)
         self._edge.show(segments(lines.platform), _DARK)
         self._show_joints(lines)
@@ -96,8 +94,7 @@ class RobotScene:
             for node in (self._legs, self._links, self._edge):
                 node.show(nothing, _GREY)
             return
-        pieces = [segments(leg) for leg in lines.legs]
-        self._legs.show(np.concatenate(pieces) if pieces else nothing, _GREY)
+        self._legs.show(segments(*lines.legs), _GREY)
         self._links.show(lines.links, _GREY)
         self._edge.show(segments(lines.platform), _GREY)
 
