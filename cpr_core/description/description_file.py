@@ -114,11 +114,20 @@ def _find(robot: str | Path) -> Path:
     return path
 
 
-class _Loader(yaml.SafeLoader):
+#: libyaml where there is one.
+_Reader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+class _Loader(yaml.composer.Composer, _Reader):
     """YAML as people write it: numbers as in YAML 1.2, every field once.
 
-    YAML 1.1 reads 2.1e11 as a word, 010 as eight and 1:30 as ninety.
+    YAML 1.1 reads 2.1e11 as a word, 010 as eight and 1:30 as ninety. Python puts together what
+    libyaml reads: there, what is nested too deeply would end the process.
     """
+
+    def __init__(self, stream: str) -> None:
+        _Reader.__init__(self, stream)
+        yaml.composer.Composer.__init__(self)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen = set()

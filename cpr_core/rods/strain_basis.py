@@ -11,7 +11,6 @@ from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 import scipy
-from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
 
 from ..description_part import Described, Part
@@ -74,7 +73,7 @@ class Legendre(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of P_0 ... P_{modes-1}, shape (len(sigma), modes)."""
-        return _polynomials(legendre.legvander, 2.0 * sigma - 1.0, modes)
+        return _polynomials(scipy.special.eval_legendre, 2.0 * sigma - 1.0, modes)
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ class Chebyshev(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of T_0 ... T_{modes-1}, shape (len(sigma), modes)."""
-        return _polynomials(chebyshev.chebvander, 2.0 * sigma - 1.0, modes)
+        return _polynomials(scipy.special.eval_chebyt, 2.0 * sigma - 1.0, modes)
 
 
 @dataclass(frozen=True)
@@ -92,7 +91,7 @@ class Monomials(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of 1, sigma, ..., sigma^(modes-1), shape (len(sigma), modes)."""
-        return _polynomials(np.polynomial.polynomial.polyvander, sigma, modes)
+        return _polynomials(lambda degree, at: at**degree, sigma, modes)
 
 
 @dataclass(frozen=True)
@@ -155,9 +154,9 @@ class BSplines(DescribedBasis):
 
 
 def _polynomials(
-    vandermonde: Callable[..., Any], argument: NDArray[np.float64], modes: int
+    evaluate: Callable[..., Any], argument: NDArray[np.float64], modes: int
 ) -> NDArray[np.float64]:
-    return vandermonde(argument, modes - 1) if modes else np.zeros((len(argument), 0))
+    return np.asarray(evaluate(np.arange(modes), argument[:, None]))
 
 
 #: Bases by the name used in descriptions.
