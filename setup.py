@@ -66,14 +66,12 @@ setup(
     extras_require={
         "ros": ROS_WHEELS,
         "maps": ["xarray"],
+        # Of viser something private is used: cpr_core/viewing/server.py.
+        "view": ["viser>=1.1,<1.2", "rich", "pillow"],
         "test": [
-            "pytest",
-            "pytest-xdist",
-            "hypothesis",
-            "xarray",
-            "distributed",
-            "rosbags",
-            "mcap-ros2-support",
+            *("pytest", "pytest-xdist", "hypothesis", "xarray", "distributed"),
+            *("rosbags", "mcap-ros2-support"),
+            *("viser>=1.1,<1.2", "rich", "pillow", "playwright"),
         ],
     },
     entry_points={
@@ -81,6 +79,7 @@ setup(
             "cpr = cpr_core.command_line:main",
             "cpr_node = cpr_ros.cpr_node:main",
             "cpr_demo = cpr_ros.demo:main",
+            "cpr_view = cpr_ros.cpr_view:main",
         ],
     },
     zip_safe=False,

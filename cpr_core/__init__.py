@@ -37,6 +37,7 @@ from .solving.refining import restore_equilibrium
 from .solving.trace import Trace, trace
 from .solving.waypoints import trace_through
 from .version import __version__
+from .viewing.view import view
 
 __all__ = [
     "CprError",
@@ -83,4 +84,5 @@ __all__ = [
     "spectrum",
     "trace",
     "trace_through",
+    "view",
 ]

@@ -83,6 +83,8 @@ def main(arguments: list[str] | None = None) -> int:
     print(_table(steps))
     picture = _draw(steps, options.output)
     print(f"picture: {picture}")
+    program = Path(sys.executable).with_name("cpr")
+    print(f"look at the robot and move it, in the browser: {program} view {ROBOT}")
     return 0 if status == 0 else 1
 
 

@@ -11,7 +11,8 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
-from .assessment import crossed_thresholds
+from cpr_core.model.assessment import crossed_thresholds
+
 from .session import Session
 from .supervision import Action
 

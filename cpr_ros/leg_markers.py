@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from collections.abc import Sequence
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from cpr_core import LegShape, Robot, leg_shapes
+from cpr_core.drawing.robot_lines import RobotLines, equilibrium_lines
 
 from .conversions import Frames
 from .setpoint_following import Outcome
 from .supervision import Action
 
-__all__ = ["bending_curvature", "leg_markers", "shade"]
+__all__ = ["leg_markers"]
 
 #: Points along a leg.
 POINTS = 24
@@ -44,70 +44,37 @@ def leg_markers(outcome: Outcome, by: str, frames: Frames, stamp: Time) -> Marke
         frames: Names of the frames.
         stamp: ROS time of the message.
     """
-    equilibrium = outcome.assessment.equilibrium
-    robot = equilibrium.robot
-    shapes = leg_shapes(equilibrium, POINTS)
-    curvatures = [bending_curvature(shape.curvature) for shape in shapes]
-    largest = max([np.pi / robot.mean_length, *(curvature.max() for curvature in curvatures)])
+    lines = equilibrium_lines(outcome.assessment.equilibrium, POINTS)
     action = ColorRGBA(a=1.0, **_rgb(_ACTION_COLORS[outcome.verdict.action]))
     markers = []
-    for number, (shape, curvature) in enumerate(zip(shapes, curvatures, strict=True)):
+    for number, (leg, shades) in enumerate(zip(lines.legs, lines.shades, strict=True)):
         line = _line("legs", number, frames, stamp)
-        line.points = [_point(position) for position in shape.position]
+        line.points = [_point(position) for position in leg]
         if by == "strain":
-            line.colors = [shade(float(value / largest)) for value in curvature]
+            line.colors = [ColorRGBA(a=1.0, **_rgb(shade)) for shade in shades.tolist()]
         else:
             line.color = action
         markers.append(line)
-    tips = [shape.position[-1] for shape in shapes]
-    markers += _links_and_joints(shapes, frames, stamp)
+    markers += _links_and_joints(lines, frames, stamp)
     platform = _line("platform", 0, frames, stamp)
-    platform.points = [_point(position) for position in _outline(robot, tips)]
+    platform.points = [_point(position) for position in lines.platform]
     platform.color = _DARK
     if len(platform.points) >= 2:
         markers.append(platform)
     return MarkerArray(markers=markers)
 
 
-def _links_and_joints(shapes: tuple[LegShape, ...], frames: Frames, stamp: Time) -> list[Marker]:
+def _links_and_joints(lines: RobotLines, frames: Frames, stamp: Time) -> list[Marker]:
     """All links in one marker, if there are any; all joints in one, dark where motors move them."""
-    pieces = [piece for shape in shapes for piece in shape.rigid_pieces]
     links = _line("links", 0, frames, stamp)
     links.type, links.scale.x, links.color = Marker.LINE_LIST, 2.0 * WIDTH, _DARK
-    links.points = [_point(end) for piece in pieces for pair in pairwise(piece) for end in pair]
+    links.points = [_point(end) for end in lines.links.reshape(-1, 3)]
     joints = _line("joints", 0, frames, stamp)
     joints.type = Marker.SPHERE_LIST
     joints.scale.x = joints.scale.y = joints.scale.z = 3.0 * WIDTH
-    for joint in (joint for shape in shapes for joint in shape.joints if joint.kind != "fixed"):
-        joints.points.append(_point(joint.position))
-        joints.colors.append(_LIGHT if joint.motor is None else _DARK)
+    joints.points = [_point(position) for position in lines.joints]
+    joints.colors = [_DARK if driven else _LIGHT for driven in lines.driven]
     return [marker for marker in (links, joints) if marker.points]
-
-
-def bending_curvature(curvature: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Size of the bending part of (torsion, bending, bending), (P, 3) to (P,) [1/m]."""
-    return np.hypot(curvature[:, 1], curvature[:, 2])
-
-
-def shade(fraction: float) -> ColorRGBA:
-    """From blue at 0 over green to red at 1."""
-    value = min(1.0, max(0.0, fraction))
-    return ColorRGBA(
-        r=min(1.0, max(0.0, 2.0 * value - 1.0)),
-        g=1.0 - abs(2.0 * value - 1.0),
-        b=min(1.0, max(0.0, 1.0 - 2.0 * value)),
-        a=1.0,
-    )
-
-
-def _outline(robot: Robot, tips: list[NDArray[np.float64]]) -> list[NDArray[np.float64]]:
-    """The tips around the platform, closed."""
-    if len(tips) < 3:
-        return tips
-    holds = np.array([leg.joint.position for leg in robot.description.legs])
-    center = holds.mean(axis=0)
-    order = np.argsort(np.arctan2(*(holds - center)[:, 1::-1].T))
-    return [tips[leg] for leg in (*order, order[0])]
 
 
 def _line(namespace: str, number: int, frames: Frames, stamp: Time) -> Marker:
@@ -128,5 +95,5 @@ def _point(position: NDArray[np.float64]) -> Point:
     return Point(x=x, y=y, z=z)
 
 
-def _rgb(color: tuple[float, float, float]) -> dict[str, float]:
+def _rgb(color: Sequence[float]) -> dict[str, float]:
     return dict(zip("rgb", color, strict=True))

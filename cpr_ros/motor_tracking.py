@@ -8,8 +8,8 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from cpr_core import Loads, Robot
+from cpr_core.model.assessment import Assessment
 
-from .assessment import Assessment
 from .goals import MotorGoal
 from .setpoint_following import ARRIVED, LARGEST_CHANGE, Outcome, SetpointFollower
 from .steps import attempt, change_between

@@ -21,9 +21,9 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter
 
 from cpr_core import CprError, load_robot
+from cpr_core.model.assessment import crossed_thresholds
 
 from .announcements import Announcements
-from .assessment import crossed_thresholds
 from .interfaces import Interfaces, answer_impossible_transitions
 from .map_folder import MapFolder
 from .node_arguments import closest, files_of_others

@@ -14,8 +14,8 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 
 from cpr_core import CprError
+from cpr_core.model.assessment import Threshold, thresholds_problem
 
-from .assessment import Threshold, thresholds_problem
 from .parameter_calls import as_meant
 from .parameter_table import PARAMETERS, ROS_PARAMETERS, THRESHOLDS, DeclaredParameter
 from .pose_loop import LoopSettings

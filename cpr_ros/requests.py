@@ -16,9 +16,9 @@ from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
 
 from cpr_core import CprError, Equilibrium
+from cpr_core.model.assessment import Assessment
 
 from .analysis import fill_kinemato_statics, fill_prediction, fill_stability
-from .assessment import Assessment
 from .conversions import Frames, fill_equilibrium
 from .error_codes import active, error_code
 from .session import Session

@@ -13,8 +13,8 @@ from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot, solve_home
+from cpr_core.model.assessment import Assessment
 
-from .assessment import Assessment
 from .conversions import Frames
 from .error_codes import RequestError
 from .external_wrench import ExternalWrench

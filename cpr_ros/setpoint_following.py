@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cpr_core import Equilibrium, Loads, Robot, solve_home
+from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
 
-from .assessment import MEASURES, Assessment, Thresholds
 from .distinct_numbers import distinct
 from .goals import Goal, MotorGoal, PoseGoal, motor_steps
 from .steps import attempt, change_between, falls

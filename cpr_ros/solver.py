@@ -22,8 +22,8 @@ from cpr_core import (
     solve_home,
     solve_inverse,
 )
+from cpr_core.model.assessment import Assessment
 
-from .assessment import Assessment
 from .conversions import (
     Frames,
     equilibrium_from_message,

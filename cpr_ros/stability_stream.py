@@ -13,8 +13,9 @@ from cpr_msgs.msg import Singularity as SingularityMessage
 from cpr_msgs.msg import StabilityMetrics
 from std_msgs.msg import Header
 
+from cpr_core.model.assessment import Assessment, Thresholds
+
 from .analysis import message_matrix, singularity_message
-from .assessment import Assessment, Thresholds
 from .conversions import Frames
 from .pose_loop import LoopStatus
 from .setpoint_following import Outcome

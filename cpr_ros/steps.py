@@ -17,8 +17,8 @@ from cpr_core import (
     NotReached,
     StrainLimitExceeded,
 )
+from cpr_core.model.assessment import Assessment
 
-from .assessment import Assessment
 from .distinct_numbers import distinct
 from .goals import Goal
 from .supervision import Refusal

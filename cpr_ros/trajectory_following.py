@@ -14,8 +14,8 @@ from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 
 from cpr_core import Robot
+from cpr_core.model.assessment import MEASURES, Assessment
 
-from .assessment import MEASURES, Assessment
 from .goals import motor_steps
 from .motor_path import MotorPath
 from .setpoint_following import Outcome, SetpointFollower

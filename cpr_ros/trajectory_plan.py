@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, Trace, trace_through
+from cpr_core.model.assessment import Assessment, Thresholds
 
-from .assessment import Assessment, Thresholds
 from .motor_path import MotorPath
 from .steps import falls
 from .trajectory_order import TrajectoryRefused

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 from helpers.blas_limit import blas_threads_limited
+from helpers.browser import NO_BROWSER, running_browser
 from helpers.everything import EVERYTHING
 from helpers.room import Room
 from hypothesis import settings
@@ -103,6 +104,24 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
 
     config.option.loadscopereorder = False
     return LongestFirst(config, log)
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """End with a line that says which tests had no browser, and what they want."""
+    terminal = config.pluginmanager.get_plugin("terminalreporter")
+    skipped = [] if terminal is None else terminal.stats.get("skipped", [])
+    missing = [report for report in skipped if NO_BROWSER in str(report.longrepr)]
+    if missing:
+        files = sorted({Path(report.fspath).name for report in missing})
+        line = f"NOT RUN: {len(missing)} tests of pages ({', '.join(files)}): {NO_BROWSER}"
+        terminal.write_line(line)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """One browser for all pages of a worker."""
+    with running_browser() as found:
+        yield found
 
 
 @pytest.fixture(scope="session", autouse=True)

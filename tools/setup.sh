@@ -38,7 +38,7 @@ install_package() {
     # Where ROS looks for executables, and for the files that an editable install leaves out.
     local index=$venv/share/ament_index/resource_index/packages
     mkdir -p "$venv/lib/cpr_ros" "$venv/share/cpr_ros" "$index"
-    ln -sf ../../bin/{cpr,cpr_node,cpr_demo} "$venv/lib/cpr_ros/"
+    ln -sf ../../bin/{cpr,cpr_node,cpr_demo,cpr_view} "$venv/lib/cpr_ros/"
     ln -sf "$PWD/resource/cpr_ros" "$index/"
     local item
     for item in package.xml config launch rviz; do
@@ -54,6 +54,6 @@ messages="$wheels $(checksum msg_defs)"
 package="$wheels $(checksum setup.py setup.cfg pyproject.toml tools/setup.sh)"
 
 step "Python environment in ${venv##*/}" "$venv/stamp-environment" "$environment" make_environment
-step "ROS 2, numerical and test packages (wheels, 240 MB)" "$venv/stamp-wheels" "$wheels" install_wheels
+step "ROS 2, numerical and test packages (wheels, 310 MB)" "$venv/stamp-wheels" "$wheels" install_wheels
 step "interface package cpr_msgs (generated and compiled, about a minute)" "$venv/stamp-messages" "$messages" build_messages
 step "cpr_ros, editable" "$venv/stamp-package" "$package" install_package

@@ -33,6 +33,7 @@ from .reports import (
     stability_as_dict,
     stability_as_text,
 )
+from .view_command import add_view_options
 from .workspace_commands import add_workspace_options
 
 __all__ = ["main"]
@@ -72,7 +73,8 @@ def _run(options: argparse.Namespace) -> int:
     robot = load_robot(options.robot, modes=options.modes)
     if options.report is None:
         text, done = options.run(robot, _loads(robot, options), options)
-        print(text)
+        if text:
+            print(text)
         return 0 if done else EXIT_NO_SOLUTION
     print(options.report(_solved(robot, options), options))
     return 0
@@ -127,6 +129,11 @@ def _parser() -> argparse.ArgumentParser:
     workspace = commands.add_parser("workspace", help="a map of what can be reached, with borders")
     _add_common(workspace, None)
     add_workspace_options(workspace)
+
+    viewing = commands.add_parser("view", help="look at the robot and move it, in the browser")
+    _add_common(viewing, None)
+    _add_motors(viewing)
+    add_view_options(viewing)
 
     compiling = commands.add_parser(
         "compile", help="compile the kernels now, not when a command needs them first"

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ from ..validation import checked_count
 from .equilibrium import Equilibrium
 from .robot import Robot
 
-__all__ = ["JointPlace", "LegShape", "Pose", "leg_shapes", "rod_bases", "tip_poses"]
+__all__ = ["JointPlace", "LegShape", "Pose", "leg_shapes", "rod_bases", "state_shapes", "tip_poses"]
 
 Floats = NDArray[np.float64]
 
@@ -77,6 +77,8 @@ class LegShape:
     @property
     def rigid_pieces(self) -> tuple[Floats, ...]:
         """Lines of the links and shifts, between the rods, (2 or more, 3) each [m]."""
+        if not np.any(self.rod < 0):
+            return ()
         found, points = [], len(self.rod)
         ends = np.flatnonzero(np.diff(self.rod)) + 1
         for start, stop in zip([0, *ends], [*ends, points], strict=True):
@@ -96,7 +98,17 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
         InvalidRequest: Too few points, or no whole number of them.
     """
     robot, state = equilibrium.robot, equilibrium.state
-    return _shapes(robot, state, checked_count("points", points, 4))
+    return state_shapes(robot, state, checked_count("points", points, 4))
+
+
+def state_shapes(robot: Robot, state: Floats, points: int = 32) -> tuple[LegShape, ...]:
+    """Shape of every leg in any state (N,), in equilibrium or not; then tips miss the platform."""
+    rods, shapes = _rods_from_identity(robot, state, points), []
+    for number in range(len(robot.description.legs)):
+        poses, count = _element_poses(robot, number, state, rods)
+        shapes.append(_along(robot.description.legs[number], poses, rods[:count], points))
+        rods = rods[count:]
+    return tuple(shapes)
 
 
 def tip_poses(robot: Robot, state: Floats) -> tuple[Pose, ...]:
@@ -135,15 +147,6 @@ class _RodShape(NamedTuple):
     length: float
 
 
-def _shapes(robot: Robot, state: Floats, points: int) -> tuple[LegShape, ...]:
-    rods, shapes = _rods_from_identity(robot, state, points), []
-    for number in range(len(robot.description.legs)):
-        poses, count = _element_poses(robot, number, state, rods)
-        shapes.append(_along(robot.description.legs[number], poses, rods[:count], points))
-        rods = rods[count:]
-    return tuple(shapes)
-
-
 def _joint_places(leg: LegDescription, poses: list[Pose]) -> tuple[JointPlace, ...]:
     """The joints of a leg where they are."""
     found = []
@@ -159,7 +162,7 @@ def _joint_places(leg: LegDescription, poses: list[Pose]) -> tuple[JointPlace, .
 
 def _along(leg: LegDescription, poses: list[Pose], rods: list[_RodShape], points: int) -> LegShape:
     """Points of the elements of a chain, one after the other; turns add none."""
-    chain, sigma = leg.chain, np.concatenate([[0.0], _grid(points).nodes, [1.0]])
+    chain, sigma = leg.chain, _places(points)
     parts, way, number = [], 0.0, 0
     rigid = [element for element in chain if not isinstance(element, Turn)]
     if not rigid or not isinstance(rigid[0], ChainRod):
@@ -182,13 +185,16 @@ def _along(leg: LegDescription, poses: list[Pose], rods: list[_RodShape], points
             parts.append(_point(way, end))
     if isinstance(chain[-1], Turn):  # the tip is behind it
         parts.append(_point(way, poses[-1]))
+    joints = _joint_places(leg, poses)
+    if len(parts) == 1:
+        return replace(parts[0], joints=joints)
     return LegShape(
         arc_length=np.concatenate([part.arc_length for part in parts]),
         position=np.concatenate([part.position for part in parts]),
         rotation=np.concatenate([part.rotation for part in parts]),
         curvature=np.concatenate([part.curvature for part in parts]),
         rod=np.concatenate([part.rod for part in parts]),
-        joints=_joint_places(leg, poses),
+        joints=joints,
     )
 
 
@@ -234,10 +240,7 @@ def _rods_from_identity(robot: Robot, state: Floats, points: int) -> list[_RodSh
         rotation_steps(moments, length * grid.steps, turns[number])
         strain.append(sampled.values @ state[rod.strain] / rod.stretch(state))
     step_turns = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(*turns.shape, 3)
-    frames = np.empty((len(rods), len(grid.steps) + 1, 3, 3))
-    frames[:, 0] = np.eye(3)
-    for step in range(len(grid.steps)):
-        frames[:, step + 1] = frames[:, step] @ step_turns[:, step]
+    frames = _products(step_turns)
     tangents = frames[:, 1:-1, :, 0]
     integrals = np.vstack([np.zeros_like(grid.weights), grid.integration, grid.weights])
     beyond, shapes = integrals @ tangents, []
@@ -245,6 +248,16 @@ def _rods_from_identity(robot: Robot, state: Floats, points: int) -> list[_RodSh
         length = rod.element.rod.length * rod.stretch(state)
         shapes.append(_RodShape(length * beyond[number], frames[number], strain[number], length))
     return shapes
+
+
+def _products(turns: Floats) -> Floats:
+    """The identity, and all products of the first rotations: (R, H, 3, 3) to (R, H + 1, 3, 3)."""
+    found = np.concatenate([np.broadcast_to(np.eye(3), (len(turns), 1, 3, 3)), turns], axis=1)
+    reach = 1  # every product is of so many
+    while reach < found.shape[1]:
+        found[:, reach:] = found[:, :-reach] @ found[:, reach:]
+        reach *= 2
+    return found
 
 
 class _Sampled(NamedTuple):
@@ -259,11 +272,16 @@ def _grid(points: int) -> RodGrid:
     return rod_grid(points - 2)
 
 
+@cache
+def _places(points: int) -> Floats:
+    """Where the points of a rod are, as sigma."""
+    return np.concatenate([[0.0], _grid(points).nodes, [1.0]])
+
+
 @lru_cache(maxsize=64)
 def _sampled(modes: StrainModes, points: int) -> _Sampled:
     """They are the same for rods of the same modes, and in every configuration."""
     grid, one_hot = _grid(points), np.eye(3)[modes.directions].T
     steps = modes.values(grid.step_points.ravel()).reshape(*grid.step_points.shape, modes.total)
     moments = np.einsum("mk,hkj,cj->hmcj", MAGNUS_WEIGHTS, steps, one_hot)
-    sigma = np.concatenate([[0.0], grid.nodes, [1.0]])
-    return _Sampled(moments, modes.values(sigma)[:, None, :] * one_hot)
+    return _Sampled(moments, modes.values(_places(points))[:, None, :] * one_hot)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -31,7 +31,7 @@ from .not_reached import NotReached
 from .rough_shape import platform_between_tips
 from .targets import check_rod_lengths
 
-__all__ = ["FoundEquilibrium", "find_equilibria"]
+__all__ = ["FoundEquilibrium", "find_equilibria", "merged_equilibria"]
 
 Floats = NDArray[np.float64]
 
@@ -112,6 +112,28 @@ def find_equilibria(
         with ThreadPoolExecutor(os.cpu_count()) as threads:
             candidates = _counted(robot, threads.map(search, seeds), starts, progress)
     return _distinct(robot, candidates, home)
+
+
+def merged_equilibria(
+    first: Sequence[FoundEquilibrium], second: Sequence[FoundEquilibrium]
+) -> tuple[FoundEquilibrium, ...]:
+    """What searches at the same motors and loads, but with other seeds, found: each once, by energy."""
+    everything = [*first, *second]
+    if not everything:
+        return ()
+    robot = everything[0].equilibrium.robot
+    equilibria = [found.equilibrium for found in everything]
+    merged = []
+    for group in _groups(robot, equilibria):
+        members = [everything[number] for number in group]
+        merged.append(
+            FoundEquilibrium(
+                equilibrium=equilibria[min(group)],
+                from_home=any(found.from_home for found in members),
+                starts=sum(found.starts for found in members),
+            )
+        )
+    return tuple(merged)
 
 
 def _from_home(robot: Robot, motors: Floats, loads: Loads) -> Equilibrium | None:
@@ -211,6 +233,19 @@ def _distinct(
 ) -> tuple[FoundEquilibrium, ...]:
     """Every equilibrium once, by energy."""
     known = ([home] if home is not None else []) + candidates
+    shift = 0 if home is None else 1
+    return tuple(
+        FoundEquilibrium(
+            equilibrium=known[min(group)],
+            from_home=home is not None and 0 in group,
+            starts=sum(number >= shift for number in group),
+        )
+        for group in _groups(robot, known)
+    )
+
+
+def _groups(robot: Robot, known: Sequence[Equilibrium]) -> list[list[int]]:
+    """Numbers of those that are the same equilibrium, by energy."""
     places = np.array([_place(robot, found) for found in known])
     energies = np.array([found.energy for found in known])
     near = _SAME * robot.arrays.energy_unit
@@ -225,15 +260,7 @@ def _distinct(
                 break
         else:
             groups.append([number])
-    shift = 0 if home is None else 1
-    return tuple(
-        FoundEquilibrium(
-            equilibrium=known[min(group)],
-            from_home=home is not None and 0 in group,
-            starts=sum(number >= shift for number in group),
-        )
-        for group in groups
-    )
+    return groups
 
 
 def _place(robot: Robot, found: Equilibrium) -> Floats:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cpr_ros.assessment import Threshold
+from cpr_core.model.assessment import Threshold
 from cpr_ros.conversions import Frames
 from cpr_ros.goals import PoseGoal, motor_steps
 from cpr_ros.parameter_table import PARAMETERS

@@ -13,7 +13,7 @@ import yaml
 import cpr_core
 from cpr_core import solve_home
 from cpr_core.description.description_file import shipped_robots
-from cpr_ros.assessment import Assessment, Threshold
+from cpr_core.model.assessment import Assessment, Threshold
 from cpr_ros.setpoint_following import SetpointFollower, Settings
 from cpr_ros.supervision import State
 

@@ -28,6 +28,7 @@ FLOORS = (
     "cpr_core.workspace",
     "cpr_core.reference",
     "cpr_core.drawing",
+    "cpr_core.viewing",
     "cpr_core.kernel_warmup",
     "cpr_core.command_line",
     "cpr_core",

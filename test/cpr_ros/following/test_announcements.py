@@ -9,8 +9,8 @@ import pytest
 from helpers.drive import PERIOD, robot
 
 from cpr_core import solve_home
+from cpr_core.model.assessment import Assessment
 from cpr_ros.announcements import Announcements
-from cpr_ros.assessment import Assessment
 from cpr_ros.setpoint_following import Outcome
 from cpr_ros.supervision import Action, State, Status, Verdict
 

@@ -15,6 +15,7 @@ from sensor_msgs.msg import JointState
 from visualization_msgs.msg import Marker
 
 from cpr_core import InvalidRequest, NonFiniteInput, leg_shapes, solve_home
+from cpr_core.drawing.robot_lines import bending_curvature
 from cpr_core.lie import rotation_exp
 from cpr_ros.conversions import (
     Frames,
@@ -22,7 +23,7 @@ from cpr_ros.conversions import (
     with_wrench,
 )
 from cpr_ros.error_codes import RequestError
-from cpr_ros.leg_markers import bending_curvature, leg_markers, shade
+from cpr_ros.leg_markers import leg_markers
 from cpr_ros.motor_messages import measured_motors, motor_setpoint
 from cpr_ros.stability_stream import StabilityStream
 from cpr_ros.transforms import transform_of
@@ -121,15 +122,6 @@ def test_clamped_tips_have_no_marker():
     }
     assert "links" not in markers
     assert len(markers["joints"].points) == 6
-
-
-@pytest.mark.parametrize(
-    ("fraction", "color"),
-    [(0.0, (0, 0, 1)), (0.5, (0, 1, 0)), (1.0, (1, 0, 0)), (-3.0, (0, 0, 1)), (7.0, (1, 0, 0))],
-)
-def test_shades_go_from_blue_over_green_to_red(fraction, color):
-    found = shade(fraction)
-    assert (found.r, found.g, found.b) == color
 
 
 def test_a_robot_without_an_inverse_problem_has_a_stream():

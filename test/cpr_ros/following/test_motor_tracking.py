@@ -7,7 +7,7 @@ import numpy as np
 from helpers.drive import SETTINGS, robot
 
 from cpr_core import solve_home
-from cpr_ros.assessment import Assessment
+from cpr_core.model.assessment import Assessment
 from cpr_ros.motor_tracking import LONGEST_STEP, MotorTracker
 from cpr_ros.setpoint_following import SetpointFollower
 from cpr_ros.supervision import Action, State, Status

@@ -10,7 +10,7 @@ import pytest
 from helpers.drive import PERIOD, robot
 
 from cpr_core import solve_forward
-from cpr_ros.assessment import Assessment
+from cpr_core.model.assessment import Assessment
 from cpr_ros.conversions import Frames
 from cpr_ros.goals import MotorGoal, PoseGoal
 from cpr_ros.parameter_table import PARAMETERS

@@ -12,7 +12,7 @@ import pytest
 from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, Drive, changed_robot, robot
 
 from cpr_core import Equilibrium, load_robot, solve_home
-from cpr_ros.assessment import Threshold
+from cpr_core.model.assessment import Threshold
 from cpr_ros.external_wrench import ExternalWrench
 from cpr_ros.goals import MotorGoal, PoseGoal
 from cpr_ros.supervision import Action, State, Status
@@ -325,7 +325,7 @@ def test_measures_that_cannot_be_had_hold_the_robot(rfrfr, monkeypatch):
     def fail(_equilibrium):
         raise np.linalg.LinAlgError("forced")
 
-    monkeypatch.setattr("cpr_ros.assessment.kinemato_statics", fail)
+    monkeypatch.setattr("cpr_core.model.assessment.kinemato_statics", fail)
     rfrfr.follow(MotorGoal(rfrfr.robot, rfrfr.motors + 0.05))
     halted = rfrfr.until_state(State.HALTED, ticks=20)
     assert halted.verdict.status == Status.NOT_CONVERGED

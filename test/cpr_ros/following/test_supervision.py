@@ -12,7 +12,7 @@ from cpr_msgs.msg import StabilityMetrics
 from helpers.drive import THRESHOLDS, robot
 
 from cpr_core import solve_home, solve_inverse
-from cpr_ros.assessment import (
+from cpr_core.model.assessment import (
     MEASURES,
     Assessment,
     Threshold,

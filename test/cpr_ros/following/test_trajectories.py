@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from cpr_core import solve_forward
-from cpr_ros.assessment import MEASURES, Threshold
+from cpr_core.model.assessment import MEASURES, Threshold
 from cpr_ros.external_wrench import ExternalWrench
 from cpr_ros.goals import MotorGoal, motor_steps
 from cpr_ros.motor_path import MotorPath

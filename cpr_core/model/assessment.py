@@ -11,10 +11,12 @@ from functools import cached_property
 
 import numpy as np
 
-from cpr_core import Equilibrium, bending_strains, kinemato_statics
-from cpr_core.model.kinemato_statics import KinematoStatics, Problem, Singularity
+from .bending_strain import bending_strains
+from .equilibrium import Equilibrium
+from .kinemato_statics import KinematoStatics, Problem, Singularity, kinemato_statics
 
 __all__ = [
+    "DEFAULT_THRESHOLDS",
     "MEASURES",
     "Assessment",
     "Threshold",
@@ -62,6 +64,16 @@ class Threshold:
 
 #: A threshold for every measure.
 Thresholds = Mapping[str, Threshold]
+
+#: Of whoever names no others. Parameters of the node repeat them: its --help does not wait for this.
+DEFAULT_THRESHOLDS: Thresholds = {
+    "margin": Threshold(0.2, 0.05),
+    "forward_singularity": Threshold(1e-4, 2e-5),
+    "inverse_singularity": Threshold(2e-3, 5e-4),
+    "motor_range": Threshold(0.05, 0.0),
+    "effort_reserve": Threshold(0.2, 0.02),
+    "strain_reserve": Threshold(0.2, 0.05),
+}
 
 
 def thresholds_problem(thresholds: Thresholds, ordered: Collection[str]) -> str:

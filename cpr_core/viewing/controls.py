@@ -1,0 +1,202 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What one moves the robot with: a slider for every motor, fields for numbers, switches and buttons."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from ..errors import CprError
+from ..model.robot import Robot
+from ..solving.requests import pose_meaning
+from .handled_robot import HandledRobot
+from .typed import numbers_as_text, typed_numbers
+
+if TYPE_CHECKING:
+    import viser
+
+__all__ = ["Controls", "Do", "MotorSliders"]
+
+#: Asks for something under a name; of one name only the newest counts.
+Do = Callable[[str, Callable[[HandledRobot], Any]], None]
+
+_WRENCH = ("mx", "my", "mz", "fx", "fy", "fz")
+#: Way of a motor without a limit from where it is, in radians or rod lengths.
+_REACH = {"rad": math.pi, "m": 0.5}
+_STEPS = 2000
+
+
+class MotorSliders:
+    """A slider for every motor, within its limits."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        robot: Robot,
+        motors: list[float],
+        moved: Callable[[int, float], None],
+    ) -> None:
+        """Make them.
+
+        Args:
+            gui: Of the page.
+            robot: The robot.
+            motors: Where the motors are [rad or m].
+            moved: Called with number and position when somebody moves a slider.
+        """
+        self._sliders: list[Any] = []
+        for number, (motor, at) in enumerate(zip(robot.description.motors, motors, strict=True)):
+            reach = _REACH[motor.unit] * (1.0 if motor.unit == "rad" else robot.mean_length)
+            low = motor.limits.lower if math.isfinite(motor.limits.lower) else at - reach
+            high = motor.limits.upper if math.isfinite(motor.limits.upper) else at + reach
+            low, high = min(low, at), max(high, at)
+            step = (high - low) / _STEPS if high > low else 1.0
+            slider = gui.add_slider(f"{motor.name} [{motor.unit}]", low, high, step, at)
+            slider.on_update(self._telling(number, moved))
+            self._sliders.append(slider)
+
+    @staticmethod
+    def _telling(number: int, moved: Callable[[int, float], None]) -> Any:
+        async def tell(event: Any) -> None:
+            if event.client_id is not None:  # else the page itself has put it there
+                moved(number, event.target.value)
+
+        return tell
+
+    def show(self, motors: list[float], held: int | None = None) -> None:
+        """Put them where the motors are; one that is held stays at what is asked."""
+        for number, (slider, at) in enumerate(zip(self._sliders, motors, strict=True)):
+            if number == held:
+                continue
+            if not slider.min <= at <= slider.max:
+                slider.min, slider.max = min(slider.min, at), max(slider.max, at)
+            if slider.value != at:
+                slider.value = at
+
+
+class Controls:
+    """The tab that moves the robot."""
+
+    def __init__(self, gui: viser.GuiApi, handled: HandledRobot, do: Do) -> None:
+        self._held: int | None = None
+        here, self._do = handled.equilibrium, do
+        self._sliders = MotorSliders(gui, handled.robot, here.motors.tolist(), self._slid)
+        buttons = gui.add_button_group("robot", ("home", "undo"))
+
+        async def pressed(event: Any) -> None:
+            action = HandledRobot.go_home if event.target.value == "home" else HandledRobot.undo
+            self._do(event.target.value, self._free(action))
+
+        buttons.on_click(pressed)
+        self._gravity: Any = gui.add_checkbox("gravity", handled.has_gravity)
+
+        async def switched(event: Any) -> None:
+            on = event.target.value
+            if event.client_id is not None:
+                self._do("gravity", self._free(lambda handled: handled.switch_gravity(on)))
+
+        self._gravity.on_update(switched)
+        self._add_fields(gui, handled)
+        self._add_modes(gui, handled)
+
+    def show(self, handled: HandledRobot) -> None:
+        """Show where the motors are and what acts."""
+        here, refused = handled.equilibrium, handled.refused
+        waits = refused is not None and refused.asked is not None
+        self._sliders.show(here.motors.tolist(), self._held if waits else None)
+        if self._gravity.value != handled.has_gravity:
+            self._gravity.value = handled.has_gravity
+
+    def follow(self, handled: HandledRobot) -> None:
+        """Numbers in the field, unless somebody has typed there."""
+        self._follow(handled)
+
+    def _slid(self, number: int, position: float) -> None:
+        def move(handled: HandledRobot) -> bool:
+            self._held = number
+            return handled.move_motor(number, position)
+
+        self._do(handled_name(number), move)
+
+    def _free(self, action: Callable[[HandledRobot], Any]) -> Callable[[HandledRobot], Any]:
+        """The same by another hand than a slider's."""
+
+        def act(handled: HandledRobot) -> Any:
+            self._held = None
+            return action(handled)
+
+        return act
+
+    def _add_fields(self, gui: viser.GuiApi, handled: HandledRobot) -> None:
+        meanings = {"motors": handled.robot.motor_names, "wrench": _WRENCH}
+        if handled.robot.description.controlled:
+            meanings["pose"] = pose_meaning(handled.robot)
+        given: Any = gui.add_dropdown("type", tuple(sorted(meanings)))
+        field: Any = gui.add_text("numbers", "", hint="SI units, radians, between spaces")
+        go = gui.add_button("go there")
+
+        def here(handled: HandledRobot) -> str:
+            now = handled.equilibrium
+            values = {"motors": now.motors, "pose": now.pose, "wrench": now.loads.wrench_world}
+            return numbers_as_text(values[given.value])
+
+        filled = ""
+
+        def fill(handled: HandledRobot) -> None:
+            nonlocal filled
+            field.value = filled = here(handled)
+
+        def follow(handled: HandledRobot) -> None:
+            if field.value == filled:  # nobody has typed there
+                fill(handled)
+
+        def act(handled: HandledRobot) -> None:
+            kind, text = given.value, field.value
+            self._held = None
+            try:
+                values = typed_numbers(kind, text, meanings[kind])
+            except CprError as error:
+                handled.refuse(error)
+                return
+            fill(handled)
+            if kind == "wrench":
+                handled.load(handled.equilibrium.loads.with_(wrench_world=values))
+            else:
+                (handled.move_motors if kind == "motors" else handled.move_pose)(values)
+
+        async def asked(_: Any) -> None:
+            self._do("typed", act)
+
+        async def chosen(_: Any) -> None:
+            self._do("fill", fill)
+
+        go.on_click(asked)
+        given.on_update(chosen)
+        fill(handled)
+        self._follow = follow
+
+    def _add_modes(self, gui: viser.GuiApi, handled: HandledRobot) -> None:
+        counts = {count for rod in handled.robot.description.rods for count in rod.modes.counts}
+        modes: Any = gui.add_text(
+            "strain modes",
+            str(max(counts)),
+            hint="per direction, from 1 to 40; Enter is not needed",
+        )
+        choose = gui.add_button("choose modes")
+
+        def act(handled: HandledRobot) -> None:
+            text = modes.value.strip()
+            handled.choose_modes(int(text) if text.isdecimal() else text)
+
+        async def asked(_: Any) -> None:
+            self._do("modes", self._free(act))
+
+        choose.on_click(asked)
+
+
+def handled_name(number: int) -> str:
+    """Name of the requests of a slider."""
+    return f"motor {number}"

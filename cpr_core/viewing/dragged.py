@@ -1,0 +1,125 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What is dragged in the scene: the platform, and the arrow of the force on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
+from .exact_place import put
+
+if TYPE_CHECKING:
+    import viser
+
+__all__ = ["ForceArrow", "PlatformHandle"]
+
+Floats = NDArray[np.float64]
+#: Called with position and quaternion while it is dragged, and with None when it is let go.
+Dragged = Callable[[tuple[Floats, Floats] | None], None]
+
+#: Length of the arrow of the natural unit of force, in rod lengths.
+_PER_FORCE = 0.2
+_ANCHOR = 0.35
+
+
+class PlatformHandle:
+    """Arrows and rings on the platform; those that no controlled coordinate follows are left out."""
+
+    def __init__(self, scene: viser.SceneApi, robot: Robot, dragged: Dragged) -> None:
+        controlled = robot.description.controlled
+        turns = any(name not in ("x", "y", "z") for name in controlled)
+        axes = tuple(turns or name in controlled for name in "xyz")
+        self._held = False
+        self._gizmo: Any = None
+        if not controlled:
+            return
+        self._gizmo = scene.add_transform_controls(
+            "/handle",
+            scale=0.3 * robot.mean_length,
+            active_axes=(True, True, False) if robot.planar else axes,  # type: ignore[arg-type]
+            disable_rotations=not turns,
+            depth_test=False,
+        )
+
+        async def moved(event: Any) -> None:
+            self._held = event.phase != "end"
+            place = np.array(event.target.position), np.array(event.target.wxyz)
+            dragged(place if event.phase == "update" else None)
+
+        self._gizmo.on_update(moved)
+
+    def show(self, equilibrium: Equilibrium) -> None:
+        """Put it where the platform is, unless somebody holds it."""
+        if self._gizmo is not None and not self._held:
+            put(self._gizmo, equilibrium.platform_position, equilibrium.platform_quaternion)
+
+    def show_handles(self, shown: bool) -> None:
+        """Show or hide it."""
+        if self._gizmo is not None:
+            self._gizmo.visible = shown
+
+
+class ForceArrow:
+    """The force on the platform as an arrow beside it, with a handle at its tip."""
+
+    def __init__(
+        self, scene: viser.SceneApi, robot: Robot, dragged: Callable[[Floats | None], None]
+    ) -> None:
+        size = robot.mean_length
+        self._unit = robot.arrays.energy_unit / size / (_PER_FORCE * size)  # N a metre of arrow
+        self._anchor = _ANCHOR * size * (np.eye(3)[1] if robot.planar else np.eye(3)[2])
+        self._planar, self._held, self._origin = robot.planar, False, np.zeros(3)
+        self._arrow = scene.add_arrows(
+            "/force/arrow",
+            np.zeros((1, 2, 3)),
+            (213, 94, 0),
+            shaft_radius=0.008 * size,
+            head_radius=0.02 * size,
+            head_length=0.05 * size,
+        )
+        self._tip: Any = scene.add_transform_controls(
+            "/force/tip",
+            scale=0.12 * size,
+            active_axes=(True, True, not robot.planar),
+            disable_rotations=True,
+            depth_test=False,
+        )
+        self._label = scene.add_label("/force/name", "")
+
+        async def moved(event: Any) -> None:
+            self._held = event.phase != "end"
+            if event.phase == "update":
+                dragged(self._unit * (np.array(event.target.position) - self._origin))
+            else:
+                dragged(None)
+
+        self._tip.on_update(moved)
+
+    def show(self, equilibrium: Equilibrium) -> None:
+        """Draw the force that acts, and put the handle at the tip unless somebody holds it."""
+        force = equilibrium.loads.wrench_world[3:]
+        if not self._held:
+            self._origin = equilibrium.platform_position + self._anchor
+        tip = self._origin + force / self._unit
+        shown = bool(force.any())
+        if self._arrow.visible != shown:
+            self._arrow.visible = shown
+        if shown:
+            self._arrow.points = np.array([[self._origin, tip]], np.float32)
+        text = f"force {np.linalg.norm(force):.3g} N"
+        if self._label.text != text:
+            self._label.text = text
+        self._label.position = tip
+        if not self._held:
+            put(self._tip, tip)
+
+    def show_handles(self, shown: bool) -> None:
+        """Show or hide the handle."""
+        self._tip.visible = self._label.visible = shown

@@ -1,0 +1,111 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What of a robot is made once: frames with names, the platform in its own frame, the camera."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..drawing.robot_lines import platform_outline
+from ..lie import quaternion_from_rotation
+from ..model.robot import Robot
+from .exact_place import put
+
+if TYPE_CHECKING:
+    import viser
+
+__all__ = ["Landmarks", "PlatformNode", "aim_camera"]
+
+Floats = NDArray[np.float64]
+
+
+class Landmarks:
+    """Frames of base and legs with their names."""
+
+    def __init__(self, scene: viser.SceneApi, robot: Robot) -> None:
+        size = robot.mean_length
+        scene.world_axes.visible = False
+        self._labels = []
+        scene.add_frame("/base", axes_length=0.12 * size, axes_radius=0.004 * size)
+        self._labels.append(scene.add_label("/base/name", "base"))
+        names: dict[tuple[float, ...], list[str]] = {}  # legs may share a base
+        for leg in robot.description.legs:
+            name = f"/base/{leg.name}"
+            scene.add_frame(
+                name,
+                axes_length=0.06 * size,
+                axes_radius=0.003 * size,
+                position=leg.base_position,
+                wxyz=quaternion_from_rotation(leg.base_rotation),
+            )
+            place = tuple(np.round(leg.base_position, 6).tolist())
+            names.setdefault(place, []).append(leg.name)
+        for number, (place, legs) in enumerate(names.items()):
+            label = scene.add_label(
+                f"/base/names/{number}", ", ".join(legs), position=np.array(place)
+            )
+            self._labels.append(label)
+
+    def show_names(self, shown: bool) -> None:
+        """Show or hide the names."""
+        for label in self._labels:
+            label.visible = shown
+
+
+class PlatformNode:
+    """The platform: its frame is moved, and what hangs on it goes with it."""
+
+    def __init__(self, scene: viser.SceneApi, robot: Robot) -> None:
+        size = robot.mean_length
+        self._frame: Any = scene.add_frame(
+            "/platform", axes_length=0.12 * size, axes_radius=0.004 * size
+        )
+        self._label = scene.add_label("/platform/name", "platform")
+        holds = np.array([leg.joint.position for leg in robot.description.legs])
+        corners = holds[platform_outline(robot)]
+        if len(corners) > 3 and np.linalg.matrix_rank(np.diff(corners, axis=0), tol=1e-9) > 1:
+            fan = [(0, k, k + 1) for k in range(1, len(corners) - 2)]
+            scene.add_mesh_simple(
+                "/platform/plate",
+                corners[:-1],
+                np.array(fan),
+                color=(0, 114, 178),
+                opacity=0.45,
+                side="double",
+            )
+
+    def show(self, position: Floats, quaternion: Floats) -> None:
+        """Move it, within ``server.atomic()``: (3,) [m], w x y z."""
+        put(self._frame, position, quaternion)
+
+    def show_names(self, shown: bool) -> None:
+        """Show or hide its name."""
+        self._label.visible = shown
+
+
+def aim_camera(server: viser.ViserServer, robot: Robot, points: Floats) -> None:
+    """Look at a whole robot: from the front and a little above, a planar one from above its plane.
+
+    Args:
+        server: Of the page.
+        robot: The robot.
+        points: On its legs, (P, 3) [m].
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    up = np.array([0.0, 1.0, 0.0] if robot.planar else [0.0, 0.0, 1.0])
+    high = high + 0.3 * robot.mean_length * up  # where the force is
+    center, size = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), robot.mean_length)
+    way = np.array([0.0, 0.0, 1.1] if robot.planar else [0.55, -0.85, 0.35])
+    right = np.cross(up, way) / np.linalg.norm(np.cross(up, way))
+    center = center + 0.2 * size * right  # there is the panel
+    server.scene.set_up_direction("+y" if robot.planar else "+z")
+    server.initial_camera.position = center + size * way
+    server.initial_camera.look_at = center
+    server.initial_camera.up = up
+    for client in server.get_clients().values():  # those who are there already
+        client.camera.up_direction = up
+        client.camera.position, client.camera.look_at = center + size * way, center

@@ -1,0 +1,95 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The tab of a map: a NetCDF map laid into the scene, a click goes to a cell."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import CprError
+from .controls import Do
+from .handled_robot import HandledRobot
+from .map_layer import MapLayer, go_to_cell, read_layer
+from .status_panel import as_plain
+
+if TYPE_CHECKING:
+    import viser
+
+__all__ = ["MapTab"]
+
+
+class MapTab:
+    """Takes a map from the browser, shows it, and hears clicks on it."""
+
+    def __init__(self, scene: viser.SceneApi, gui: viser.GuiApi, do: Do) -> None:
+        self._scene, self._gui, self._do = scene, gui, do
+        self._layer: MapLayer | None = None
+        self._cloud: Any = None
+        upload: Any = gui.add_upload_button("open a map (.nc)")
+        self._text = gui.add_markdown("A map as `cpr workspace --out` writes it.")
+        self._shown: Any = gui.add_checkbox("show map", True, visible=False)
+
+        async def opened(event: Any) -> None:
+            file = event.target.value
+            self._do("map", lambda handled: self._open_bytes(handled, file.name, file.content))
+
+        async def switched(event: Any) -> None:
+            if self._cloud is not None:
+                self._cloud.visible = event.target.value
+
+        upload.on_upload(opened)
+        self._shown.on_update(switched)
+
+        def clicked(event: Any) -> None:
+            ray = event.ray_origin, event.ray_direction
+            self._do("cell", lambda handled: self._go(handled, *ray))
+
+        self._clicked = clicked
+
+    def open(self, handled: HandledRobot, file: str | Path) -> None:
+        """Lay a map into the scene.
+
+        Raises:
+            InvalidRequest: No map of this robot.
+        """
+        layer = read_layer(handled.robot, file)
+        self._cloud = self._scene.add_point_cloud(
+            "/map",
+            layer.points,
+            layer.colors,
+            point_size=0.5 * layer.size,
+            point_shape="square",
+            precision="float32",
+            point_shading="flat",
+        )
+        if self._layer is None:
+            self._scene.on_click()(self._clicked)
+        self._layer = layer
+        shape = " x ".join(str(count) for count in layer.found.grid.shape)
+        self._text.content = as_plain(
+            f"{len(layer.cells)} of {shape} cells are reached; a click goes to one. Blue: stable, "
+            "yellow, purple, grey: index 1, 2, more; orange: beyond a limit."
+        )
+        self._shown.visible, self._shown.value = True, True
+
+    def _open_bytes(self, handled: HandledRobot, name: str, content: bytes) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "map.nc"
+            file.write_bytes(content)
+            try:
+                self.open(handled, file)
+            except CprError as error:
+                problem = str(error).replace(str(file), name)
+                self._text.content = f"**not a map of this robot**: {as_plain(problem)}"
+
+    def _go(self, handled: HandledRobot, origin: Any, direction: Any) -> None:
+        if self._layer is None or not self._shown.value:
+            return
+        cell = self._layer.nearest(origin, direction)
+        if cell is not None and go_to_cell(handled, self._layer.found, cell):
+            place = ", ".join(f"{value:.4g}" for value in self._layer.found.place(cell))
+            names = ", ".join(self._layer.found.grid.axis_names)
+            handled.words = f"at the cell {names} = {place} of the map"

@@ -1,0 +1,89 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What is on screen as YAML, and pictures as a GIF."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from ..version import __version__
+from .bars import bars
+from .handled_robot import HandledRobot
+
+__all__ = ["as_gif", "as_yaml", "screen"]
+
+
+def screen(handled: HandledRobot) -> dict[str, Any]:
+    """What is on screen as plain values, SI units."""
+    here, refused = handled.equilibrium, handled.refused
+    asked = None if refused is None else refused.asked
+    shown: dict[str, Any] = {
+        "cpr": __version__,
+        "robot": here.robot.description.name,
+        "source": str(here.robot.description.source),
+        "modes": [list(rod.modes.counts) for rod in here.robot.description.rods],
+        "motors": dict(zip(here.robot.motor_names, here.motors.tolist(), strict=True)),
+        "efforts": dict(zip(here.robot.motor_names, here.efforts.tolist(), strict=True)),
+        "platform": {
+            "position": here.platform_position.tolist(),
+            "quaternion_wxyz": here.platform_quaternion.tolist(),
+        },
+        "gravity": here.loads.gravity.tolist(),
+        "wrench_world": here.loads.wrench_world.tolist(),
+        "energy": here.energy,
+        "index_locked": here.index_locked,
+        "measures": {bar.name: float(bar.value) for bar in bars(here)},
+    }
+    if refused is not None:
+        shown["refused"] = {"kind": refused.kind, "reason": refused.reason}
+        if asked is not None and asked.motors is not None:
+            shown["refused"]["motors"] = asked.motors.tolist()
+        if asked is not None and asked.platform is not None:
+            shown["refused"]["position"] = asked.platform.position.tolist()
+    return shown
+
+
+def as_yaml(handled: HandledRobot) -> str:
+    """The same as YAML; numbers are exact."""
+    return yaml.safe_dump(_plain(screen(handled)), sort_keys=False, allow_unicode=True)
+
+
+def as_gif(frames: Sequence[NDArray[np.uint8]], rate: float) -> bytes:
+    """Pictures (H, W, 3) one after the other as a GIF that begins again at its end.
+
+    Args:
+        frames: The pictures; at least one.
+        rate: So many a second; a GIF knows hundredths of a second.
+    """
+    from PIL import Image
+
+    pictures = [
+        Image.fromarray(frame[..., :3]).quantize(128, dither=Image.Dither.NONE) for frame in frames
+    ]
+    file = io.BytesIO()
+    pictures[0].save(
+        file,
+        "GIF",
+        save_all=True,
+        append_images=pictures[1:],
+        duration=max(20, round(1000.0 / rate / 10.0) * 10),
+        loop=0,
+        optimize=True,
+    )
+    return file.getvalue()
+
+
+def _plain(value: Any) -> Any:
+    """Numbers of numpy as those of Python."""
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    return value.item() if isinstance(value, np.generic) else value

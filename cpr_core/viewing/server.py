@@ -1,0 +1,143 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The web server of the page: on this machine only unless asked, and for pages of its own only."""
+
+from __future__ import annotations
+
+import socket
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
+
+from ..errors import CprError, InvalidRequest
+
+if TYPE_CHECKING:
+    import viser
+
+__all__ = ["LOCAL", "MissingViewer", "address_of", "close_server", "open_server", "origin_problem"]
+
+#: Where the page is served unless asked.
+LOCAL = "127.0.0.1"
+_HERE = ("127.0.0.1", "localhost", "::1")
+#: What installs the extra.
+_INSTALL = "-m pip install 'viser>=1.1,<1.2'"
+
+
+class MissingViewer(CprError):
+    """What draws the page is not installed."""
+
+    code = "NOT_READY"
+
+
+def open_server(label: str, host: str = LOCAL, port: int = 8080) -> viser.ViserServer:
+    """Start a server.
+
+    Args:
+        label: What the page is called.
+        host: Address to listen at; ``0.0.0.0``: every one of this machine.
+        port: Port; 0: any that is free.
+
+    Raises:
+        MissingViewer: viser is not installed.
+        InvalidRequest: The port is taken, or the address is not one of this machine.
+    """
+    try:
+        import viser
+    except ImportError as error:
+        raise MissingViewer(
+            f"looking at a robot needs viser (the extra `view`), which is not here ({error}); "
+            f"install it: {sys.executable} {_INSTALL}"
+        ) from None
+    _check_free(host, port)
+
+    class LocalServer(viser.ViserServer):
+        """Never asks another machine to pass the page on, whatever a client asks for."""
+
+        def request_share_url(self, verbose: bool = True) -> str | None:
+            return None
+
+    with _silent():
+        server = LocalServer(host=host, port=port, label=label, verbose=False)
+    _refuse_strangers(server, host)
+    server.gui.configure_theme(
+        show_logo=False, show_share_button=False, control_width="large", brand_color=(0, 114, 178)
+    )
+    return server
+
+
+def close_server(server: viser.ViserServer) -> None:
+    """Stop a server; pages that show it say that it is gone."""
+    with _silent():
+        server.stop()
+
+
+def address_of(server: viser.ViserServer) -> str:
+    """Where to look at the page."""
+    host = server.get_host()
+    return f"http://{LOCAL if host in ('0.0.0.0', '') else host}:{server.get_port()}"
+
+
+def origin_problem(host_header: str, origin: str | None, asked: str) -> str:
+    """Why a connection is not one of a page that this server served; empty if it is one.
+
+    A page of anybody else, open in the same browser, could connect to this machine too, and a name of
+    somebody else's may lead here: browsers tell both.
+
+    Args:
+        host_header: ``Host`` of the request.
+        origin: ``Origin`` of the request; None: no browser.
+        asked: Address that the server listens at.
+    """
+    name = urlsplit(f"//{host_header}").hostname or ""
+    if asked in _HERE and name not in _HERE:
+        return f"this page is for {asked} only, not for {name!r}"
+    if origin is not None and urlsplit(origin).netloc != host_header:
+        return f"a page of {origin!r} may not move this robot"
+    return ""
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Viser draws a box with its address; who asks for the page says where it is, once."""
+    import rich
+
+    console = rich.get_console()
+    before, console.quiet = console.quiet, True
+    try:
+        yield
+    finally:
+        console.quiet = before
+
+
+def _check_free(host: str, port: int) -> None:
+    """Viser would take the next free port without a word."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_STREAM) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((host, port))
+    except (OSError, OverflowError) as error:
+        raise InvalidRequest(
+            "address", f"expected one of this machine with a free port, got {host}:{port}: {error}"
+        ) from None
+
+
+def _refuse_strangers(server: viser.ViserServer, host: str) -> None:
+    """Close connections of other pages before anything goes through them.
+
+    viser has no such check, and no public place for one: hence the underscores.
+    """
+    sockets = server._websock_server
+
+    async def look(client) -> None:  # type: ignore[no-untyped-def]
+        connection = sockets._live_connections[client.client_id]
+        assert connection.request is not None
+        headers = connection.request.headers
+        problem = origin_problem(headers.get("Host", ""), headers.get("Origin"), host)
+        if problem:
+            await connection.close(1008, problem)
+
+    sockets.on_client_connect(look)

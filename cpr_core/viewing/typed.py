@@ -1,0 +1,46 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Numbers that somebody types into a field."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InvalidRequest
+from ..validation import checked_vector
+
+__all__ = ["numbers_as_text", "typed_numbers"]
+
+Floats = NDArray[np.float64]
+
+
+def typed_numbers(name: str, text: str, meaning: tuple[str, ...]) -> Floats:
+    """Numbers between spaces, commas or semicolons, in brackets or not.
+
+    Args:
+        name: What they are, for the error.
+        text: What was typed.
+        meaning: What each of them is.
+
+    Raises:
+        InvalidRequest: Not so many numbers.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    words = [word for word in re.split(r"[\s,;\[\]()]+", text) if word]
+    expected = " ".join(meaning)
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        raise InvalidRequest(
+            name, f"expected {len(meaning)} numbers ({expected}), got {text[:80]!r}"
+        ) from None
+    return checked_vector(name, np.array(values), len(meaning), expected)
+
+
+def numbers_as_text(values: Floats) -> str:
+    """The same numbers as text, short; typed again they are these to ten digits."""
+    return " ".join(f"{value + 0.0:.10g}" for value in values.tolist())

@@ -1,0 +1,72 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The command ``cpr_view``: the page of a running node."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+import threading
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from cpr_core import CprError
+
+from .view_node import ViewNode
+
+__all__ = ["main"]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Show the page until SIGINT or SIGTERM.
+
+    Args:
+        arguments: With the name of the program first; None for those of the process.
+
+    Returns:
+        Exit status: 0; 1 if there is no viser or the address cannot be had.
+    """
+    arguments = sys.argv if arguments is None else arguments
+    parser = argparse.ArgumentParser(
+        prog="cpr_view",
+        description="A running cpr_node in the browser: its robot, its stability, its last minute.",
+        epilog="Arguments of ROS go behind --ros-args.",
+    )
+    parser.add_argument("--node", default="cpr_node", metavar="NAME", help="else cpr_node")
+    parser.add_argument(
+        "--host",
+        default="127.0.0.1",
+        metavar="ADDRESS",
+        help="where to listen; else 127.0.0.1: whoever reaches the page can move the robot",
+    )
+    parser.add_argument("--port", type=int, default=8081, metavar="N", help="default 8081; 0: any")
+    options = parser.parse_args(remove_ros_args(arguments)[1:])
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    # A flag, for an exception could end up anywhere in rclpy, and be lost there.
+    enough = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: enough.set())
+    try:
+        node = ViewNode(options.node, options.host, options.port)
+    except CprError as error:
+        print(f"cpr_view: {error}", file=sys.stderr)
+        rclpy.try_shutdown()
+        return 1
+    print(f"{options.node}: look at {node.page.address} (Ctrl-C ends)", flush=True)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    while not enough.is_set():
+        executor.spin_once(timeout_sec=0.1)
+    node.page.close()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,197 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The page of a running node: what it publishes, setpoints of who has taken control. No ROS here."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core import Robot
+from cpr_core.drawing.robot_lines import RobotLines
+from cpr_core.viewing.bars import Bar
+from cpr_core.viewing.controls import MotorSliders
+from cpr_core.viewing.landmarks import Landmarks, PlatformNode, aim_camera
+from cpr_core.viewing.robot_scene import RobotScene
+from cpr_core.viewing.server import address_of, close_server, open_server
+from cpr_core.viewing.status_panel import BarsPanel, as_plain
+
+from .watched_node import Seen
+
+__all__ = ["NodePage"]
+
+Floats = NDArray[np.float64]
+
+_ACTIONS = {0: ("NONE", "green"), 1: ("SLOW", "yellow"), 2: ("HALT", "red")}
+_SEEN = {
+    "waiting": "waiting for {name}",
+    "there": "{name} is there",
+    "gone": "{name} is gone",
+    "back": "{name} is back",
+}
+
+
+class NodePage:
+    """Shows one node. Called from one thread; what somebody does on the page is kept until it is taken.
+
+    Attributes:
+        in_control: Whether setpoints are sent.
+    """
+
+    def __init__(self, name: str, host: str, port: int) -> None:
+        """Open the page.
+
+        Args:
+            name: Of the node.
+            host: Address to listen at.
+            port: Port; 0: any that is free.
+
+        Raises:
+            MissingViewer: viser is not installed.
+            InvalidRequest: The address cannot be had.
+        """
+        self._name = name
+        self._server = open_server(f"node {name}", host, port)
+        gui = self._server.gui
+        self.in_control = False
+        self._asked: dict[int, float] = {}
+        self._robot: Robot | None = None
+        self._presence = gui.add_markdown(_SEEN["waiting"].format(name=name))
+        self._action_text = gui.add_markdown("")
+        self._action_bar = gui.add_progress_bar(100.0, color="gray")
+        self._words = gui.add_markdown("")
+        self._others = gui.add_markdown("")
+        self._take: Any = gui.add_button("take control")
+        self._plot: Any = None
+        self._bars: Any = None
+        self._parts: list[Any] = []
+        self._aimed = False
+
+        async def taken(_: Any) -> None:
+            self.in_control = not self.in_control
+            self._asked.clear()
+            self._take.label = "give control back" if self.in_control else "take control"
+
+        self._take.on_click(taken)
+
+    @property
+    def address(self) -> str:
+        """Where the page is."""
+        return address_of(self._server)
+
+    def show_robot(self, robot: Robot, motors: list[float]) -> None:
+        """Which robot it is; another one than before takes its place."""
+        scene, gui = self._server.scene, self._server.gui
+        for part in self._parts:
+            part.remove()
+        scene.reset()
+        self._robot, self._aimed = robot, False
+        self._landmarks = Landmarks(scene, robot)
+        self._platform = PlatformNode(scene, robot)
+        self._lines = RobotScene(scene, "/robot", robot.mean_length)
+        folder = gui.add_folder("motors")
+        self._parts = [folder]
+        with folder:
+            self._sliders = MotorSliders(gui, robot, motors, self._slid)
+
+    def show_lines(self, lines: RobotLines) -> None:
+        """Draw the robot as its markers have it."""
+        if self._robot is None or not lines.legs:
+            return
+        if not self._aimed:
+            aim_camera(self._server, self._robot, np.concatenate(lines.legs))
+            self._aimed = True
+        with self._server.atomic():
+            self._lines.show(lines)
+
+    def show_platform(self, position: Floats, quaternion: Floats) -> None:
+        """Where the platform is: (3,) [m], w x y z."""
+        if self._robot is not None:
+            with self._server.atomic():
+                self._platform.show(position, quaternion)
+
+    def show_motors(self, motors: list[float]) -> None:
+        """Where the motors are; sliders of who is in control stay at what was asked."""
+        if self._robot is not None and not self.in_control:
+            self._sliders.show(motors)
+
+    def show_stability(self, action: int, text: str, bars: Sequence[Bar]) -> None:
+        """What a supervisor is told.
+
+        Args:
+            action: 0 none, 1 slow down, 2 halt.
+            text: Why.
+            bars: Measures with thresholds.
+        """
+        name, color = _ACTIONS[action]
+        _set(self._action_text, "content", f"**{name}** {as_plain(text)}")
+        _set(self._action_bar, "color", color)
+        if self._bars is None:
+            self._bars = BarsPanel(self._server.gui, bars)
+        self._bars.show(bars)
+
+    def show_presence(self, seen: Seen) -> None:
+        """Whether the node is heard. One that is gone takes control with it."""
+        _set(self._presence, "content", f"**{_SEEN[seen].format(name=as_plain(self._name))}**")
+        if seen == "gone":
+            _set(self._action_bar, "color", "gray")
+            _set(self._action_text, "content", "nothing is known of the robot")
+            if self._bars is not None:
+                self._bars.show([])
+            if self.in_control:
+                self.in_control = False
+                self._asked.clear()
+                self._take.label = "take control"
+                self.say("control was given back: the node is gone")
+
+    def show_others(self, names: Sequence[str]) -> None:
+        """Who else can send setpoints."""
+        who = ", ".join(names) or "nobody"
+        _set(self._others, "content", as_plain(f"setpoints may also come from: {who}"))
+
+    def show_last_minute(self, columns: tuple[Floats, ...], names: tuple[str, ...]) -> None:
+        """Plot numbers over time [s]."""
+        if self._plot is None:
+            tones = ("#0072B2", "#D55E00", "#009E73")
+            series = (
+                {"label": "s"},
+                *(
+                    {"label": name, "stroke": tone, "width": 2}
+                    for name, tone in zip(names, tones, strict=False)
+                ),
+            )
+            scales = {"x": {"time": False}}
+            self._plot = self._server.gui.add_uplot(columns, series, scales=scales, aspect=2.0)  # type: ignore[arg-type]
+        else:
+            self._plot.data = columns
+
+    def say(self, text: str) -> None:
+        """Say something in words."""
+        _set(self._words, "content", as_plain(text))
+
+    def take_asked(self) -> dict[int, float]:
+        """Motor positions that were asked for since, by number of the motor."""
+        asked, self._asked = self._asked, {}
+        return asked
+
+    def close(self) -> None:
+        """Close the page."""
+        close_server(self._server)
+
+    def _slid(self, number: int, position: float) -> None:
+        if not self.in_control:
+            self.say("nothing was sent: press `take control` first")
+        elif not np.isfinite(position):
+            self.say(f"nothing was sent: expected a finite number, got {position}")
+        else:
+            self._asked[number] = position
+
+
+def _set(handle: Any, name: str, value: Any) -> None:
+    """Send only what is new."""
+    if getattr(handle, name) != value:
+        setattr(handle, name, value)

@@ -1,0 +1,176 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The ROS side of the page of a running node: hears what it publishes, sends what is asked for."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from cpr_msgs.msg import StabilityMetrics
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
+
+from cpr_core import CprError, Robot, load_robot
+from cpr_core.model.assessment import Threshold
+from cpr_core.viewing.bars import Bar, bar
+
+from .marker_lines import lines_of
+from .node_page import NodePage
+from .watched_node import LastMinute, Presence
+
+__all__ = ["ViewNode"]
+
+#: Pictures a second, plots and names of others a second.
+_RATE, _SLOW_RATE = 30.0, 2.0
+#: Where setpoints come in.
+_SETPOINTS = (
+    "motor_setpoint",
+    "commands",
+    "platform_setpoint",
+    "platform_twist",
+    "joint_trajectory",
+)
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class ViewNode(Node):
+    """Mirrors one node on a page."""
+
+    def __init__(self, watched: str, host: str, port: int) -> None:
+        """Open the page and begin to listen.
+
+        Args:
+            watched: Name of the node, relative to the namespace of this one.
+            host: Address the page is served at.
+            port: Port; 0: any that is free.
+
+        Raises:
+            MissingViewer: viser is not installed.
+            InvalidRequest: The address cannot be had.
+        """
+        super().__init__("cpr_view")
+        self._watched = watched
+        self.page = NodePage(watched, host, port)
+        self._presence, self._minute = Presence(), LastMinute(("margin", "distance"))
+        self._newest: dict[str, Any] = {}
+        self._robot: Robot | None = None
+        self._described = ""
+        self._setpoint: Any = None
+        space = watched.rpartition("/")[0]
+        states = f"{space}/joint_states" if space else "joint_states"
+        for name, kind, topic, quality in (
+            ("description", String, f"{watched}/description", _LATCHED),
+            ("motors", JointState, states, QoSProfile(depth=1)),
+            ("platform", PoseStamped, f"{watched}/platform_pose", QoSProfile(depth=1)),
+            ("markers", MarkerArray, f"{watched}/leg_markers", QoSProfile(depth=1)),
+            ("stability", StabilityMetrics, f"{watched}/stability", QoSProfile(depth=10)),
+        ):
+            self.create_subscription(kind, topic, self._keeping(name), quality)
+        self.create_timer(1.0 / _RATE, self._draw)
+        self.create_timer(1.0 / _SLOW_RATE, self._draw_slowly)
+
+    def _keeping(self, name: str) -> Any:
+        def keep(message: Any) -> None:
+            self._newest[name] = message
+            if name == "stability":
+                self._presence.hear(time.monotonic())
+                self._minute.add(time.monotonic(), message.margin, message.distance_to_threshold)
+
+        return keep
+
+    def _draw(self) -> None:
+        """Show the newest of everything, and send what was asked for."""
+        self.page.show_presence(self._presence.seen(time.monotonic()))
+        motors = self._newest.get("motors")
+        if motors is not None:
+            self._look_at_description(motors)
+        if self._robot is None:
+            return
+        self._send()
+        if (message := self._newest.pop("markers", None)) is not None:
+            self.page.show_lines(lines_of(message))
+        if (message := self._newest.pop("platform", None)) is not None:
+            at, turn = message.pose.position, message.pose.orientation
+            self.page.show_platform(
+                np.array([at.x, at.y, at.z]), np.array([turn.w, turn.x, turn.y, turn.z])
+            )
+        if (message := self._newest.pop("stability", None)) is not None:
+            self.page.show_stability(message.action, _words(message), _bars(message))
+        if motors is not None and len(motors.position) == self._robot.motor_count:
+            self.page.show_motors(list(motors.position))
+
+    def _draw_slowly(self) -> None:
+        self.page.show_others(self._others())
+        if self._robot is not None:
+            self.page.show_last_minute(self._minute.columns(time.monotonic()), self._minute.names)
+
+    def _look_at_description(self, motors: JointState) -> None:
+        """Show the robot once it is known, and another one when it comes."""
+        message = self._newest.get("description")
+        if message is None or message.data == self._described:
+            return
+        self._described = message.data
+        try:
+            robot = load_robot(message.data)
+        except CprError as error:
+            self.page.say(f"the description of the node cannot be read: {error}")
+            return
+        if len(motors.position) == robot.motor_count:
+            self._robot = robot
+            self.page.show_robot(robot, list(motors.position))
+
+    def _send(self) -> None:
+        """Setpoints of who is in control; a publisher is there only as long."""
+        if not self.page.in_control:
+            if self._setpoint is not None:
+                self.destroy_publisher(self._setpoint)
+                self._setpoint = None
+            return
+        if self._setpoint is None:
+            topic = f"{self._watched}/motor_setpoint"
+            self._setpoint = self.create_publisher(JointState, topic, 10)
+        if not self._setpoint.get_subscription_count():
+            return  # not connected yet: what is asked for waits
+        asked = self.page.take_asked()
+        if asked:
+            assert self._robot is not None
+            names = [self._robot.motor_names[number] for number in asked]
+            self._setpoint.publish(JointState(name=names, position=list(asked.values())))
+            moved = ", ".join(
+                f"{name} to {at:.5g}" for name, at in zip(names, asked.values(), strict=True)
+            )
+            self.page.say(f"sent: {moved}")
+
+    def _others(self) -> list[str]:
+        """Other nodes that publish on a topic of setpoints."""
+        own = (self.get_namespace(), self.get_name())
+        found = {
+            f"{info.node_namespace.rstrip('/')}/{info.node_name} ({topic})"
+            for topic in _SETPOINTS
+            for info in self.get_publishers_info_by_topic(f"{self._watched}/{topic}")
+            if (info.node_namespace, info.node_name) != own
+        }
+        return sorted(found)
+
+
+def _words(message: StabilityMetrics) -> str:
+    nearest = message.nearest_threshold
+    return message.status_text + (f"; nearest to its threshold: {nearest}" if nearest else "")
+
+
+def _bars(message: StabilityMetrics) -> list[Bar]:
+    """The margin with the thresholds in force, and how near the nearest measure is to its own."""
+    margin = bar("margin", message.margin, Threshold(message.margin_warning, message.margin_stop))
+    level, levels = message.distance_to_threshold, Threshold(1.0, 0.0)
+    if not message.nearest_threshold:
+        return [margin, Bar("nearest threshold", level, levels, 1.0, "fine")]
+    nearest = bar("margin", level, levels)  # of whatever measure: the words name it
+    return [margin, replace(nearest, name="nearest threshold")]

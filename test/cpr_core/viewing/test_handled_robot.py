@@ -1,0 +1,186 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A robot in somebody's hands, without a page."""
+
+import numpy as np
+import pytest
+
+import cpr_core
+from cpr_core.lie import quaternion_from_rotation
+from cpr_core.viewing.handled_robot import HandledRobot
+from cpr_core.viewing.refused import ghost_lines
+
+
+class Clock:
+    def __init__(self):
+        self.now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture(scope="module")
+def planar():
+    return cpr_core.load_robot("rfrfr")
+
+
+@pytest.fixture(scope="module")
+def spatial():
+    return cpr_core.load_robot("six_rfs")
+
+
+def dragged(handled, way):
+    here = handled.equilibrium
+    return handled.move_platform(here.platform_position + way, here.platform_quaternion)
+
+
+def test_motors_lead_where_the_forward_problem_does(spatial):
+    handled = HandledRobot(spatial)
+    motors = handled.equilibrium.motors + 0.1
+    assert handled.move_motors(motors)
+    expected = cpr_core.solve_forward(spatial, motors)
+    np.testing.assert_allclose(
+        handled.equilibrium.platform_position, expected.platform_position, rtol=0, atol=1e-10
+    )
+    assert handled.refused is None
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "planar_body", "three_prs", "six_rfs", "delta"])
+def test_of_a_dragged_platform_the_controlled_coordinates_count(name):
+    robot = cpr_core.load_robot(name)
+    handled = HandledRobot(robot)
+    before = handled.equilibrium.pose
+    controlled = robot.description.controlled
+    axis = next(number for number, letter in enumerate("xyz") if letter in controlled)
+    assert dragged(handled, 0.01 * robot.mean_length * np.eye(3)[axis]), handled.refused.reason
+    after = handled.equilibrium.pose
+    assert after[0] == pytest.approx(before[0] + 0.01 * robot.mean_length, abs=1e-9)
+    np.testing.assert_allclose(after[1:], before[1:], atol=1e-9)
+
+
+def test_what_is_refused_leaves_the_robot_at_the_last_equilibrium_with_a_ghost(spatial):
+    handled = HandledRobot(spatial)
+    home = handled.equilibrium
+    assert not dragged(handled, [0.6, 0.0, 0.0])
+    assert handled.refused.kind == "fold"
+    assert "not reached" in handled.refused.reason
+    last = handled.equilibrium
+    assert last.converged
+    assert last.stable
+    assert home.platform_position[0] < last.platform_position[0] < home.platform_position[0] + 0.6
+    ghost = ghost_lines(last, handled.refused.asked)
+    wanted = home.platform_position + [0.6, 0.0, 0.0]
+    holds = np.array([leg.joint.position for leg in spatial.description.legs])
+    middle = wanted + (holds @ home.platform_rotation.T).mean(axis=0)
+    np.testing.assert_allclose(ghost.platform[:-1].mean(axis=0), middle, atol=1e-9)
+    # From there the robot goes on: farther is refused again, back is not.
+    assert not dragged(handled, [0.01, 0.0, 0.0])
+    assert dragged(handled, [-0.05, 0.0, 0.0]), handled.refused.reason
+    assert handled.refused is None
+
+
+def test_the_ghost_of_motors_is_every_leg_where_its_motor_was_to_be(planar):
+    handled = HandledRobot(planar)
+    assert not handled.move_motors(handled.equilibrium.motors + [4.0, -4.0])
+    asked = handled.refused.asked
+    ghost = ghost_lines(handled.equilibrium, asked)
+    assert len(ghost.legs) == 2
+    for leg, motor in zip(ghost.legs, asked.motors, strict=True):
+        way = leg[1] - leg[0]
+        assert np.cos(np.arctan2(way[1], way[0]) - motor) > 0.99
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (lambda robot: robot.move_motors([np.nan, 0.0]), "all finite"),
+        (lambda robot: robot.move_motors([1e300, 0.0]), "looks like degrees"),
+        (lambda robot: robot.move_motors([]), "expected 2 numbers"),
+        (lambda robot: robot.move_motor(0, np.inf), "all finite"),
+        (lambda robot: robot.move_pose([0.0, 1e300]), "looks like millimetres"),
+        (lambda robot: robot.move_platform([0, np.nan, 0], [1, 0, 0, 0]), "all finite"),
+        (lambda robot: robot.move_platform([0, 0.8, 0], [0, 0, 0, 0]), "unit"),
+        (lambda robot: robot.push([1e300, 0.0, 0.0]), "not reached"),
+        (lambda robot: robot.push([np.nan, 0.0, 0.0]), "all finite"),
+        (lambda robot: robot.choose_modes(99), "at most 40"),
+        (lambda robot: robot.choose_modes("many"), "whole number"),
+    ],
+)
+def test_absurd_numbers_change_nothing_and_are_told(planar, asked, said):
+    handled = HandledRobot(planar)
+    home = handled.equilibrium
+    assert not asked(handled)
+    assert said in handled.words
+    assert handled.refused.reason == handled.words
+    assert handled.equilibrium is home
+    assert not handled.undoable
+
+
+def test_a_stable_robot_is_not_taken_past_the_loss_of_its_stability(planar):
+    handled = HandledRobot(planar)
+    for _ in range(60):
+        handled.push(handled.force + [0.0, -0.5, 0.0])
+        assert handled.equilibrium.index_locked == 0
+        if handled.refused is not None:
+            break
+    assert handled.refused.kind in ("fold", "bifurcation", "stability")
+    assert handled.equilibrium.margin < 0.05
+
+
+def test_gestures_are_undone_one_by_one(planar):
+    clock = Clock()
+    handled = HandledRobot(planar, clock=clock)
+    home = handled.equilibrium
+    for position in (2.6, 2.61, 2.62):
+        clock.now += 0.1
+        assert handled.move_motor(0, position)
+    first = handled.equilibrium
+    clock.now += 0.1
+    assert handled.move_motor(1, 0.6)
+    second = handled.equilibrium
+    clock.now += 5.0
+    assert handled.move_motor(1, 0.65)
+    assert handled.undo()
+    assert handled.equilibrium is second
+    assert handled.undo()
+    assert handled.equilibrium is first
+    assert handled.undo()
+    assert handled.equilibrium is home
+    assert not handled.undo()
+
+
+def test_loads_gravity_and_home(planar):
+    handled = HandledRobot(planar)
+    home = handled.equilibrium
+    assert handled.switch_gravity(True)
+    np.testing.assert_array_equal(handled.equilibrium.loads.gravity, [0.0, -9.81, 0.0])
+    assert handled.push([0.01, 0.0, 0.0])
+    np.testing.assert_array_equal(handled.force, [0.01, 0.0, 0.0])
+    np.testing.assert_array_equal(handled.equilibrium.motors, home.motors)
+    assert handled.go_home()
+    np.testing.assert_allclose(
+        handled.equilibrium.platform_position, home.platform_position, atol=1e-10
+    )
+    assert not handled.has_gravity
+
+
+def test_modes_are_another_robot_at_the_same_place(planar):
+    handled = HandledRobot(planar)
+    before = handled.equilibrium
+    assert handled.choose_modes(9)
+    assert handled.robot is not before.robot
+    np.testing.assert_array_equal(handled.equilibrium.motors, before.motors)
+    assert "9 modes" in handled.words
+    with pytest.raises(cpr_core.InvalidRequest):
+        handled.take(before, "")
+    assert handled.undo()
+    assert handled.equilibrium is before
+
+
+def test_a_start_is_where_it_begins(planar):
+    start = cpr_core.solve_forward(planar, [2.6, 0.6])
+    handled = HandledRobot(planar, start)
+    assert handled.equilibrium is start
+    turned = quaternion_from_rotation(start.platform_rotation)
+    assert handled.move_platform(start.platform_position, turned)

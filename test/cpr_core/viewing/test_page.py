@@ -1,0 +1,229 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The page of a robot in a real browser."""
+
+import numpy as np
+import pytest
+from helpers.browser import Looker
+
+import cpr_core
+from cpr_core.drawing.robot_lines import equilibrium_lines, segments
+from cpr_core.viewing.typed import numbers_as_text
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return cpr_core.load_robot("six_rfs")
+
+
+@pytest.fixture(scope="module")
+def opened(robot, browser):
+    """A page and somebody who looks at it: loading takes seconds."""
+    page = cpr_core.view(robot)
+    looker = Looker(browser, page.address, "motor6")
+    looker.until(lambda: looker.visible("/robot/legs"))
+    looker.switch("names")  # out of the way of the mouse
+    yield page, looker
+    looker.page.close()
+    page.close()
+
+
+@pytest.fixture
+def page(opened, robot):
+    """At home, nothing refused."""
+    page = opened[0]
+    page.show(cpr_core.solve_home(robot))
+    assert page.wait()
+    return page
+
+
+@pytest.fixture
+def looker(opened, page):
+    settled(*opened)
+    return opened[1]
+
+
+#: Radius of the rings of the handle [m].
+RING = 0.3 * 0.65
+
+
+def settled(page, looker):
+    """Wait until the scene of the browser is where the robot is."""
+    assert page.wait()
+    looker.until(
+        lambda: np.allclose(
+            looker.position("/platform"), page.equilibrium.platform_position, rtol=0, atol=1e-12
+        )
+    )
+
+
+def type_numbers(page, looker, kind, text):
+    here = page.equilibrium
+    values = {"motors": here.motors, "pose": here.pose, "wrench": here.loads.wrench_world}[kind]
+    if looker.field("type").input_value() != kind:
+        looker.choose("type", kind)
+        # The page fills the field with where the robot is.
+        looker.until(lambda: looker.field("numbers").input_value() == numbers_as_text(values))
+    looker.field("numbers").fill(text, force=True)
+    looker.press("go there")
+
+
+def test_it_loads_without_complaints_and_asks_nobody_else(page, looker):
+    settled(page, looker)
+    looker.picture("home")
+    assert looker.complaints == []
+    assert len(looker.requests) >= 2
+    own = page.address.removeprefix("http://")
+    for url in looker.requests:
+        assert url.removeprefix("blob:").split("://")[1].split("/")[0] == own, url
+
+
+def test_a_slider_moves_the_robot(robot, page, looker):
+    home = page.equilibrium
+    thumb = looker.page.get_by_role("slider").nth(2)
+    thumb.focus()
+    for _ in range(40):
+        thumb.press("ArrowRight")
+    looker.until(lambda: page.equilibrium.motors[2] > home.motors[2] + 0.1)
+    settled(page, looker)
+    reached = page.equilibrium.motors
+    np.testing.assert_array_equal(np.delete(reached, 2), np.delete(home.motors, 2))
+    expected = cpr_core.solve_forward(robot, reached)
+    np.testing.assert_allclose(
+        looker.position("/platform"), expected.platform_position, rtol=0, atol=1e-9
+    )
+    quaternion = looker.quaternion("/platform")
+    assert abs(quaternion @ expected.platform_quaternion) == pytest.approx(1.0, abs=1e-9)
+    # Lines go to the browser in single precision.
+    lines = np.concatenate([segments(leg) for leg in equilibrium_lines(expected).legs])
+    np.testing.assert_allclose(looker.pieces("/robot/legs"), lines, rtol=0, atol=2e-7)
+    looker.picture("slider")
+
+
+def test_dragging_the_platform_runs_the_inverse(page, looker):
+    home = page.equilibrium
+    axis = home.platform_rotation[:, 0]
+    grip = home.platform_position + 0.27 * axis  # the head of the arrow
+    looker.drag(grip, grip + 0.08 * axis)
+    looker.until(
+        lambda: np.linalg.norm(page.equilibrium.platform_position - home.platform_position) > 0.03
+    )
+    settled(page, looker)
+    looker.picture("dragged")
+    moved = page.equilibrium.platform_position - home.platform_position
+    assert moved @ axis == pytest.approx(np.linalg.norm(moved), rel=1e-3)
+    assert np.abs(page.equilibrium.motors - home.motors).max() > 0.01
+    assert not looker.visible("/ghost/edge")
+
+
+def test_past_a_fold_there_is_a_ghost_and_a_reason(page, looker):
+    home = page.equilibrium
+    axis = home.platform_rotation[:, 0]
+    grip = home.platform_position + 0.27 * axis  # the head of the arrow
+    looker.drag(grip, grip + 0.6 * axis)
+    looker.page.get_by_text("Refused (fold)").wait_for()
+    looker.until(lambda: looker.visible("/ghost/edge"))
+    settled(page, looker)
+    looker.picture("refused")
+    assert "not reached from the start, the branch" in looker.text()
+    assert page.equilibrium.margin > 0.0
+    # The handle has gone back to the robot; home clears what was refused.
+    np.testing.assert_allclose(
+        looker.position("/handle"), page.equilibrium.platform_position, atol=1e-9
+    )
+    looker.press("home")
+    looker.until(lambda: not looker.visible("/ghost/edge"))
+    settled(page, looker)
+    np.testing.assert_allclose(page.equilibrium.motors, home.motors, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "said"),
+    [
+        ("motors", "nan nan nan nan nan nan", "all finite"),
+        ("motors", "1e300 5 5 5 5 5", "looks like degrees"),
+        ("motors", "", "expected 6 numbers"),
+        ("motors", "five", "expected 6 numbers"),
+        ("pose", "1e300 0 0 1 0 0 0", "looks like millimetres"),
+        ("pose", "0 0 1 0 0 0 0", "unit"),
+        ("wrench", "0 0 0 inf 0 0", "all finite"),
+    ],
+)
+def test_absurd_numbers_change_nothing_and_are_told(page, looker, kind, text, said):
+    home = page.equilibrium
+    type_numbers(page, looker, kind, text)
+    looker.page.get_by_text("Refused").wait_for()
+    assert page.wait()
+    assert said in looker.text()
+    assert page.equilibrium is home
+
+
+def test_two_pages_see_the_same_robot(page, looker, browser):
+    other = Looker(browser, page.address, "motor6")
+    type_numbers(page, looker, "motors", "6.0 5.7 5.8 5.4 5.7 5.2")
+    looker.until(lambda: page.equilibrium.motors[0] == 6.0)
+    for one in (looker, other):
+        settled(page, one)
+    np.testing.assert_array_equal(looker.pieces("/robot/legs"), other.pieces("/robot/legs"))
+    assert looker.field("numbers").input_value().startswith("6 5.7")
+    assert other.field("numbers").input_value().startswith("6 5.7")
+    other.page.close()
+
+
+def test_gravity_modes_and_undo(page, looker):
+    home = page.equilibrium
+    looker.switch("gravity")
+    looker.until(lambda: np.any(page.equilibrium.loads.gravity))
+    assert page.wait()
+    sunk = page.equilibrium.platform_position
+    assert sunk[2] < home.platform_position[2]
+    looker.field("strain modes").fill("7", force=True)
+    looker.press("choose modes")
+    looker.until(lambda: page.equilibrium.robot.state_size > home.robot.state_size)
+    settled(page, looker)
+    assert np.linalg.norm(page.equilibrium.platform_position - sunk) < 1e-3
+    for _ in range(2):
+        before = page.equilibrium
+        looker.press("undo")
+        looker.until(lambda before=before: page.equilibrium is not before)
+    settled(page, looker)
+    assert page.equilibrium is home
+    looker.until(lambda: not looker.field("gravity").is_checked())
+
+
+def test_turning_the_platform_runs_the_inverse_too(page, looker):
+    home = page.equilibrium
+    across = home.platform_rotation[:, [0, 2]]  # the ring that faces the camera
+
+    def on_ring(angle):
+        return home.platform_position + across @ [
+            RING * np.cos(angle),
+            RING * np.sin(angle),
+        ]
+
+    looker.drag(on_ring(0.6), on_ring(0.75))
+    looker.until(lambda: page.equilibrium is not home)
+    settled(page, looker)
+    looker.picture("turned")
+    here = page.equilibrium
+    turn = home.platform_rotation.T @ here.platform_rotation
+    np.testing.assert_allclose(here.platform_position, home.platform_position, atol=1e-9)
+    assert np.abs(turn - np.eye(3)).max() > 0.03
+    assert turn[1, 1] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_the_force_is_dragged_by_its_tip(page, looker):
+    home = page.equilibrium
+    tip = looker.position("/force/tip")
+    grip = tip + 0.115 * np.eye(3)[0]
+    looker.drag(grip, grip + 0.12 * np.eye(3)[0])
+    looker.until(lambda: np.any(page.equilibrium.loads.wrench_world))
+    settled(page, looker)
+    looker.picture("force")
+    force = page.equilibrium.loads.wrench_world[3:]
+    assert force[0] == pytest.approx(np.linalg.norm(force), rel=1e-6)
+    assert not np.any(page.equilibrium.loads.wrench_world[:3])
+    np.testing.assert_array_equal(page.equilibrium.motors, home.motors)
+    assert page.equilibrium.platform_position[0] > home.platform_position[0]
+    assert looker.visible("/force/arrow")

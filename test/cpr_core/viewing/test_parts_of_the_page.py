@@ -1,0 +1,217 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the page is made of, without a browser."""
+
+import io
+import math
+import threading
+
+import numpy as np
+import pytest
+import yaml
+from PIL import Image
+
+import cpr_core
+from cpr_core.model.assessment import DEFAULT_THRESHOLDS, Threshold
+from cpr_core.viewing.background import Background
+from cpr_core.viewing.bars import bar, bars
+from cpr_core.viewing.equilibria_tab import search
+from cpr_core.viewing.exact_place import put
+from cpr_core.viewing.handled_robot import HandledRobot
+from cpr_core.viewing.mailbox import Mailbox
+from cpr_core.viewing.map_layer import go_to_cell, read_layer
+from cpr_core.viewing.recorded import as_gif, as_yaml
+from cpr_core.viewing.status_panel import as_plain, status_text
+from cpr_core.viewing.typed import numbers_as_text, typed_numbers
+from cpr_core.viewing.way_tab import frame_at
+from cpr_core.workspace import map_workspace, pose_grid
+from cpr_ros.parameter_table import THRESHOLDS
+
+
+@pytest.fixture(scope="module")
+def planar():
+    return cpr_core.load_robot("rfrfr")
+
+
+@pytest.mark.parametrize(
+    ("value", "filled", "level"),
+    [
+        (0.2, 0.5, "fine"),
+        (0.5, 0.8, "fine"),
+        (0.15, 1 / 3, "slow"),
+        (0.1, 0.0, "stop"),
+        (-3.0, 0.0, "stop"),
+        (math.nan, 0.0, "stop"),
+    ],
+)
+def test_a_bar_is_half_full_at_its_warning_and_empty_at_its_stop(value, filled, level):
+    found = bar("margin", value, Threshold(0.2, 0.1))
+    assert found.filled == pytest.approx(filled, abs=1e-9)
+    assert found.level == level
+    assert "slow 0.2, stop 0.1" in found.text
+
+
+def test_bars_are_those_of_measures_that_the_robot_has(planar):
+    names = [found.name for found in bars(cpr_core.solve_home(planar))]
+    assert names[:3] == ["margin", "forward singularity", "inverse singularity"]
+    limited = cpr_core.load_robot("delta")
+    assert "motor range" in [found.name for found in bars(cpr_core.solve_home(limited))]
+
+
+def test_the_node_has_the_thresholds_of_the_core():
+    of_node = {name: Threshold(*values[:2]) for name, values in THRESHOLDS.items()}
+    assert of_node == DEFAULT_THRESHOLDS
+
+
+def test_of_requests_for_the_same_only_the_newest_is_done():
+    failures, done, begun, go = [], [], threading.Event(), threading.Event()
+    mailbox = Mailbox(failures.append)
+
+    def first():
+        begun.set()
+        go.wait(10.0)
+        done.append("first")
+
+    mailbox.ask("slider", first)
+    assert begun.wait(10.0)
+    for number in range(100):
+        mailbox.ask("slider", lambda number=number: done.append(number))
+    mailbox.ask("other", lambda: done.append("other"))
+    mailbox.ask("broken", lambda: 1 / 0)
+    go.set()
+    assert mailbox.wait(10.0)
+    assert done == ["first", 99, "other"]
+    assert [type(error) for error in failures] == [ZeroDivisionError]
+    mailbox.ask("after", lambda: done.append("after"))
+    assert mailbox.wait(10.0)
+    assert done[-1] == "after"
+    mailbox.close()
+    mailbox.ask("late", lambda: done.append("late"))
+    assert done[-1] == "after"
+
+
+def test_newer_work_of_a_kind_stops_the_older():
+    failures, ended, begun = [], [], threading.Event()
+    background = Background(failures.append)
+
+    def work(stopped):
+        begun.set()
+        while not stopped():
+            pass
+        ended.append("older")
+
+    background.start("search", work)
+    assert begun.wait(10.0)
+    newer = threading.Event()
+    background.start("search", lambda stopped: newer.set())
+    assert newer.wait(10.0)
+    background.close()
+    assert ended == ["older"]
+    assert failures == []
+
+
+@pytest.mark.parametrize("text", ["1 2.5 -3", "1, 2.5, -3", "[1; 2.5; -3]", " (1  2.5\t-3) "])
+def test_numbers_are_taken_as_people_type_them(text):
+    np.testing.assert_array_equal(typed_numbers("motors", text, ("a", "b", "c")), [1.0, 2.5, -3.0])
+
+
+@pytest.mark.parametrize(
+    "text", ["", "1 2", "1 2 3 4", "one two three", "1 2 nan", "1 2 -inf", "1e999 0 0"]
+)
+def test_what_is_no_number_is_named(text):
+    with pytest.raises(cpr_core.InvalidRequest, match="expected 3 numbers \\(a b c\\)"):
+        typed_numbers("motors", text, ("a", "b", "c"))
+
+
+def test_numbers_come_back_from_their_text():
+    values = np.array([1 / 3, -2e-7, 0.0, 1234.5])
+    again = typed_numbers("motors", numbers_as_text(values), ("a", "b", "c", "d"))
+    np.testing.assert_allclose(again, values, rtol=1e-9)
+
+
+def test_equilibria_come_round_by_round(planar):
+    told = []
+    search(cpr_core.solve_home(planar), told.append, lambda: False, starts=20, rounds=3)
+    assert len(told) == 3
+    assert len(told[0]) <= len(told[1]) <= len(told[2])
+    energies = [found.equilibrium.energy for found in told[2]]
+    assert energies == sorted(energies)
+    assert sum(found.from_home for found in told[2]) == 1
+    once = cpr_core.find_equilibria(planar, cpr_core.solve_home(planar).motors, starts=20, seed=0)
+    assert sum(found.starts for found in told[0]) == sum(found.starts for found in once)
+    stopped = []
+    search(cpr_core.solve_home(planar), stopped.append, lambda: True, starts=5, rounds=3)
+    assert stopped == []
+
+
+def test_a_ray_finds_the_cell_it_meets_and_the_robot_goes_there(planar, tmp_path):
+    file = tmp_path / "map.nc"
+    grid = pose_grid(planar, {"x": (-0.1, 0.1), "y": (0.74, 0.84)}, resolution=0.02)
+    map_workspace(planar, grid, file=file)
+    layer = read_layer(planar, file)
+    assert layer.size == pytest.approx(0.02)
+    assert len(layer.points) == len(layer.colors) == layer.found.reached.sum()
+    cell = layer.nearest([0.061, 0.782, 3.0], [0.0, 0.0, -2.0])
+    handled = HandledRobot(planar)
+    assert go_to_cell(handled, layer.found, cell)
+    np.testing.assert_allclose(handled.equilibrium.platform_position, [0.06, 0.78, 0.0], atol=1e-9)
+    assert layer.nearest([5.0, 5.0, 3.0], [0.0, 0.0, -1.0]) is None
+    assert layer.nearest([0.06, 0.78, 3.0], [0.0, 0.0, 1.0]) is None
+    with pytest.raises(cpr_core.InvalidRequest, match="another robot_description"):
+        read_layer(cpr_core.load_robot("rfrfr", modes=3), file)
+
+
+def test_time_on_a_path_is_a_number_of_its_equilibria(planar):
+    way = cpr_core.trace(planar, motors=[2.6, 0.6], points=11)
+    assert [frame_at(way, at) for at in (0.0, 0.26, 0.5, 1.0, 7.0, -1.0)] == [0, 3, 5, 10, 10, 0]
+
+
+def test_a_node_is_put_exactly_where_it_is_to_be():
+    class Node:
+        """As viser's: places that are nearly the same are not sent."""
+
+        def __init__(self):
+            self.sent = {"position": np.zeros(3), "wxyz": np.array([1.0, 0.0, 0.0, 0.0])}
+
+        def __getattr__(self, name):
+            return self.sent[name]
+
+        def __setattr__(self, name, value):
+            if name == "sent" or not np.allclose(value, self.sent[name]):
+                super().__setattr__(name, value) if name == "sent" else self.sent.update(
+                    {name: value}
+                )
+
+    node = Node()
+    for step in (0.0, 1e-9, -1e-9, 1e-5):
+        position, quaternion = np.array([step, 1.0 + step, -step]), np.array([1.0, step, 0.0, 0.0])
+        put(node, position, quaternion)
+        np.testing.assert_array_equal(node.sent["position"], position)
+        np.testing.assert_array_equal(node.sent["wxyz"], quaternion)
+
+
+def test_a_screen_is_kept_as_yaml(planar):
+    handled = HandledRobot(planar)
+    handled.move_motors(handled.equilibrium.motors + [4.0, -4.0])
+    kept = yaml.safe_load(as_yaml(handled))
+    assert list(kept["motors"].values()) == handled.equilibrium.motors.tolist()
+    assert kept["refused"]["kind"] == handled.refused.kind
+    assert kept["refused"]["motors"] == handled.refused.asked.motors.tolist()
+    assert kept["energy"] == handled.equilibrium.energy
+    assert kept["measures"]["margin"] == pytest.approx(handled.equilibrium.margin)
+
+
+def test_pictures_become_a_gif():
+    frames = [np.full((20, 30, 3), 60 * number, np.uint8) for number in range(4)]
+    content = as_gif(frames, 10.0)
+    picture = Image.open(io.BytesIO(content))
+    assert (picture.format, picture.n_frames, picture.size) == ("GIF", 4, (30, 20))
+
+
+def test_the_page_says_whether_the_robot_is_stable_and_what_was_refused(planar):
+    handled = HandledRobot(planar)
+    assert "stable with the motors held" in status_text(handled)
+    handled.move_motors([1.0])
+    assert "Refused" in status_text(handled)
+    assert as_plain("a_b*c") == "a\\_b\\*c"

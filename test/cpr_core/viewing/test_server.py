@@ -1,0 +1,140 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Who can reach the page, and what happens without what it needs."""
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+import websockets.exceptions
+from websockets.sync.client import connect
+
+import cpr_core
+from cpr_core.viewing.server import MissingViewer, origin_problem
+
+ROOT = str(Path(cpr_core.__file__).parents[1])
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return cpr_core.load_robot("rfrfr")
+
+
+@pytest.fixture(scope="module")
+def page(robot):
+    page = cpr_core.view(robot)
+    yield page
+    page.close()
+
+
+def port_of(page):
+    return int(page.address.rpartition(":")[2])
+
+
+def heard(page, host=None, **options):
+    """Whether anything comes through a connection."""
+    address = f"ws://127.0.0.1:{port_of(page)}"
+    headers = {} if host is None else {"additional_headers": {"Host": host}}
+    with connect(address, subprotocols=[subprotocol()], **options, **headers) as socket_:
+        try:
+            return bool(socket_.recv(timeout=20.0))
+        except websockets.exceptions.ConnectionClosed as closed:
+            return closed.rcvd.reason
+
+
+def subprotocol():
+    import viser
+
+    return f"viser-v{viser.__version__}"
+
+
+@pytest.mark.parametrize(
+    ("host", "origin", "asked", "welcome"),
+    [
+        ("127.0.0.1:8080", None, "127.0.0.1", True),
+        ("127.0.0.1:8080", "http://127.0.0.1:8080", "127.0.0.1", True),
+        ("localhost:8080", "http://localhost:8080", "127.0.0.1", True),
+        ("127.0.0.1:8080", "http://evil.example", "127.0.0.1", False),
+        ("127.0.0.1:8080", "http://127.0.0.1:9999", "127.0.0.1", False),
+        ("evil.example:8080", "http://evil.example:8080", "127.0.0.1", False),
+        ("127.0.0.1:8080", "null", "127.0.0.1", False),
+        ("robot.lab:8080", "http://robot.lab:8080", "0.0.0.0", True),
+        ("robot.lab:8080", "http://evil.example", "0.0.0.0", False),
+    ],
+)
+def test_only_pages_of_its_own_are_welcome(host, origin, asked, welcome):
+    assert (origin_problem(host, origin, asked) == "") == welcome
+
+
+def test_pages_of_others_cannot_connect(page):
+    assert heard(page) is True
+    assert heard(page, origin=page.address) is True
+    assert "may not move this robot" in heard(page, origin="http://evil.example")
+
+
+def test_other_addresses_are_refused_unless_asked_for(page, robot):
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.2", port_of(page)), timeout=10.0)
+    asked = cpr_core.view(robot, host="0.0.0.0")
+    with socket.create_connection(("127.0.0.2", port_of(asked)), timeout=10.0):
+        pass
+    asked.close()
+
+
+def test_nobody_passes_the_page_on(page):
+    assert page.server.request_share_url() is None
+
+
+def test_a_port_that_is_taken_is_an_error(page, robot):
+    with pytest.raises(cpr_core.InvalidRequest, match="free port"):
+        cpr_core.view(robot, port=port_of(page))
+    with pytest.raises(cpr_core.InvalidRequest, match=r"192\.0\.2\.1"):
+        cpr_core.view(robot, host="192.0.2.1")
+
+
+def test_what_is_not_of_the_robot_is_refused(robot, tmp_path):
+    with pytest.raises(cpr_core.InvalidRequest, match="expected a Trace"):
+        cpr_core.view(robot, way="path")
+    with pytest.raises(cpr_core.CprError):
+        cpr_core.view(robot, map_file=tmp_path / "none.nc")
+    with pytest.raises(cpr_core.InvalidRequest, match="expected a Robot"):
+        cpr_core.view("rfrfr")
+
+
+def test_without_viser_the_command_says_what_installs_it(monkeypatch, robot, capsys):
+    from cpr_core.command_line import main
+
+    monkeypatch.setitem(sys.modules, "viser", None)
+    with pytest.raises(MissingViewer, match="pip install"):
+        cpr_core.view(robot)
+    assert main(["view", "rfrfr"]) == 1
+    assert f"{sys.executable} -m pip install 'viser" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [[], ["--json"]])
+def test_the_command_prints_the_address_and_ends_with_ctrl_c(arguments):
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join([ROOT, os.environ.get("PYTHONPATH", "")])
+    }
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cpr_core.command_line", "view", "rfrfr", "--port", "0", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+    )
+    line = process.stdout.readline()
+    address = json.loads(line)["address"] if arguments else re.search(r"http://\S+", line)[0]
+    with urllib.request.urlopen(address, timeout=20.0) as answer:
+        assert b"<html" in answer.read()
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=30.0)
+    assert (process.returncode, out, err) == (0, "", "")

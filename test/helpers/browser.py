@@ -1,0 +1,194 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A page in a real browser, and what is in its scene: of the objects that are drawn there."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+#: What the last line of a run says where there is none.
+NO_BROWSER = "no browser here: Debian's package chromium has one"
+#: Pictures are kept here to be looked at.
+SCREENSHOTS = Path(__file__).parents[2] / "log" / "pages"
+TIMEOUT = 60.0
+
+_ARGUMENTS = (
+    "--no-sandbox",  # tests may run as root, and open nothing but pages of their own
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+)
+#: viser keeps the nodes of its scene in a React context.
+_FIND = """() => {
+  const root = document.getElementById('root');
+  const key = Object.keys(root).find(name => name.startsWith('__reactContainer'));
+  const stack = [root[key]];
+  while (stack.length) {
+    const fiber = stack.pop(), value = fiber.memoizedProps && fiber.memoizedProps.value;
+    if (value && value.mutable && value.useSceneTree) { window.viewed = value.mutable.current; return; }
+    if (fiber.sibling) stack.push(fiber.sibling);
+    if (fiber.child) stack.push(fiber.child);
+  }
+}"""
+_POSITION = "name => window.viewed.nodeRefFromName[name].position.toArray()"
+_QUATERNION = "name => window.viewed.nodeRefFromName[name].quaternion.toArray()"
+_VISIBLE = """name => { let node = window.viewed.nodeRefFromName[name];
+  if (!node) return false;
+  for (; node; node = node.parent) if (!node.visible) return false;
+  return true; }"""
+_POINTS = """name => { let found = null;
+  window.viewed.nodeRefFromName[name].traverse(node => {
+    const of = node.geometry && node.geometry.attributes;
+    if (of && of.instanceStart) found = [of.instanceStart, of.instanceEnd]; });
+  const all = one => Array.from({length: one.count}, (_, k) => [one.getX(k), one.getY(k), one.getZ(k)]);
+  return found.map(all); }"""
+_ON_SCREEN = """place => {
+  const camera = window.viewed.camera, canvas = window.viewed.canvas.getBoundingClientRect();
+  camera.updateMatrixWorld();
+  const root = window.viewed.nodeRefFromName[''];  // turns what is up
+  const at = root.localToWorld(new camera.position.constructor(...place)).project(camera);
+  return [canvas.x + (at.x + 1) / 2 * canvas.width, canvas.y + (1 - at.y) / 2 * canvas.height]; }"""
+
+
+def chromium() -> str | None:
+    """The browser of this machine, if it has one."""
+    for name in ("chromium", "chromium-browser", "google-chrome"):
+        found = shutil.which(name)
+        if found:
+            return found
+    return None
+
+
+@contextmanager
+def running_browser() -> Iterator[Any]:
+    """A browser without a window."""
+    program = chromium()
+    if program is None:
+        pytest.skip(NO_BROWSER)
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=list(_ARGUMENTS))
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+class Looker:
+    """Somebody who looks at a page.
+
+    Attributes:
+        page: As playwright has it.
+        complaints: Errors in the console.
+        requests: Everything the page asked for.
+    """
+
+    def __init__(
+        self, browser: Any, address: str, text: str, size: tuple[int, int] = (1000, 760)
+    ) -> None:
+        """Open a page.
+
+        Args:
+            browser: The browser.
+            address: Of the page.
+            text: Is on the page once it is loaded.
+            size: Of the window, width and height.
+        """
+        self.page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        self.page.set_default_timeout(1e3 * TIMEOUT)
+        self.complaints: list[str] = []
+        self.requests: list[str] = []
+        self.page.on("console", self._hear)
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.page.on("websocket", lambda socket: self.requests.append(socket.url))
+        self.page.goto(address)
+        self.page.get_by_text(text).first.wait_for()
+        self.page.evaluate(_FIND)
+
+    def _hear(self, message: Any) -> None:
+        if message.type == "error":
+            self.complaints.append(message.text)
+
+    def position(self, node: str) -> np.ndarray:
+        """Where a node of the scene is."""
+        return np.array(self.page.evaluate(_POSITION, node))
+
+    def quaternion(self, node: str) -> np.ndarray:
+        """How it is turned, w x y z."""
+        return np.roll(self.page.evaluate(_QUATERNION, node), 1)
+
+    def visible(self, node: str) -> bool:
+        """Whether it is there and drawn."""
+        return self.page.evaluate(_VISIBLE, node)
+
+    def pieces(self, node: str) -> np.ndarray:
+        """Both ends of the pieces of lines, (N, 2, 3)."""
+        return np.array(self.page.evaluate(_POINTS, node)).transpose(1, 0, 2)
+
+    def until(self, done: Callable[[], bool]) -> None:
+        """Wait until something holds."""
+        end = time.monotonic() + TIMEOUT
+        while not done():
+            assert time.monotonic() < end, f"never so; the page says:\n{self.text()}"
+            self.page.wait_for_timeout(50)
+
+    def text(self) -> str:
+        """All that is written on the page."""
+        return self.page.inner_text("body")
+
+    def drag(self, start: np.ndarray, end: np.ndarray) -> None:
+        """Drag with the mouse from a place of the scene to another one."""
+        first, last = (self.page.evaluate(_ON_SCREEN, place.tolist()) for place in (start, end))
+        mouse = self.page.mouse
+        mouse.move(*first)
+        self.page.wait_for_timeout(
+            200
+        )  # the ray that finds what is under the mouse is not cast at once
+        mouse.down()
+        for part in np.linspace(0.0, 1.0, 12)[1:]:
+            mouse.move(*(first + part * np.subtract(last, first)))
+            self.page.wait_for_timeout(30)
+        mouse.up()
+
+    def field(self, label: str) -> Any:
+        """What is typed into, or ticked, beside a label."""
+        named, box = f'//label[normalize-space(.)="{label}"]', '*[not(@type="hidden")][self::input]'
+        return self.page.locator(f"xpath={named}/ancestor::*[.//{box}][1]//{box}")
+
+    def press(self, button: str) -> None:
+        """Press a button, wherever it has been scrolled to."""
+        found = self.page.get_by_role("button", name=button, exact=True)
+        found.evaluate("node => node.click()")
+
+    def switch(self, label: str) -> None:
+        """Tick a box, or take its tick away; frames are too rare here to wait until it stands still."""
+        self.page.locator(f'xpath=//label[normalize-space(.)="{label}"]').click(force=True)
+
+    def choose(self, label: str, option: str) -> None:
+        """Choose out of a list."""
+        self.field(label).click(force=True)
+        self.page.get_by_role("option", name=option, exact=True).click(force=True)
+
+    def open_tab(self, name: str) -> None:
+        """Show a tab."""
+        self.page.get_by_role("tab", name=name, exact=True).click(force=True)
+
+    def click(self, place: np.ndarray) -> None:
+        """Click at a place of the scene."""
+        self.page.mouse.click(*self.page.evaluate(_ON_SCREEN, place.tolist()))
+
+    def picture(self, name: str) -> None:
+        """Keep a picture."""
+        SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+        self.page.screenshot(path=SCREENSHOTS / f"{name}.png")
