@@ -26,7 +26,7 @@ from cpr_core.solving.requests import target_of
 from cpr_core.kernels.natural_units import EFFORT_UNIT
 from cpr_core.solving.near_request import solve_near
 
-from .walks import PROBLEMS, ROBOTS, SOLVERS
+from .walks import PROBLEMS, SOLVERS
 from cpr_core import solve_home
 
 __all__ = ["MODES", "Times", "is_walked", "straight_stewart_gough", "times_of", "walk_near"]
@@ -163,13 +163,16 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=2000, help="requests of each; default 2000")
     parser.add_argument("--modes", type=int, nargs="+", default=list(MODES))
     parser.add_argument(
-        "--robots", nargs="+", choices=ROBOTS, help="default all, and a straight one"
+        "--robots",
+        nargs="+",
+        choices=list(shipped_robots()),
+        help="default all, and a straight one",
     )
     options = parser.parse_args()
     print("| robot | modes | problem | median | slowest hundredth | ratio | walked |")
     print("|---|---|---|---|---|---|---|")
     worst = 0.0
-    for source in options.robots or (*ROBOTS, straight_stewart_gough()):
+    for source in options.robots or (*shipped_robots(), straight_stewart_gough()):
         for modes in options.modes:
             robot = load_robot(source, modes=modes)
             # Straight legs buckle under small changes of lengths or efforts: these are not near.

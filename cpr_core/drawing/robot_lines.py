@@ -120,5 +120,5 @@ def segments(*lines: Floats) -> Floats:
         return np.zeros((0, 2, 3))
     whole = np.concatenate(lines)
     pieces = np.stack([whole[:-1], whole[1:]], axis=1)
-    between = np.cumsum([len(line) for line in lines[:-1]]) - 1
-    return np.delete(pieces, between.astype(int), axis=0)
+    owner = np.repeat(np.arange(len(lines)), [len(line) for line in lines])
+    return pieces[owner[:-1] == owner[1:]]
