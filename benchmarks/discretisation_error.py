@@ -70,7 +70,11 @@ def compare(name: str, modes: int, count: int, seed: int = 0) -> Compared:
     exact = Robot(robot.description.with_richer_modes(TRUE_MODES - modes))
     richer = Robot(robot.description.with_richer_modes(2))
     random, home = np.random.default_rng(seed), solve_home(robot)
-    truths, distances, efforts, costs, last = [], [], [], [], home
+    truths: list[float] = []
+    distances: list[float] = []
+    efforts: list[float] = []
+    costs: list[float] = []
+    last = home
     while len(truths) < count:
         motors = home.motors + RANGE * robot.motor_units * random.uniform(-1, 1, robot.motor_count)
         try:
@@ -103,7 +107,9 @@ def main() -> None:
     parser.add_argument("--modes", type=int, nargs="+", default=list(MODES))
     parser.add_argument("--robots", nargs="+", default=list(shipped_robots()))
     options = parser.parse_args()
-    print("| robot | modes | true error, median and largest [m] | estimate over truth, least", end=" ")
+    print(
+        "| robot | modes | true error, median and largest [m] | estimate over truth, least", end=" "
+    )
     print("| 2.5 % | 97.5 % | largest | within 3 | cost |")
     print("|---|---|---|---|---|---|---|---|---|")
     for name in options.robots:

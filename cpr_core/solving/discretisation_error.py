@@ -9,7 +9,6 @@ The derivation is in docs/derivations.md, "The error of an answer".
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import get_args
 
 import numpy as np
@@ -90,8 +89,9 @@ def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> Discr
         raise InvalidRequest(
             "problem", "expected motors or efforts: no single solution holds the pose of this robot"
         )
-    richer = robot.kept("richer robot", lambda: _richer(robot))
-    found = _one_step(embedded(equilibrium, richer), _held(equilibrium, problem))
+    richer, embedding = robot.kept("richer robot", lambda: _richer(robot))
+    start = _embedded(equilibrium, richer, embedding)
+    found = _one_step(start, _held(equilibrium, problem))
     turn = found.platform_rotation @ equilibrium.platform_rotation.T
     return DiscretisationError(
         problem=problem,
@@ -100,20 +100,6 @@ def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> Discr
         motors=found.motors - equilibrium.motors,
         efforts=(found.efforts - equilibrium.efforts) * (problem != "efforts"),
     )
-
-
-def _richer(robot: Robot) -> Robot:
-    return Robot(robot.description.with_richer_modes(MORE_MODES), robot.held_motors)
-
-
-def _held(equilibrium: Equilibrium, problem: ProblemName) -> Target:
-    """The problem of which the equilibrium is a solution."""
-    if problem == "motors":
-        return MotorTarget(equilibrium.motors)
-    if problem == "efforts":
-        return EffortTarget(equilibrium.efforts)
-    position, rotation = equilibrium.platform_position, equilibrium.platform_rotation
-    return PoseTarget(rotation, position, equilibrium.motors)
 
 
 def embedded(equilibrium: Equilibrium, richer: Robot) -> Equilibrium:
@@ -126,14 +112,39 @@ def embedded(equilibrium: Equilibrium, richer: Robot) -> Equilibrium:
     Returns:
         No equilibrium yet: only its state and the pose of the platform are known.
     """
-    robot, state = equilibrium.robot, np.zeros(richer.state_size)
-    for rod, more in zip(robot.numbers.rods, richer.numbers.rods, strict=True):
-        combined = _combinations(rod.element.modes, more.element.modes)
-        state[more.strain] = combined @ equilibrium.state[rod.strain]
-    state[_without_strain(richer)] = equilibrium.state[_without_strain(robot)]
+    return _embedded(equilibrium, richer, _embedding(equilibrium.robot, richer))
+
+
+def _richer(robot: Robot) -> tuple[Robot, Floats]:
+    """A richer robot, and states of this one in its numbers, (M, N)."""
+    found = Robot(robot.description.with_richer_modes(MORE_MODES), robot.held_motors)
+    return found, _embedding(robot, found)
+
+
+def _held(equilibrium: Equilibrium, problem: ProblemName) -> Target:
+    """The problem of which the equilibrium is a solution."""
+    if problem == "motors":
+        return MotorTarget(equilibrium.motors)
+    if problem == "efforts":
+        return EffortTarget(equilibrium.efforts)
+    position, rotation = equilibrium.platform_position, equilibrium.platform_rotation
+    return PoseTarget(rotation, position, equilibrium.motors)
+
+
+def _embedded(equilibrium: Equilibrium, richer: Robot, embedding: Floats) -> Equilibrium:
     pose = equilibrium.platform_rotation, equilibrium.platform_position
-    arrays, record = richer.load_arrays(equilibrium.loads), record_of(richer, state, *pose)
-    return Equilibrium(richer, equilibrium.loads, arrays, record)
+    record = record_of(richer, embedding @ equilibrium.state, *pose)
+    return Equilibrium(richer, equilibrium.loads, richer.load_arrays(equilibrium.loads), record)
+
+
+def _embedding(robot: Robot, richer: Robot) -> Floats:
+    """States of a robot in the numbers of a richer one, (M, N)."""
+    found = np.zeros((richer.state_size, robot.state_size))
+    for rod, more in zip(robot.numbers.rods, richer.numbers.rods, strict=True):
+        found[more.strain, rod.strain] = _combinations(rod.element.modes, more.element.modes)
+    new, old = np.flatnonzero(_without_strain(richer)), np.flatnonzero(_without_strain(robot))
+    found[new, old] = 1.0
+    return found
 
 
 def _without_strain(robot: Robot) -> NDArray[np.bool_]:
@@ -144,7 +155,6 @@ def _without_strain(robot: Robot) -> NDArray[np.bool_]:
     return found
 
 
-@lru_cache(maxsize=64)
 def _combinations(modes: StrainModes, richer: StrainModes) -> Floats:
     """Modes as combinations of richer ones: coordinates (m,) to coordinates (M,), (M, m)."""
     sigma = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 4 * max(richer.counts) + 1))

@@ -46,7 +46,9 @@ def test_most_robots_tell_something_with_few_modes():
     assert all(len(compare(name, 3, count=2).ratios) == 4 for name in ROBOTS if name != "delta")
 
 
-@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "gough_stewart", "three_rfr_hubs", "two_rods"])
+@pytest.mark.parametrize(
+    "name", ["rfrfr", "six_rfs", "gough_stewart", "three_rfr_hubs", "two_rods"]
+)
 def test_parts_are_those_of_the_answer_with_many_modes(name):
     """Direction and size, whatever is held; compared in the whole, as some parts are hardly changed."""
     robot = load_robot(name, modes=4)
@@ -131,6 +133,7 @@ def test_a_singular_equilibrium_has_no_estimate(monkeypatch):
     from cpr_core.solving import discretisation_error
 
     home = solve_home(load_robot("rfrfr"))
+
     def no_inverse(*given):
         given[-2][0, : home.robot.state_size] = np.nan
 
