@@ -19,7 +19,7 @@ from .kept_state import KeptState, state_folder
 from .parameters import Parameters
 from .session import Session
 from .starting_place import begin_at_home, begin_at_last, begin_at_measured
-from .stop_signal import StopSignal
+from .stop_signal import Stopped, StopSignal
 
 __all__ = ["Whereabouts"]
 
@@ -127,13 +127,14 @@ class Whereabouts:
         return self._node.count_publishers(MEASURED)
 
     def _wait_for_others(self, found: Callable[[], bool] = lambda: False) -> None:
-        """Nodes that have just started do not see each other yet."""
+        """Nodes that have just started do not see each other yet.
 
-        def wait() -> None:
-            while time.monotonic() < self._discovered and not found():
-                time.sleep(0.02)
-
-        self._stop.wait_for(wait)
+        In this thread: one that is left alone may hold the node, whose part of DDS would stay behind.
+        """
+        while time.monotonic() < self._discovered and not found():
+            if self._stop.requested:
+                raise Stopped
+            time.sleep(0.02)
 
     def keep(self) -> None:
         """Remember where the robot is now."""

@@ -276,10 +276,10 @@ def main() -> int:
             if len(ends) % 100 == 0 and len(ends) < len(stops):
                 print(f"--- {len(ends)} of {len(stops)} ---\n{report(ends)}", flush=True)
     print(report(ends))
-    left = {
-        path for end in ends for path in end.shared if path.exists()
-    }  # nobody is left to use it
-    print(f"files left in shared memory: {len(left)}")
+    left = [end for end in ends if any(path.exists() for path in end.shared)]  # nobody uses it
+    for end in left:
+        print(f"FAULT, files left in shared memory: {end}")
+    print(f"starts that left files in shared memory: {len(left)}")
     good = all(end.good for end in ends) and any(end.taken for end in ends)
     return 0 if good and not left else 1
 

@@ -34,9 +34,9 @@ def test_sigterm_during_the_start_ends_the_node_cleanly(tmp_path):
 
 
 LEFT = """
-import signal, sys
+import os, signal, sys, threading, time
 from pathlib import Path
-from cpr_ros import node, node_run
+from cpr_ros import node, node_run, whereabouts
 from cpr_ros.stop_signal import StopSignal
 
 def shared():
@@ -52,6 +52,15 @@ class Node(node.CprNode):
             signal.raise_signal(signal.SIGTERM)
         elif how == "broken":
             raise node.CprError("broken")
+        elif how == "looking":
+            whereabouts._DISCOVERY = 30.0
+
+    def count_publishers(self, topic):
+        if sys.argv[1] == "looking":
+            with self.handle:
+                threading.Timer(0.1, os.kill, [os.getpid(), signal.SIGTERM]).start()
+                time.sleep(1.0)
+        return super().count_publishers(topic)
 
 finish = StopSignal.finish
 def looking(stop, status):
@@ -65,7 +74,12 @@ node_run.run(Node, ["cpr_node", "--ros-args", "-p", "robot:=" + sys.argv[2]])
 
 @pytest.mark.parametrize(
     ("how", "robot", "status"),
-    [("stopped", "rfrfr", 0), ("broken", "rfrfr", 1), ("", "no_such_robot", 1)],
+    [
+        ("stopped", "rfrfr", 0),
+        ("broken", "rfrfr", 1),
+        ("looking", "rfrfr", 0),
+        ("", "no_such_robot", 1),
+    ],
 )
 def test_a_node_that_ends_leaves_nothing_in_shared_memory(how, robot, status):
     """What DDS has there would stay until the machine is started again."""
