@@ -19,6 +19,7 @@ from .model.robot import Robot, load_robot
 from .model.shape import JointPlace, LegShape, leg_shapes
 from .model.stability import Spectrum
 from .solving.critical_load import CriticalLoad, critical_load, critical_load_factor
+from .solving.discretisation_error import DiscretisationError, error_of
 from .solving.events import PathEvent
 from .solving.find_equilibria import FoundEquilibrium, find_equilibria
 from .solving.geometrico_statics import solve_forward, solve_forward_by_effort, solve_inverse
@@ -44,6 +45,7 @@ __all__ = [
     "CriticalLoad",
     "DescriptionError",
     "DescriptionWarning",
+    "DiscretisationError",
     "DistributedForce",
     "Equilibrium",
     "FoundEquilibrium",
@@ -72,6 +74,7 @@ __all__ = [
     "bending_strains",
     "critical_load",
     "critical_load_factor",
+    "error_of",
     "find_equilibria",
     "kinemato_statics",
     "leg_shapes",

@@ -20,6 +20,7 @@ from ..errors import CprError, DescriptionError, InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
 from ..model.robot import Robot, load_robot
+from ..solving.discretisation_error import error_of
 from ..solving.geometrico_statics import solve_forward, solve_inverse
 from ..solving.home import solve_home
 from ..version import __version__
@@ -28,6 +29,8 @@ from .path_commands import add_equilibria_options, add_objective, add_trace_opti
 from .reports import (
     equilibrium_as_dict,
     equilibrium_as_text,
+    error_as_dict,
+    error_as_text,
     kinemato_statics_as_dict,
     kinemato_statics_as_text,
     stability_as_dict,
@@ -92,11 +95,13 @@ def _parser() -> argparse.ArgumentParser:
     forward = commands.add_parser("forward", help="motor positions to platform pose")
     _add_common(forward, _report_equilibrium)
     _add_motors(forward, required=True)
+    _add_error(forward)
 
     inverse = commands.add_parser("inverse", help="platform pose to motor positions")
     _add_common(inverse, _report_equilibrium)
     _add_pose(inverse, required=True)
     add_objective(inverse)
+    _add_error(inverse)
 
     stability = commands.add_parser("stability", help="spectrum of the reduced Hessian")
     _add_common(stability, _report_stability)
@@ -166,6 +171,12 @@ def _add_pose(parser: argparse._ActionsContainer, required: bool = False) -> Non
     )
 
 
+def _add_error(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--error", action="store_true", help="estimate what continuous rods would change"
+    )
+
+
 def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
     parser.set_defaults(report=report, motors=None, pose=None, objective=None)
     # argparse takes -1e-3 for an option; it knows negative numbers without an exponent only.
@@ -212,9 +223,15 @@ def _solved(robot: Robot, options: argparse.Namespace) -> Equilibrium:
 
 
 def _report_equilibrium(equilibrium: Equilibrium, options: argparse.Namespace) -> str:
+    error = None
+    if options.error:
+        held = options.pose is not None and not equilibrium.robot.redundancy
+        error = error_of(equilibrium, "pose" if held else "motors")
     if options.json:
-        return _as_json(equilibrium_as_dict(equilibrium))
-    return equilibrium_as_text(equilibrium)
+        told = {} if error is None else {"discretisation_error": error_as_dict(error)}
+        return _as_json(equilibrium_as_dict(equilibrium) | told)
+    text = equilibrium_as_text(equilibrium)
+    return text if error is None else f"{text}\n{error_as_text(equilibrium, error)}"
 
 
 def _report_stability(equilibrium: Equilibrium, options: argparse.Namespace) -> str:

@@ -13,11 +13,14 @@ import numpy as np
 from ..model.equilibrium import Equilibrium, spectrum
 from ..model.kinemato_statics import KinematoStatics
 from ..model.stability import MotorReading
+from ..solving.discretisation_error import DiscretisationError
 from ..solving.requests import pose_meaning
 
 __all__ = [
     "equilibrium_as_dict",
     "equilibrium_as_text",
+    "error_as_dict",
+    "error_as_text",
     "kinemato_statics_as_dict",
     "kinemato_statics_as_text",
     "stability_as_dict",
@@ -86,6 +89,28 @@ def equilibrium_as_text(equilibrium: Equilibrium) -> str:
     lines.append(f"  controlled   {' '.join(pose_meaning(robot))}")
     if equilibrium.objective:
         lines.append(f"  redundant    {equilibrium.objective.replace('_', ' ')}")
+    return "\n".join(lines)
+
+
+def error_as_dict(error: DiscretisationError) -> dict[str, Any]:
+    """An estimated error as plain values, SI units: continuous rods minus the equilibrium."""
+    return {
+        "held": error.problem,
+        "platform": {"position": error.position.tolist(), "rotation": error.rotation.tolist()},
+        "motors": error.motors.tolist(),
+        "efforts": error.efforts.tolist(),
+    }
+
+
+def error_as_text(equilibrium: Equilibrium, error: DiscretisationError) -> str:
+    """The same for people: continuous rods minus the equilibrium."""
+    lines = [f"  continuous rods with the same {error.problem} would change, by estimate:"]
+    moved = zip(equilibrium.robot.description.motors, error.motors, error.efforts, strict=True)
+    for motor, way, effort in moved:
+        lines.append(
+            f"  {motor.name:<12} {way:14.1e} {motor.unit:<3} {effort:14.1e} {motor.effort_unit}"
+        )
+    lines.append(f"  platform     {error.distance:14.1e} m   {error.angle:14.1e} rad")
     return "\n".join(lines)
 
 

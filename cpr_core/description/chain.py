@@ -11,7 +11,7 @@ asks of it is in ``ChainElement``.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
@@ -272,6 +272,6 @@ class ChainRod(ChainElement):
         """The same rod, unbreakable, with a motor that can do everything."""
         return replace(self, limits=NO_LIMITS, rod=replace(self.rod, yield_strain=math.inf))
 
-    def with_modes(self, modes: int) -> Self:
-        """The same rod with another number of modes in every direction that has any."""
-        return replace(self, modes=self.modes.with_counts(modes))
+    def with_modes(self, changed: Callable[[StrainModes], StrainModes]) -> Self:
+        """The same rod with other strain modes."""
+        return replace(self, modes=changed(self.modes))

@@ -5,13 +5,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..description_part import Described
+from ..rods.rod import StrainModes
 from .motors import NO_LIMITS, MotorLimits
 
 __all__ = ["ChainElement"]
@@ -71,6 +72,6 @@ class ChainElement(Described):
         """The same with a motor that can do everything, and unbreakable."""
         return self
 
-    def with_modes(self, modes: int) -> Self:
-        """The same with another number of strain modes in every direction that has any."""
+    def with_modes(self, changed: Callable[[StrainModes], StrainModes]) -> Self:
+        """The same with other strain modes where it has any."""
         return self

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -123,10 +123,10 @@ class LegDescription:
         rod = replace(self.rod, yield_strain=math.inf)
         return replace(self, limits=NO_LIMITS, rod=rod, elements=elements)
 
-    def with_modes(self, modes: int) -> LegDescription:
-        """The same leg with another number of modes in every direction that has any."""
-        elements = self.elements and tuple(element.with_modes(modes) for element in self.elements)
-        return replace(self, modes=self.modes.with_counts(modes), elements=elements)
+    def with_modes(self, changed: Callable[[StrainModes], StrainModes]) -> LegDescription:
+        """The same leg with other strain modes of its rods."""
+        elements = self.elements and tuple(element.with_modes(changed) for element in self.elements)
+        return replace(self, modes=changed(self.modes), elements=elements)
 
     def rod_frame(self, motors: Mapping[str, float], joints: Mapping[str, float]) -> Floats:
         """Frame in the world where the first rod begins, (3, 3).

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
+from ..rods.rod import StrainModes
 from ..validation import checked_count
 from .chain import ChainRod
 from .leg_description import DescribedMotor, LegDescription, described_motors
@@ -145,4 +146,16 @@ class RobotDescription:
             raise InvalidRequest(
                 "modes", "B-splines have as many modes as degree and knots say: change those"
             )
-        return replace(self, legs=tuple(leg.with_modes(modes) for leg in self.legs))
+        return self._with_strain_modes(lambda present: present.with_counts(modes))
+
+    def with_richer_modes(self, more: int) -> RobotDescription:
+        """The same robot with strain modes of which those of this one are combinations.
+
+        Args:
+            more: So many more in every direction that has any; B-splines get a knot in every interval.
+        """
+        more = checked_count("more", more, 1)
+        return self._with_strain_modes(lambda present: present.richer(more))
+
+    def _with_strain_modes(self, changed: Callable[[StrainModes], StrainModes]) -> RobotDescription:
+        return replace(self, legs=tuple(leg.with_modes(changed) for leg in self.legs))

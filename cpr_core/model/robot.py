@@ -393,9 +393,14 @@ class Robot:
         return self.description.loads
 
     def load_arrays(self, loads: Loads) -> LoadArrays:
-        """Loads as the kernels see them.
+        """Loads as the kernels see them; the last ones are kept.
 
         Raises:
             InvalidRequest: No loads, or loads that do not fit the robot.
         """
-        return load_arrays(self.description, self.grid, self.breakpoints, self.rod_names, loads)
+        last: tuple[Loads | None, LoadArrays | None] = self._kept.get("last loads", (None, None))
+        if last[0] is loads and last[1] is not None:
+            return last[1]
+        found = load_arrays(self.description, self.grid, self.breakpoints, self.rod_names, loads)
+        self._kept["last loads"] = loads, found
+        return found

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .quadrature import RodGrid
 from .sections import Section
-from .strain_basis import Legendre, StrainBasis
+from .strain_basis import DescribedBasis, Legendre, StrainBasis
 
 __all__ = ["DIRECTIONS", "UNIFORM", "Profile", "Rod", "StrainModes", "strain_series"]
 
@@ -58,6 +58,19 @@ class StrainModes:
         """As many in every direction that has any."""
         torsion, bending_2, bending_3 = (modes if count else 0 for count in self.counts)
         return replace(self, counts=(torsion, bending_2, bending_3))
+
+    def richer(self, more: int) -> StrainModes:
+        """Modes of which these are combinations: more of them in every direction that has any.
+
+        Args:
+            more: How many; a basis that says itself how many it has is refined instead.
+        """
+        basis = self.basis.refined() if isinstance(self.basis, DescribedBasis) else self.basis
+        bounded = getattr(basis, "modes", None)
+        torsion, bending_2, bending_3 = (
+            (bounded or count + more) if count else 0 for count in self.counts
+        )
+        return StrainModes((torsion, bending_2, bending_3), basis)
 
     def values(self, sigma: Floats) -> Floats:
         """Value of every coordinate's shape function, shape (len(sigma), total)."""

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
@@ -51,6 +51,10 @@ class DescribedBasis(Described):
     def modes(self) -> int | None:
         """Number of functions where the basis itself says how many; None: as many as one likes."""
         return None
+
+    def refined(self) -> Self:
+        """A basis of which the functions of this one are combinations, richer if this one is bounded."""
+        return self
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
@@ -131,6 +135,11 @@ class BSplines(DescribedBasis):
     def modes(self) -> int:
         """Number of B-splines."""
         return len(self.knots) + self.degree + 1
+
+    def refined(self) -> BSplines:
+        """With a knot in the middle of every interval."""
+        ends = np.array([0.0, *self.knots, 1.0])
+        return replace(self, knots=tuple(sorted([*self.knots, *(0.5 * (ends[1:] + ends[:-1]))])))
 
     @property
     def breakpoints(self) -> tuple[float, ...]:

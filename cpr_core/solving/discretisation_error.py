@@ -1,0 +1,198 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""How far an equilibrium is from that of continuous rods: what a richer space would change.
+
+The derivation is in docs/derivations.md, "The error of an answer".
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import CprError, InvalidRequest
+from ..kernels.continuation_kernel import UNPREDICTED
+from ..kernels.kept_factors import kept_factors
+from ..kernels.prepared_robot import continue_prepared
+from ..kernels.problems import PROBLEMS
+from ..kernels.square_problem import RESIDUAL
+from ..lie import rotation_log
+from ..model.equilibrium import Equilibrium, new_record, record_of
+from ..model.robot import Robot
+from ..rods.rod import StrainModes
+from .targets import EffortTarget, MotorTarget, PoseTarget, ProblemName, Target
+
+__all__ = ["DiscretisationError", "embedded", "error_of"]
+
+Floats = NDArray[np.float64]
+
+#: So many more modes tell the error: with one more, that of rods whose strain is even or odd along them
+#: would not be seen.
+MORE_MODES = 2
+
+
+@dataclass(frozen=True, eq=False)
+class DiscretisationError:
+    """What continuous rods would change in an equilibrium, estimated: theirs minus this one.
+
+    Attributes:
+        problem: What is held: ``motors``, ``pose`` or ``efforts``.
+        position: Change of the platform position in the world, (3,) [m].
+        rotation: Change of its orientation as a rotation vector in the world, (3,) [rad].
+        motors: Change of the motor positions, (n,) [rad or m].
+        efforts: Change of the motor efforts, (n,) [N m or N].
+    """
+
+    problem: ProblemName
+    position: Floats
+    rotation: Floats
+    motors: Floats
+    efforts: Floats
+
+    @property
+    def distance(self) -> float:
+        """Distance of the platform from where continuous rods would hold it [m]."""
+        return float(np.linalg.norm(self.position))
+
+    @property
+    def angle(self) -> float:
+        """Angle of the platform from how continuous rods would hold it [rad]."""
+        return float(np.linalg.norm(self.rotation))
+
+
+def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> DiscretisationError:
+    """Estimate how far an equilibrium is from that of continuous rods.
+
+    One step of Newton's method in a space with two more modes per direction (B-splines: a knot more in
+    every interval) and the nodes that it needs, from the equilibrium as it is. What is below 1e-10 m is
+    rounding of the solution itself.
+
+    Args:
+        equilibrium: Any equilibrium.
+        problem: What is held: ``motors`` (the error is one of pose and efforts), ``pose`` (of motors and
+            efforts) or ``efforts`` (of pose and motors).
+
+    Raises:
+        InvalidRequest: No equilibrium, or no problem that this robot has.
+        CprError: The equilibrium is singular, so that any small change is a large one.
+    """
+    if not isinstance(equilibrium, Equilibrium):
+        raise InvalidRequest("equilibrium", f"expected an Equilibrium, got {equilibrium!r:.200}")
+    if problem not in get_args(ProblemName):
+        raise InvalidRequest("problem", f"expected motors, pose or efforts, got {problem!r:.60}")
+    robot = equilibrium.robot
+    if problem == "pose" and (robot.redundancy or not robot.description.controlled):
+        raise InvalidRequest(
+            "problem", "expected motors or efforts: no single solution holds the pose of this robot"
+        )
+    richer, embedding = robot.kept("richer robot", lambda: _richer(robot))
+    start = _embedded(equilibrium, richer, embedding)
+    found = _one_step(start, _held(equilibrium, problem))
+    turn = found.platform_rotation @ equilibrium.platform_rotation.T
+    return DiscretisationError(
+        problem=problem,
+        position=found.platform_position - equilibrium.platform_position,
+        rotation=rotation_log(turn),
+        motors=found.motors - equilibrium.motors,
+        efforts=(found.efforts - equilibrium.efforts) * (problem != "efforts"),
+    )
+
+
+def embedded(equilibrium: Equilibrium, richer: Robot) -> Equilibrium:
+    """The same configuration and multipliers, with the strain in the modes of a richer robot.
+
+    Args:
+        equilibrium: What is embedded.
+        richer: The same robot ``with_richer_modes``.
+
+    Returns:
+        No equilibrium yet: only its state and the pose of the platform are known.
+    """
+    return _embedded(equilibrium, richer, _embedding(equilibrium.robot, richer))
+
+
+def _richer(robot: Robot) -> tuple[Robot, Floats]:
+    """A richer robot, and states of this one in its numbers, (M, N)."""
+    found = Robot(robot.description.with_richer_modes(MORE_MODES), robot.held_motors)
+    return found, _embedding(robot, found)
+
+
+def _held(equilibrium: Equilibrium, problem: ProblemName) -> Target:
+    """The problem of which the equilibrium is a solution."""
+    if problem == "motors":
+        return MotorTarget(equilibrium.motors)
+    if problem == "efforts":
+        return EffortTarget(equilibrium.efforts)
+    position, rotation = equilibrium.platform_position, equilibrium.platform_rotation
+    return PoseTarget(rotation, position, equilibrium.motors)
+
+
+def _embedded(equilibrium: Equilibrium, richer: Robot, embedding: Floats) -> Equilibrium:
+    pose = equilibrium.platform_rotation, equilibrium.platform_position
+    record = record_of(richer, embedding @ equilibrium.state, *pose)
+    return Equilibrium(richer, equilibrium.loads, richer.load_arrays(equilibrium.loads), record)
+
+
+def _embedding(robot: Robot, richer: Robot) -> Floats:
+    """States of a robot in the numbers of a richer one, (M, N)."""
+    found = np.zeros((richer.state_size, robot.state_size))
+    for rod, more in zip(robot.numbers.rods, richer.numbers.rods, strict=True):
+        found[more.strain, rod.strain] = _combinations(rod.element.modes, more.element.modes)
+    new, old = np.flatnonzero(_without_strain(richer)), np.flatnonzero(_without_strain(robot))
+    found[new, old] = 1.0
+    return found
+
+
+def _without_strain(robot: Robot) -> NDArray[np.bool_]:
+    """Which numbers of the state are no strain coordinates, (N,)."""
+    found = np.ones(robot.state_size, np.bool_)
+    for rod in robot.numbers.rods:
+        found[rod.strain] = False
+    return found
+
+
+def _combinations(modes: StrainModes, richer: StrainModes) -> Floats:
+    """Modes as combinations of richer ones: coordinates (m,) to coordinates (M,), (M, m)."""
+    sigma = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 4 * max(richer.counts) + 1))
+    few, many = modes.values(sigma), richer.values(sigma)
+    found = np.zeros((richer.total, modes.total))
+    for direction in range(3):
+        old, new = (np.flatnonzero(of.directions == direction) for of in (modes, richer))
+        if old.size:
+            found[np.ix_(new, old)] = np.linalg.lstsq(many[:, new], few[:, old], rcond=None)[0]
+    return found
+
+
+def _one_step(start: Equilibrium, held: Target) -> Equilibrium:
+    """One full step of Newton's method.
+
+    Raises:
+        CprError: The tangent has no inverse there, or the step leads nowhere.
+    """
+    robot = start.robot
+    records, factors = new_record(robot, 1), kept_factors(robot.arrays)
+    continue_prepared(
+        robot.prepared,
+        start.load_arrays,
+        PROBLEMS[held.problem],
+        held.given(start),
+        UNPREDICTED,
+        RESIDUAL,
+        1,
+        np.inf,
+        start.record,
+        factors,
+        records,
+        factors,
+    )
+    found = Equilibrium(robot, start.loads, start.load_arrays, records[0])
+    unmoved = found.iterations == 0 and not found.converged
+    if unmoved or not np.all(np.isfinite(records[0])):
+        raise CprError(
+            f"no estimate of the error: the equilibrium is singular with its {held.problem} held"
+        )
+    return found
