@@ -19,7 +19,7 @@ from cpr_core import Equilibrium, NotReached, Robot, error_of, load_robot, solve
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL, Tolerances
 from cpr_core.model.equilibrium import corrected
-from cpr_core.solving.discretisation_error import embedded
+from cpr_core.solving.discretisation_error import MORE_MODES, embedded
 
 __all__ = ["MODES", "Compared", "compare", "in_richer_space"]
 
@@ -68,7 +68,7 @@ def compare(name: str, modes: int, count: int, seed: int = 0) -> Compared:
     """Estimates and truths at random motors, each reached from the configuration before."""
     robot = load_robot(name, modes=modes)
     exact = Robot(robot.description.with_richer_modes(TRUE_MODES - modes))
-    richer = Robot(robot.description.with_richer_modes(2))
+    richer = Robot(robot.description.with_richer_modes(MORE_MODES))
     random, home = np.random.default_rng(seed), solve_home(robot)
     truths: list[float] = []
     distances: list[float] = []

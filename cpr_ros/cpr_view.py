@@ -6,9 +6,7 @@
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
-import threading
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -17,6 +15,7 @@ from rclpy.utilities import remove_ros_args
 
 from cpr_core import CprError
 
+from .stop_signal import StopSignal
 from .view_node import ViewNode
 
 __all__ = ["main"]
@@ -47,10 +46,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--port", type=int, default=8081, metavar="N", help="default 8081; 0: any")
     options = parser.parse_args(remove_ros_args(arguments)[1:])
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-    # A flag, for an exception could end up anywhere in rclpy, and be lost there.
-    enough = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: enough.set())
+    stop = StopSignal()
+    stop.remember()
     try:
         node = ViewNode(options.node, options.host, options.port)
     except CprError as error:
@@ -60,7 +57,7 @@ def main(arguments: list[str] | None = None) -> int:
     print(f"{options.node}: look at {node.page.address} (Ctrl-C ends)", flush=True)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    while not enough.is_set():
+    while not stop.requested:
         executor.spin_once(timeout_sec=0.1)
     node.page.close()
     node.destroy_node()

@@ -398,8 +398,8 @@ class Robot:
         Raises:
             InvalidRequest: No loads, or loads that do not fit the robot.
         """
-        last: tuple[Loads | None, LoadArrays | None] = self._kept.get("last loads", (None, None))
-        if last[0] is loads and last[1] is not None:
+        last: tuple[Loads, LoadArrays] | None = self._kept.get("last loads")
+        if last is not None and last[0] is loads:
             return last[1]
         found = load_arrays(self.description, self.grid, self.breakpoints, self.rod_names, loads)
         self._kept["last loads"] = loads, found

@@ -23,10 +23,11 @@ from ..kernels.square_problem import RESIDUAL
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium, new_record, record_of
 from ..model.robot import Robot
+from ..rods.quadrature import rod_grid
 from ..rods.rod import StrainModes
 from .targets import EffortTarget, MotorTarget, PoseTarget, ProblemName, Target
 
-__all__ = ["DiscretisationError", "embedded", "error_of"]
+__all__ = ["MORE_MODES", "DiscretisationError", "embedded", "error_of"]
 
 Floats = NDArray[np.float64]
 
@@ -157,14 +158,10 @@ def _without_strain(robot: Robot) -> NDArray[np.bool_]:
 
 def _combinations(modes: StrainModes, richer: StrainModes) -> Floats:
     """Modes as combinations of richer ones: coordinates (m,) to coordinates (M,), (M, m)."""
-    sigma = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 4 * max(richer.counts) + 1))
-    few, many = modes.values(sigma), richer.values(sigma)
-    found = np.zeros((richer.total, modes.total))
-    for direction in range(3):
-        old, new = (np.flatnonzero(of.directions == direction) for of in (modes, richer))
-        if old.size:
-            found[np.ix_(new, old)] = np.linalg.lstsq(many[:, new], few[:, old], rcond=None)[0]
-    return found
+    grid = rod_grid(4 * max(richer.counts))
+    strains = modes.values(grid.nodes).T[..., None] * np.eye(3)[modes.directions][:, None]
+    found = [richer.project(strain, grid) for strain in strains]
+    return np.reshape(found, (modes.total, richer.total)).T
 
 
 def _one_step(start: Equilibrium, held: Target) -> Equilibrium:

@@ -192,3 +192,13 @@ class Looker:
         """Keep a picture."""
         SCREENSHOTS.mkdir(parents=True, exist_ok=True)
         self.page.screenshot(path=SCREENSHOTS / f"{name}.png")
+
+
+def settled(page: Any, looker: Looker) -> None:
+    """Wait until the scene of the browser is where the robot is."""
+    assert page.wait()
+    looker.until(
+        lambda: np.allclose(
+            looker.position("/platform"), page.equilibrium.platform_position, rtol=0, atol=1e-12
+        )
+    )

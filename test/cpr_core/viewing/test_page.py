@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-from helpers.browser import Looker
+from helpers.browser import Looker, settled
 
 import cpr_core
 from cpr_core.drawing.robot_lines import equilibrium_lines, segments
@@ -46,16 +46,6 @@ def looker(opened, page):
 
 #: Radius of the rings of the handle [m].
 RING = 0.3 * 0.65
-
-
-def settled(page, looker):
-    """Wait until the scene of the browser is where the robot is."""
-    assert page.wait()
-    looker.until(
-        lambda: np.allclose(
-            looker.position("/platform"), page.equilibrium.platform_position, rtol=0, atol=1e-12
-        )
-    )
 
 
 def type_numbers(page, looker, kind, text):

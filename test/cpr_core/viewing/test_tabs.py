@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from helpers.browser import Looker
+from helpers.browser import Looker, settled
 from PIL import Image
 
 import cpr_core
@@ -53,15 +53,6 @@ def looker(opened, page):
     return opened[1]
 
 
-def seen(page, looker):
-    assert page.wait()
-    looker.until(
-        lambda: np.allclose(
-            looker.position("/platform"), page.equilibrium.platform_position, atol=1e-12
-        )
-    )
-
-
 def test_other_equilibria_are_found_and_jumped_to(page, looker):
     home = page.equilibrium
     looker.open_tab("equilibria")
@@ -75,7 +66,7 @@ def test_other_equilibria_are_found_and_jumped_to(page, looker):
     other = next(number for number, label in enumerate(labels) if "home" not in label)
     buttons.nth(other).evaluate("node => node.click()")
     looker.until(lambda: page.equilibrium is not home)
-    seen(page, looker)
+    settled(page, looker)
     looker.picture("equilibria")
     assert page.equilibrium.energy == pytest.approx(energies[other], rel=1e-4)
     np.testing.assert_array_equal(page.equilibrium.motors, home.motors)
@@ -92,7 +83,7 @@ def test_a_click_on_a_map_goes_there(page, looker, map_file):
     looker.page.wait_for_timeout(500)
     looker.click(place)
     looker.until(lambda: np.allclose(page.equilibrium.platform_position, place, atol=1e-9))
-    seen(page, looker)
+    settled(page, looker)
     looker.page.get_by_text("at the cell").wait_for()
     looker.picture("map")
     looker.switch("handles")
@@ -129,7 +120,7 @@ def test_a_way_is_traced_and_played(page, looker):
     looker.until(
         lambda: np.allclose(page.equilibrium.platform_position[:2], [0.1, 0.75], atol=1e-9)
     )
-    seen(page, looker)
+    settled(page, looker)
     looker.picture("way")
 
 
