@@ -15,7 +15,7 @@ from .errors import (
 from .model.bending_strain import bending_strains
 from .model.equilibrium import Equilibrium, spectrum
 from .model.kinemato_statics import KinematoStatics, Singularity, kinemato_statics
-from .model.robot import Robot, load_robot
+from .model.robot import Robot
 from .model.shape import JointPlace, LegShape, leg_shapes
 from .model.stability import Spectrum
 from .solving.critical_load import CriticalLoad, critical_load, critical_load_factor
@@ -24,6 +24,7 @@ from .solving.events import PathEvent
 from .solving.find_equilibria import FoundEquilibrium, find_equilibria
 from .solving.geometrico_statics import solve_forward, solve_forward_by_effort, solve_inverse
 from .solving.home import solve_home
+from .solving.load_robot import load_robot
 from .solving.not_reached import (
     MotorLimitExceeded,
     NoForwardSolution,

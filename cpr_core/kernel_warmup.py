@@ -16,10 +16,10 @@ from typing import Any
 
 from .kernels.kernel_sources import kernel_modules, read_sources
 from .model.kinemato_statics import kinemato_statics
-from .model.robot import load_robot
 from .numba_fence import hear_compilation
 from .solving.geometrico_statics import solve_forward
 from .solving.home import solve_home
+from .solving.load_robot import load_robot
 
 __all__ = ["compile_kernels", "kernel_names", "watch_compilation"]
 

@@ -19,12 +19,14 @@ from ..description.loads import Loads
 from ..errors import CprError, DescriptionError, InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
-from ..model.robot import Robot, load_robot
+from ..model.robot import Robot
 from ..solving.discretisation_error import error_of
 from ..solving.geometrico_statics import solve_forward, solve_inverse
 from ..solving.home import solve_home
+from ..solving.load_robot import load_robot
 from ..version import __version__
 from .compile_command import compile_all, show_compilation
+from .modes_command import add_modes_options
 from .path_commands import add_equilibria_options, add_objective, add_trace_options
 from .reports import (
     equilibrium_as_dict,
@@ -130,6 +132,9 @@ def _parser() -> argparse.ArgumentParser:
     _add_common(equilibria, None)
     _add_motors(equilibria)
     add_equilibria_options(equilibria)
+
+    modes = commands.add_parser("modes", help="how exact numbers of strain modes are near home")
+    add_modes_options(modes)
 
     workspace = commands.add_parser("workspace", help="a map of what can be reached, with borders")
     _add_common(workspace, None)

@@ -14,7 +14,7 @@ from ..rods.strain_basis import STRAIN_BASES
 from .description_schema import DEFAULT_BASIS
 from .plausibility import check_rod
 
-__all__ = ["check_jumps", "described_modes", "described_rod"]
+__all__ = ["check_jumps", "described_modes", "described_rod", "described_tolerance"]
 
 _DEFAULT_MODES = 5
 #: A stiffness that changes by more than this factor within half the length of the shortest wave that
@@ -76,6 +76,36 @@ def described_modes(part: Part) -> StrainModes:
         problem = f"expected {most} or 0 modes with this degree and these knots, got {counts}"
         raise part.fail("", problem)
     return StrainModes(counts, basis)
+
+
+def described_tolerance(part: Part) -> float:
+    """The error of the platform position for which modes are to be chosen; infinite without [m].
+
+    Args:
+        part: The whole description.
+
+    Raises:
+        DescriptionError: There are numbers of modes too, or the basis has its own.
+    """
+    own = [leg.part("strain") for leg in part.parts("legs")]
+    own += [rod.part("strain") for leg in part.parts("legs") for rod in leg.parts("chain")]
+    for strain in own:
+        if "tolerance" in strain:
+            raise strain.fail(
+                "tolerance", "expected it in the robot's strain: it is the platform's"
+            )
+    shared = part.part("strain")
+    if "tolerance" not in shared:
+        return float(np.inf)
+    for strain in (shared, *own):
+        for name in (*DIRECTIONS, "knots", "degree"):
+            if name in strain:
+                raise strain.fail(
+                    name, "expected no number of modes: the robot's strain.tolerance chooses them"
+                )
+        if STRAIN_BASES[strain.get("basis", DEFAULT_BASIS)].from_description(strain).modes:
+            raise strain.fail("basis", "expected one that has any number of modes: see tolerance")
+    return shared.number("tolerance")
 
 
 def check_jumps(part: Part, rod: Rod, modes: StrainModes) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..description_part import Part
 from ..rods.rod import Rod
 from .described_chain import chain_leg, check_joints, check_motors
-from .described_rods import check_jumps, described_modes, described_rod
+from .described_rods import check_jumps, described_modes, described_rod, described_tolerance
 from .home_guess import home_guess
 from .joints import JOINTS, Joint
 from .leg_description import LegDescription
@@ -49,7 +49,7 @@ def described_robot(source: str, content: dict[str, Any], text: str) -> RobotDes
     point = platform.get("shape", "body") == "point"
     if point and not part.planar:
         raise platform.fail("shape", "a point platform needs a planar robot")
-    legs = _legs(part)
+    tolerance, legs = described_tolerance(part), _legs(part)
     description = RobotDescription(
         name=content["name"],
         source=source,
@@ -64,6 +64,7 @@ def described_robot(source: str, content: dict[str, Any], text: str) -> RobotDes
         stations=tuple(content.get("stations", ())),
         platform_inertia=_inertia(platform, point),
         text=text,
+        tolerance=tolerance,
     )
     _check_controlled(part, description)
     check_positions(part, description)

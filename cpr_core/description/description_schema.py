@@ -31,6 +31,12 @@ _MODES = {
     "torsion": field("modes", "modes; default 0"),
     "bending_2": field("modes", "modes about d2; default 5, in the plane 0"),
     "bending_3": field("modes", "modes about d3; default 5"),
+    "tolerance": {
+        "type": "number",
+        "minimum": 1e-9,
+        "description": "of the robot's `strain`, in place of numbers of modes: largest error of the "
+        "platform position [m], for which they are chosen",
+    },
 }
 
 

@@ -125,8 +125,9 @@ class LegDescription:
 
     def with_modes(self, changed: Callable[[StrainModes], StrainModes]) -> LegDescription:
         """The same leg with other strain modes of its rods."""
-        elements = self.elements and tuple(element.with_modes(changed) for element in self.elements)
-        return replace(self, modes=changed(self.modes), elements=elements)
+        if self.elements is None:
+            return replace(self, modes=changed(self.modes))
+        return replace(self, elements=tuple(part.with_modes(changed) for part in self.elements))
 
     def rod_frame(self, motors: Mapping[str, float], joints: Mapping[str, float]) -> Floats:
         """Frame in the world where the first rod begins, (3, 3).

@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -19,9 +20,11 @@ from .chain import ChainRod
 from .leg_description import DescribedMotor, LegDescription, described_motors
 from .loads import Loads
 
-__all__ = ["CONTROLLED_COORDINATES", "HomeGuess", "RobotDescription"]
+__all__ = ["CONTROLLED_COORDINATES", "HomeGuess", "ModeCounts", "RobotDescription"]
 
 Floats = NDArray[np.float64]
+#: Numbers of strain modes of a rod: torsion, bending about d2 and d3.
+ModeCounts = tuple[int, int, int]
 
 #: Number of scalars of every controllable platform coordinate.
 CONTROLLED_COORDINATES = {
@@ -79,6 +82,8 @@ class RobotDescription:
         platform_inertia: About the centre of mass in the platform frame, (3, 3) [kg m^2]; statics does
             not ask for it.
         text: The description as it was read.
+        tolerance: Largest error of the platform position that is allowed [m], for which `load_robot`
+            chooses the modes; infinite where the description has numbers of modes instead.
     """
 
     name: str
@@ -94,6 +99,7 @@ class RobotDescription:
     stations: tuple[float, ...] = ()
     platform_inertia: Floats = field(default_factory=lambda: np.zeros((3, 3)))
     text: str = ""
+    tolerance: float = math.inf
 
     def __repr__(self) -> str:
         return (
@@ -147,6 +153,15 @@ class RobotDescription:
                 "modes", "B-splines have as many modes as degree and knots say: change those"
             )
         return self._with_strain_modes(lambda present: present.with_counts(modes))
+
+    def with_mode_counts(self, counts: Sequence[ModeCounts]) -> RobotDescription:
+        """The same robot with other numbers of modes.
+
+        Args:
+            counts: About the tangent, d2 and d3, for every rod in the order of ``rods``.
+        """
+        left = iter(counts)
+        return self._with_strain_modes(lambda present: replace(present, counts=next(left)))
 
     def with_richer_modes(self, more: int) -> RobotDescription:
         """The same robot with strain modes of which those of this one are combinations.

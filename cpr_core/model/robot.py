@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.chain import ChainJoint
-from ..description.description_file import read_description
 from ..description.leg_description import DescribedMotor
 from ..description.loads import Loads
 from ..description.motors import MotorLimits
@@ -33,29 +32,11 @@ from .platform_coordinates import PlatformCoordinates, platform_coordinates
 from .robot_arrays import robot_arrays
 from .state_numbers import StateNumbers, state_numbers
 
-__all__ = ["Robot", "checked_robot", "load_robot"]
+__all__ = ["Robot", "checked_robot"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Found = TypeVar("Found")
-
-
-def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) -> Robot:
-    """Load a robot.
-
-    Args:
-        robot: Name of a shipped robot (``rfrfr``, ``six_rfs``), a YAML file, the text of one (more than
-            one line, or in braces), or its content as a mapping.
-        modes: Number of strain modes per direction, instead of the description's.
-
-    Raises:
-        DescriptionError: The description is not valid; names the file, field and expectation.
-
-    Warns:
-        DescriptionWarning: It is valid, but a number looks like another unit.
-    """
-    description = read_description(robot)
-    return Robot(description if modes is None else description.with_modes(modes))
 
 
 def checked_robot(value: object) -> Robot:

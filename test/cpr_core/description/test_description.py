@@ -18,8 +18,9 @@ from cpr_core.description.description_file import read_description, shipped_robo
 from cpr_core.description.robot_description import RobotDescription
 from cpr_core.errors import CprError, DescriptionError
 from cpr_core.lie import rotation_exp
-from cpr_core.model.robot import Robot, load_robot
+from cpr_core.model.robot import Robot
 from cpr_core.solving.geometrico_statics import solve_forward
+from cpr_core.solving.load_robot import load_robot
 
 ROBOTS = ["rfrfr", "six_rfs"]
 TEXTS = {name: path.read_text(encoding="utf-8") for name, path in shipped_robots().items()}

@@ -15,7 +15,7 @@ from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.loads import Loads, checked_vector
 from cpr_core.errors import CprError, InvalidRequest, NonFiniteInput
 from cpr_core.kernels.kernel_arrays import PLATFORM_LOADS, interpolated_loads
-from cpr_core.model.robot import load_robot
+from cpr_core.solving.load_robot import load_robot
 
 FIELDS = {"gravity": 3, "rod_force": 3, "wrench_world": 6, "wrench_body": 6}
 

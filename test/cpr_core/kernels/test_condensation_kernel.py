@@ -18,7 +18,7 @@ from cpr_core.kernels.lu_kernel import lu_factor, lu_solve
 from cpr_core.kernels.square_problem import SquareProblem
 from cpr_core.model.equilibrium import tangent_at
 from cpr_core.model.model_state import evaluate
-from cpr_core.model.robot import load_robot
+from cpr_core.solving.load_robot import load_robot
 
 factor = entry(condensation_kernel.factor)
 predict = entry(condensation_kernel.predict)

@@ -21,8 +21,8 @@ from cpr_core import NotReached, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.rotation_kernel import rotation_steps
 from cpr_core.lie import rotation_exp
-from cpr_core.model.robot import load_robot
 from cpr_core.rods.quadrature import MAGNUS_WEIGHTS, rod_grid
+from cpr_core.solving.load_robot import load_robot
 
 FAST = settings(deadline=None, derandomize=True, max_examples=100)
 BREAKPOINTS = [(), (0.5,), (0.3, 0.7), (0.7, 0.1, 0.2), (0.0, 0.25, 1.0)]

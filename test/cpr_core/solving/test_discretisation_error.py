@@ -4,10 +4,12 @@
 """The estimated error of an answer against answers with many modes."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import yaml
+from helpers.chain_robots import as_chains
 from numpy.testing import assert_allclose
 
 from benchmarks.discretisation_error import MODES, compare, in_richer_space
@@ -26,7 +28,7 @@ from cpr_core import (
 from cpr_core.command_line import main
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import rotation_log
-from cpr_core.rods.rod import StrainModes
+from cpr_core.rods.rod import Profile, StrainModes
 from cpr_core.rods.strain_basis import STRAIN_BASES
 from cpr_core.solving.discretisation_error import embedded
 
@@ -111,6 +113,43 @@ def test_splines_too():
     true = in_richer_space(here, Robot(finest))
     away = np.linalg.norm(true.platform_position - here.platform_position)
     assert 1.0 / 3.0 < error_of(here).distance / away < 3.0
+
+
+def jump_ratios(name, softer):
+    """Estimate over truth where the second half of every rod is softer."""
+    content = as_chains(name, links=False)
+    rod = content["rod"]
+    halves = [{"rod": {"length": 0.5 * rod["length"]}} for _ in range(2)]
+    halves[1]["rod"] |= {key: softer * rod[key] for key in ("young_modulus", "shear_modulus")}
+    for leg in content["legs"]:
+        leg["chain"] = [element for element in leg["chain"] if "rod" not in element] + halves
+    true = load_robot(content, modes=10)
+    factors = np.array([1.0, 1.0, softer, softer])
+    jump = Profile(np.array([0.0, 0.5, 0.50001, 1.0]), factors, np.ones(4))
+    random = np.random.default_rng(0)
+    for modes in MODES:
+        shipped = load_robot(name, modes=modes).description
+        legs = (replace(leg, rod=replace(leg.rod, profile=jump)) for leg in shipped.legs)
+        robot = Robot(replace(shipped, legs=tuple(legs)))
+        motors = solve_home(robot).motors + 0.1 * random.uniform(-1, 1, robot.motor_count)
+        found, exact = solve_forward(robot, motors), solve_forward(true, motors)
+        away = np.linalg.norm(exact.platform_position - found.platform_position)
+        assert away > 1e-5
+        yield error_of(found).distance / away
+
+
+def test_jumps_that_descriptions_refuse_are_told():
+    """Polynomials follow them badly; the truth are two rods in a chain."""
+    ratios = np.array(
+        [
+            ratio
+            for name in ("rfrfr", "three_rfs")
+            for softer in (0.7, 0.5, 0.2)
+            for ratio in jump_ratios(name, softer)
+        ]
+    )
+    assert np.mean((ratios > 1.0 / 3.0) & (ratios < 3.0)) >= 0.95, ratios
+    assert ratios.min() > 0.1
 
 
 def test_with_many_modes_nothing_is_left():

@@ -1,0 +1,117 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Command ``cpr modes``: how exact numbers of modes are, and which are enough."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from typing import Any
+
+from ..description.loads import Loads
+from ..model.robot import Robot
+from ..solving.chosen_modes import ComparedModes, choose_modes, compared_modes, with_many_modes
+from ..solving.not_reached import NotReached
+
+__all__ = ["add_modes_options"]
+
+#: Numbers of modes in every direction that are compared.
+_COMPARED = (2, 3, 4, 5, 6, 8, 10)
+_TOLERANCE = 1e-5
+#: What others are compared with is for a tolerance of this at most [m].
+_TRUTH = 1e-9
+
+
+def add_modes_options(parser: argparse.ArgumentParser) -> None:
+    """Options of ``cpr modes``."""
+    parser.set_defaults(report=None, run=_modes, modes=None, gravity=None, wrench=None)
+    parser.add_argument("robot", metavar="ROBOT", help="YAML file or name of a shipped robot")
+    parser.add_argument(
+        "--tolerance",
+        type=_positive,
+        metavar="T",
+        help=f"largest error of the platform position, m; else the file's, or {_TOLERANCE:g}",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"expected a positive length in metres, got {text}")
+    return value
+
+
+def _modes(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
+    """Compare numbers of modes, and choose the fewest."""
+    tolerance = options.tolerance
+    if tolerance is None:
+        asked = robot.description.tolerance
+        tolerance = asked if math.isfinite(asked) else _TOLERANCE
+    chosen = choose_modes(robot, tolerance)
+    exact = with_many_modes(robot, min(tolerance, _TRUTH))
+    rows: list[tuple[str, ComparedModes | None]] = []
+    for modes in _COMPARED:
+        uniform = Robot(chosen.description.with_modes(modes), robot.held_motors)
+        try:
+            rows.append((str(modes), compared_modes(uniform, exact)))
+        except NotReached:
+            rows.append((str(modes), None))
+    rows.append(("chosen", compared_modes(chosen, exact)))
+    if options.json:
+        return json.dumps(_as_dict(chosen, tolerance, rows), indent=2, allow_nan=False), True
+    return _as_text(chosen, tolerance, rows), True
+
+
+def _as_dict(
+    chosen: Robot, tolerance: float, rows: list[tuple[str, ComparedModes | None]]
+) -> dict[str, Any]:
+    compared = [
+        {
+            "modes": name,
+            "strain_coordinates": _coordinates(row.robot),
+            "estimated_error": row.estimated,
+            "true_error": row.true,
+            "solve_time": row.solve_time,
+        }
+        for name, row in rows
+        if row is not None
+    ]
+    return {
+        "robot": chosen.description.name,
+        "tolerance": tolerance,
+        "compared": compared,
+        "chosen": {
+            name: list(rod.modes.counts)
+            for name, rod in zip(chosen.rod_names, chosen.description.rods, strict=True)
+        },
+    }
+
+
+def _as_text(chosen: Robot, tolerance: float, rows: list[tuple[str, ComparedModes | None]]) -> str:
+    lines = [
+        f"{chosen.description.name} near home, tolerance {tolerance:g} m",
+        "",
+        "   modes  coordinates  estimated error [m]  true error [m]  solve [us]",
+    ]
+    for name, row in rows:
+        if row is None:
+            lines.append(f"{name:>8}  no equilibrium at all motors compared")
+            continue
+        lines.append(
+            f"{name:>8}  {_coordinates(row.robot):>11}  {row.estimated:>19.1e}  {row.true:>14.1e}  "
+            f"{1e6 * row.solve_time:>10.0f}"
+        )
+    lines += ["", "chosen: torsion, bending_2, bending_3"]
+    lines += [
+        f"{name:>8}  {rod.modes.counts[0]} {rod.modes.counts[1]} {rod.modes.counts[2]}"
+        for name, rod in zip(chosen.rod_names, chosen.description.rods, strict=True)
+    ]
+    return "\n".join(lines)
+
+
+def _coordinates(robot: Robot) -> int:
+    """Number of strain coordinates of all rods."""
+    return sum(rod.modes.total for rod in robot.description.rods)

@@ -1,0 +1,125 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Giving up strain modes one by one, the one that moves the platform least first.
+
+The derivation is in docs/derivations.md, "Modes that are chosen".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..blas_threads import on_one_blas_thread
+from ..description.robot_description import ModeCounts
+from ..model.equilibrium import Equilibrium
+
+__all__ = ["fewest_modes"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+#: Torsion is left out of a rod only where that changes nothing, as the estimated error does not see a
+#: direction without modes: so much of the budget.
+_NOTHING = 1e-3
+#: Compliance of a coordinate, dimensionless, that others hold where it is: rounding.
+_HELD = 1e-14
+
+
+@on_one_blas_thread
+def fewest_modes(exact: Sequence[Equilibrium], budget: float) -> list[ModeCounts]:
+    """The numbers of modes per rod with which no platform moves farther than a budget, to first order.
+
+    Every direction in which a rod bends keeps a mode at least.
+
+    Args:
+        exact: Equilibria of one robot that has more modes than it needs.
+        budget: How far platforms may move [m].
+    """
+    rods = list(exact[0].robot.numbers.rods)
+    left = [list(rod.element.modes.counts) for rod in rods]
+    first = [rod.strain.start + np.cumsum([0, *rod.element.modes.counts[:2]]) for rod in rods]
+    truncated = _Truncated.none(exact)
+    while True:
+        candidates = [
+            (truncated.moved_without(first[rod][direction] + count - 1), rod, direction)
+            for rod, counts in enumerate(left)
+            for direction, count in enumerate(counts)
+            if count > (0 if direction == 0 else 1)
+        ]
+        allowed = [
+            (_farthest(moved), rod, direction)
+            for moved, rod, direction in candidates
+            if left[rod][direction] > 1 or _farthest(moved - truncated.moved) < _NOTHING * budget
+        ]
+        farthest, rod, direction = min(allowed, default=(np.inf, 0, 0))
+        if farthest > budget:
+            return [(torsion, bending_2, bending_3) for torsion, bending_2, bending_3 in left]
+        left[rod][direction] -= 1
+        truncated = truncated.without(first[rod][direction] + left[rod][direction])
+
+
+def _farthest(moved: Floats) -> float:
+    return float(np.linalg.norm(moved, axis=1).max())
+
+
+@dataclass(frozen=True, eq=False)
+class _Truncated:
+    """Equilibria after some strain coordinates have been given up, that is, held at zero; dimensionless.
+
+    Attributes:
+        compliance: How the state answers to generalised forces, motors held, (P, N, N).
+        state: The state, (P, N).
+        moved: How far the platforms have moved, (P, axes) [m].
+        axes: State indices of the platform's translations.
+        length: Their unit [m].
+    """
+
+    compliance: Floats
+    state: Floats
+    moved: Floats
+    axes: Integers
+    length: float
+
+    @classmethod
+    def none(cls, exact: Sequence[Equilibrium]) -> _Truncated:
+        """Nothing given up yet."""
+        robot = exact[0].robot
+        axes = robot.platform_indices[robot.platform_axes >= 3]
+        return cls(
+            np.array([_compliance(at) for at in exact]),
+            np.array([at.state / robot.arrays.unit for at in exact]),
+            np.zeros((len(exact), len(axes))),
+            axes,
+            robot.mean_length,
+        )
+
+    def moved_without(self, index: int) -> Floats:
+        """How far the platforms will have moved without one more coordinate, (P, axes) [m]."""
+        lever = self.length * self.compliance[:, self.axes, index]
+        return self.moved - lever * self._force(index)[:, None]
+
+    def without(self, index: int) -> _Truncated:
+        """One more coordinate held at zero."""
+        column, row = self.compliance[:, :, index, None], self.compliance[:, None, index, :]
+        own, force = self.compliance[:, index, index], self._force(index)
+        compliance = self.compliance - column * (row / np.maximum(own, _HELD)[:, None, None])
+        state = self.state - column[:, :, 0] * force[:, None]
+        return replace(self, compliance=compliance, state=state, moved=self.moved_without(index))
+
+    def _force(self, index: int) -> Floats:
+        """What brings a coordinate to zero, (P,); immense where others hold it elsewhere."""
+        return self.state[:, index] / np.maximum(self.compliance[:, index, index], _HELD)
+
+
+def _compliance(equilibrium: Equilibrium) -> Floats:
+    """Inverse of the tangent with the motors held, dimensionless, zero for the motors, (N, N)."""
+    tangent, arrays = equilibrium.model_state.tangent, equilibrium.robot.arrays
+    free = np.s_[: arrays.motor_index]
+    found = np.zeros_like(tangent)
+    found[free, free] = np.linalg.inv((tangent * arrays.unit * arrays.unit[:, None])[free, free])
+    return found

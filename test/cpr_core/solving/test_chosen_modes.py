@@ -1,0 +1,188 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Modes that are chosen for a tolerance: exact enough, no more than needed, and told where not."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+import yaml
+
+from benchmarks.chosen_modes import compare_with_tolerance
+from cpr_core import (
+    DescriptionError,
+    InvalidRequest,
+    Robot,
+    load_robot,
+    solve_home,
+)
+from cpr_core.command_line import main
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.solving.chosen_modes import (
+    TOLD,
+    choose_modes,
+    compared_modes,
+    equilibria_near_home,
+    with_many_modes,
+)
+from cpr_core.solving.fewest_modes import fewest_modes
+
+ROBOTS = list(shipped_robots())
+
+
+def content_of(name):
+    return yaml.safe_load(shipped_robots()[name].read_text(encoding="utf-8"))
+
+
+def counts_of(robot):
+    return [rod.modes.counts for rod in robot.description.rods]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_they_are_exact_enough_and_elsewhere_the_estimate_tells(name):
+    kept = compare_with_tolerance(name, 1e-5, count=8, seed=2)
+    assert list(kept.silent) == []
+    exact = with_many_modes(load_robot(name), 1e-8)
+    near = compared_modes(kept.robot, exact)
+    assert near.true < 1.2e-5  # itself chosen by comparison with what is right to a tenth
+    assert near.estimated <= TOLD * 1e-5
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "three_prs", "three_rfr_hubs"])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
+def test_none_is_there_in_vain(name, tolerance):
+    """With one mode less in any direction of any rod most of the tolerance is used, or more than it."""
+    chosen = choose_modes(load_robot(name), tolerance)
+    exact = with_many_modes(load_robot(name), tolerance)
+    counts = counts_of(chosen)
+    for rod in range(0, len(counts), 2):
+        for direction in range(3):
+            if counts[rod][direction] < 2:
+                continue
+            fewer = [list(count) for count in counts]
+            fewer[rod][direction] -= 1
+            description = chosen.description.with_mode_counts([tuple(count) for count in fewer])
+            assert compared_modes(Robot(description), exact).true > 0.25 * tolerance
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "gough_stewart"])
+def test_what_giving_modes_up_does_is_foreseen(name):
+    """First order only: a small budget is used, and hardly exceeded."""
+    exact = with_many_modes(load_robot(name), 1e-7)
+    robot = Robot(exact[0].robot.description.with_mode_counts(fewest_modes(exact, 1e-6)))
+    assert 1e-7 < compared_modes(robot, exact).true < 1.3e-6
+
+
+def test_rods_that_twist_have_torsion_and_others_none():
+    assert all(counts[0] >= 1 for counts in counts_of(choose_modes(load_robot("three_prs"), 1e-5)))
+    assert all(counts[0] == 0 for counts in counts_of(choose_modes(load_robot("six_rfs"), 1e-5)))
+
+
+def test_the_numbers_of_before_do_not_matter():
+    few, many = (choose_modes(load_robot("rfrfr", modes=modes), 1e-6) for modes in (2, 9))
+    assert counts_of(few) == counts_of(many)
+
+
+def test_a_tolerance_of_the_description_is_kept_by_what_is_loaded():
+    content = content_of("rfrfr")
+    content["strain"] = {"tolerance": 1e-7}
+    robot = load_robot(content)
+    assert counts_of(robot) == counts_of(choose_modes(load_robot("rfrfr"), 1e-7))
+    assert robot.description.tolerance == 1e-7
+    assert counts_of(pickle.loads(pickle.dumps(robot))) == counts_of(robot)
+    assert counts_of(load_robot(content, modes=3)) == [(0, 0, 3), (0, 0, 3)]
+    assert counts_of(load_robot(yaml.safe_dump(content))) == counts_of(robot)
+    assert load_robot("rfrfr").description.tolerance == np.inf
+
+
+def test_rods_of_a_chain_are_chosen_for_one_by_one():
+    """The rods of one leg are of different length."""
+    content = content_of("two_rods")
+    content["strain"] = {"basis": "chebyshev", "tolerance": 1e-5}
+    robot = load_robot(content)
+    assert len(set(counts_of(robot))) > 1
+    assert all(type(rod.modes.basis).__name__ == "Chebyshev" for rod in robot.description.rods)
+    assert compared_modes(robot, with_many_modes(robot, 1e-9)).true <= 1e-5
+
+
+@pytest.mark.parametrize(
+    ("strain", "own", "field", "text"),
+    [
+        ({"tolerance": 1e-5, "bending_3": 4}, None, "strain.bending_3", "no number of modes"),
+        ({"tolerance": 1e-5}, {"bending_3": 4}, "legs[1].strain.bending_3", "tolerance chooses"),
+        ({}, {"tolerance": 1e-5}, "legs[1].strain.tolerance", "in the robot's strain"),
+        ({"tolerance": 1e-5, "basis": "bsplines"}, None, "strain.basis", "any number of modes"),
+        ({"tolerance": 1e-5, "basis": "bsplines", "degree": 2}, None, "strain.degree", "chooses"),
+        ({"tolerance": 1e-12}, None, "strain.tolerance", "1e-09"),
+        ({"tolerance": 0.01, "basis": "no"}, None, "strain.basis", "no"),
+    ],
+)
+def test_mistakes_name_the_field(strain, own, field, text):
+    content = content_of("rfrfr")
+    content["strain"] = strain
+    if own is not None:
+        content["legs"][1]["strain"] = own
+    with pytest.raises(DescriptionError, match=text) as caught:
+        load_robot(content)
+    assert caught.value.field == field
+
+
+def test_what_cannot_be_met_says_how_near_it_comes():
+    """Polynomials do not follow a thin place."""
+    content = content_of("rfrfr")
+    content["strain"] = {"tolerance": 1e-9}
+    content["rod"]["profile"] = {"at": [0.0, 0.39, 0.5, 0.61, 1.0], "stiffness": [1, 1, 0.6, 1, 1]}
+    with pytest.raises(DescriptionError, match=r"is about .* two rods in a chain") as caught:
+        load_robot(content)
+    assert caught.value.field == "strain.tolerance"
+
+
+def test_bad_questions_are_refused():
+    robot = load_robot("rfrfr")
+    for tolerance in (0.0, -1e-5, 1e-10, "1e-5", np.nan):
+        with pytest.raises(InvalidRequest, match="tolerance"):
+            choose_modes(robot, tolerance)
+    with pytest.raises(InvalidRequest, match="expected a Robot"):
+        choose_modes("rfrfr", 1e-5)
+    content = content_of("rfrfr")
+    content["strain"] = {"basis": "bsplines"}
+    with pytest.raises(InvalidRequest, match="B-splines"):
+        choose_modes(load_robot(content), 1e-5)
+
+
+def test_near_home_is_home_and_every_motor_to_either_side():
+    robot = load_robot("rfrfr")
+    found = [
+        equilibrium.motors - solve_home(robot).motors for equilibrium in equilibria_near_home(robot)
+    ]
+    np.testing.assert_allclose(
+        found, [[0, 0], [-0.1, 0], [0.1, 0], [0, -0.1], [0, 0.1]], atol=1e-15
+    )
+
+
+def test_the_command_prints_a_table_and_what_was_chosen(capsys):
+    assert main(["modes", "rfrfr", "--tolerance", "1e-6", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    chosen = choose_modes(load_robot("rfrfr"), 1e-6)
+    assert found["chosen"] == {
+        "leg1": list(counts_of(chosen)[0]),
+        "leg2": list(counts_of(chosen)[1]),
+    }
+    compared = {row["modes"]: row for row in found["compared"]}
+    assert compared["chosen"]["true_error"] <= 1e-6 < compared["5"]["true_error"]
+    assert compared["3"]["strain_coordinates"] == 6
+    assert all(
+        1.0 / 3.0 < row["estimated_error"] / row["true_error"] < 3.0
+        for row in found["compared"]
+        if row["true_error"] > 1e-9
+    )
+    assert all(row["solve_time"] > 0.0 for row in found["compared"])
+    assert main(["modes", "rfrfr"]) == 0
+    told = capsys.readouterr().out
+    assert "tolerance 1e-05 m" in told
+    assert "chosen: torsion, bending_2, bending_3" in told
+    with pytest.raises(SystemExit):
+        main(["modes", "rfrfr", "--tolerance", "-1"])
+    assert "expected a positive length in metres, got -1" in capsys.readouterr().err
