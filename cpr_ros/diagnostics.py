@@ -13,6 +13,7 @@ from std_msgs.msg import Header
 
 from cpr_core.model.assessment import crossed_thresholds
 
+from .model_error import estimated_error, warned_error
 from .session import Session
 from .supervision import Action
 
@@ -69,9 +70,12 @@ def diagnostic_array(
         outcome, told = session.outcome, session.outcome.verdict
         crossed = crossed_thresholds(session.follower.settings.thresholds)
         level = _LEVELS[told.action]
+        equilibrium = outcome.assessment.equilibrium
+        error, warned = estimated_error(equilibrium), warned_error(equilibrium)
+        inexact = f"{error:.1e} m, more than half of strain.tolerance" if error > warned else ""
         entries.append(
             DiagnosticStatus(
-                level=max(level, DiagnosticStatus.WARN) if crossed else level,
+                level=max(level, DiagnosticStatus.WARN) if crossed or inexact else level,
                 name=f"{name}: stability",
                 message=told.text,
                 hardware_id=session.robot.description.name,
@@ -85,6 +89,7 @@ def diagnostic_array(
                         "index, motors held": outcome.assessment.index,
                         "nearest threshold": told.nearest or "none",
                         "solve time [ms]": f"{1e3 * outcome.assessment.solve_time:.3f}",
+                        "model error": inexact or f"{error:.1e} m",
                         **({"thresholds": "; ".join(crossed)} if crossed else {}),
                     }
                 ),

@@ -17,10 +17,12 @@ from std_srvs.srv import SetBool, Trigger
 
 from cpr_core import CprError, Equilibrium
 from cpr_core.model.assessment import Assessment
+from cpr_core.solving.targets import ProblemName
 
 from .analysis import fill_kinemato_statics, fill_prediction, fill_stability
 from .conversions import Frames, fill_equilibrium
 from .error_codes import active, error_code
+from .model_error import model_error_message
 from .session import Session
 
 __all__ = ["Requests"]
@@ -78,16 +80,21 @@ class Requests:
         return callback
 
     def _forward(self, session: Session, request: Any, response: Any) -> None:
-        self._fill(response.solution, session.solver.forward(request), request)
+        solution = session.solver.forward(request)
+        held: ProblemName = "motors" if len(request.motors.position) else "efforts"
+        self._fill(response, solution, request, held)
 
     def _inverse(self, session: Session, request: Any, response: Any) -> None:
         solution = session.solver.inverse(request)
         response.objective = solution.equilibrium.objective
-        self._fill(response.solution, solution, request)
+        redundant = solution.equilibrium.robot.redundancy
+        self._fill(response, solution, request, "motors" if redundant else "pose")
 
-    def _fill(self, message: Any, solution: Assessment, request: Any) -> None:
+    def _fill(self, response: Any, solution: Assessment, request: Any, held: ProblemName) -> None:
+        if request.with_model_error:
+            response.model_error = [model_error_message(solution.equilibrium, held)]
         fill_equilibrium(
-            message,
+            response.solution,
             solution.equilibrium,
             self._frames,
             self._node.get_clock().now().to_msg(),

@@ -17,6 +17,7 @@ from cpr_core.model.assessment import Assessment, Thresholds
 
 from .analysis import message_matrix, singularity_message
 from .conversions import Frames
+from .model_error import estimated_error, warned_error
 from .pose_loop import LoopStatus
 from .setpoint_following import Outcome
 
@@ -112,6 +113,8 @@ def _metrics(outcome: Outcome, thresholds: Thresholds, frames: Frames) -> Stabil
         motor_range=assessment.motor_range,
         effort_reserve=assessment.effort_reserve,
         strain_reserve=assessment.strain_reserve,
+        model_error=estimated_error(equilibrium),
+        model_error_warning=warned_error(equilibrium),
         nearest_threshold=told.nearest,
         distance_to_threshold=told.distance,
         stiffness=_stiffness(assessment),

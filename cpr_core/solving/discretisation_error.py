@@ -32,8 +32,8 @@ __all__ = ["MORE_MODES", "DiscretisationError", "embedded", "error_of"]
 Floats = NDArray[np.float64]
 
 #: So many more modes tell the error: with one more, that of rods whose strain is even or odd along them
-#: would not be seen.
-MORE_MODES = 2
+#: would not be seen; with two, those of rods bent in waves may cancel at the platform, and the next do not.
+MORE_MODES = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class DiscretisationError:
 def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> DiscretisationError:
     """Estimate how far an equilibrium is from that of continuous rods.
 
-    One step of Newton's method in a space with two more modes per direction (twice as many where the
+    One step of Newton's method in a space with four more modes per direction (twice as many where the
     stiffness varies along a rod; B-splines: a knot more in every interval) and the nodes that it needs,
     from the equilibrium as it is. What is below 1e-10 m is rounding of the solution itself.
 

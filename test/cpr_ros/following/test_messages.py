@@ -4,24 +4,36 @@
 """What decisions look like as messages; no node is needed for that."""
 
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from cpr_msgs.msg import ErrorCode
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from helpers.drive import SETTINGS, Drive, changed_robot, robot
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import Marker
 
-from cpr_core import InvalidRequest, NonFiniteInput, leg_shapes, solve_home
+from cpr_core import (
+    CprError,
+    InvalidRequest,
+    NonFiniteInput,
+    error_of,
+    leg_shapes,
+    solve_forward,
+    solve_home,
+)
 from cpr_core.drawing.robot_lines import bending_curvature
 from cpr_core.lie import rotation_exp
+from cpr_core.model.assessment import Assessment
 from cpr_ros.conversions import (
     Frames,
     platform_pose,
     with_wrench,
 )
+from cpr_ros.diagnostics import diagnostic_array
 from cpr_ros.error_codes import RequestError
 from cpr_ros.leg_markers import leg_markers
 from cpr_ros.motor_messages import measured_motors, motor_setpoint
@@ -93,6 +105,74 @@ def test_legs_are_coloured_by_bending_strain_or_by_stability(rfrfr):
     color = by_stability[0].color
     assert not by_stability[0].colors
     assert color.g > color.r
+
+
+def metrics_of(drive):
+    return StabilityStream().message(
+        drive.tick(),
+        SETTINGS.thresholds,
+        FRAMES,
+        Time(),
+        now=0.0,
+        setpoint_age=-1.0,
+        wrench_age=-1.0,
+    )
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-3])
+def test_a_model_that_is_less_exact_than_wanted_is_told(tolerance):
+    """Modes are chosen near home; far from there the estimate exceeds the tolerance."""
+
+    def wanted(content):
+        content["strain"] = {"tolerance": tolerance}
+
+    drive = Drive(changed_robot("rfrfr", wanted))
+    home = metrics_of(drive)
+    assert home.model_error == error_of(drive.current.equilibrium).distance
+    assert home.model_error_warning == 0.5 * tolerance
+    assert home.model_error <= home.model_error_warning
+    level, text = diagnosed(drive)
+    assert (level, text) == (DiagnosticStatus.OK, f"{home.model_error:.1e} m")
+    far = solve_forward(drive.robot, drive.current.equilibrium.motors + [0.35, -0.35])
+    drive.current = Assessment(far)
+    away = metrics_of(drive)
+    assert away.model_error > home.model_error
+    assert away.model_error > away.model_error_warning
+    level, text = diagnosed(drive)
+    assert level == DiagnosticStatus.WARN
+    assert text == f"{away.model_error:.1e} m, more than half of strain.tolerance"
+
+
+def diagnosed(drive):
+    """Level and words of the diagnostics of a follower."""
+    session = SimpleNamespace(
+        follower=drive.follower, outcome=drive.outcomes[-1], robot=drive.robot
+    )
+    found = diagnostic_array("node", "active", session, {}, {}, 0, Time()).status[1]
+    values = {value.key: value.value for value in found.values}
+    return found.level, values["model error"]
+
+
+def test_without_a_tolerance_no_error_is_warned_of():
+    drive = Drive(robot("rfrfr"))
+    message = metrics_of(drive)
+    assert message.model_error > 1e-7
+    assert message.model_error_warning == np.inf
+    assert diagnosed(drive)[0] == DiagnosticStatus.OK
+
+
+def test_a_singular_solution_has_no_estimate(monkeypatch):
+    from cpr_ros import model_error
+
+    def singular(equilibrium, held="motors"):
+        raise CprError("singular")
+
+    monkeypatch.setattr(model_error, "error_of", singular)
+    home = solve_home(robot("rfrfr"))
+    assert np.isnan(model_error.estimated_error(home))
+    message = model_error.model_error_message(home, "pose")
+    assert np.isnan(message.distance)
+    assert message.held == "pose"
 
 
 def test_links_and_joints_have_markers():

@@ -335,6 +335,41 @@ def test_long_names_are_refused_fast_and_briefly(rfrfr):
     assert len(answer.error_code.message) < 1100
 
 
+@pytest.mark.parametrize("held", ["motors", "efforts"])
+def test_the_model_error_is_told_to_those_who_ask(six_rfs, held):
+    here = cpr_core.solve_home(cpr_core.load_robot("six_rfs"))
+    request = forward_request(SIX_NAMES, here.motors, with_model_error=True)
+    if held == "efforts":
+        request.motors.position, request.motors.effort = [], here.efforts.tolist()
+    answer = forward(six_rfs, request)
+    assert_success(answer)
+    told, expected = answer.model_error[0], cpr_core.error_of(here, held)
+    assert told.held == held
+    assert told.distance == pytest.approx(expected.distance, rel=1e-4)
+    changes = [told.position.x, told.position.y, told.position.z]
+    np.testing.assert_allclose(changes, expected.position, rtol=0.0, atol=1e-9)
+    turn = [told.rotation.x, told.rotation.y, told.rotation.z]
+    np.testing.assert_allclose(turn, expected.rotation, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(told.motors, expected.motors, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(told.efforts, expected.efforts, rtol=0.0, atol=1e-8)
+    assert expected.distance > 1e-6
+    request.with_model_error = False
+    assert len(forward(six_rfs, request).model_error) == 0
+
+
+def test_the_model_error_of_an_inverse_solution_is_one_of_the_motors(rfrfr):
+    request = planar_target(0.1, 0.75)
+    request.with_model_error = True
+    answer = inverse(rfrfr, request)
+    assert_success(answer)
+    robot = cpr_core.load_robot("rfrfr")
+    expected = cpr_core.error_of(cpr_core.solve_inverse(robot, [0.1, 0.75]), "pose")
+    told = answer.model_error[0]
+    assert (told.held, told.distance) == ("pose", 0.0)
+    np.testing.assert_allclose(told.motors, expected.motors, rtol=1e-4, atol=1e-12)
+    assert np.abs(expected.motors).max() > 1e-7
+
+
 def test_eigenvalues_are_told_to_those_who_ask(six_rfs):
     target = np.array(SIX_HOME) + 0.1
     fast = forward(six_rfs, forward_request(SIX_NAMES, target))
