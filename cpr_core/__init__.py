@@ -18,6 +18,8 @@ from .model.kinemato_statics import KinematoStatics, Singularity, kinemato_stati
 from .model.robot import Robot
 from .model.shape import JointPlace, LegShape, leg_shapes
 from .model.stability import Spectrum
+from .solving.border_error import border_error
+from .solving.chosen_modes import choose_modes
 from .solving.critical_load import CriticalLoad, critical_load, critical_load_factor
 from .solving.discretisation_error import DiscretisationError, error_of
 from .solving.events import PathEvent
@@ -73,6 +75,8 @@ __all__ = [
     "UnstableEquilibrium",
     "__version__",
     "bending_strains",
+    "border_error",
+    "choose_modes",
     "critical_load",
     "critical_load_factor",
     "error_of",

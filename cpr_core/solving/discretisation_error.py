@@ -27,12 +27,19 @@ from ..rods.quadrature import rod_grid
 from ..rods.rod import StrainModes
 from .targets import EffortTarget, MotorTarget, PoseTarget, ProblemName, Target
 
-__all__ = ["MORE_MODES", "DiscretisationError", "embedded", "error_of"]
+__all__ = [
+    "MORE_MODES",
+    "DiscretisationError",
+    "embedded",
+    "embedded_richer",
+    "embedding_of",
+    "error_of",
+]
 
 Floats = NDArray[np.float64]
 
 #: So many more modes tell the error: with one more, that of rods whose strain is even or odd along them
-#: would not be seen; with two, those of rods bent in waves may cancel at the platform, and the next do not.
+#: would not be seen; with two, those of rods bent in waves may cancel at the platform.
 MORE_MODES = 4
 
 
@@ -90,9 +97,7 @@ def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> Discr
         raise InvalidRequest(
             "problem", "expected motors or efforts: no single solution holds the pose of this robot"
         )
-    richer, embedding = robot.kept("richer robot", lambda: _richer(robot))
-    start = _embedded(equilibrium, richer, embedding)
-    found = _one_step(start, _held(equilibrium, problem))
+    found = _one_step(embedded_richer(equilibrium), _held(equilibrium, problem))
     turn = found.platform_rotation @ equilibrium.platform_rotation.T
     return DiscretisationError(
         problem=problem,
@@ -101,6 +106,13 @@ def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> Discr
         motors=found.motors - equilibrium.motors,
         efforts=(found.efforts - equilibrium.efforts) * (problem != "efforts"),
     )
+
+
+def embedded_richer(equilibrium: Equilibrium) -> Equilibrium:
+    """The same configuration and multipliers in the space that tells the error of an equilibrium."""
+    robot = equilibrium.robot
+    richer, embedding = robot.kept("richer robot", lambda: _richer(robot))
+    return _embedded(equilibrium, richer, embedding)
 
 
 def embedded(equilibrium: Equilibrium, richer: Robot) -> Equilibrium:
@@ -113,7 +125,7 @@ def embedded(equilibrium: Equilibrium, richer: Robot) -> Equilibrium:
     Returns:
         No equilibrium yet: only its state and the pose of the platform are known.
     """
-    return _embedded(equilibrium, richer, _embedding(equilibrium.robot, richer))
+    return _embedded(equilibrium, richer, embedding_of(equilibrium.robot, richer))
 
 
 def _richer(robot: Robot) -> tuple[Robot, Floats]:
@@ -123,7 +135,7 @@ def _richer(robot: Robot) -> tuple[Robot, Floats]:
         # What jumps leave over falls like one over the number of modes: twice as many see half of it.
         more = max(MORE_MODES, *(max(element.modes.counts) for element in rods))
     found = Robot(robot.description.with_richer_modes(more), robot.held_motors)
-    return found, _embedding(robot, found)
+    return found, embedding_of(robot, found)
 
 
 def _held(equilibrium: Equilibrium, problem: ProblemName) -> Target:
@@ -142,7 +154,7 @@ def _embedded(equilibrium: Equilibrium, richer: Robot, embedding: Floats) -> Equ
     return Equilibrium(richer, equilibrium.loads, richer.load_arrays(equilibrium.loads), record)
 
 
-def _embedding(robot: Robot, richer: Robot) -> Floats:
+def embedding_of(robot: Robot, richer: Robot) -> Floats:
     """States of a robot in the numbers of a richer one, (M, N)."""
     found = np.zeros((richer.state_size, robot.state_size))
     for rod, more in zip(robot.numbers.rods, richer.numbers.rods, strict=True):
