@@ -75,6 +75,39 @@ def test_what_giving_modes_up_does_is_foreseen(name):
     assert 1e-7 < compared_modes(robot, exact).true < 1.3e-6
 
 
+def moved_without(exact, counts):
+    """How far platforms move, to first order, where all that is not among the modes is held at zero."""
+    robot = exact[0].robot
+    given_up = [
+        rod.strain.start + sum(rod.element.modes.counts[:direction]) + number
+        for rod, few in zip(robot.numbers.rods, counts, strict=True)
+        for direction, many in enumerate(rod.element.modes.counts)
+        for number in range(few[direction], many)
+    ]
+    free, unit = robot.arrays.motor_index, robot.arrays.unit
+    axes = robot.platform_indices[robot.platform_axes >= 3]
+    held = np.eye(free)[given_up]
+    for equilibrium in exact:
+        tangent = (equilibrium.model_state.tangent * unit * unit[:, None])[:free, :free]
+        whole = np.block([[tangent, held.T], [held, np.zeros((len(held), len(held)))]])
+        rest = np.concatenate([np.zeros(free), -(equilibrium.state / unit)[given_up]])
+        moved = np.linalg.solve(whole, rest)[axes] * unit[axes]
+        yield float(np.linalg.norm(moved))
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "gough_stewart", "three_prs"])
+def test_modes_are_given_up_until_the_budget_is_used(name):
+    """Against all that is given up held at once."""
+    exact, budget = with_many_modes(load_robot(name), 1e-7), 1e-4
+    counts = fewest_modes(exact, budget)
+    assert max(moved_without(exact, counts)) <= 1.0001 * budget
+    for direction in range(3):
+        fewer = [list(count) for count in counts]
+        fewer[-1][direction] -= 1
+        if fewer[-1][direction] >= (0 if direction == 0 else 1) and counts[-1][direction] > 1:
+            assert max(moved_without(exact, fewer)) > 0.9999 * budget
+
+
 def test_rods_that_twist_have_torsion_and_others_none():
     assert all(counts[0] >= 1 for counts in counts_of(choose_modes(load_robot("three_prs"), 1e-5)))
     assert all(counts[0] == 0 for counts in counts_of(choose_modes(load_robot("six_rfs"), 1e-5)))
