@@ -52,7 +52,7 @@ class DescribedBasis(Described):
         """Number of functions where the basis itself says how many; None: as many as one likes."""
         return None
 
-    def refined(self) -> Self:
+    def refined(self) -> DescribedBasis:
         """A basis of which the functions of this one are combinations, richer if this one is bounded."""
         return self
 
@@ -96,6 +96,10 @@ class Monomials(DescribedBasis):
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of 1, sigma, ..., sigma^(modes-1), shape (len(sigma), modes)."""
         return _polynomials(lambda degree, at: at**degree, sigma, modes)
+
+    def refined(self) -> Legendre:
+        """The same space for as many functions, with functions that stay far from each other."""
+        return Legendre()
 
 
 @dataclass(frozen=True)
