@@ -11,6 +11,7 @@ from .errors import (
     InvalidQuaternion,
     InvalidRequest,
     NonFiniteInput,
+    UnknownParameter,
 )
 from .model.bending_strain import bending_strains
 from .model.equilibrium import Equilibrium, spectrum
@@ -69,6 +70,7 @@ __all__ = [
     "StrainLimitExceeded",
     "TimeLimitExceeded",
     "Trace",
+    "UnknownParameter",
     "UnstableEquilibrium",
     "__version__",
     "bending_strains",

@@ -18,6 +18,7 @@ from ..validation import checked_count
 from .chain import ChainRod
 from .leg_description import DescribedMotor, LegDescription, described_motors
 from .loads import Loads
+from .written_fields import WrittenFields
 
 __all__ = ["CONTROLLED_COORDINATES", "HomeGuess", "RobotDescription"]
 
@@ -79,6 +80,7 @@ class RobotDescription:
         platform_inertia: About the centre of mass in the platform frame, (3, 3) [kg m^2]; statics does
             not ask for it.
         text: The description as it was read.
+        written: The fields it was made of; None where it was not made of any.
     """
 
     name: str
@@ -94,6 +96,7 @@ class RobotDescription:
     stations: tuple[float, ...] = ()
     platform_inertia: Floats = field(default_factory=lambda: np.zeros((3, 3)))
     text: str = ""
+    written: WrittenFields | None = None
 
     def __repr__(self) -> str:
         return (
@@ -156,6 +159,11 @@ class RobotDescription:
         """
         more = checked_count("more", more, 1)
         return self._with_strain_modes(lambda present: present.richer(more))
+
+    def with_modes_of(self, described: RobotDescription) -> RobotDescription:
+        """The same robot with the strain modes of another one that has the same chains."""
+        pairs = zip(self.legs, described.legs, strict=True)
+        return replace(self, legs=tuple(leg.with_modes_of(other) for leg, other in pairs))
 
     def _with_strain_modes(self, changed: Callable[[StrainModes], StrainModes]) -> RobotDescription:
         return replace(self, legs=tuple(leg.with_modes(changed) for leg in self.legs))
