@@ -19,6 +19,7 @@ from .model.kinemato_statics import KinematoStatics, Singularity, kinemato_stati
 from .model.robot import Robot, load_robot
 from .model.shape import JointPlace, LegShape, leg_shapes
 from .model.stability import Spectrum
+from .solving.continued import continued
 from .solving.critical_load import CriticalLoad, critical_load, critical_load_factor
 from .solving.discretisation_error import DiscretisationError, error_of
 from .solving.events import PathEvent
@@ -74,6 +75,7 @@ __all__ = [
     "UnstableEquilibrium",
     "__version__",
     "bending_strains",
+    "continued",
     "critical_load",
     "critical_load_factor",
     "error_of",
