@@ -36,6 +36,7 @@ from .solving.not_reached import (
     TimeLimitExceeded,
     UnstableEquilibrium,
 )
+from .solving.parameter_derivatives import ParameterDerivatives, derivatives
 from .solving.refining import restore_equilibrium
 from .solving.trace import Trace, trace
 from .solving.waypoints import trace_through
@@ -63,6 +64,7 @@ __all__ = [
     "NoSolution",
     "NonFiniteInput",
     "NotReached",
+    "ParameterDerivatives",
     "PathEvent",
     "PointForce",
     "Robot",
@@ -78,6 +80,7 @@ __all__ = [
     "continued",
     "critical_load",
     "critical_load_factor",
+    "derivatives",
     "error_of",
     "find_equilibria",
     "kinemato_statics",
