@@ -11,6 +11,7 @@ from .errors import (
     InvalidQuaternion,
     InvalidRequest,
     NonFiniteInput,
+    UnknownParameter,
 )
 from .model.bending_strain import bending_strains
 from .model.equilibrium import Equilibrium, spectrum
@@ -20,6 +21,7 @@ from .model.shape import JointPlace, LegShape, leg_shapes
 from .model.stability import Spectrum
 from .solving.border_error import border_error
 from .solving.chosen_modes import choose_modes
+from .solving.continued import continued
 from .solving.critical_load import CriticalLoad, critical_load, critical_load_factor
 from .solving.discretisation_error import DiscretisationError, error_of
 from .solving.events import PathEvent
@@ -37,6 +39,7 @@ from .solving.not_reached import (
     TimeLimitExceeded,
     UnstableEquilibrium,
 )
+from .solving.parameter_derivatives import ParameterDerivatives, derivatives
 from .solving.refining import restore_equilibrium
 from .solving.trace import Trace, trace
 from .solving.waypoints import trace_through
@@ -64,6 +67,7 @@ __all__ = [
     "NoSolution",
     "NonFiniteInput",
     "NotReached",
+    "ParameterDerivatives",
     "PathEvent",
     "PointForce",
     "Robot",
@@ -72,13 +76,16 @@ __all__ = [
     "StrainLimitExceeded",
     "TimeLimitExceeded",
     "Trace",
+    "UnknownParameter",
     "UnstableEquilibrium",
     "__version__",
     "bending_strains",
     "border_error",
     "choose_modes",
+    "continued",
     "critical_load",
     "critical_load_factor",
+    "derivatives",
     "error_of",
     "find_equilibria",
     "kinemato_statics",

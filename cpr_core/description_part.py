@@ -6,7 +6,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from dataclasses import field as attribute
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -14,10 +15,12 @@ from numpy.typing import NDArray
 
 from .errors import DescriptionError
 
-__all__ = ["Described", "Part", "Vector", "field", "triple"]
+__all__ = ["EXACTLY_ACROSS", "Described", "Part", "Vector", "field", "triple"]
 
 Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
+#: Cosine of two directions that are across each other, up to rounding in a file.
+EXACTLY_ACROSS = 1e-6
 
 
 @dataclass(frozen=True)
@@ -29,12 +32,18 @@ class Part:
         path: The part in it, such as ``legs[2].motor``; empty: all of it.
         content: Its fields.
         planar: Whether the robot lives in the plane z = 0.
+        read: What was read, by path, defaults among it; parts of one description share it and write
+            to it.
+        slack: Cosine by which a normal may miss being across its tangent. More than rounding where one
+            of the two is changed alone, to see what it does: the other one then follows.
     """
 
     source: str
     path: str
     content: Mapping[str, Any]
     planar: bool
+    read: dict[str, Any] = attribute(default_factory=dict, compare=False, repr=False)
+    slack: float = EXACTLY_ACROSS
 
     def fail(self, name: str, problem: str) -> DescriptionError:
         """The error of a field, or of the whole part where it has no name; to be raised."""
@@ -55,17 +64,20 @@ class Part:
         """
         if name not in self.content and default is None:
             raise self.fail("", f"missing field {name!r}")
-        return self.content.get(name, default)
+        value = self.content.get(name, default)
+        self.read[self.path_of(name)] = value
+        return value
 
     def part(self, name: str) -> Part:
         """A field with fields of its own; none where it is missing."""
-        content = self.content.get(name, {})
-        return Part(self.source, self.path_of(name), content, self.planar)
+        path, content = self.path_of(name), self.content.get(name, {})
+        self.read[path] = content
+        return replace(self, path=path, content=content)
 
     def parts(self, name: str) -> tuple[Part, ...]:
         """A list of such fields; none where it is missing."""
         return tuple(
-            Part(self.source, self.path_of(f"{name}[{index}]"), content, self.planar)
+            replace(self, path=self.path_of(f"{name}[{index}]"), content=content)
             for index, content in enumerate(self.content.get(name, ()))
         )
 
@@ -123,7 +135,7 @@ class Part:
             normal = np.array([-tangent[1], tangent[0], 0.0])
         elif "normal" in self:
             normal = self.direction("normal")
-            if abs(normal @ tangent) > 1e-6:
+            if abs(normal @ tangent) > self.slack:
                 given = self.content["normal"]
                 raise self.fail("normal", f"expected a direction across the tangent, got {given}")
         elif default is not None:

@@ -12,6 +12,7 @@ __all__ = [
     "InvalidQuaternion",
     "InvalidRequest",
     "NonFiniteInput",
+    "UnknownParameter",
 ]
 
 
@@ -75,3 +76,22 @@ class InvalidQuaternion(InvalidRequest):
     """A quaternion is too far from unit length to be a rotation."""
 
     code = "INVALID_QUATERNION"
+
+
+class UnknownParameter(InvalidRequest):
+    """A path names no number of the description.
+
+    Attributes:
+        path: The path.
+        nearest: The path of a number that is called most like it; empty: none is.
+    """
+
+    def __init__(self, path: str, nearest: str) -> None:
+        """Keep the path, and name the nearest."""
+        self.path, self.nearest = path, nearest
+        meant = f"; did you mean {nearest}?" if nearest else ""
+        super().__init__("parameters", f"the description has no number {path}{meant}")
+
+    def __reduce__(self) -> tuple[type[UnknownParameter], tuple[str, str]]:
+        """Made again from its data."""
+        return UnknownParameter, (self.path, self.nearest)

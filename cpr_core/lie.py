@@ -20,6 +20,7 @@ from .validation import checked_vector
 
 __all__ = [
     "angle_motions",
+    "directions_across",
     "quaternion_from_rotation",
     "roll_pitch_yaw",
     "rotation_exp",
@@ -31,6 +32,10 @@ __all__ = [
 
 #: Quaternions whose norm differs from 1 by more than this are refused, not normalised.
 QUATERNION_TOLERANCE = 1e-3
+
+#: The one direction near which `directions_across` turns quickly: none that descriptions have.
+_POLE = np.array([0.48, -0.64, 0.6])
+_ACROSS_POLE = np.array([[0.8, 0.6, 0.0], [-0.36, 0.48, 0.8]])
 
 
 def rotation_exp(vector: ArrayLike) -> NDArray[np.float64]:
@@ -116,3 +121,16 @@ def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+
+
+def directions_across(direction: ArrayLike) -> NDArray[np.float64]:
+    """Two unit directions across a unit direction and each other, as rows, (2, 3).
+
+    They change smoothly with it, so that what is written in them does not jump where it is varied.
+    """
+    reflected = np.asarray(direction, float) - _POLE
+    square = float(reflected @ reflected)
+    if square < 1e-20:
+        return _ACROSS_POLE.copy()
+    # The reflection that takes the pole to the direction takes what is across one across the other.
+    return _ACROSS_POLE - np.outer(_ACROSS_POLE @ reflected, 2.0 / square * reflected)

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description_part import Part
+from ..description_part import EXACTLY_ACROSS, Part
+from ..lie import directions_across
 from ..rods.rod import Rod
 from .described_chain import chain_leg, check_joints, check_motors
 from .described_rods import check_jumps, described_modes, described_rod, described_tolerance
@@ -24,27 +25,33 @@ from .loads import DistributedForce, Loads, PointForce
 from .motors import MOTORS, Motor, MotorLimits
 from .plausibility import check_inertia, check_moved, check_positions
 from .robot_description import CONTROLLED_COORDINATES, RobotDescription
+from .written_fields import WrittenFields
 
 __all__ = ["described_robot"]
 
 Floats = NDArray[np.float64]
 
+#: Cosine beyond which an axis along the tangent no longer tells a direction across it.
+_ALONG = 0.9
 #: What rounding in a file may do to an inertia.
 _ROUNDED = 1e-3
 
 
-def described_robot(source: str, content: dict[str, Any], text: str) -> RobotDescription:
+def described_robot(
+    source: str, content: dict[str, Any], text: str, slack: float = EXACTLY_ACROSS
+) -> RobotDescription:
     """The robot a description stands for.
 
     Args:
         source: Where it came from.
         content: Its fields, checked against the schema.
         text: The description as it was read.
+        slack: Cosine by which normals may miss being across their tangents, see ``Part``.
 
     Raises:
         DescriptionError: Names the field, what was found and what was expected.
     """
-    part = Part(source, "", content, content["space"] == "planar")
+    part = Part(source, "", content, content["space"] == "planar", slack=slack)
     platform = part.part("platform")
     point = platform.get("shape", "body") == "point"
     if point and not part.planar:
@@ -65,6 +72,7 @@ def described_robot(source: str, content: dict[str, Any], text: str) -> RobotDes
         platform_inertia=_inertia(platform, point),
         text=text,
         tolerance=tolerance,
+        written=WrittenFields(content, part.read),
     )
     _check_controlled(part, description)
     check_positions(part, description)
@@ -136,7 +144,8 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
     joint = JOINTS[tip.get("type")].from_description(tip)
     motor.check_tip(motor_part, len(joint.orientation(part.planar)) > 0)
     limits = MotorLimits.from_description(motor_part.part("limits"), motor.extensible)
-    offset = motor_part.number("offset", 0.0)
+    turns_or_shifts = motor.actuated and not motor.extensible
+    offset = motor_part.number("offset", 0.0) if turns_or_shifts else 0.0
     check_moved(motor_part, motor.unit, limits, rod.length, offset)
     base = part.part("base")
     return LegDescription(
@@ -156,10 +165,14 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
 def _base_rotation(part: Part, motor: Motor, joint: Joint) -> Floats:
     """Base frame in the world, joint at zero, (3, 3)."""
     tangent, across = part.direction("tangent"), motor.across()
-    if across is not None and abs(np.dot(across, tangent)) <= 1e-6:
+    free = not part.planar and not len(joint.orientation(part.planar))
+    # Where no joint asks for d2 it follows the motor's axis too, so that it does not jump where that is
+    # not quite across.
+    slack = _ALONG if free else part.slack
+    if across is not None and abs(np.dot(across, tangent)) <= slack:
         return part.frame(np.array(across))
-    if not part.planar and not len(joint.orientation(part.planar)):
-        return part.frame(np.linalg.svd(tangent[None, :])[2][1])  # any one: no joint asks for it
+    if free:
+        return part.frame(directions_across(tangent)[0])  # any one: no joint asks for it
     return part.frame()
 
 

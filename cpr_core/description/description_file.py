@@ -26,7 +26,7 @@ from .joints import JOINTS
 from .motors import MOTORS
 from .robot_description import RobotDescription
 
-__all__ = ["read_description", "shipped_robots"]
+__all__ = ["check_schema", "read_description", "shipped_robots"]
 
 
 def shipped_robots() -> dict[str, Path]:
@@ -68,7 +68,7 @@ def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:
     try:
         if not text:
             content = _with_numbers(content)
-        _check_schema(source, content)
+        check_schema(source, content)
     except RecursionError:
         raise DescriptionError(source, "", "is nested too deeply, or refers to itself") from None
     return described_robot(source, content, text)
@@ -172,7 +172,7 @@ def _validator(kinds: tuple[tuple[str, type[Described]], ...]) -> Any:
     return jsonschema.Draft202012Validator(description_schema())
 
 
-def _check_schema(source: str, content: Any) -> None:
+def check_schema(source: str, content: Any) -> None:
     """Structure, types and ranges, against the JSON schema."""
     if not isinstance(content, dict):
         raise DescriptionError(source, "", f"expected fields and values, got {content!r:.60}")

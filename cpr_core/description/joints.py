@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description_part import Described, Part, Vector, field, triple
-from ..lie import skew
+from ..lie import directions_across, skew
 
 __all__ = ["JOINTS", "Fixed", "Joint", "RevoluteJoint", "Spherical", "Universal"]
 
@@ -144,7 +144,7 @@ class RevoluteJoint(Joint):
         """Two directions across the axis; in the plane nothing is left to hold."""
         if planar:
             return np.zeros((0, 3, 3))
-        across = np.linalg.svd(np.array([self.axis]))[2][1:]
+        across = directions_across(np.array(self.axis))
         return np.array([np.outer(direction, self.axis_in_rod) for direction in across])
 
     def misalignment(

@@ -129,6 +129,16 @@ class LegDescription:
             return replace(self, modes=changed(self.modes))
         return replace(self, elements=tuple(part.with_modes(changed) for part in self.elements))
 
+    def with_modes_of(self, leg: LegDescription) -> LegDescription:
+        """The same leg with the strain modes of another one that has the same chain."""
+        elements = self.elements and tuple(
+            replace(element, modes=other.modes)
+            if isinstance(element, ChainRod) and isinstance(other, ChainRod)
+            else element
+            for element, other in zip(self.elements, leg.elements or (), strict=True)
+        )
+        return replace(self, modes=leg.modes, elements=elements)
+
     def rod_frame(self, motors: Mapping[str, float], joints: Mapping[str, float]) -> Floats:
         """Frame in the world where the first rod begins, (3, 3).
 

@@ -19,6 +19,7 @@ from ..validation import checked_count
 from .chain import ChainRod
 from .leg_description import DescribedMotor, LegDescription, described_motors
 from .loads import Loads
+from .written_fields import WrittenFields
 
 __all__ = ["CONTROLLED_COORDINATES", "HomeGuess", "ModeCounts", "RobotDescription"]
 
@@ -84,6 +85,7 @@ class RobotDescription:
         text: The description as it was read.
         tolerance: Largest error of the platform position that is allowed [m], for which `load_robot`
             chooses the modes; infinite where the description has numbers of modes instead.
+        written: The fields it was made of; None where it was not made of any.
     """
 
     name: str
@@ -100,6 +102,7 @@ class RobotDescription:
     platform_inertia: Floats = field(default_factory=lambda: np.zeros((3, 3)))
     text: str = ""
     tolerance: float = math.inf
+    written: WrittenFields | None = None
 
     def __repr__(self) -> str:
         return (
@@ -171,6 +174,11 @@ class RobotDescription:
         """
         more = checked_count("more", more, 1)
         return self._with_strain_modes(lambda present: present.richer(more))
+
+    def with_modes_of(self, described: RobotDescription) -> RobotDescription:
+        """The same robot with the strain modes of another one that has the same chains."""
+        pairs = zip(self.legs, described.legs, strict=True)
+        return replace(self, legs=tuple(leg.with_modes_of(other) for leg, other in pairs))
 
     def _with_strain_modes(self, changed: Callable[[StrainModes], StrainModes]) -> RobotDescription:
         return replace(self, legs=tuple(leg.with_modes(changed) for leg in self.legs))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.chain import ChainJoint
+from ..description.changed_description import parameter_values, with_parameters
 from ..description.leg_description import DescribedMotor
 from ..description.loads import Loads
 from ..description.motors import MotorLimits
@@ -84,6 +85,35 @@ class Robot:
             motors: Their numbers.
         """
         return self.kept(f"holding {motors}", lambda: Robot(self.description, motors))
+
+    def parameter_values(self, paths: str | Sequence[str]) -> Floats:
+        """Numbers of the description, (P,), in SI units.
+
+        Args:
+            paths: Where they are in the description, such as ``rod.young_modulus``,
+                ``legs[2].base.position[1]`` or, for the same in all legs, ``legs[*].motor.offset``.
+
+        Raises:
+            UnknownParameter: There is no such number.
+            InvalidRequest: What is there is no number, or not the same in all legs.
+        """
+        return parameter_values(self.description, paths)
+
+    def with_parameters(self, values: Mapping[str, float]) -> Robot:
+        """The same robot with other numbers in its description.
+
+        An equilibrium of this one goes on as one of that one by ``continued``.
+
+        Args:
+            values: New numbers by their paths, as ``parameter_values`` takes them.
+
+        Raises:
+            UnknownParameter: There is no such number.
+            InvalidRequest: What is there or what is given is no number.
+            NonFiniteInput: A NaN or an infinity.
+            DescriptionError: No robot has such a number.
+        """
+        return Robot(with_parameters(self.description, values), self.held_motors)
 
     @property
     def planar(self) -> bool:

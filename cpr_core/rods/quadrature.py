@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -23,7 +24,7 @@ MAGNUS_WEIGHTS = _WEIGHTS * np.array(
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RodGrid:
     """Where a rod is evaluated, in normalised arc length sigma.
 
@@ -46,6 +47,7 @@ class RodGrid:
     step_node: NDArray[np.int64]
 
 
+@lru_cache(maxsize=128)
 def rod_grid(
     nodes_per_panel: int, breakpoints: tuple[float, ...] = (), substeps: int = 1
 ) -> RodGrid:
@@ -53,7 +55,7 @@ def rod_grid(
 
     The integration matrix is spectral: it integrates exactly, from 0 to each node, whatever is a
     polynomial of degree below ``nodes_per_panel`` on every panel. Rotations go from node to node in
-    ``substeps``.
+    ``substeps``. Robots that differ in their numbers share one; it is never to be written.
     """
     edges = np.array(sorted({0.0, 1.0, *breakpoints}))
     reference, reference_weights = legendre.leggauss(nodes_per_panel)

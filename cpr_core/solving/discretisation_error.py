@@ -9,7 +9,6 @@ The derivation is in docs/derivations.md, "The error of an answer".
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +24,8 @@ from ..model.equilibrium import Equilibrium, new_record, record_of
 from ..model.robot import Robot
 from ..rods.quadrature import rod_grid
 from ..rods.rod import StrainModes
-from .targets import EffortTarget, MotorTarget, PoseTarget, ProblemName, Target
+from .held_problem import checked_problem, held
+from .targets import ProblemName, Target
 
 __all__ = [
     "MORE_MODES",
@@ -90,14 +90,9 @@ def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> Discr
     """
     if not isinstance(equilibrium, Equilibrium):
         raise InvalidRequest("equilibrium", f"expected an Equilibrium, got {equilibrium!r:.200}")
-    if problem not in get_args(ProblemName):
-        raise InvalidRequest("problem", f"expected motors, pose or efforts, got {problem!r:.60}")
     robot = equilibrium.robot
-    if problem == "pose" and (robot.redundancy or not robot.description.controlled):
-        raise InvalidRequest(
-            "problem", "expected motors or efforts: no single solution holds the pose of this robot"
-        )
-    found = _one_step(embedded_richer(equilibrium), _held(equilibrium, problem))
+    checked_problem(robot, problem)
+    found = _one_step(embedded_richer(equilibrium), held(equilibrium, problem))
     turn = found.platform_rotation @ equilibrium.platform_rotation.T
     return DiscretisationError(
         problem=problem,
@@ -138,16 +133,6 @@ def _richer(robot: Robot) -> tuple[Robot, Floats]:
     return found, embedding_of(robot, found)
 
 
-def _held(equilibrium: Equilibrium, problem: ProblemName) -> Target:
-    """The problem of which the equilibrium is a solution."""
-    if problem == "motors":
-        return MotorTarget(equilibrium.motors)
-    if problem == "efforts":
-        return EffortTarget(equilibrium.efforts)
-    position, rotation = equilibrium.platform_position, equilibrium.platform_rotation
-    return PoseTarget(rotation, position, equilibrium.motors)
-
-
 def _embedded(equilibrium: Equilibrium, richer: Robot, embedding: Floats) -> Equilibrium:
     pose = equilibrium.platform_rotation, equilibrium.platform_position
     record = record_of(richer, embedding @ equilibrium.state, *pose)
@@ -180,7 +165,7 @@ def _combinations(modes: StrainModes, richer: StrainModes) -> Floats:
     return np.reshape(found, (modes.total, richer.total)).T
 
 
-def _one_step(start: Equilibrium, held: Target) -> Equilibrium:
+def _one_step(start: Equilibrium, target: Target) -> Equilibrium:
     """One full step of Newton's method.
 
     Raises:
@@ -191,8 +176,8 @@ def _one_step(start: Equilibrium, held: Target) -> Equilibrium:
     continue_prepared(
         robot.prepared,
         start.load_arrays,
-        PROBLEMS[held.problem],
-        held.given(start),
+        PROBLEMS[target.problem],
+        target.given(start),
         UNPREDICTED,
         RESIDUAL,
         1,
@@ -206,6 +191,6 @@ def _one_step(start: Equilibrium, held: Target) -> Equilibrium:
     unmoved = found.iterations == 0 and not found.converged
     if unmoved or not np.all(np.isfinite(records[0])):
         raise CprError(
-            f"no estimate of the error: the equilibrium is singular with its {held.problem} held"
+            f"no estimate of the error: the equilibrium is singular with its {target.problem} held"
         )
     return found

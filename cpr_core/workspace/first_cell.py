@@ -43,7 +43,7 @@ _TRIED_ALONG = 5
 def without_limits(robot: Robot) -> Robot:
     """The same robot, with motors and rods that bear everything: maps show what is beyond limits too."""
     legs = tuple(leg.without_limits() for leg in robot.description.legs)
-    return Robot(replace(robot.description, legs=legs))
+    return Robot(replace(robot.description, legs=legs, written=None))
 
 
 def step_fractions(robot: Robot, grid: Grid, tolerance: float) -> tuple[Floats, Floats]:

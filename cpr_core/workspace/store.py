@@ -361,7 +361,11 @@ def _grid_of(text: str) -> Grid:
 
 def _described(robot: Robot) -> str:
     """A robot as text, the same wherever its description came from."""
-    return _as_json(replace(robot.description, source="", text=""))
+    described = _plain(replace(robot.description, source="", text="", written=None))
+    del described[
+        "written"
+    ]  # so that maps can be read that were stored before there was such a thing
+    return json.dumps(described)
 
 
 def _as_json(value: Any) -> str:

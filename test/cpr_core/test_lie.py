@@ -240,3 +240,22 @@ def test_quaternions_that_are_not_finite_are_refused(place, value):
 def test_quaternions_of_the_wrong_length_are_refused(quaternion):
     with pytest.raises(CprError, match="quaternion"):
         lie.rotation_from_quaternion(quaternion)
+
+
+@FAST
+@given(directions)
+def test_directions_across_are_across(direction):
+    rows = np.vstack([direction, lie.directions_across(direction)])
+    assert_allclose(rows @ rows.T, np.eye(3), rtol=0.0, atol=1e-9)
+
+
+def test_directions_across_change_smoothly():
+    """Where descriptions have their axes, whichever way those are varied."""
+    for axis in np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.8, 0.0], [-0.8, 0.0, 0.6]]]):
+        for way in np.vstack([np.eye(3), -np.eye(3)]):
+            moved = axis + 1e-6 * way
+            beside = lie.directions_across(moved / np.linalg.norm(moved))
+            assert np.abs(beside - lie.directions_across(axis)).max() < 1e-5
+    pole = np.array([0.48, -0.64, 0.6])
+    rows = np.vstack([pole, lie.directions_across(pole)])
+    assert_allclose(rows @ rows.T, np.eye(3), rtol=0.0, atol=1e-15)

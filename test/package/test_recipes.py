@@ -34,7 +34,15 @@ COMMANDS = {
 
 
 @pytest.mark.parametrize(
-    "page", ["README.md", "docs/api.md", "docs/paths.md", "docs/stability.md", "docs/view.md"]
+    "page",
+    [
+        "README.md",
+        "docs/api.md",
+        "docs/parameters.md",
+        "docs/paths.md",
+        "docs/stability.md",
+        "docs/view.md",
+    ],
 )
 def test_the_programs_of_a_page_run_one_after_the_other(page, capsys):
     blocks = re.findall(

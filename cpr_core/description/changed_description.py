@@ -1,0 +1,215 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Descriptions with other numbers: the fields are changed, checked and read again."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from ..errors import DescriptionWarning, InvalidRequest
+from .description_builder import described_robot
+from .description_file import check_schema
+from .parameters import (
+    Parameter,
+    changed_content,
+    checked_paths,
+    named_parameter,
+    parameter_changes,
+)
+from .robot_description import RobotDescription
+from .written_fields import WrittenFields
+
+__all__ = [
+    "between",
+    "check_numbers_only",
+    "named_parameters",
+    "parameter_values",
+    "shifted",
+    "with_parameters",
+]
+
+Floats = NDArray[np.float64]
+
+#: As `Part.slack`: a direction that is varied alone takes along what has to be across it.
+_FOLLOWING = 0.5
+
+
+def named_parameters(
+    description: RobotDescription, paths: str | Sequence[str]
+) -> tuple[Parameter, ...]:
+    """Numbers of a description by their paths.
+
+    Raises:
+        UnknownParameter: There is no such number.
+        InvalidRequest: What is there is no number, or a path is given twice.
+    """
+    written = _written(description)
+    return tuple(named_parameter(written, path) for path in checked_paths(paths))
+
+
+def parameter_values(description: RobotDescription, paths: str | Sequence[str]) -> Floats:
+    """What they are, (P,), in SI units.
+
+    Raises:
+        UnknownParameter: There is no such number.
+        InvalidRequest: What is there is no number, or not the same in all legs.
+    """
+    return np.array([parameter.value for parameter in named_parameters(description, paths)])
+
+
+def with_parameters(description: RobotDescription, values: Mapping[str, float]) -> RobotDescription:
+    """The same robot with other numbers, checked as if they came from a file.
+
+    Args:
+        description: The robot. It keeps its strain modes.
+        values: New numbers by their paths.
+
+    Raises:
+        UnknownParameter: There is no such number.
+        InvalidRequest: What is there or what is given is no number.
+        NonFiniteInput: A NaN or an infinity.
+        DescriptionError: No robot has such a number.
+    """
+    written = _written(description)
+    content = changed_content(written, parameter_changes(written, values))
+    check_schema(description.source, content)
+    text = _yaml(content) if description.text else ""
+    changed = described_robot(description.source, content, text)
+    return changed.with_modes_of(description)
+
+
+def shifted(description: RobotDescription, parameter: Parameter, change: float) -> RobotDescription:
+    """The same robot with a number changed a little, wherever it is; only for differences.
+
+    It is not checked against the schema, and normals follow their tangents.
+
+    Args:
+        description: The robot.
+        parameter: Of its numbers.
+        change: What is added to it.
+
+    Raises:
+        DescriptionError: No robot is near this one in this number.
+    """
+    pairs = zip(parameter.places, parameter.values, strict=True)
+    content = changed_content(
+        _written(description), {place: value + change for place, value in pairs}
+    )
+    return _quietly(description, content)
+
+
+def between(first: RobotDescription, last: RobotDescription, fraction: float) -> RobotDescription:
+    """The robot part of the way from one to another that differs from it in numbers.
+
+    Raises:
+        InvalidRequest: They differ in more.
+        DescriptionError: There is no robot there.
+    """
+    return _quietly(first, _Mixture(_written(first), _written(last), fraction).content())
+
+
+def check_numbers_only(first: RobotDescription, last: RobotDescription) -> None:
+    """Whether two robots differ in numbers of their descriptions only.
+
+    Raises:
+        InvalidRequest: They differ in more.
+    """
+    _Mixture(_written(first), _written(last), 0.5).content()
+
+
+def _quietly(description: RobotDescription, content: dict[str, Any]) -> RobotDescription:
+    """The robot of other fields; nobody wants to hear twice what looks like a mistake in it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DescriptionWarning)
+        changed = described_robot(description.source, content, "", slack=_FOLLOWING)
+    return changed.with_modes_of(description)
+
+
+@dataclass(frozen=True)
+class _Mixture:
+    """Fields part of the way from some to others; what only one has is a default of the other.
+
+    Attributes:
+        first: Where the way begins.
+        last: Where it ends.
+        fraction: Of the way.
+    """
+
+    first: WrittenFields
+    last: WrittenFields
+    fraction: float
+
+    def content(self) -> dict[str, Any]:
+        """The fields.
+
+        Raises:
+            InvalidRequest: They differ in more than numbers.
+        """
+        mixed: dict[str, Any] = self._mixed(self.first.content, self.last.content, "")
+        return mixed
+
+    def _mixed(self, first: Any, last: Any, path: str) -> Any:
+        first, last = _plain(first), _plain(last)
+        if _is_number(first) and _is_number(last):
+            between_them = (1.0 - self.fraction) * first + self.fraction * last
+            return first if first == last else between_them
+        if isinstance(first, Mapping) and isinstance(last, Mapping):
+            mixed = {}
+            for name in dict.fromkeys((*first, *last)):
+                entry = f"{path}.{name}" if path else str(name)
+                mine = first.get(name, self.first.read.get(entry))
+                theirs = last.get(name, self.last.read.get(entry))
+                mixed[name] = self._mixed(mine, theirs, entry)
+            return mixed
+        rows = isinstance(first, list) and isinstance(last, list)
+        if rows and len(first) == len(last):
+            pairs = enumerate(zip(first, last, strict=True))
+            return [self._mixed(one, other, f"{path}[{n}]") for n, (one, other) in pairs]
+        if first != last:
+            problem = "expected one that differs in numbers of its description only"
+            raise InvalidRequest("robot", f"{problem}, not in {path}")
+        return first
+
+
+def _plain(value: Any) -> Any:
+    """Lists as lists, whatever they were read as."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _written(description: RobotDescription) -> WrittenFields:
+    """The fields of a description.
+
+    Raises:
+        InvalidRequest: It was made in other ways.
+    """
+    if description.written is None:
+        raise InvalidRequest(
+            "parameters", f"{description.name} was not read from a description as it is"
+        )
+    return description.written
+
+
+def _yaml(content: Mapping[str, Any]) -> str:
+    """Fields as a file has them."""
+    return str(yaml.dump(content, Dumper=_Dumper, sort_keys=False, default_flow_style=None))
+
+
+class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
+    """YAML as it is written by hand: lists in a line, nothing said once for several places."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True

@@ -1,0 +1,241 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Numbers of a description by their path in it, as its author writes them.
+
+``rod.young_modulus``, ``legs[2].chain[0].offset``, ``legs[*].tip.position[2]``: what can be written can
+be named, for it is looked up in the fields themselves; a default counts as if it were written.
+"""
+
+from __future__ import annotations
+
+import copy
+import difflib
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidRequest, UnknownParameter
+from ..validation import checked_number
+from .written_fields import WrittenFields
+
+__all__ = ["Parameter", "changed_content", "checked_paths", "named_parameter", "parameter_changes"]
+
+Key = str | int
+Place = tuple[Key, ...]
+
+_PATH = re.compile(r"[^\s.\[\]]+(\[(\d+|\*)\])*(\.[^\s.\[\]]+(\[(\d+|\*)\])*)*\Z")
+_KEY = re.compile(r"\[(\d+|\*)\]|([^\s.\[\]]+)")
+#: Numbers below these fields are choices of the discretisation.
+_DISCRETISATION = "strain"
+_EVERY = "*"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of a description, or the same one in several places.
+
+    Attributes:
+        path: Its path, with ``[*]`` for every entry of a list that has such a number.
+        places: Where it is in the fields.
+        values: What it is there, in SI units.
+        sizes: How large it is there: of an entry of a vector how large the vector is.
+    """
+
+    path: str
+    places: tuple[Place, ...]
+    values: tuple[float, ...]
+    sizes: tuple[float, ...]
+
+    @property
+    def value(self) -> float:
+        """Its value.
+
+        Raises:
+            InvalidRequest: It differs from place to place.
+        """
+        if len(set(self.values)) > 1:
+            several = ", ".join(f"{value:g}" for value in self.values)
+            problem = f"{self.path} has no single value: {several}; name the places one by one"
+            raise InvalidRequest("parameters", problem)
+        return self.values[0]
+
+    @property
+    def size(self) -> float:
+        """The largest of its sizes; 0 where all vanishes."""
+        return max(self.sizes)
+
+
+def checked_paths(paths: str | Sequence[str]) -> tuple[str, ...]:
+    """Paths of parameters, none of them twice.
+
+    Raises:
+        InvalidRequest: No paths.
+    """
+    given = (paths,) if isinstance(paths, str) else paths
+    if not isinstance(given, Sequence) or not all(isinstance(path, str) for path in given):
+        raise InvalidRequest("parameters", f"expected paths such as rod.length, got {paths!r:.200}")
+    if not given:
+        raise InvalidRequest("parameters", "expected at least one path such as rod.length")
+    for number, path in enumerate(given):
+        if path in given[:number]:
+            raise InvalidRequest("parameters", f"{path} is named twice")
+    return tuple(given)
+
+
+def named_parameter(written: WrittenFields, path: str) -> Parameter:
+    """The parameter a path names.
+
+    Raises:
+        UnknownParameter: There is no such number; tells the nearest.
+        InvalidRequest: Not a path, or what is there is no number that can be changed.
+    """
+    if not isinstance(path, str) or not _PATH.match(path):
+        raise InvalidRequest("parameters", f"expected a path such as rod.length, got {path!r:.200}")
+    keys = [
+        name or (index if index == _EVERY else int(index)) for index, name in _KEY.findall(path)
+    ]
+    found = list(_found(written, (), keys))
+    if not found:
+        raise _unknown(written, path)
+    for place, value, _ in found:
+        _check(_path_of(place), value, place)
+    places, values, sizes = zip(*found, strict=True)
+    return Parameter(path, places, tuple(map(float, values)), sizes)
+
+
+def _check(path: str, value: Any, place: Place) -> None:
+    """Whether what is at a path is a number that can be changed.
+
+    Raises:
+        InvalidRequest: It is not.
+    """
+    if _DISCRETISATION in place and place[0] != "home":
+        raise InvalidRequest(
+            "parameters", f"{path} says how many unknowns there are, not what the robot is like"
+        )
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        within = ""
+        if isinstance(value, Mapping):
+            within = f"; it has the fields {', '.join(map(str, value)) or 'none'}"
+        elif isinstance(value, list | tuple | np.ndarray):
+            within = f"; its entries are {path}[0] to {path}[{len(value) - 1}]"
+        kind = "no number" if within else f"no number but {value!r:.60}"
+        raise InvalidRequest("parameters", f"{path} is {kind}{within}")
+
+
+def _found(
+    written: WrittenFields, before: Place, keys: Sequence[Key]
+) -> Iterator[tuple[Place, Any, float]]:
+    """Places, values and sizes of what keys lead to; nothing where they lead nowhere."""
+    if _EVERY in keys:
+        star = list(keys).index(_EVERY)
+        way = (*before, *keys[:star])
+        entries = _at(written, way)
+        if isinstance(entries, list | tuple | np.ndarray):
+            for number in range(len(entries)):
+                yield from _found(written, (*way, number), keys[star + 1 :])
+        return
+    place = (*before, *keys)
+    value = _at(written, place)
+    if value is None:
+        return
+    around = _at(written, place[:-1]) if isinstance(place[-1], int) else value
+    numbers = isinstance(around, list | tuple | np.ndarray | int | float)
+    entries = np.ravel(np.array(around, dtype=object)) if numbers else ()
+    sizes = [abs(entry) for entry in entries if isinstance(entry, int | float)]
+    yield place, value, float(max(sizes, default=0.0))
+
+
+def _at(written: WrittenFields, place: Place) -> Any:
+    """What is at a place: as written, else as it was read; None where there is nothing."""
+    value: Any = written.content
+    for number, key in enumerate(place):
+        value = _entry(value, key)
+        if value is None:
+            value = written.read.get(_path_of(place[: number + 1]))
+    if value is None and place:
+        return None
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _entry(value: Any, key: Key) -> Any:
+    """An entry of a list or field of a mapping; None where it has none."""
+    if isinstance(key, str):
+        return value.get(key) if isinstance(value, Mapping) else None
+    whole = isinstance(value, list | tuple | np.ndarray)
+    return value[key] if whole and key < len(value) else None
+
+
+def _path_of(place: Place) -> str:
+    """Place as a path."""
+    path = ""
+    for key in place:
+        path += f"[{key}]" if isinstance(key, int) else ("." if path else "") + key
+    return path
+
+
+def changed_content(written: WrittenFields, values: Mapping[Place, float]) -> dict[str, Any]:
+    """The fields with other numbers, a copy where they differ."""
+    content: Any = dict(written.content)
+    copied: dict[Place, Any] = {(): content}
+    for place, value in values.items():
+        for depth in range(1, len(place)):
+            part = place[:depth]
+            if part not in copied:
+                copied[part] = _copy(_at(written, part))
+                copied[part[:-1]][part[-1]] = copied[part]
+        copied[place[:-1]][place[-1]] = value
+    return dict(content)
+
+
+def _copy(value: Any) -> Any:
+    """A container of its own, what is in it shared: only ways to what is changed are copied."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    return value.tolist() if isinstance(value, np.ndarray) else list(value)
+
+
+def parameter_changes(written: WrittenFields, values: Mapping[str, object]) -> dict[Place, float]:
+    """New numbers by place.
+
+    Raises:
+        UnknownParameter: There is no such number.
+        InvalidRequest: What is there or what is given is no number, or a place is given two.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    if not isinstance(values, Mapping) or not values:
+        raise InvalidRequest("parameters", f"expected values by path, got {values!r:.200}")
+    changes: dict[Place, float] = {}
+    for path, value in values.items():
+        parameter = named_parameter(written, path)
+        number = checked_number(f"parameters[{path!r}]", value)
+        for place in parameter.places:
+            if changes.setdefault(place, number) != number:
+                raise InvalidRequest("parameters", f"{_path_of(place)} is given two values")
+    return changes
+
+
+def _unknown(written: WrittenFields, path: str) -> UnknownParameter:
+    """The error of a path that leads nowhere."""
+    known: dict[str, None] = {}
+    for name, value in written.read.items():
+        known |= dict.fromkeys(_numbers(name, value))
+    known |= dict.fromkeys(_numbers("", copy.copy(written.content)))
+    nearest = difflib.get_close_matches(path.replace("[*]", "[0]"), known, n=1, cutoff=0.5)
+    return UnknownParameter(path, nearest[0] if nearest else "")
+
+
+def _numbers(path: str, value: Any) -> Iterator[str]:
+    """Paths of all numbers in a value."""
+    if isinstance(value, Mapping):
+        for name, entry in value.items():
+            yield from _numbers(f"{path}.{name}" if path else str(name), entry)
+    elif isinstance(value, list | tuple | np.ndarray):
+        for number, entry in enumerate(value):
+            yield from _numbers(f"{path}[{number}]", entry)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield path

@@ -1,0 +1,125 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""How stability changes with numbers of the description, along the way the equilibrium takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description.changed_description import shifted
+from ..description.inherited_loads import inherited_loads
+from ..description.parameters import Parameter
+from ..errors import DescriptionError
+from ..lie import rotation_exp
+from ..model.equilibrium import Equilibrium, described
+from ..model.residual_rates import parameter_scale
+from ..model.robot import Robot
+
+__all__ = ["stability_slopes"]
+
+Floats = NDArray[np.float64]
+
+_MEASURES: dict[str, Callable[[Equilibrium], float]] = {
+    "margin": lambda equilibrium: equilibrium.margin,
+    "smallest_eigenvalue": lambda equilibrium: equilibrium.spectrum_locked.smallest,
+}
+#: Steps, and what they count for: differences of fourth order; on one side where there is no other.
+_BOTH_SIDES = ((-2.0, -1.0, 1.0, 2.0), (1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0))
+_ONE_SIDE = ((0.0, 1.0, 2.0, 3.0, 4.0), (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25))
+#: Step in natural units of the parameter and of the state: whichever is smaller.
+_STEP = 2e-3
+
+
+class _Beside(NamedTuple):
+    """Robots beside one in a parameter.
+
+    Attributes:
+        step: Between them.
+        factors: How many steps away they are.
+        weights: What adds up to a derivative, times the step.
+        robots: The robots.
+    """
+
+    step: float
+    factors: tuple[float, ...]
+    weights: tuple[float, ...]
+    robots: tuple[Robot, ...]
+
+
+def stability_slopes(
+    equilibrium: Equilibrium,
+    parameters: Sequence[Parameter],
+    states: Floats,
+    wanted: Collection[str],
+) -> dict[str, Floats]:
+    """Derivatives of margin and smallest eigenvalue, (P,) each; (0,) where not wanted.
+
+    Differences along the straight way ``state + dx``, ``parameter + dp``, which leaves the true one in
+    second order only.
+
+    Args:
+        equilibrium: Where.
+        parameters: Numbers of its description.
+        states: Derivatives of the state by them, (N, P), platform rows world twists.
+        wanted: Names of quantities.
+    """
+    measures = {name: measure for name, measure in _MEASURES.items() if name in wanted}
+    found = {name: np.zeros(len(parameters) if name in measures else 0) for name in _MEASURES}
+    for column, parameter in enumerate(parameters if measures else ()):
+        rate, natural = states[:, column], parameter_scale(equilibrium, parameter)
+        if natural == 0.0:
+            continue
+        response = float(np.abs(rate / equilibrium.robot.arrays.unit).max())
+        step = _STEP * min(natural, 1.0 / max(response, 1e-300))
+        near = _near(equilibrium.robot, parameter, 2.0 ** math.floor(math.log2(step)))
+        beside = [
+            _moved(equilibrium, robot, factor * near.step * rate)
+            for factor, robot in zip(near.factors, near.robots, strict=True)
+        ]
+        for name, measure in measures.items():
+            values = [measure(one) for one in beside]
+            found[name][column] = np.dot(near.weights, values) / near.step
+    return found
+
+
+def _near(robot: Robot, parameter: Parameter, step: float) -> _Beside:
+    """Robots beside one in a parameter, the last ones kept."""
+    last: list[_Beside] = robot.kept(f"for stability by {parameter.path}", list)
+    if not last or last[0].step != step:
+        try:
+            last[:] = [_made(robot, parameter, step, *_BOTH_SIDES)]
+        except DescriptionError:
+            last[:] = [_made(robot, parameter, step, *_ONE_SIDE)]
+    return last[0]
+
+
+def _made(
+    robot: Robot,
+    parameter: Parameter,
+    step: float,
+    factors: tuple[float, ...],
+    weights: tuple[float, ...],
+) -> _Beside:
+    robots = (
+        Robot(shifted(robot.description, parameter, factor * step), robot.held_motors)
+        for factor in factors
+    )
+    return _Beside(step, factors, weights, tuple(robots))
+
+
+def _moved(equilibrium: Equilibrium, near: Robot, change: Floats) -> Equilibrium:
+    """A changed state of another robot, as if it were an equilibrium."""
+    robot = equilibrium.robot
+    loads = inherited_loads(equilibrium.loads, robot.default_loads, near.default_loads)
+    twist = np.zeros(6)
+    twist[robot.platform_axes] = change[robot.platform_indices]
+    rotation = rotation_exp(twist[:3]) @ equilibrium.platform_rotation
+    position = equilibrium.platform_position + twist[3:]
+    state = equilibrium.state + change
+    return described(near, loads, near.load_arrays(loads), state, rotation, position)

@@ -1,0 +1,252 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Numbers of descriptions by their paths: found, changed, refused."""
+
+import copy
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from helpers.parameter_kinds import parameter_kinds
+from numpy.testing import assert_array_equal
+
+from cpr_core import (
+    DescriptionError,
+    InvalidRequest,
+    NonFiniteInput,
+    Robot,
+    UnknownParameter,
+    load_robot,
+)
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.errors import CprError
+
+ROBOTS = list(shipped_robots())
+SIX_RFS = shipped_robots()["six_rfs"].read_text(encoding="utf-8")
+#: A rod that takes all from the robot's, and one that has a length of its own.
+SHARED = """
+name: shared
+space: planar
+rod: {length: 0.5, section: {shape: circular, radius: 0.001}, young_modulus: 210e9, shear_modulus: 82e9}
+strain: {bending_3: 4}
+platform: {shape: point}
+legs:
+- base: {position: [-0.2, 0, 0], tangent: [0, 1, 0]}
+  chain:
+  - {joint: revolute, axis: [0, 0, 1], motor: m1}
+  - {link: [0.02, 0, 0]}
+  - {rod: {}}
+  tip: {type: spherical, position: [0, 0, 0]}
+- base: {position: [0.2, 0, 0], tangent: [0, 1, 0]}
+  chain:
+  - {joint: revolute, axis: [0, 0, 1], motor: m2}
+  - {link: [0.02, 0, 0]}
+  - {rod: {length: 0.6}}
+  tip: {type: spherical, position: [0, 0, 0]}
+controlled: [x, y]
+home: {motors: [0.3, -0.3], bow: outward}
+"""
+
+
+def same(first, second):
+    """Whether two robots are the same to the kernels."""
+    for name, value in first.arrays._asdict().items():
+        other = getattr(second.arrays, name)
+        if isinstance(value, np.ndarray):
+            assert value.tobytes() == other.tobytes(), name
+        else:
+            assert value == other, name
+
+
+def test_values_are_those_of_the_file():
+    robot = load_robot("six_rfs")
+    content = yaml.safe_load(SIX_RFS)
+    paths = ["rod.length", "rod.density", "legs[3].base.position[1]", "legs[5].tip.position[0]"]
+    legs = content["legs"]
+    expected = [1.0, 7800.0, legs[3]["base"]["position"][1], legs[5]["tip"]["position"][0]]
+    assert_array_equal(robot.parameter_values(paths), expected)
+    assert robot.parameter_values("rod.young_modulus") == [2.1e11]
+
+
+def test_defaults_count_as_written():
+    robot = load_robot("six_rus")
+    paths = [
+        "legs[0].chain[0].offset",
+        "legs[0].chain[0].ratio",
+        "legs[1].chain[1].center_of_mass[0]",
+    ]
+    crank = robot.parameter_values("legs[1].chain[1].link[0]")[0]
+    assert_array_equal(robot.parameter_values(paths), [0.0, 1.0, 0.5 * crank])
+    changed = robot.with_parameters({"platform.center_of_mass[2]": 0.1, paths[1]: 2.0})
+    assert_array_equal(changed.description.center_of_mass, [0.0, 0.0, 0.1])
+    assert changed.description.legs[0].chain[0].ratio == 2.0
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_number_can_be_set(name):
+    """To what it is: nothing changes, whatever is written out; and to something else and back."""
+    robot = load_robot(name)
+    paths = parameter_kinds(robot)
+    values = dict(zip(paths, robot.parameter_values(paths), strict=True))
+    same(robot, robot.with_parameters(values))
+    moved = 0
+    for path in paths:
+        value = values[path]
+        try:
+            away = robot.with_parameters({path: 1.001 * value if value else 1e-3})
+        except DescriptionError:
+            continue  # z in the plane, a direction that alone is no more across the other
+        assert away.parameter_values(path)[0] != value
+        same(robot, away.with_parameters({path: value}))
+        moved += 1
+    assert moved > 20
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_text_loads_and_is_the_same_robot(name):
+    robot = load_robot(name)
+    force = robot.parameter_values("loads.platform_force[0]")[0] + 0.25
+    changed = robot.with_parameters({"rod.length": 0.7, "loads.platform_force[0]": force})
+    again = load_robot(changed.description.text)
+    same(again, changed)
+    assert_array_equal(again.default_loads.wrench_world, changed.default_loads.wrench_world)
+    assert again.default_loads.wrench_world[3] == force
+    assert load_robot(yaml.safe_load(SIX_RFS)).description.text == ""
+
+
+def test_the_top_of_a_file_is_inherited_as_it_is_seen_there():
+    robot = load_robot(SHARED)
+    longer = robot.with_parameters({"rod.length": 0.55})
+    assert [rod.rod.length for rod in longer.description.rods] == [0.55, 0.6]
+    assert_array_equal(robot.parameter_values("legs[0].chain[2].rod.section.radius"), [0.001])
+    one = robot.with_parameters({"legs[0].chain[2].rod.section.radius": 0.002})
+    assert [rod.rod.section.radius for rod in one.description.rods] == [0.002, 0.001]
+    both = one.with_parameters({"rod.section.radius": 0.003})
+    assert [rod.rod.section.radius for rod in both.description.rods] == [0.002, 0.003]
+
+
+def test_what_is_said_once_for_two_legs_changes_in_the_leg_that_is_named():
+    link = SHARED.replace("- {link: [0.02, 0, 0]}", "- &link {link: [0.02, 0, 0]}", 1)
+    robot = load_robot(link.replace("- {link: [0.02, 0, 0]}", "- *link"))
+    changed = robot.with_parameters({"legs[1].chain[1].link[0]": 0.05})
+    assert [leg.chain[1].offset[0] for leg in changed.description.legs] == [0.02, 0.05]
+    assert [leg.chain[1].offset[0] for leg in robot.description.legs] == [0.02, 0.02]
+
+
+def test_a_wildcard_is_every_leg():
+    robot = load_robot(SHARED)
+    changed = robot.with_parameters(
+        {"legs[*].chain[1].link[0]": 0.03, "legs[*].chain[0].offset": 0.1}
+    )
+    assert [leg.chain[1].offset[0] for leg in changed.description.legs] == [0.03, 0.03]
+    assert [leg.chain[0].zero for leg in changed.description.legs] == [0.1, 0.1]
+    assert changed.parameter_values("legs[*].chain[*].link[0]") == [0.03]
+    with pytest.raises(InvalidRequest, match=r"no single value: -0\.2, 0\.2; name the places"):
+        robot.parameter_values("legs[*].base.position[0]")
+
+
+def test_nothing_of_the_first_robot_changes():
+    content = yaml.safe_load(SIX_RFS)
+    before = copy.deepcopy(content)
+    robot = load_robot(content)
+    robot.with_parameters({"rod.length": 0.9, "legs[*].tip.position[2]": 0.01})
+    assert content == before
+    assert robot.parameter_values("rod.length") == [1.0]
+
+
+def test_strain_modes_and_held_motors_are_kept():
+    robot = Robot(load_robot("four_rfr", modes=7).description, (1,))
+    changed = robot.with_parameters({"rod.length": 0.8})
+    assert [rod.modes for rod in changed.description.rods] == [
+        rod.modes for rod in robot.description.rods
+    ]
+    assert changed.held_motors == (1,)
+
+
+HOSTILE_PATHS = [
+    ("rod.youngs_modulus", UnknownParameter, "did you mean rod.young_modulus"),
+    ("legs[6].tip.position[0]", UnknownParameter, r"did you mean legs\[\d\].tip.position\[0\]"),
+    ("legs[*].tip.positio[0]", UnknownParameter, r"did you mean legs\[0\].tip.position\[0\]"),
+    ("legs[0].tip.position[3]", UnknownParameter, "no number"),
+    ("legs[0].rod.length", UnknownParameter, "did you mean rod.length"),
+    ("zzzzzzzzzz", UnknownParameter, "no number zzzzzzzzzz$"),
+    ("rod[0]", UnknownParameter, r"rod\[0\]"),
+    ("rod.length.x", UnknownParameter, "rod.length.x"),
+    ("rod", InvalidRequest, "has the fields length, section"),
+    ("legs", InvalidRequest, r"legs\[0\] to legs\[5\]"),
+    ("name", InvalidRequest, "no number but 'six_rfs'"),
+    ("rod.section.shape", InvalidRequest, "circular"),
+    ("strain.bending_3", InvalidRequest, "how many unknowns"),
+    ("", InvalidRequest, "expected a path"),
+    ("legs[0", InvalidRequest, "expected a path"),
+    ("legs[-1].tip.position[0]", InvalidRequest, "expected a path"),
+    ("legs[0]. tip", InvalidRequest, "expected a path"),
+    ("rod.length\n", InvalidRequest, "expected a path"),
+]
+
+
+@pytest.mark.parametrize(("path", "kind", "told"), HOSTILE_PATHS)
+def test_hostile_paths_are_refused(path, kind, told):
+    robot = load_robot("six_rfs")
+    for question in (robot.parameter_values, lambda path: robot.with_parameters({path: 1.0})):
+        with pytest.raises(kind, match=told) as caught:
+            question(path)
+        assert type(caught.value) is kind
+        assert caught.value.argument == "parameters"
+
+
+@pytest.mark.parametrize(
+    "paths", [None, 3, [], [1], ["rod.length", "rod.length"], {"a": 1}, [None]]
+)
+def test_what_are_no_paths(paths):
+    with pytest.raises(InvalidRequest, match="parameters"):
+        load_robot("six_rfs").parameter_values(paths)
+
+
+HOSTILE_VALUES = [
+    ({"rod.section.radius": -0.001}, DescriptionError, "above 0"),
+    ({"rod.section.radius": 0.0}, DescriptionError, "above 0"),
+    ({"platform.mass": -1.0}, DescriptionError, "at least 0"),
+    ({"rod.length": 1000.0}, DescriptionError, "rod.length"),
+    ({"rod.young_modulus": 210.0}, DescriptionError, "GPa"),
+    ({"legs[0].base.tangent[0]": 0.0}, DescriptionError, "direction"),
+    ({"rod.length": np.nan}, NonFiniteInput, "finite"),
+    ({"rod.length": np.inf}, NonFiniteInput, "finite"),
+    ({"rod.length": "0.5"}, InvalidRequest, "expected a number"),
+    ({"rod.length": True}, InvalidRequest, "expected a number"),
+    ({"rod.length": [0.5]}, InvalidRequest, "expected a number"),
+    ({"legs[*].motor.offset": 0.1, "legs[2].motor.offset": 0.2}, InvalidRequest, "two values"),
+    ({}, InvalidRequest, "expected values by path"),
+    (["rod.length"], InvalidRequest, "expected values by path"),
+    ({3: 1.0}, InvalidRequest, "expected a path"),
+]
+
+
+@pytest.mark.parametrize(("values", "kind", "told"), HOSTILE_VALUES)
+def test_hostile_values_are_refused(values, kind, told):
+    with pytest.raises(kind, match=told) as caught:
+        load_robot("six_rfs").with_parameters(values)
+    assert type(caught.value) is kind
+
+
+def test_a_number_that_is_no_python_float_is_one():
+    robot = load_robot("six_rfs").with_parameters({"rod.length": np.float32(0.5)})
+    assert robot.parameter_values("rod.length") == [0.5]
+
+
+def test_a_description_that_was_changed_by_hand_is_not_read_again():
+    description = replace(load_robot("six_rfs").description, written=None)
+    with pytest.raises(InvalidRequest, match="was not read from a description"):
+        Robot(description).parameter_values("rod.length")
+
+
+def test_errors_and_robots_are_pickled():
+    error = pickle.loads(pickle.dumps(UnknownParameter("rod.lenght", "rod.length")))
+    assert (error.path, error.nearest) == ("rod.lenght", "rod.length")
+    robot = load_robot("six_rus").with_parameters({"rod.length": 0.5})
+    again = pickle.loads(pickle.dumps(robot))
+    assert again.parameter_values("rod.length") == [0.5]
+    assert isinstance(error, CprError)

@@ -1,0 +1,253 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Derivatives by parameters against full solves of robots with other parameters."""
+
+import numpy as np
+import pytest
+from helpers.parameter_kinds import parameter_kinds, with_loads
+from helpers.shipped_steps import REDUNDANT, STEPS
+from helpers.solved_beside import polished, robots_beside, solved_slopes
+from numpy.testing import assert_allclose, assert_array_equal
+
+from cpr_core import (
+    CprError,
+    InvalidRequest,
+    Robot,
+    UnknownParameter,
+    derivatives,
+    kinemato_statics,
+    load_robot,
+    solve_forward,
+    solve_home,
+)
+from cpr_core.description.changed_description import named_parameters
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.model.residual_rates import parameter_scale
+
+ROBOTS = list(shipped_robots())
+STATE = ("position", "rotation", "motors", "efforts")
+#: Steps of the solves compared with, in parts of what moves the robot by a natural unit.
+STEPS_TRIED = (1e-3, 1e-4)
+
+
+def equilibrium_of(name):
+    robot = with_loads(load_robot(name))
+    found = solve_forward(robot, solve_home(robot).motors + np.array(STEPS[name]))
+    return polished(found, "motors")
+
+
+def problems_of(name):
+    return ("motors", "efforts") if name in REDUNDANT else ("motors", "pose", "efforts")
+
+
+def natural_units(robot):
+    energy = robot.arrays.energy_unit
+    return {
+        "position": robot.mean_length,
+        "rotation": 1.0,
+        "motors": robot.motor_units,
+        "efforts": energy / robot.motor_units,
+        "margin": 1.0,
+        "smallest_eigenvalue": energy,
+    }
+
+
+def compared(equilibrium, path, problem, quantities, tolerance=1e-6):
+    """Assert that derivatives are those of full solves; whether there were any to compare with.
+
+    Full solves have errors of their own, of fourth order in their steps: one of two has to agree.
+    """
+    robot, units = equilibrium.robot, natural_units(equilibrium.robot)
+    of = ("pose", "motors", "efforts", *(name for name in quantities if name not in STATE))
+    found = derivatives(equilibrium, path, of, problem)
+    (parameter,) = named_parameters(robot.description, path)
+    scale = parameter_scale(equilibrium, parameter)
+    mine = {name: scale * getattr(found, name)[..., 0] / units[name] for name in quantities}
+    if scale == 0.0:
+        assert not any(np.any(getattr(found, name)) for name in STATE)
+        return False
+    moved = max(
+        1.0,
+        *(
+            np.abs(scale * getattr(found, name) / np.reshape(units[name], (-1, 1))).max()
+            for name in STATE
+        ),
+    )
+    away = []
+    for part in STEPS_TRIED:
+        step = part * scale / moved
+        robots = robots_beside(robot, parameter, step)
+        if robots is None:
+            return False
+        true = solved_slopes(equilibrium, robots, step, problem)
+        away.append(
+            max(np.abs(mine[name] - scale * true[name] / units[name]).max() for name in quantities)
+        )
+        if away[-1] < tolerance * moved:
+            return True
+    raise AssertionError((path, problem, away, moved))
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_state_derivatives_are_those_of_full_solves(name):
+    """Every kind of parameter, the three problems in turn; one that all robots have in all of them."""
+    equilibrium, seen = equilibrium_of(name), 0
+    problems = problems_of(name)
+    for number, path in enumerate(parameter_kinds(equilibrium.robot)):
+        asked = (
+            problems
+            if path in ("rod.length", "loads.platform_force[0]")
+            else [problems[number % len(problems)]]
+        )
+        for problem in asked:
+            try:
+                seen += compared(equilibrium, path, problem, STATE)
+            except CprError as error:
+                assert "planar" in str(error), path
+    assert seen > 18
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "planar_body", "four_rfr", "three_rfr_hubs"])
+def test_slopes_of_stability_are_those_of_full_solves(name):
+    """Robots whose eigenvalues stay apart; also legs in chains and redundant motors."""
+    equilibrium, problems = equilibrium_of(name), problems_of(name)
+    seen = 0
+    for number, path in enumerate(parameter_kinds(equilibrium.robot)[::2]):
+        try:
+            problem = problems[number % len(problems)]
+            seen += compared(equilibrium, path, problem, ("margin", "smallest_eigenvalue"))
+        except CprError as error:
+            assert "planar" in str(error), path
+    assert seen > 8
+
+
+def test_a_wildcard_is_the_sum_over_the_legs():
+    equilibrium = equilibrium_of("six_rfs")
+    single = [f"legs[{leg}].base.position[1]" for leg in range(6)]
+    for problem in problems_of("six_rfs"):
+        every = derivatives(equilibrium, "legs[*].base.position[1]", problem=problem)
+        parts = derivatives(equilibrium, single, problem=problem)
+        assert every.parameters == ("legs[*].base.position[1]",)
+        for name in STATE:
+            expected = getattr(parts, name).sum(axis=1, keepdims=True)
+            assert_allclose(getattr(every, name), expected, rtol=1e-8, atol=1e-9)
+
+
+def test_the_zero_of_a_motor_is_the_motor():
+    """With the motors held; the Jacobian is in the axes of the platform, and so is ``twist_body``."""
+    equilibrium = equilibrium_of("six_rfs")
+    model = kinemato_statics(equilibrium)
+    offsets = [f"legs[{leg}].motor.offset" for leg in range(6)]
+    found = derivatives(equilibrium, offsets)
+    assert_allclose(found.twist_body, model.jacobian, rtol=1e-8, atol=1e-9)
+    assert_allclose(found.efforts, model.efforts_by_motors, rtol=1e-7, atol=1e-9)
+    assert_array_equal(found.motors, np.zeros((6, 6)))
+    assert np.abs(found.rotation - found.twist_body[:3]).max() > 0.1
+    held = derivatives(equilibrium, offsets, problem="pose")
+    assert_allclose(held.motors, -np.eye(6), rtol=1e-8, atol=1e-8)
+    assert np.abs(held.twist_body).max() < 1e-9
+
+
+def test_a_force_on_the_platform_is_a_wrench():
+    equilibrium = equilibrium_of("three_rfs")
+    model, turn = kinemato_statics(equilibrium), equilibrium.platform_rotation
+    forces = [f"loads.platform_force[{axis}]" for axis in range(3)]
+    found = derivatives(equilibrium, forces)
+    assert_allclose(
+        found.twist_body, model.platform_by_wrench[:, 3:] @ turn.T, rtol=1e-8, atol=1e-12
+    )
+    assert_allclose(found.efforts, model.efforts_by_wrench[:, 3:] @ turn.T, rtol=1e-8, atol=1e-10)
+
+
+def test_what_moves_with_the_whole_robot():
+    """All bases shifted: the platform shifts, motors and efforts do not notice."""
+    equilibrium = equilibrium_of("gough_stewart")
+    found = derivatives(equilibrium, "legs[*].base.position[2]")
+    assert_allclose(found.position[:, 0], [0.0, 0.0, 1.0], rtol=0.0, atol=1e-7)
+    assert np.abs(found.rotation).max() < 1e-7
+    assert np.abs(found.efforts).max() < 1e-6
+
+
+def test_what_is_asked_for_is_there_and_nothing_else():
+    equilibrium = equilibrium_of("rfrfr")
+    found = derivatives(equilibrium, ["rod.length", "rod.density"], of="margin")
+    assert found.margin.shape == (2,)
+    assert found.position.shape == found.motors.shape == found.efforts.shape == (0, 2)
+    assert found.smallest_eigenvalue.shape == (0,)
+    whole = derivatives(equilibrium, ["rod.length", "rod.density"])
+    assert whole.twist_body.shape == (6, 2)
+    assert whole.motors.shape == whole.efforts.shape == (2, 2)
+    assert whole.margin.shape == (0,)
+    assert derivatives(equilibrium, "rod.length", problem="efforts").problem == "efforts"
+
+
+def test_the_second_question_is_answered_by_the_same_numbers():
+    equilibrium = equilibrium_of("six_rfs")
+    paths = ["rod.length", "legs[0].motor.offset"]
+    first, again = derivatives(equilibrium, paths), derivatives(equilibrium, paths)
+    alone = derivatives(equilibrium, paths[1])
+    for name in STATE:
+        assert_array_equal(getattr(first, name), getattr(again, name))
+        assert_allclose(getattr(first, name)[:, 1:], getattr(alone, name), rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "kind", "told"),
+    [
+        (("rod.lenght",), UnknownParameter, "did you mean rod.length"),
+        (("rod.length", "wrench"), InvalidRequest, "expected some of pose, motors"),
+        (("rod.length", ()), InvalidRequest, "expected some of pose, motors"),
+        (("rod.length", "pose", "wrench"), InvalidRequest, "expected motors, pose or efforts"),
+        (([],), InvalidRequest, "at least one path"),
+        (("rod.yield_strain",), InvalidRequest, "not given"),
+        (("legs[0].base.position[2]",), CprError, "planar"),
+    ],
+)
+def test_bad_questions_are_refused(arguments, kind, told):
+    with pytest.raises(kind, match=told):
+        derivatives(solve_home(load_robot("rfrfr")), *arguments)
+
+
+def test_no_equilibrium_and_no_single_solution():
+    with pytest.raises(InvalidRequest, match="expected an Equilibrium"):
+        derivatives("home", "rod.length")
+    home = solve_home(load_robot("four_rfr"))
+    with pytest.raises(InvalidRequest, match="no single solution"):
+        derivatives(home, "rod.length", problem="pose")
+
+
+def test_with_a_motor_held_beside_the_pose():
+    """Redundant motors: the one more than the pose needs stays where it is."""
+    robot = with_loads(load_robot("four_rfr")).holding((2,))
+    free = equilibrium_of("four_rfr")
+    equilibrium = solve_forward(robot, free.motors)
+    found = derivatives(equilibrium, "rod.length", problem="pose")
+    assert found.motors[2] == 0.0
+    assert np.abs(found.position).max() < 1e-9
+    assert np.abs(found.motors).max() > 0.1
+
+
+def test_a_singular_equilibrium_has_none(monkeypatch):
+    from cpr_core.solving import parameter_derivatives as module
+
+    equilibrium = equilibrium_of("rfrfr")
+    rates = module.residual_rates
+
+    def singular(*given):
+        found = rates(*given)
+        found.tangent[0] = found.tangent[1]
+        return found
+
+    monkeypatch.setattr(module, "residual_rates", singular)
+    with pytest.raises(CprError, match="singular with its motors held"):
+        derivatives(equilibrium, "rod.length")
+
+
+def test_strain_modes_are_those_of_the_robot():
+    """Also where they are not those of the file."""
+    coarse, fine = load_robot("six_rfs", modes=3), load_robot("six_rfs", modes=7)
+    assert isinstance(coarse, Robot)
+    found = [derivatives(solve_home(robot), "rod.length").position for robot in (coarse, fine)]
+    assert_allclose(found[0], found[1], rtol=0.05)
+    assert np.abs(found[0] - found[1]).max() > 1e-6
