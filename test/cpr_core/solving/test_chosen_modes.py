@@ -133,6 +133,16 @@ def test_a_tolerance_of_the_description_is_kept_by_what_is_loaded():
     assert load_robot("rfrfr").description.tolerance == np.inf
 
 
+def test_chosen_modes_stay_where_other_numbers_change():
+    content = content_of("six_rfs")
+    content["strain"] = {"tolerance": 1e-6}
+    robot = load_robot(content)
+    changed = robot.with_parameters({"rod.young_modulus": 200e9})
+    assert len(set(counts_of(robot))) > 1
+    assert counts_of(changed) == counts_of(robot)
+    assert changed.description.tolerance == 1e-6
+
+
 def test_rods_of_a_chain_are_chosen_for_one_by_one():
     """The rods of one leg are of different length."""
     content = content_of("two_rods")
