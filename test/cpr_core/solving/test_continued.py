@@ -156,20 +156,47 @@ def loaded_until_it_buckles(problem="motors", **options):
     return continued(start, heavy, problem, **options)
 
 
-@pytest.mark.parametrize("options", [{}, {"stable_only": True}])
-def test_a_singularity_between_is_told(options):
+def test_a_fold_between_is_told():
     """With the fraction where it is, and the last equilibrium before it: its margin is nearly gone."""
-    kind = UnstableEquilibrium if options else NoForwardSolution
-    with pytest.raises((NoForwardSolution, UnstableEquilibrium), match="motors held") as caught:
-        loaded_until_it_buckles(**options)
+    with pytest.raises(NoForwardSolution, match="motors held") as caught:
+        loaded_until_it_buckles()
     error = caught.value
-    assert isinstance(error, (NoForwardSolution, kind))
     assert 0.05 < error.fraction < 0.95
     assert error.last.index_locked == 0
     assert 0.0 < error.last.margin < 0.05
     assert error.event.equilibrium is error.last
     force = error.last.robot.parameter_values("loads.platform_force[2]")[0]
     assert np.isclose(force, -40.0 * error.fraction)
+
+
+@pytest.mark.parametrize(
+    ("stable_only", "kind", "event"),
+    [(False, NoForwardSolution, "bifurcation"), (True, UnstableEquilibrium, "stability")],
+)
+def test_a_symmetric_robot_is_not_led_over_a_bifurcation(stable_only, kind, event):
+    """On the symmetric branch Newton's method converges wherever it begins, stable or not."""
+    robot = load_robot("three_rfs")
+    start = solve_forward(robot, np.full(3, solve_home(robot).motors.mean()))
+    unit = robot.arrays.energy_unit / robot.mean_length**2
+    crushed = robot.with_parameters({"loads.platform_force[2]": -10.0 * unit})
+    with pytest.raises(kind) as caught:
+        continued(start, crushed, stable_only=stable_only)
+    assert caught.value.event.kind == event
+    assert caught.value.event.index_before == 0 < caught.value.event.index_after
+    assert caught.value.last.stable
+    assert 0.0 < caught.value.last.margin < 0.01
+
+
+def test_a_way_is_not_gone_in_one_leap(monkeypatch):
+    """Even where Newton's method would: the whole robot somewhere else, three rods away."""
+    start = solve_home(load_robot("six_rfs"))
+    between, made = module.between, []
+    monkeypatch.setattr(module, "between", lambda *all: (made.append(1), between(*all))[1])
+    bases = {f"legs[{leg}].base.position[2]": 3.0 * start.robot.mean_length for leg in range(6)}
+    found = continued(start, start.robot.with_parameters(bases))
+    moved = found.platform_position - start.platform_position
+    assert_allclose(moved, [0.0, 0.0, 3.0], rtol=0.0, atol=1e-8)
+    assert len(made) > 4
 
 
 def test_a_pose_that_other_parameters_do_not_reach():

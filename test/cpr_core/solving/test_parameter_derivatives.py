@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+import yaml
 from helpers.parameter_kinds import parameter_kinds, with_loads
 from helpers.shipped_steps import REDUNDANT, STEPS
 from helpers.solved_beside import polished, robots_beside, solved_slopes
@@ -23,6 +24,7 @@ from cpr_core import (
 )
 from cpr_core.description.changed_description import named_parameters
 from cpr_core.description.description_file import shipped_robots
+from cpr_core.lie import angle_motions
 from cpr_core.model.residual_rates import parameter_scale
 
 ROBOTS = list(shipped_robots())
@@ -226,6 +228,29 @@ def test_with_a_motor_held_beside_the_pose():
     assert found.motors[2] == 0.0
     assert np.abs(found.position).max() < 1e-9
     assert np.abs(found.motors).max() > 0.1
+
+
+def test_single_angles_are_held_as_they_are_controlled():
+    """Pitch and yaw, which are no turns about axes of the world once there is any yaw."""
+    content = yaml.safe_load(load_robot("three_prs").description.text)
+    robot = load_robot(content | {"controlled": ["z", "pitch", "yaw"]})
+    equilibrium = solve_forward(robot, solve_home(robot).motors + np.array(STEPS["three_prs"]))
+    found = derivatives(equilibrium, "legs[0].tip.position[1]", problem="pose")
+    rates = np.linalg.solve(angle_motions(equilibrium.platform_rotation), found.rotation[:, 0])
+    assert abs(rates[0]) > 1.0
+    assert_allclose(rates[1:], 0.0, rtol=0.0, atol=1e-9 * abs(rates[0]))
+    assert abs(found.rotation[1, 0]) > 1e-4 * abs(rates[0])
+    assert abs(found.position[2, 0]) < 1e-9
+
+
+def test_rods_without_a_load_notice_the_first_one():
+    """Kernels leave loads on rods out where there are none."""
+    equilibrium = solve_home(load_robot("six_rfs"))
+    assert not equilibrium.load_arrays.on_rods[0]
+    for path in ("gravity[2]", "loads.rod_force[2]"):
+        for problem in problems_of("six_rfs"):
+            assert compared(equilibrium, path, problem, STATE)
+    assert np.abs(derivatives(equilibrium, "gravity[2]").position).max() > 1e-4
 
 
 def test_a_singular_equilibrium_has_none(monkeypatch):
