@@ -1,0 +1,51 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Where a sequence of answers leads: in the length of elements, and in the stiffness against stretch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["richardson", "without_compliance"]
+
+Floats = NDArray[np.float64]
+
+
+def richardson(values: Sequence[Floats], order: int, step: int = 2) -> tuple[Floats, Floats]:
+    """The limit of answers with elements halved every time.
+
+    Args:
+        values: The answers, coarse to fine, two or more of them, of one shape.
+        order: Power of the length of an element in the greatest part of the error.
+        step: By how much the power of the next part is greater.
+
+    Returns:
+        The limit, and how much the last halving changed it.
+    """
+    row = [np.asarray(value, np.float64) for value in values]
+    if len(row) < 2:
+        raise ValueError(f"expected two answers or more, got {len(row)}")
+    before = row[-1]
+    for level in range(1, len(values)):
+        factor = 2.0 ** (order + (level - 1) * step)
+        before = row[-1]
+        row = [
+            fine + (fine - coarse) / (factor - 1.0)
+            for coarse, fine in zip(row[:-1], row[1:], strict=True)
+        ]
+    return row[-1], row[-1] - before
+
+
+def without_compliance(soft: Floats, stiff: Floats, factor: float) -> Floats:
+    """The limit of an answer that is linear in a compliance.
+
+    Args:
+        soft: With the compliance.
+        stiff: With it divided by the factor.
+        factor: Greater than one.
+    """
+    return stiff + (stiff - soft) / (factor - 1.0)
