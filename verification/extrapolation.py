@@ -10,18 +10,21 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["richardson", "without_compliance"]
+__all__ = ["richardson"]
 
 Floats = NDArray[np.float64]
 
 
 def richardson(values: Sequence[Floats], order: int, step: int = 2) -> tuple[Floats, Floats]:
-    """The limit of answers with elements halved every time.
+    """The limit of answers with the length of the elements, or a compliance, halved every time.
 
     Args:
         values: The answers, coarse to fine, two or more of them, of one shape.
-        order: Power of the length of an element in the greatest part of the error.
+        order: Power of what is halved in the greatest part of the error.
         step: By how much the power of the next part is greater.
+
+    Raises:
+        ValueError: Fewer than two answers.
 
     Returns:
         The limit, and how much the last halving changed it.
@@ -38,14 +41,3 @@ def richardson(values: Sequence[Floats], order: int, step: int = 2) -> tuple[Flo
             for coarse, fine in zip(row[:-1], row[1:], strict=True)
         ]
     return row[-1], row[-1] - before
-
-
-def without_compliance(soft: Floats, stiff: Floats, factor: float) -> Floats:
-    """The limit of an answer that is linear in a compliance.
-
-    Args:
-        soft: With the compliance.
-        stiff: With it divided by the factor.
-        factor: Greater than one.
-    """
-    return stiff + (stiff - soft) / (factor - 1.0)
