@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +37,5 @@ def richardson(values: Sequence[Floats], order: int, step: int = 2) -> tuple[Flo
     for level in range(1, len(values)):
         factor = 2.0 ** (order + (level - 1) * step)
         before = row[-1]
-        row = [
-            fine + (fine - coarse) / (factor - 1.0)
-            for coarse, fine in zip(row[:-1], row[1:], strict=True)
-        ]
+        row = [fine + (fine - coarse) / (factor - 1.0) for coarse, fine in pairwise(row)]
     return row[-1], row[-1] - before

@@ -1,22 +1,21 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Exudyn's own way from straight legs to the equilibrium of a robot, and on to the limit of its elements."""
+"""Exudyn's own way from straight legs to equilibrium, and on to the limit of its elements."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from .extrapolation import richardson
 from .exudyn_robot import ExudynRobot, NotSettled, Shape
 from .exudyn_rods import BEAMS, CABLES, RodKind
-from .extrapolation import richardson
-from .placed_robot import Frame, PlacedRobot, tip_frame
+from .placed_robot import Frame, PlacedLeg, PlacedRobot, tip_frame
 
 __all__ = ["Answer", "Limit", "assemble", "forward"]
 
@@ -105,18 +104,17 @@ def assemble(robot: PlacedRobot, kind: RodKind) -> Shape:
     return _stiffened(robot, kind, system.shape)
 
 
-def forward(robot: PlacedRobot, kind: RodKind | None = None, halvings: int = 3) -> Limit:
+def forward(robot: PlacedRobot, halvings: int = 3) -> Limit:
     """The equilibrium at given motors in the limit of short elements, with stretch and without.
 
     Args:
         robot: The robot at its motors.
-        kind: Of what elements; default cables in the plane, beams in space.
         halvings: How often the elements are halved from eight on.
 
     Raises:
         NotSettled: Exudyn's static solver finds no way.
     """
-    kind = (CABLES if robot.description.planar else BEAMS) if kind is None else kind
+    kind: RodKind = CABLES if robot.description.planar else BEAMS
     begin = time.perf_counter()
     shape = assemble(robot, kind)
     assembled = time.perf_counter()
@@ -219,16 +217,14 @@ def _answer(system: ExudynRobot) -> tuple[Floats, Floats]:
     robot = system.robot
     names = robot.description.motor_names
     efforts = np.zeros(len(names))
-    for number, (leg, described) in enumerate(
-        zip(robot.legs, robot.description.legs, strict=True)
-    ):
+    for number, (leg, described) in enumerate(zip(robot.legs, robot.description.legs, strict=True)):
         moment, force = system.clamp_wrench(number)
         motor = next(element.motor for element in described.chain if element.motor is not None)
         efforts[names.index(motor)] += _effort(robot, leg, moment, force)
     return system.platform_frame.position, efforts
 
 
-def _effort(robot: PlacedRobot, leg, moment: Floats, force: Floats) -> float:
+def _effort(robot: PlacedRobot, leg: PlacedLeg, moment: Floats, force: Floats) -> float:
     """What a motor does, of the wrench on its leg at the clamp."""
     local_moment, local_force = leg.clamp.rotation.T @ moment, leg.clamp.rotation.T @ force
     if leg.motor_axis is None:
@@ -242,8 +238,3 @@ def _effort(robot: PlacedRobot, leg, moment: Floats, force: Floats) -> float:
         arm = frame.position + frame.rotation @ link.center_of_mass - leg.motor_position
         about = about - np.cross(arm, weight)
     return float(leg.motor_axis @ about)
-
-
-def sequence(values: Sequence[float]) -> str:
-    """Numbers of elements in a table."""
-    return ", ".join(f"{value:g}" for value in values)

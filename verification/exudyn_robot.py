@@ -10,7 +10,7 @@ from typing import Any
 
 import exudyn
 import numpy as np
-from exudyn import itemInterface as items
+from exudyn import itemInterface as items  # noqa: N813
 from numpy.typing import NDArray
 
 from cpr_core.description.chain import Link
@@ -233,6 +233,6 @@ def _settings(tolerance: float) -> Any:
     solver.numberOfLoadSteps, solver.useLoadFactor, solver.adaptiveStep = 1, False, False
     solver.newton.relativeTolerance, solver.newton.absoluteTolerance = 1e-10, tolerance
     solver.newton.maxIterations, solver.verboseMode = 60, 0
-    settings.linearSolverType = exudyn.LinearSolverType.EigenSparse
-    settings.solutionSettings.writeSolutionToFile = False
+    settings.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
+    settings.solution.file.write = False
     return settings

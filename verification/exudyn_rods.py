@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Protocol
 
 import exudyn
 import numpy as np
-from exudyn import itemInterface as items
+from exudyn import itemInterface as items  # noqa: N813
 from numpy.typing import NDArray
 from scipy.linalg import expm, logm
 from scipy.spatial.transform import Rotation
@@ -43,17 +44,22 @@ class AddedRod:
 
 
 class RodKind(Protocol):
-    """A kind of elements.
+    """A kind of elements."""
 
-    Attributes:
-        name: In tables.
-        order: Of convergence in the length of an element.
-        planar: Whether it lives in the plane.
-    """
+    @property
+    def name(self) -> str:
+        """In tables."""
+        ...
 
-    name: str
-    order: int
-    planar: bool
+    @property
+    def order(self) -> int:
+        """Of convergence in the length of an element."""
+        ...
+
+    @property
+    def planar(self) -> bool:
+        """Whether it lives in the plane."""
+        ...
 
     def straight(self, frame: Frame, length: float, elements: int) -> Floats:
         """Nodes of a straight rod, (elements + 1, c)."""
@@ -107,7 +113,9 @@ class Cables:
         """Places and slopes on a line."""
         tangent = frame.rotation[:2, 0]
         along = np.linspace(0.0, length, elements + 1)[:, None]
-        return np.hstack([frame.position[:2] + along * tangent, np.tile(tangent, (elements + 1, 1))])
+        return np.hstack(
+            [frame.position[:2] + along * tangent, np.tile(tangent, (elements + 1, 1))]
+        )
 
     def halved(self, nodes: Floats, length: float) -> Floats:
         """The cubics of the elements, at their middles."""
@@ -142,7 +150,7 @@ class Cables:
                     useReducedOrderIntegration=2,  # without it thin cables lock
                 )
             )
-            for first, last in zip(numbers[:-1], numbers[1:], strict=True)
+            for first, last in pairwise(numbers)
         ]
         base = items.MarkerBodyRigid(bodyNumber=bodies[0], localPosition=[0.0, 0.0, 0.0])
         tip = items.MarkerBodyRigid(bodyNumber=bodies[-1], localPosition=[size, 0.0, 0.0])
@@ -185,7 +193,7 @@ class Beams:
     def halved(self, nodes: Floats, length: float) -> Floats:
         """Halfway along the helices."""
         middles = []
-        for first, last in zip(nodes[:-1], nodes[1:], strict=True):
+        for first, last in pairwise(nodes):
             begin, end = _matrix(first), _matrix(last)
             middle = begin @ expm(0.5 * logm(np.linalg.solve(begin, end)).real)
             turn = quaternion(middle[:3, :3])
@@ -211,7 +219,7 @@ class Beams:
             )
             for at_rest, node in zip(rest, nodes, strict=True)
         ]
-        for first, last in zip(numbers[:-1], numbers[1:], strict=True):
+        for first, last in pairwise(numbers):
             system.AddObject(
                 items.ObjectBeamGeometricallyExact(
                     nodeNumbers=[first, last],

@@ -173,7 +173,9 @@ def _placed_leg(leg: LegDescription, motors: dict[str, float], bow: Floats | Non
             axis, origin = frame.rotation @ element.axis, frame.position
             at = motors[element.motor]
         elif isinstance(element, Link):
-            if not np.allclose(element.offset[1:], 0.0) or not np.allclose(element.rotation, np.eye(3)):
+            if not np.allclose(element.offset[1:], 0.0) or not np.allclose(
+                element.rotation, np.eye(3)
+            ):
                 raise NotPossible(f"{leg.name}: a rigid piece across the leg")
             if rods:
                 link = element
@@ -191,8 +193,9 @@ def _placed_rod(element: ChainRod, motors: dict[str, float], before: Link | None
     rod = element.rod
     if not rod.uniform or any(np.any(series) for series in rod.rest_curvature):
         raise NotPossible("a rod that is not uniform or bent at rest")
-    section = rod.section
-    area = section.area
+    area = getattr(rod.section, "area", None)
+    if area is None:
+        raise NotPossible("a rod of given stiffness, whose stretch is not known")
     length = rod.length if element.motor is None else motors[element.motor]
     return PlacedRod(
         length,

@@ -11,7 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from cpr_core import Equilibrium, Robot, critical_load, critical_load_factor, solve_forward, solve_home
+from cpr_core import (
+    Equilibrium,
+    Robot,
+    critical_load,
+    critical_load_factor,
+    solve_forward,
+    solve_home,
+)
 
 from .single_rods import End, column, spatial_cantilever
 from .stewart_gough import inverse_lengths
@@ -96,7 +103,7 @@ CANTILEVER = {
 
 
 def large_deflection() -> Iterator[Published]:
-    """A cantilever with a dead load across it: Bisshopp and Drucker's problem, tabulated by Mattiasson."""
+    """A cantilever with a dead load across it: the problem of Bisshopp and Drucker, tabulated."""
     source = "K. Mattiasson, Int. J. Numer. Meth. Eng. 17, 1981, of Bisshopp, Drucker 1945"
     robot = column()
     for load, (deflection, back, slope) in CANTILEVER.items():
@@ -145,19 +152,22 @@ ARC = {300: ("40.08", "22.33", "58.84"), 600: ("53.37", "15.79", "47.23")}
 
 
 def arc_of_45_degrees() -> Iterator[Published]:
-    """A clamped arc with a load out of its plane: bending and torsion together (Bathe, Bolourchi 1979)."""
+    """A clamped arc with a load out of its plane, bending and torsion: Bathe and Bolourchi's problem."""
     source = "J. C. Simo, L. Vu-Quoc, Comput. Meth. Appl. Mech. Eng. 58, 1986 (8 elements)"
     why = "their 8 straight elements, which stretch and shear"
     # A radius of 100, an eighth of a circle, E = 1e7 and a square section of side 1, G = E / 2: in
     # lengths of the arc. The torsion constant of the papers is twice the second moment.
     length, bending = 100.0 * np.pi / 4.0, 1e7 / 12.0
-    robot = spatial_cantilever(bending / length**2, bending / length**2, bending / length**2, np.pi / 4.0)
+    rigidity = bending / length**2
+    robot = spatial_cantilever(rigidity, rigidity, rigidity, np.pi / 4.0)
     for load, printed in ARC.items():
         tip = length * _loaded(robot, [0, 0, 0, 0, 0, float(load)]).platform_position
         # Their x is across the rod at the clamp, their y along it.
         found = (tip[2], tip[1], tip[0])
         for name, text, ours in zip(("up", "across", "along"), printed, found, strict=True):
-            yield Published(f"arc of 45°, load {load}, {name}", source, text, float(ours), 0.15, why)
+            yield Published(
+                f"arc of 45°, load {load}, {name}", source, text, float(ours), 0.15, why
+            )
 
 
 #: In the order of his holes, with the platform at (0, 0, 0.4) m, turned by ten degrees about y.
@@ -166,7 +176,7 @@ LENGTHS = ("0.3973", "0.3973", "0.3997", "0.4216", "0.4216", "0.3997")
 
 def stewart_gough() -> Iterator[Published]:
     """Leg lengths of the continuum Stewart-Gough robot of J. Till's examples."""
-    source = "J. Till, ContinuumRobotExamples, 01_Statics/02_CSG_Inverse_Kinematics (solution of its data)"
+    source = "J. Till, ContinuumRobotExamples, 01_Statics/02: what its data lead to"
     for number, (printed, ours) in enumerate(zip(LENGTHS, inverse_lengths(), strict=True), 1):
         yield as_printed(f"Stewart-Gough, length of leg {number} [m]", source, printed, float(ours))
 

@@ -27,7 +27,9 @@ def column(base: End = "clamped", tip: End = "free", weight: float = 0.0) -> Rob
         tip: What holds the tip; unless it is free it slides along the rod.
         weight: Of the rod under a gravity of 1 m/s^2 against it [N].
     """
-    chain: list[dict[str, Any]] = [] if base == "clamped" else [{"joint": "revolute", "axis": [0, 0, 1]}]
+    chain: list[dict[str, Any]] = (
+        [] if base == "clamped" else [{"joint": "revolute", "axis": [0, 0, 1]}]
+    )
     legs: list[dict[str, Any]] = [
         {
             "base": {"position": [0, 0, 0], "tangent": [1, 0, 0]},
@@ -68,7 +70,9 @@ def spatial_cantilever(
     content = _robot(False, [leg], section)
     if rest_bending:
         content["rod"] |= {"rest_curvature": {"bending_3": [rest_bending]}}
-    return load_robot(content | {"strain": dict.fromkeys(("torsion", "bending_2", "bending_3"), MODES)})
+    return load_robot(
+        content | {"strain": dict.fromkeys(("torsion", "bending_2", "bending_3"), MODES)}
+    )
 
 
 def _tip(kind: str) -> dict[str, Any]:
@@ -76,9 +80,7 @@ def _tip(kind: str) -> dict[str, Any]:
     return tip if kind == "revolute" else tip | {"tangent": [1, 0, 0]}
 
 
-def _robot(
-    planar: bool, legs: list[dict[str, Any]], section: dict[str, float]
-) -> dict[str, Any]:
+def _robot(planar: bool, legs: list[dict[str, Any]], section: dict[str, float]) -> dict[str, Any]:
     return {
         "name": "single_rod",
         "space": "planar" if planar else "spatial",

@@ -35,7 +35,11 @@ def stewart_gough_of_till(modes: int = 12) -> Robot:
         at_platform = (-MAJOR + whole * MAJOR + even * minor) / 2.0
         legs.append(
             {
-                "base": {"position": _on_circle(at_base), "tangent": [0, 0, 1], "normal": [1, 0, 0]},
+                "base": {
+                    "position": _on_circle(at_base),
+                    "tangent": [0, 0, 1],
+                    "normal": [1, 0, 0],
+                },
                 "motor": {"type": "extensible", "spin": True},
                 "tip": {
                     "type": "fixed",
@@ -66,7 +70,7 @@ def stewart_gough_of_till(modes: int = 12) -> Robot:
 
 
 def inverse_lengths() -> NDArray[np.float64]:
-    """Lengths of the legs with the platform at (0, 0, 0.4) m, turned by ten degrees about y, (6,) [m]."""
+    """Lengths of the legs, (6,) [m], the platform at (0, 0, 0.4) m, turned by ten degrees about y."""
     return solve_inverse(stewart_gough_of_till(), [0.0, 0.0, 0.4, *TURN]).motors
 
 
