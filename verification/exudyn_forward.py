@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from .extrapolation import richardson
 from .exudyn_robot import ExudynRobot, NotSettled, Shape
 from .exudyn_rods import BEAMS, CABLES, RodKind
-from .placed_robot import Frame, PlacedLeg, PlacedRobot, tip_frame
+from .placed_robot import PlacedLeg, PlacedRobot
+from .walk import bowed, gathered
 
 __all__ = ["Answer", "Limit", "assemble", "forward"]
 
@@ -94,11 +94,11 @@ def assemble(robot: PlacedRobot, kind: RodKind) -> Shape:
     system.settle()
     for part in np.linspace(0.0, 1.0, STEPS + 1)[1:]:
         for number in range(len(robot.legs)):
-            system.move_tip(number, _bowed(robot, number, float(part)))
+            system.move_tip(number, bowed(robot, number, float(part)))
         system.settle()
     for part in np.linspace(0.0, 1.0, STEPS + 1)[1:]:
         for number in range(len(robot.legs)):
-            system.move_tip(number, _gathered(robot, number, float(part)))
+            system.move_tip(number, gathered(robot, number, float(part)))
         system.settle()
     _let_go(system, 1e4 * unit, 1e-2 * unit)
     return _stiffened(robot, kind, system.shape)
@@ -147,20 +147,6 @@ def forward(robot: PlacedRobot, halvings: int = 3) -> Limit:
         assembled - begin,
         finest,
     )
-
-
-def _bowed(robot: PlacedRobot, number: int, part: float) -> Frame:
-    """Where a leg's tip is held while it is bent evenly, in the platform; clamps stay as they are."""
-    leg = robot.legs[number]
-    return robot.platform.inverse @ Frame(leg.clamp.rotation, leg.bowed_tip(part))
-
-
-def _gathered(robot: PlacedRobot, number: int, part: float) -> Frame:
-    """On the way from there to the joint on the platform."""
-    begin, end = _bowed(robot, number, 1.0), tip_frame(robot.legs[number].tip)
-    turn = Rotation.from_matrix(begin.rotation.T @ end.rotation).as_rotvec()
-    rotation = begin.rotation @ Rotation.from_rotvec(part * turn).as_matrix()
-    return Frame(rotation, begin.position + part * (end.position - begin.position))
 
 
 def _let_go(system: ExudynRobot, begin: float, end: float) -> None:
