@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""From straight legs to equilibrium with MuJoCo's forces, and on to the limit of its pieces."""
+"""From bent legs to equilibrium with MuJoCo's forces, and on to the limit of its pieces."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .extrapolation import richardson
 from .mujoco_statics import MujocoRobot, NotBalanced
 from .placed_robot import PlacedRobot
-from .walk import bowed, gathered
+from .walk import gathered
 
 __all__ = ["MujocoLimit", "forward_mujoco"]
 
@@ -34,7 +34,7 @@ class MujocoLimit:
         finest: Position [m] and efforts [N m] with the finest, (3 + legs,).
         limit: The same in the limit, (3 + legs,).
         seconds: Time for all of it.
-        forward_seconds: Of this, from straight legs to the first equilibrium.
+        forward_seconds: Of this, from bent legs to the first equilibrium.
     """
 
     pieces: tuple[int, ...]
@@ -44,7 +44,7 @@ class MujocoLimit:
     forward_seconds: float
 
 
-def forward_mujoco(robot: PlacedRobot, halvings: int = 3) -> MujocoLimit:
+def forward_mujoco(robot: PlacedRobot, halvings: int = 2) -> MujocoLimit:
     """The equilibrium at given motors in the limit of short pieces.
 
     Args:
@@ -59,27 +59,29 @@ def forward_mujoco(robot: PlacedRobot, halvings: int = 3) -> MujocoLimit:
     model = MujocoRobot(robot, FEW)
     position = _assembled(model)
     assembled = time.perf_counter()
-    answers, counts = [], []
+    answers, counts = [_answer(model, position)], [FEW]
     for _ in range(halvings):
         finer = MujocoRobot(robot, 2 * model.pieces)
         position = finer.balance(model.halved(finer, position))
         model = finer
         counts.append(model.pieces)
-        place = model.platform(position).position
-        answers.append(np.concatenate([place, model.efforts(position)]))
+        answers.append(_answer(model, position))
     limit, _ = richardson(answers, order=2)
     seconds = time.perf_counter() - begin
     return MujocoLimit(tuple(counts), answers[-1], limit, seconds, assembled - begin)
 
 
+def _answer(model: MujocoRobot, position: Floats) -> Floats:
+    return np.concatenate([model.platform(position).position, model.efforts(position)])
+
+
 def _assembled(model: MujocoRobot) -> Floats:
-    """Bow, gather on the platform, let go."""
+    """From bent legs: gather on the platform, let go."""
     robot, unit = model.robot, model.robot.stiffness
-    position, model.stiffness = model.start.copy(), 1e5 * unit
-    for way in (bowed, gathered):
-        for part in np.linspace(0.0, 1.0, STEPS + 1)[1:]:
-            model.held = [way(robot, number, float(part)) for number in range(len(robot.legs))]
-            position = model.balance(position)
+    position, model.stiffness = model.bent(), 1e5 * unit
+    for part in np.linspace(0.0, 1.0, STEPS + 1)[1:]:
+        model.held = [gathered(robot, number, float(part)) for number in range(len(robot.legs))]
+        position = model.balance(position)
     stiffness, ratio, last = 1e4 * unit, 0.3, 1e4 * unit
     while stiffness > 1e-2 * unit:
         model.stiffness, forces = stiffness, model.forces

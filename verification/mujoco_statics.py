@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from cpr_core.description.joints import Fixed
 
 from .mujoco_model import xml_of
-from .placed_robot import Frame, PlacedRobot, tip_frame
+from .placed_robot import BOW, Frame, PlacedRobot, tip_frame
 
 __all__ = ["MujocoRobot", "NotBalanced"]
 
@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 STEP = 1e-6
 #: Largest correction that ends the iteration [rad or m], and steps it may take.
 SMALL, MOST = 1e-9, 25
+#: Turn of legs with no side of their own at the start [rad].
+SLIGHT = 0.2
 
 
 class NotBalanced(Exception):
@@ -129,6 +131,21 @@ class MujocoRobot:
         self._evaluate(position)
         rotation = self.data.xmat[self.body].reshape(3, 3).copy()
         return Frame(rotation, self.data.xpos[self.body].copy())
+
+    def bent(self) -> Floats:
+        """The start with every leg bent evenly to its side: where it is straight nothing stretches it."""
+        found = self.start.copy()
+        for number, leg in enumerate(self.robot.legs):
+            tangent, side = leg.clamp.rotation[:, 0], leg.bow
+            turn = SLIGHT if side is None else BOW
+            across = leg.clamp.rotation[:, 1] if side is None else side - tangent * (side @ tangent)
+            axis = leg.clamp.rotation.T @ np.cross(across, tangent)
+            bend = turn / (self.pieces * len(leg.rods)) * axis / np.linalg.norm(axis)
+            for rod in range(len(leg.rods)):
+                for piece in range(1, self.pieces + 1):
+                    at = self._joint(number, rod, piece)
+                    found[at : at + 4] = Rotation.from_rotvec(bend).as_quat()[[3, 0, 1, 2]]
+        return found
 
     def halved(self, finer: MujocoRobot, position: Floats) -> Floats:
         """The position of a robot with twice as many joints: the curvature at theirs."""
