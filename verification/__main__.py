@@ -18,7 +18,9 @@ from .cases import CASES
 from .comparison import Comparison, Requirement, requirements_of
 from .exudyn_comparison import compare_exudyn
 from .limits import impossible_robots
+from .mujoco_comparison import compare_mujoco
 from .page import publish
+from .placed_robot import NotPossible
 from .published import published
 from .tables import text_of
 
@@ -35,16 +37,23 @@ def main() -> int:
     begin = time.perf_counter()
     comparisons: list[Comparison] = []
     requirements: list[Requirement] = []
+    impossible = list(impossible_robots())
     for case in tqdm(CASES, desc="Exudyn", unit=" robots", disable=None, leave=False):
         comparisons.append(compare_exudyn(case))
-        requirements += requirements_of(comparisons[-1])
+        requirements += requirements_of(comparisons[-1], case.position_bound, case.effort_bound)
+    for case in tqdm(CASES, desc="MuJoCo", unit=" robots", disable=None, leave=False):
+        try:
+            comparisons.append(compare_mujoco(case))
+        except NotPossible as reason:
+            impossible.append(f"{case.name}, in MuJoCo: {reason}")
+            continue
+        requirements += requirements_of(comparisons[-1], case.coarse_bound, case.coarse_bound)
     numbers = published()
     requirements += [
         Requirement(number.name, abs(number.difference), number.reach, "")
         for number in numbers
         if not number.met
     ]
-    impossible = impossible_robots()
     seconds = time.perf_counter() - begin
     requirements.append(Requirement("all tables", seconds, LONGEST, "s"))
     about = (

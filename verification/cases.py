@@ -52,6 +52,7 @@ class Case:
         motors: Motor positions, (n,) [rad or m].
         position_bound: How far others may be from us [m].
         effort_bound: The same of efforts, relative to the largest one.
+        coarse_bound: How far programs of rigid pieces may be from us, both figures.
         halvings: How often beams and cables are halved, from eight elements on.
     """
 
@@ -59,6 +60,7 @@ class Case:
     motors: tuple[float, ...]
     position_bound: float
     effort_bound: float
+    coarse_bound: float = 1e-6
     halvings: int = 3
 
     @property

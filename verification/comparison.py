@@ -68,18 +68,18 @@ class Requirement:
         return self.measured < self.bound
 
 
-def requirements_of(comparison: Comparison, factor: float = 1.0) -> tuple[Requirement, Requirement]:
+def requirements_of(
+    comparison: Comparison, position_bound: float, effort_bound: float
+) -> tuple[Requirement, Requirement]:
     """The bounds of a comparison.
 
     Args:
         comparison: What was measured.
-        factor: On the bounds of the case, for programs with coarser elements.
+        position_bound: How far the platform may be from ours [m].
+        effort_bound: The same of efforts, relative to the largest one.
     """
     name = f"{comparison.program.split()[0]}, {comparison.case.name}"
-    case = comparison.case
     return (
-        Requirement(f"{name}: position", comparison.distance, factor * case.position_bound, "m"),
-        Requirement(
-            f"{name}: efforts", comparison.efforts, factor * case.effort_bound, "of the largest"
-        ),
+        Requirement(f"{name}: position", comparison.distance, position_bound, "m"),
+        Requirement(f"{name}: efforts", comparison.efforts, effort_bound, "of the largest"),
     )

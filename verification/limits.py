@@ -1,26 +1,25 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Which shipped robots are not built in Exudyn, and why."""
+"""Which robots are not built in other programs, and why."""
 
 from __future__ import annotations
 
 from cpr_core import load_robot
 from cpr_core.description.description_file import shipped_robots
 
-from .exudyn_robot import NotSettled
 from .placed_robot import NotPossible, placed
 
 __all__ = ["impossible_robots"]
 
 
 def impossible_robots() -> tuple[str, ...]:
-    """The shipped robots that are not built in Exudyn, and what of them is not."""
+    """The shipped robots that are built in neither program, and what of them is not."""
     lines = []
     for name in shipped_robots():
         description = load_robot(name).description
         try:
             placed(description, description.home.motors)
-        except (NotPossible, NotSettled) as reason:
-            lines.append(f"Exudyn, {name} is not built: {reason}")
+        except NotPossible as reason:
+            lines.append(f"{name}, in neither program: {reason}")
     return tuple(lines)

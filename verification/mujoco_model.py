@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A robot as MuJoCo's XML: rods are rigid pieces between ball joints with the springs of its cable plugin.
+"""A robot as MuJoCo's XML: rods are rigid pieces between ball joints, sprung by its cable plugin.
 
 A rod of length l with n joints has pieces of length l / n, the first and the last of them half outside:
 every joint stands for the piece of rod around it, which makes the error even in the length of a piece.
@@ -9,12 +9,13 @@ every joint stands for the piece of rod around it, which makes the error even in
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from cpr_core.description.chain import Link
+from cpr_core.description.joints import Fixed
 
 from .placed_robot import Frame, NotPossible, PlacedLeg, PlacedRobot, PlacedRod
 
@@ -33,7 +34,10 @@ def xml_of(robot: PlacedRobot, pieces: int) -> str:
     instances, bodies = [], []
     for number, leg in enumerate(robot.legs):
         if leg.motor_axis is None:
-            raise NotPossible("rods that are fed: MuJoCo's have a fixed length")
+            raise NotPossible("rods that are fed: its rods have a fixed length")
+        if leg.bow is None or isinstance(leg.tip, Fixed):
+            # Tried from bends of 0.2 to 1 rad: Newton's method loses it as the platform is let go.
+            raise NotPossible("clamped tips: no way was found from a rough start without stretch")
         for place, rod in enumerate(leg.rods):
             instances.append(_instance(f"rod{number}_{place}", rod))
         bodies.append("".join(_leg(number, leg, pieces)))
@@ -91,7 +95,9 @@ def _leg(number: int, leg: PlacedLeg, pieces: int) -> Iterator[str]:
             closing, forward = closing + 1, float(link.offset[0])
         for piece in range(pieces + 1):
             start = forward - 0.5 * size if piece == 0 else size
-            joint = "" if piece == 0 else f"<joint name='bend{number}_{place}_{piece}' type='ball'/>"
+            joint = (
+                "" if piece == 0 else f"<joint name='bend{number}_{place}_{piece}' type='ball'/>"
+            )
             # Half of the end pieces is not there: the centre of mass is that of the rest.
             end = piece in (0, pieces)
             middle = {0: 0.75, pieces: 0.25}.get(piece, 0.5) * size
@@ -122,5 +128,5 @@ def _place(frame: Frame) -> str:
     return f"pos='{_text(frame.position)}' quat='{_text(turn)}'"
 
 
-def _text(values) -> str:
+def _text(values: Iterable[float]) -> str:
     return " ".join(repr(float(value)) for value in values)

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 from scipy.spatial.transform import Rotation
 
-from cpr_core.description.joints import Fixed
-
 from .mujoco_model import xml_of
 from .placed_robot import BOW, Frame, PlacedRobot, tip_frame
 
@@ -23,9 +21,9 @@ Floats = NDArray[np.float64]
 #: Step of the central differences [rad or m].
 STEP = 1e-6
 #: Largest correction that ends the iteration [rad or m], and steps it may take.
-SMALL, MOST = 1e-9, 25
-#: Turn of legs with no side of their own at the start [rad].
-SLIGHT = 0.2
+SMALL, MOST = 1e-9, 40
+#: Largest correction that is taken whole [rad or m].
+LARGEST = 0.3
 
 
 class NotBalanced(Exception):
@@ -52,9 +50,8 @@ class MujocoRobot:
         self.free = np.setdiff1d(np.arange(self.model.nv), self.motors)
         self.platform_dofs = np.arange(self.model.nv)[-self.model.body("platform").dofnum[0] :]
         self.held = [tip_frame(leg.tip) for leg in robot.legs]
-        self.fixed = [isinstance(leg.tip, Fixed) for leg in robot.legs]
         self.stiffness = 0.0
-        self.forces = np.zeros(sum(6 if fixed else 3 for fixed in self.fixed))
+        self.forces = np.zeros(3 * len(robot.legs))
 
     def _evaluate(self, position: Floats) -> tuple[Floats, Floats, Floats]:
         """Generalised forces (nv,), gaps (g,), and their derivative (g, nv)."""
@@ -69,19 +66,13 @@ class MujocoRobot:
             forces[self.platform_dofs] -= self.stiffness * away[self.platform_dofs]
         rotation, place = data.xmat[self.body].reshape(3, 3), data.xpos[self.body]
         gaps, rows = [], []
-        along, turning = np.zeros((3, model.nv)), np.zeros((3, model.nv))
-        other, other_turning = np.zeros((3, model.nv)), np.zeros((3, model.nv))
-        for site, held, fixed in zip(self.sites, self.held, self.fixed, strict=True):
+        along, other = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+        for site, held in zip(self.sites, self.held, strict=True):
             point = place + rotation @ held.position
-            mujoco.mj_jacSite(model, data, along, turning, site)
-            mujoco.mj_jac(model, data, other, other_turning, point, self.body)
+            mujoco.mj_jacSite(model, data, along, None, site)
+            mujoco.mj_jac(model, data, other, None, point, self.body)
             gaps.append(data.site_xpos[site] - point)
             rows.append(along - other)
-            if fixed:
-                wanted = rotation @ held.rotation
-                turn = Rotation.from_matrix(data.site_xmat[site].reshape(3, 3) @ wanted.T)
-                gaps.append(turn.as_rotvec())
-                rows.append(turning - other_turning)
         return forces, np.concatenate(gaps), np.vstack(rows)
 
     def _residual(self, position: Floats) -> tuple[Floats, Floats]:
@@ -111,13 +102,15 @@ class MujocoRobot:
                 tangent[:, column] = (ahead - behind) / (2.0 * STEP)
             tangent[:size, size:] = rows[:, self.free].T
             step = -lu_solve(lu_factor(tangent), residual)
-            if not np.all(np.isfinite(step)) or np.abs(step[:size]).max() > 10.0:
+            largest = np.abs(step[:size]).max()
+            if not np.isfinite(largest):
                 break
+            part = min(1.0, LARGEST / largest)
             change = np.zeros(count)
-            change[self.free] = step[:size]
+            change[self.free] = part * step[:size]
             position = self._moved(position, change)
-            self.forces = self.forces + step[size:]
-            if np.abs(step[:size]).max() < SMALL:
+            self.forces = self.forces + part * step[size:]
+            if largest < SMALL:
                 return position
         raise NotBalanced(f"MuJoCo, {self.pieces} joints a rod")
 
@@ -133,14 +126,12 @@ class MujocoRobot:
         return Frame(rotation, self.data.xpos[self.body].copy())
 
     def bent(self) -> Floats:
-        """The start with every leg bent evenly to its side: where it is straight nothing stretches it."""
+        """The start with every leg bent evenly to its side: a straight one cannot give way."""
         found = self.start.copy()
         for number, leg in enumerate(self.robot.legs):
-            tangent, side = leg.clamp.rotation[:, 0], leg.bow
-            turn = SLIGHT if side is None else BOW
-            across = leg.clamp.rotation[:, 1] if side is None else side - tangent * (side @ tangent)
-            axis = leg.clamp.rotation.T @ np.cross(across, tangent)
-            bend = turn / (self.pieces * len(leg.rods)) * axis / np.linalg.norm(axis)
+            assert leg.bow is not None
+            axis = leg.clamp.rotation.T @ np.cross(leg.bow, leg.clamp.rotation[:, 0])
+            bend = BOW / (self.pieces * len(leg.rods)) * axis / np.linalg.norm(axis)
             for rod in range(len(leg.rods)):
                 for piece in range(1, self.pieces + 1):
                     at = self._joint(number, rod, piece)
@@ -154,12 +145,17 @@ class MujocoRobot:
         coarse, fine = (_at_joints(robot.pieces) for robot in (self, finer))
         for leg, placed in enumerate(self.robot.legs):
             for rod in range(len(placed.rods)):
-                here = [self._joint(leg, rod, piece) for piece in range(1, self.pieces + 1)]
-                there = [finer._joint(leg, rod, piece) for piece in range(1, finer.pieces + 1)]
+                coarse_at = [self._joint(leg, rod, piece) for piece in range(1, self.pieces + 1)]
+                tcoarse_at = [finer._joint(leg, rod, piece) for piece in range(1, finer.pieces + 1)]
                 turns = np.array(
-                    [Rotation.from_quat(position[at : at + 4][[1, 2, 3, 0]]).as_rotvec() for at in here]
+                    [
+                        Rotation.from_quat(position[at : at + 4][[1, 2, 3, 0]]).as_rotvec()
+                        for at in coarse_at
+                    ]
                 )
-                for axis_turns, at in zip(_interpolated(fine, coarse, 0.5 * turns), there, strict=True):
+                for axis_turns, at in zip(
+                    _interpolated(fine, coarse, 0.5 * turns), fine_at, strict=True
+                ):
                     found[at : at + 4] = Rotation.from_rotvec(axis_turns).as_quat()[[3, 0, 1, 2]]
         finer.forces = self.forces.copy()
         return found

@@ -92,7 +92,12 @@ def text_of(
     """All tables of a run."""
     lines = [about, "", "### Programs", "", *comparison_table(comparisons), ""]
     if impossible:
-        lines += ["### What they cannot do", "", *(f"- {line}" for line in impossible), ""]
+        lines += [
+            "### What they cannot do, or was not built",
+            "",
+            *(f"- {line}" for line in impossible),
+            "",
+        ]
     lines += ["### Numbers in print", "", *published_table(numbers), ""]
     lines += ["### What is demanded", "", *requirement_table(requirements)]
     return "\n".join(lines) + "\n"
