@@ -146,7 +146,7 @@ class MujocoRobot:
         for leg, placed in enumerate(self.robot.legs):
             for rod in range(len(placed.rods)):
                 coarse_at = [self._joint(leg, rod, piece) for piece in range(1, self.pieces + 1)]
-                tcoarse_at = [finer._joint(leg, rod, piece) for piece in range(1, finer.pieces + 1)]
+                fine_at = [finer._joint(leg, rod, piece) for piece in range(1, finer.pieces + 1)]
                 turns = np.array(
                     [
                         Rotation.from_quat(position[at : at + 4][[1, 2, 3, 0]]).as_rotvec()
