@@ -17,8 +17,8 @@ from tqdm import tqdm
 from .cases import CASES
 from .comparison import Comparison, Requirement, requirements_of
 from .exudyn_comparison import compare_exudyn
-from .limits import impossible_robots
 from .mujoco_comparison import compare_mujoco
+from .not_built import robots_not_built
 from .page import publish
 from .placed_robot import NotPossible
 from .published import published
@@ -37,7 +37,7 @@ def main() -> int:
     begin = time.perf_counter()
     comparisons: list[Comparison] = []
     requirements: list[Requirement] = []
-    impossible = list(impossible_robots())
+    impossible = list(robots_not_built())
     for case in tqdm(CASES, desc="Exudyn", unit=" robots", disable=None, leave=False):
         comparisons.append(compare_exudyn(case))
         requirements += requirements_of(comparisons[-1], case.position_bound, case.effort_bound)

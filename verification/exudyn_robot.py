@@ -65,6 +65,7 @@ class ExudynRobot:
         factor: float,
         shape: Shape | None = None,
     ) -> None:
+        exudyn.config.printToConsole = False  # a step that is too long is no news
         self.robot, self.kind, self.factor, self.elements = robot, kind, factor, elements
         self.container = exudyn.SystemContainer()
         self.system = self.container.AddSystem()

@@ -16,7 +16,7 @@ HEADER = (
     "robot",
     "program, setting",
     "its start",
-    "position, rods as they are [m]",
+    "position, rods as they stretch; finest pieces [m]",
     "position, no stretch [m]",
     "efforts",
     "its time",

@@ -10,10 +10,10 @@ from cpr_core.description.description_file import shipped_robots
 
 from .placed_robot import NotPossible, placed
 
-__all__ = ["impossible_robots"]
+__all__ = ["robots_not_built"]
 
 
-def impossible_robots() -> tuple[str, ...]:
+def robots_not_built() -> tuple[str, ...]:
     """The shipped robots that are built in neither program, and what of them is not."""
     lines = []
     for name in shipped_robots():
