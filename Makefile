@@ -15,7 +15,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 # Tests run in one process more than there are cores; PYTEST_ARGS="-n 0" runs them in one.
 PYTEST := -m pytest -n logical --maxprocesses 4
 
-.PHONY: help setup demo test test-oldest lint paper bench colcon clean
+.PHONY: help setup demo test test-oldest lint paper bench verify colcon clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1 # /p' $(MAKEFILE_LIST) | awk -F' # ' '{printf "make %-11s %s\n", $$1, $$2}'
@@ -37,7 +37,7 @@ test-oldest:  ## run every test with the numpy, scipy, numba and matplotlib of U
 lint: setup  ## check style, formatting and types
 	.venv/bin/ruff check
 	.venv/bin/ruff format --check
-	.venv/bin/mypy cpr_core cpr_ros paper benchmarks
+	.venv/bin/mypy cpr_core cpr_ros paper benchmarks verification
 
 paper: setup  ## compute the tables and figures of the paper (QUICK=1: coarser; PUBLISH=1: also into docs/paper)
 	@.venv/bin/python -m paper $(if $(QUICK),--quick) $(if $(PUBLISH),--publish docs/paper)
@@ -45,9 +45,13 @@ paper: setup  ## compute the tables and figures of the paper (QUICK=1: coarser; 
 bench: setup  ## measure how fast everything is (QUICK=1: less; BASELINE=file.json: compared with an earlier run)
 	@.venv/bin/python -m benchmarks $(if $(QUICK),--quick) $(if $(BASELINE),--baseline $(BASELINE))
 
+verify:  ## compare with other people's programs, installed for it, and published numbers (PUBLISH=1: also into docs/verification.md)
+	@bash tools/setup.sh verify
+	@.venv/bin/python -m verification $(if $(PUBLISH),--publish docs/verification.md)
+
 colcon:  ## build and test with colcon, as in an ordinary ROS 2 workspace
 	@bash tools/colcon.sh
 
 clean:  ## remove everything that was made
-	rm -rf .venv .venv-oldest .venv-colcon build install log dist paper/results *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-oldest .venv-colcon build install log dist paper/results verification/results *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Makes .venv: ROS 2 from PyPI, the interface package cpr_msgs and cpr_ros (editable). What has been made is not made
 # again: each step leaves a stamp with a checksum of what it was made from, written when the step is complete.
-# `setup.sh oldest` makes .venv-oldest in the same way, with the versions of tools/oldest.txt.
+# `setup.sh oldest` makes .venv-oldest in the same way, with the versions of tools/oldest.txt; `setup.sh verify` makes
+# .venv and adds the programs of tools/verify.txt.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tools/steps.sh
@@ -10,7 +11,8 @@ kind=${1:-newest}
 case "$kind" in
     newest) venv=$PWD/.venv versions=(constraints.txt) ;;
     oldest) venv=$PWD/.venv-oldest versions=(constraints.txt tools/oldest.txt) ;;
-    *) echo "setup: expected nothing or oldest, got $kind" >&2; exit 1 ;;
+    verify) venv=$PWD/.venv versions=(constraints.txt) steps=5 ;;
+    *) echo "setup: expected nothing, oldest or verify, got $kind" >&2; exit 1 ;;
 esac
 exec 9<tools/setup.sh && flock 9 # a second make waits for the first
 
@@ -31,6 +33,11 @@ install_wheels() {
 # Without build isolation: what the build needs is in .venv already, which saves installing it a second time.
 build_messages() {
     "$venv/bin/python" -m pip install --no-deps --no-build-isolation --force-reinstall ./msg_defs
+}
+
+# Others' programs, beside what is there: nothing else depends on them.
+install_programs() {
+    "$venv/bin/python" -m pip install --disable-pip-version-check --no-deps -r tools/verify.txt
 }
 
 install_package() {
@@ -57,3 +64,7 @@ step "Python environment in ${venv##*/}" "$venv/stamp-environment" "$environment
 step "ROS 2, numerical and test packages (wheels, 310 MB)" "$venv/stamp-wheels" "$wheels" install_wheels
 step "interface package cpr_msgs (generated and compiled, about a minute)" "$venv/stamp-messages" "$messages" build_messages
 step "cpr_ros, editable" "$venv/stamp-package" "$package" install_package
+if [[ $kind == verify ]]; then
+    programs="$environment $(checksum tools/verify.txt)"
+    step "programs to compare with (wheels, 30 MB)" "$venv/stamp-programs" "$programs" install_programs
+fi

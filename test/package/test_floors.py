@@ -35,13 +35,17 @@ FLOORS = (
     "cpr_ros",
     "paper",
     "benchmarks",
+    "verification",
 )
 #: Beside each other, although one has to be named first: neither imports the other.
 APART = (
     ("cpr_core.workspace", "cpr_core.reference"),
     ("cpr_ros", "paper"),
+    ("cpr_ros", "verification"),
+    ("paper", "verification"),
+    ("benchmarks", "verification"),
 )
-PACKAGES = ("cpr_core", "cpr_ros", "paper", "benchmarks")
+PACKAGES = ("cpr_core", "cpr_ros", "paper", "benchmarks", "verification")
 
 
 class Import(NamedTuple):

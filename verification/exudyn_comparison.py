@@ -1,0 +1,44 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Exudyn on all cases."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+
+from .cases import Case
+from .comparison import Comparison
+from .exudyn_forward import forward
+from .placed_robot import placed
+
+__all__ = ["compare_exudyn"]
+
+WHY = {
+    "ANCFCable2D": "Newton's residual (1e-6 N), higher powers of the stretch",
+    "BeamGeometricallyExact": "elements (h^8), higher powers of stretch and shear",
+}
+
+
+def compare_exudyn(case: Case) -> Comparison:
+    """Exudyn's own forward solve of a case, from straight legs.
+
+    Raises:
+        NotPossible: It has no such robot.
+        NotSettled: Its static solver finds no way.
+    """
+    found = forward(placed(case.robot().description, case.motors), halvings=case.halvings)
+    distance = case.distance(found.unstretched.position)
+    elements = ", ".join(str(count) for count in found.elements)
+    return Comparison(
+        case,
+        f"Exudyn {version('exudyn')}",
+        f"{found.kind}, {elements} elements a rod and 1, 2, 4 times the stiffness, both extrapolated",
+        f"straight legs, {found.forward_seconds:.2g} s to the first equilibrium",
+        case.distance(found.real.position),
+        distance,
+        case.effort_difference(found.unstretched.efforts),
+        found.seconds,
+        case.as_accurate_as(distance),
+        WHY[found.kind],
+    )

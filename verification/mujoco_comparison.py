@@ -1,0 +1,41 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""MuJoCo on the cases whose rods it has."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+
+from .cases import Case
+from .comparison import Comparison
+from .mujoco_forward import forward_mujoco
+from .placed_robot import placed
+
+__all__ = ["compare_mujoco"]
+
+WHY = "pieces (l/n)^6, central differences"
+
+
+def compare_mujoco(case: Case) -> Comparison:
+    """A forward solve of a case with MuJoCo's forces, from bent legs.
+
+    Raises:
+        NotPossible: MuJoCo has no such robot.
+        NotBalanced: No way is found.
+    """
+    found = forward_mujoco(placed(case.robot().description, case.motors))
+    distance = case.distance(found.limit[:3])
+    pieces = ", ".join(str(count) for count in found.pieces)
+    return Comparison(
+        case,
+        f"MuJoCo {version('mujoco')}",
+        f"elasticity.cable, {pieces} pieces a rod, extrapolated; Newton's method ours",
+        f"bent legs, {found.forward_seconds:.2g} s to the first equilibrium",
+        case.distance(found.finest[:3]),
+        distance,
+        case.effort_difference(found.limit[3:]),
+        found.seconds,
+        case.as_accurate_as(distance),
+        WHY,
+    )
