@@ -43,6 +43,13 @@ from cpr_ros.transforms import transform_of
 FRAMES = Frames("base", "platform")
 
 
+def metrics_of(outcome):
+    """The message of the stream after a tick, without setpoint and wrench."""
+    return StabilityStream().message(
+        outcome, SETTINGS.thresholds, FRAMES, Time(), now=0.0, setpoint_age=-1.0, wrench_age=-1.0
+    )
+
+
 def test_a_wrench_in_a_third_frame_is_turned_if_somebody_knows_the_frame():
     rotation = rotation_exp([0.0, 0.0, 0.5 * np.pi])
     known = Frames("base", "platform", lambda name: rotation if name == "tool" else None)
@@ -107,18 +114,6 @@ def test_legs_are_coloured_by_bending_strain_or_by_stability(rfrfr):
     assert color.g > color.r
 
 
-def metrics_of(drive):
-    return StabilityStream().message(
-        drive.tick(),
-        SETTINGS.thresholds,
-        FRAMES,
-        Time(),
-        now=0.0,
-        setpoint_age=-1.0,
-        wrench_age=-1.0,
-    )
-
-
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-3])
 def test_a_model_that_is_less_exact_than_wanted_is_told(tolerance):
     """Modes are chosen near home; far from there the estimate exceeds the tolerance."""
@@ -127,7 +122,7 @@ def test_a_model_that_is_less_exact_than_wanted_is_told(tolerance):
         content["strain"] = {"tolerance": tolerance}
 
     drive = Drive(changed_robot("rfrfr", wanted))
-    home = metrics_of(drive)
+    home = metrics_of(drive.tick())
     assert home.model_error == error_of(drive.current.equilibrium).distance
     assert home.model_error_warning == 0.5 * tolerance
     assert home.model_error <= home.model_error_warning
@@ -135,7 +130,7 @@ def test_a_model_that_is_less_exact_than_wanted_is_told(tolerance):
     assert (level, text) == (DiagnosticStatus.OK, f"{home.model_error:.1e} m")
     far = solve_forward(drive.robot, drive.current.equilibrium.motors + [0.35, -0.35])
     drive.current = Assessment(far)
-    away = metrics_of(drive)
+    away = metrics_of(drive.tick())
     assert away.model_error > home.model_error
     assert away.model_error > away.model_error_warning
     level, text = diagnosed(drive)
@@ -155,7 +150,7 @@ def diagnosed(drive):
 
 def test_without_a_tolerance_no_error_is_warned_of():
     drive = Drive(robot("rfrfr"))
-    message = metrics_of(drive)
+    message = metrics_of(drive.tick())
     assert message.model_error > 1e-7
     assert message.model_error_warning == np.inf
     assert diagnosed(drive)[0] == DiagnosticStatus.OK
@@ -214,15 +209,7 @@ def test_a_robot_without_an_inverse_problem_has_a_stream():
 
     drive = Drive(changed_robot("rfrfr", without))
     outcome = drive.tick()
-    message = StabilityStream().message(
-        outcome,
-        SETTINGS.thresholds,
-        FRAMES,
-        Time(),
-        now=0.0,
-        setpoint_age=-1.0,
-        wrench_age=-1.0,
-    )
+    message = metrics_of(outcome)
     assert np.isnan(message.inverse.smallest_singular_value)
     assert message.forward.smallest_singular_value > 0.0
     assert outcome.assessment.inverse_singularity == np.inf
