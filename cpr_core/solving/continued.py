@@ -110,22 +110,24 @@ class _Walk:
         Raises:
             NotReached: It is not reached.
         """
-        here = self._point(0.0, self.start)
-        if self.stable_only and (here.index > 0 or not self._conservative(self.start.loads)):
-            raise self._stopped("stability", here, here, "the start is not known to be stable")
+        reached = self._point(0.0, self.start)
+        if self.stable_only and (reached.index > 0 or not self._conservative(self.start.loads)):
+            raise self._stopped(
+                "stability", reached, reached, "the start is not known to be stable"
+            )
         fraction, step = 0.0, 1.0
         iterations = 0
         while fraction < 1.0:
             ahead = min(1.0, fraction + step)
-            found = self._at(here.equilibrium, ahead)
-            if found is None or self._happens(here, found):
+            found = self._at(reached.equilibrium, ahead)
+            if found is None or self._happens(reached, found):
                 if step > _SMALLEST_STEP:
                     step = 0.5 * (ahead - fraction)
                     continue
-                raise self._refused(here, found)
+                raise self._refused(reached, found)
             iterations += found.equilibrium.iterations
-            fraction, here, step = ahead, found, 2.0 * step
-        return here.equilibrium.with_iterations(iterations)
+            fraction, reached, step = ahead, found, 2.0 * step
+        return reached.equilibrium.with_iterations(iterations)
 
     def _at(self, before: Equilibrium, fraction: float) -> Point | None:
         """The equilibrium part of the way, from one near by; None where none is near."""
