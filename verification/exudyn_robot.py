@@ -160,8 +160,8 @@ class ExudynRobot:
     def _spring(self, first: int, second: int, stiffness: Floats) -> int:
         """Springs between two frames, (6,) [N/m], [N m/rad].
 
-        Joints of the platform are springs, not constraints: Exudyn's tangent lacks how the forces of
-        constraints turn with a body, and without that Newton's method does not converge where the
+        Joints of the platform are springs, not constraints: Exudyn's tangent seems to lack how the
+        forces of constraints turn with a body: with them Newton's method does not converge where the
         platform is soft.
         """
         spring = items.ObjectConnectorRigidBodySpringDamper(
