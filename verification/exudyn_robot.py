@@ -86,7 +86,7 @@ class ExudynRobot:
         for number, leg in enumerate(robot.legs):
             self._add_leg(number, leg, shape)
         self.system.Assemble()
-        self.settings = _settings(1e-6 * max(1.0, factor) * max(1.0, elements / 32.0))
+        self.settings = _settings(4e-7 * max(1.0, factor) * max(1.0, elements / 32.0))
 
     def _add_leg(self, number: int, leg: PlacedLeg, shape: Shape | None) -> None:
         frame, rods = leg.clamp, []
