@@ -15,7 +15,7 @@ from .placed_robot import placed
 __all__ = ["compare_exudyn"]
 
 WHY = {
-    "ANCFCable2D": "Newton's residual (1e-6 N), higher powers of the stretch",
+    "ANCFCable2D": "Newton's residual (4e-7 N), higher powers of the stretch",
     "BeamGeometricallyExact": "elements (h^8), higher powers of stretch and shear",
 }
 

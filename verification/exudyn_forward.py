@@ -44,11 +44,6 @@ class Answer:
     efforts: Floats
     seconds: float
 
-    @property
-    def numbers(self) -> Floats:
-        """Position and efforts, (3 + n,)."""
-        return np.concatenate([self.position, self.efforts])
-
 
 @dataclass(frozen=True, eq=False)
 class Limit:
@@ -62,7 +57,6 @@ class Limit:
         change: What the last halving of elements changed in it.
         seconds: Time of the program for all of it.
         forward_seconds: Of this, from straight legs to the first equilibrium.
-        finest: The answer with the most elements.
     """
 
     kind: str
@@ -72,7 +66,6 @@ class Limit:
     change: Floats
     seconds: float
     forward_seconds: float
-    finest: Answer
 
 
 def assemble(robot: PlacedRobot, kind: RodKind) -> Shape:
@@ -119,7 +112,7 @@ def forward(robot: PlacedRobot, halvings: int = 3) -> Limit:
     shape = assemble(robot, kind)
     assembled = time.perf_counter()
     counts = tuple(FEW * 2**level for level in range(1, halvings + 1))
-    limits, changes, finest = [], [], None
+    limits, changes = [], []
     for factor in FACTORS:
         answers, last = [], shape
         for count in counts:
@@ -127,14 +120,11 @@ def forward(robot: PlacedRobot, halvings: int = 3) -> Limit:
             system = _settled(robot, kind, count, factor, last)
             last = system.shape
             answers.append(_answer(system))
-            if factor == 1.0:
-                finest = Answer(*answers[-1], time.perf_counter() - begin)
         numbers = [np.concatenate(answer) for answer in answers]
         limit, change = richardson(numbers, kind.order)
         limits.append(limit)
         changes.append(change)
     seconds = time.perf_counter() - begin
-    assert finest is not None
     stiff, _ = richardson(limits, order=1, step=1)
     real, unstretched = (Answer(found[:3], found[3:], seconds) for found in (limits[0], stiff))
     return Limit(
@@ -145,7 +135,6 @@ def forward(robot: PlacedRobot, halvings: int = 3) -> Limit:
         changes[0],
         seconds,
         assembled - begin,
-        finest,
     )
 
 

@@ -86,7 +86,7 @@ class ExudynRobot:
         for number, leg in enumerate(robot.legs):
             self._add_leg(number, leg, shape)
         self.system.Assemble()
-        self.settings = _settings(1e-6 * max(1.0, factor) * max(1.0, elements / 32.0))
+        self.settings = _settings(4e-7 * max(1.0, factor) * max(1.0, elements / 32.0))
 
     def _add_leg(self, number: int, leg: PlacedLeg, shape: Shape | None) -> None:
         frame, rods = leg.clamp, []
@@ -160,8 +160,8 @@ class ExudynRobot:
     def _spring(self, first: int, second: int, stiffness: Floats) -> int:
         """Springs between two frames, (6,) [N/m], [N m/rad].
 
-        Joints of the platform are springs, not constraints: Exudyn's tangent lacks how the forces of
-        constraints turn with a body, and without that Newton's method does not converge where the
+        Joints of the platform are springs, not constraints: Exudyn's tangent seems to lack how the
+        forces of constraints turn with a body: with them Newton's method does not converge where the
         platform is soft.
         """
         spring = items.ObjectConnectorRigidBodySpringDamper(

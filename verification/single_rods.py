@@ -9,11 +9,10 @@ from typing import Any, Literal
 
 from cpr_core import Robot, load_robot
 
-__all__ = ["End", "Guide", "column", "spatial_cantilever"]
+__all__ = ["End", "column", "spatial_cantilever"]
 
 #: What holds an end of a column.
 End = Literal["clamped", "hinged", "free"]
-Guide = Literal["along", "none"]
 
 #: Strain modes a direction: tables have four to six digits.
 MODES = 14
