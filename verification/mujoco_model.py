@@ -36,7 +36,7 @@ def xml_of(robot: PlacedRobot, pieces: int) -> str:
         if leg.motor_axis is None:
             raise NotPossible("rods that are fed: its rods have a fixed length")
         if leg.bow is None or isinstance(leg.tip, Fixed):
-            # Tried from bends of 0.2 to 1 rad: Newton's method loses it as the platform is let go.
+            # Tried, let go from bends of 0.2 rad: Newton's method loses it as the platform is let go.
             raise NotPossible("clamped tips: no way was found from a rough start without stretch")
         for place, rod in enumerate(leg.rods):
             instances.append(_instance(f"rod{number}_{place}", rod))
