@@ -116,9 +116,15 @@ class Driver:
         Topics come on their own: on a busy machine poses may be read a while after the metrics of then.
         """
         self.until(lambda: self.metrics.state == state, timeout)
-        told = next(_stamp(one) for one in self.all(StabilityMetrics) if one.state == state)
+        self.catch_up(next(one for one in self.all(StabilityMetrics) if one.state == state))
+
+    def catch_up(self, told: StabilityMetrics, timeout: float = TIMEOUT) -> None:
+        """Wait for where the robot was when something was told, or after it."""
         self.client.spin_until(
-            lambda: all(_stamp(self.all(kind)[-1]) >= told for kind in (JointState, PoseStamped)),
+            lambda: all(
+                self.all(kind) and _stamp(self.all(kind)[-1]) >= _stamp(told)
+                for kind in (JointState, PoseStamped)
+            ),
             timeout,
         )
 

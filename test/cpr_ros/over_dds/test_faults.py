@@ -148,6 +148,7 @@ def test_a_timeout_below_a_second_is_kept(drive):
         drive.forget()
         drive.send_motors(2.9, 0.55)
         drive.client.spin_until(stale, timeout=5.0)
+        drive.catch_up(stale()[0])
         held = drive.motors
         assert stale()[0].setpoint_age > 0.2
         farthest = 0.05 * (0.2 + 1 / 200)  # with no tick late

@@ -46,14 +46,19 @@ def test_metrics_are_those_of_the_library(six_rfs):
     assert metrics.margin_trend == 0.0
 
 
+def following(drive):
+    """What was told on the way."""
+    told = drive.all(StabilityMetrics)
+    return [metrics for metrics in told if metrics.state == metrics.STATE_FOLLOWING]
+
+
 @pytest.mark.alone(reason="messages have to come in time")
 def test_trend_and_age_tell_of_motion(drive):
     drive.set_parameters(max_speed=1.0)
     try:
         drive.send_platform(0.0, 0.3)
-        drive.spin(0.5)
-        moving = [m for m in drive.all(StabilityMetrics) if m.state == m.STATE_FOLLOWING]
-        assert len(moving) > 5
+        drive.client.spin_until(lambda: len(following(drive)) > 5)
+        moving = following(drive)
         for before, after in pairwise(moving):
             assert after.margin < before.margin
             assert after.margin_trend < 0.0
@@ -191,6 +196,7 @@ def test_halts_and_thresholds_are_in_the_log_once(drive, rfrfr):
     drive.until_state(StabilityMetrics.STATE_HALTED)
     drive.until(lambda: len(drive.all(StabilityMetrics)) >= 10)
     assert drive.set_parameters(margin_stop=0.05).successful
+    drive.until_state(StabilityMetrics.STATE_IDLE)  # the setpoint is forgotten
     drive.go_home()
     rfrfr.process.wait_for_log("the halt is over", timeout=20.0)
     said = rfrfr.process.output()[before:]
