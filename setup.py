@@ -69,7 +69,7 @@ setup(
         # Of viser something private is used: cpr_core/viewing/server.py.
         "view": ["viser>=1.1,<1.2", "rich", "pillow"],
         # Programs of other people to compare with: verification/. MuJoCo 4 has no elasticity plugins.
-        "verify": ["exudyn>=1.13,<1.14", "mujoco>=3.3,<4"],
+        "verify": ["exudyn>=1.13,<1.14", "mujoco>=3.3,<4", "pyelastica>=1.0,<1.1"],
         "test": [
             *("pytest", "pytest-xdist", "hypothesis", "xarray", "distributed"),
             *("rosbags", "mcap-ros2-support"),

@@ -22,6 +22,7 @@ from .not_built import robots_not_built
 from .page import publish
 from .placed_robot import NotPossible
 from .published import published
+from .pyelastica_comparison import compare_pyelastica
 from .tables import text_of
 
 #: All of it may take so long [s].
@@ -48,6 +49,13 @@ def main() -> int:
             impossible.append(f"{case.name}, in MuJoCo: {reason}")
             continue
         requirements += requirements_of(comparisons[-1], case.coarse_bound, case.coarse_bound)
+    for case in tqdm(CASES, desc="PyElastica", unit=" robots", disable=None, leave=False):
+        try:
+            comparisons.append(compare_pyelastica(case))
+        except NotPossible as reason:
+            impossible.append(f"{case.name}, in PyElastica: {reason}")
+            continue
+        requirements += requirements_of(comparisons[-1], case.damped_bound, case.damped_bound)
     numbers = published()
     requirements += [
         Requirement(number.name, abs(number.difference), number.reach, "")

@@ -53,6 +53,7 @@ class Case:
         position_bound: How far others may be from us [m].
         effort_bound: The same of efforts, relative to the largest one.
         coarse_bound: How far programs of rigid pieces may be from us, both figures.
+        damped_bound: How far programs that only move in time may be from us, both figures.
         halvings: How often beams and cables are halved, from eight elements on.
     """
 
@@ -61,6 +62,7 @@ class Case:
     position_bound: float
     effort_bound: float
     coarse_bound: float = 1e-6
+    damped_bound: float = 1e-7
     halvings: int = 3
 
     @property

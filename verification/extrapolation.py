@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["richardson"]
+__all__ = ["limit_of_powers", "richardson"]
 
 Floats = NDArray[np.float64]
 
@@ -39,3 +39,27 @@ def richardson(values: Sequence[Floats], order: int, step: int = 2) -> tuple[Flo
         before = row[-1]
         row = [fine + (fine - coarse) / (factor - 1.0) for coarse, fine in pairwise(row)]
     return row[-1], row[-1] - before
+
+
+def limit_of_powers(
+    values: Sequence[Floats], sizes: Sequence[float], powers: Sequence[int]
+) -> Floats:
+    """The limit of answers whose error has given powers of the length of the elements, of any lengths.
+
+    Args:
+        values: The answers, of one shape.
+        sizes: Lengths of their elements [m].
+        powers: One fewer than answers.
+
+    Raises:
+        ValueError: Not as many answers and lengths as unknowns.
+
+    Returns:
+        The answer at length zero.
+    """
+    if not len(values) == len(sizes) == len(powers) + 1:
+        raise ValueError(f"expected {len(powers) + 1} answers, got {len(values)}")
+    relative = np.asarray(sizes, np.float64) / max(sizes)
+    terms = relative[:, None] ** np.array([0, *powers])
+    limit: Floats = np.linalg.solve(terms, np.asarray(values, np.float64))[0]
+    return limit

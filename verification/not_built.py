@@ -14,12 +14,12 @@ __all__ = ["robots_not_built"]
 
 
 def robots_not_built() -> tuple[str, ...]:
-    """The shipped robots that are built in neither program, and what of them is not."""
+    """The shipped robots that are built in none of the programs, and what of them is not."""
     lines = []
     for name in shipped_robots():
         description = load_robot(name).description
         try:
             placed(description, description.home.motors)
         except NotPossible as reason:
-            lines.append(f"{name}, in neither program: {reason}")
+            lines.append(f"{name}, in none of the programs: {reason}")
     return tuple(lines)

@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from verification.extrapolation import richardson
+from verification.extrapolation import limit_of_powers, richardson
 
 
 @pytest.mark.parametrize(("order", "step"), [(1, 1), (2, 2), (4, 2)])
@@ -27,3 +27,13 @@ def test_parts_of_the_error_go_one_by_one(order, step):
 def test_one_answer_has_no_limit():
     with pytest.raises(ValueError, match="two answers or more, got 1"):
         richardson([np.zeros(3)], 2)
+
+
+def test_lengths_need_not_be_halved():
+    limit, parts = np.array([2.0, -3.0]), np.array([[0.5, 0.7], [0.3, -0.2]])
+    sizes = (1.0, 0.4, 0.15)
+    answers = [limit + size ** np.array([2, 3]) @ parts for size in sizes]
+    np.testing.assert_allclose(limit_of_powers(answers, sizes, (2, 3)), limit, atol=1e-14)
+    assert np.abs(limit_of_powers(answers, sizes, (2, 4)) - limit).max() > 1e-3
+    with pytest.raises(ValueError, match="expected 3 answers, got 2"):
+        limit_of_powers(answers[:2], sizes[:2], (2, 3))

@@ -69,3 +69,4 @@ def test_the_page_has_tables_of_a_run_that_met_all_bounds():
     assert "**no**" not in tables
     for case in CASES:
         assert f"| {case.name} | Exudyn " in tables
+    assert "| rfrfr | PyElastica " in tables

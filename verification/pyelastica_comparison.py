@@ -1,0 +1,41 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""PyElastica on the case it was built for."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+
+from .cases import Case
+from .comparison import Comparison
+from .placed_robot import placed
+from .pyelastica_forward import forward_pyelastica
+
+__all__ = ["compare_pyelastica"]
+
+WHY = "elements, stretch and shear, which go with each other (h^6)"
+
+
+def compare_pyelastica(case: Case) -> Comparison:
+    """A forward solve of a case by PyElastica, damped from bent legs to rest.
+
+    Raises:
+        NotPossible: It was not built for such a robot.
+        NotRelaxed: It does not come to rest.
+    """
+    found = forward_pyelastica(placed(case.robot().description, case.motors))
+    distance = case.distance(found.limit[:3])
+    elements = ", ".join(str(count) for count in found.elements)
+    return Comparison(
+        case,
+        f"PyElastica {version('pyelastica')}",
+        f"CosseratRod, {elements} elements a rod, as thick as they are long, extrapolated",
+        f"bent legs, {found.forward_seconds:.2g} s to the first equilibrium",
+        case.distance(found.finest[:3]),
+        distance,
+        case.effort_difference(found.limit[3:]),
+        found.seconds,
+        case.as_accurate_as(distance),
+        WHY,
+    )
