@@ -22,6 +22,10 @@ from std_srvs.srv import SetBool, Trigger
 
 from helpers.node_process import TIMEOUT, Client
 
+#: Depth of subscriptions of tests that look at every message: DDS forgets the oldest of a full queue, and a
+#: process that gets no processor for half a second finds a hundred of the 200 a second.
+EVERY_MESSAGE = 10_000
+
 
 class Driver:
     """Publishers and the newest of what the node publishes."""
@@ -38,7 +42,7 @@ class Driver:
             WrenchStamped, f"{self.name}/external_wrench", qos_profile_sensor_data
         )
         self._subscriptions = [
-            node.create_subscription(kind, topic, self._keeping(kind), 100)
+            node.create_subscription(kind, topic, self._keeping(kind), EVERY_MESSAGE)
             for kind, topic in (
                 (StabilityMetrics, f"{self.name}/stability"),
                 (JointState, f"{namespace}/joint_states"),

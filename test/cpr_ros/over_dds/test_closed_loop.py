@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from helpers.driver import Driver
+from helpers.driver import EVERY_MESSAGE, Driver
 from helpers.node_process import TIMEOUT
 from helpers.soft_robot import SoftRobot
 from rclpy.qos import qos_profile_sensor_data
@@ -35,7 +35,7 @@ class Camera(Driver):
         )
         self.twists = node.create_publisher(TwistStamped, "/cpr_node/platform_twist", 1)
         self._listening = node.create_subscription(
-            Float64MultiArray, "/cpr_node/motor_commands", self._on_command, 1000
+            Float64MultiArray, "/cpr_node/motor_commands", self._on_command, EVERY_MESSAGE
         )
         self._timer = None
         self.changed = lambda message: message

@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 from cpr_msgs.msg import StabilityMetrics
-from helpers.driver import Driver
+from helpers.driver import EVERY_MESSAGE, Driver
 from helpers.node_process import Client, NodeProcess, free_domain
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -30,7 +30,7 @@ def test_measured_motors_are_tracked(observer):
     process, drive = observer
     commands = []  # the driver forgets while it waits
     drive.client.node.create_subscription(
-        Float64MultiArray, "/cpr_node/motor_commands", commands.append, 100
+        Float64MultiArray, "/cpr_node/motor_commands", commands.append, EVERY_MESSAGE
     )
     publisher = drive.client.node.create_publisher(JointState, "/measured_joint_states", 10)
 

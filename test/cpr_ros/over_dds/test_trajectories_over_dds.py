@@ -17,6 +17,7 @@ from builtin_interfaces.msg import Duration
 from cpr_msgs.action import FollowTrajectory
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
+from helpers.driver import EVERY_MESSAGE
 from helpers.goal_client import GoalClient
 from helpers.node_process import change
 from lifecycle_msgs.msg import Transition
@@ -102,7 +103,7 @@ def test_ten_seconds_are_followed_to_the_end(drive, following, capsys):
         Float64MultiArray,
         f"{drive.name}/motor_commands",
         lambda message: came.append(time.monotonic()),
-        100,
+        EVERY_MESSAGE,
     )
     message = trajectory(times, HOME + ways, np.outer(rate, [0.3, -0.2]))
     done = following.result(following.send(message))

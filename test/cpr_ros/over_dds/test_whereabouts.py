@@ -10,6 +10,7 @@ import time
 import numpy as np
 import pytest
 from cpr_msgs.srv import SolveForward
+from helpers.driver import EVERY_MESSAGE
 from helpers.node_process import Client, NodeProcess, change, free_domain
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import GetState
@@ -37,7 +38,7 @@ class Bench:
             Float64MultiArray,
             "/cpr_node/motor_commands",
             lambda message: self.commands.append(np.array(message.data)),
-            1000,
+            EVERY_MESSAGE,
         )
         self.setpoints = node.create_publisher(Float64MultiArray, "/cpr_node/commands", 1)
         self.measured = None
