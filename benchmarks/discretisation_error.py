@@ -30,6 +30,8 @@ MODES = range(3, 9)
 TRUE_MODES = 16
 #: Way of the motors from home, in their units [rad or rod lengths].
 RANGE = 0.5
+#: How far away a request near by is, in units of the motors: one step of Newton's method leads there.
+NEAR = 1e-3
 #: Truths below this, in rod lengths and relative to the efforts, are rounding of the solutions.
 ROUNDING = 1e-9
 
@@ -42,7 +44,8 @@ class Compared:
         truths: Distance of the platform from that with many modes, of all configurations [m].
         distances: Estimate over truth of the distance.
         efforts: The same of the largest effort.
-        costs: Time of an estimate over that of a solve in the richer space.
+        costs: Time of an estimate over that of a step of Newton's method in the richer space, which is
+            that of a request near by over its steps.
     """
 
     truths: Floats
@@ -87,9 +90,14 @@ def compare(name: str, modes: int, count: int, seed: int = 0) -> Compared:
             continue
         begin = time.thread_time()
         estimate = error_of(here)
-        middle = time.thread_time()
-        in_richer_space(here, richer)
-        costs.append((middle - begin) / (time.thread_time() - middle))
+        seconds = time.thread_time() - begin
+        start = in_richer_space(here, richer)
+        if start is not None:
+            near = motors + NEAR * robot.motor_units
+            begin = time.thread_time()
+            found = solve_forward(richer, near, start=start)
+            step = (time.thread_time() - begin) / max(found.iterations, 1)
+            costs.append(seconds / step)
         away = float(np.linalg.norm(true.platform_position - here.platform_position))
         truths.append(away)
         if away > ROUNDING * robot.mean_length:

@@ -17,6 +17,7 @@ from typing import Any
 from .kernels.kernel_sources import kernel_modules, read_sources
 from .model.kinemato_statics import kinemato_statics
 from .numba_fence import hear_compilation
+from .solving.discretisation_error import error_of
 from .solving.geometrico_statics import solve_forward
 from .solving.home import solve_home
 from .solving.load_robot import load_robot
@@ -51,6 +52,7 @@ def compile_kernels() -> Iterator[str]:
     home = solve_home(robot)
     solve_forward(robot, home.motors, start=home)
     kinemato_statics(home).smallest_singular_value("forward")
+    error_of(home)
     yield "solver"
     from .workspace import map_workspace, pose_grid
 

@@ -11,22 +11,20 @@ from .condensation_kernel import DELAYED, UNKNOWN
 from .inertia_kernel import signs_of
 from .kept_factors import keep, recall
 from .kernel_decorators import inlined, kernel
+from .kernel_records import complete, read_pose, rods_exist, square_problem
 from .natural_units import EFFORT_UNIT, LONGEST_STEP
 from .newton_kernel import CONVERGED, learn_bend, newton, predict_state
 from .problems import Problem
 from .record_layout import (
     EFFORT,
-    ENERGY,
     INDEX_FREE,
     INDEX_LOCKED,
     INVERSE_SIGN,
     POSITION,
-    RESIDUAL,
     ROTATION,
     SIGNS,
-    STEPS,
 )
-from .square_problem import Configuration, SquareProblem, Tolerances
+from .square_problem import Configuration, Tolerances
 
 __all__ = ["FREELY", "UNPREDICTED", "WATCHED", "continue_equilibria"]
 
@@ -78,16 +76,12 @@ def continue_equilibria(
     """
     robot, work, watched = prepared.robot, prepared.work, mode == WATCHED
     tolerances = Tolerances(residual, iterations, contraction)
-    border, size = robot.border_indices, robot.unit.shape[0]
-    equations = border if problem == Problem.EFFORTS else border[: robot.slots.platform_count]
-    unknowns = robot.inverse_unknowns if problem == Problem.POSE else equations
-    angles = problem == Problem.POSE and robot.controls_angles == 1
-    square = SquareProblem(equations, unknowns, angles)
+    square, size = square_problem(robot, problem), robot.unit.shape[0]
     work.bends[0], work.factors.status[0] = 0, UNKNOWN
     if mode != UNPREDICTED:
         recall(robot, kept_before, work.factors)
     if work.factors.status[0] == DELAYED:  # these are not kept: the tangent is evaluated again
-        _read_pose(robot, record, work)
+        read_pose(robot, record, work)
         for i in range(size):
             work.simplified[i] = record[i]
         configuration = Configuration(work.simplified, work.rotation, work.position)
@@ -105,11 +99,11 @@ def continue_equilibria(
         state = next_record[:size]
         for i in range(size):
             state[i] = before[i]
-        _read_pose(robot, before, work)
+        read_pose(robot, before, work)
         _impose(robot, problem, given[row], before, work)
         configuration = Configuration(state, work.rotation, work.position)
         predicted = predict_state(robot, square, configuration, work)
-        if not _rods_exist(robot, state):
+        if not rods_exist(robot, state):
             return row
         status, steps, largest, energy = newton(
             robot, loads, configuration, square, work.given_efforts, predicted, tolerances, work
@@ -117,23 +111,13 @@ def continue_equilibria(
         if status == CONVERGED:
             learn_bend(robot.platform_index + square.unknowns.shape[0], work)
             signs_of(robot, work.rotation, work, work.signs)
-        _complete(robot, energy, largest, steps, next_record, work)
-        if status != CONVERGED or not _rods_exist(robot, state):
+        complete(robot, energy, largest, steps, next_record, work)
+        if status != CONVERGED or not rods_exist(robot, state):
             return row
         if watched and not _same_signs(robot, problem, before, next_record):
             return row
     keep(robot, work.factors, kept)
     return given.shape[0]
-
-
-@inlined
-def _read_pose(robot, record, work):
-    """Platform pose of a record, into the workspace."""
-    size = robot.unit.shape[0]
-    for i in range(3):
-        work.position[i] = record[size + POSITION + i]
-        for j in range(3):
-            work.rotation[i, j] = record[size + ROTATION + 3 * i + j]
 
 
 @inlined
@@ -160,34 +144,6 @@ def _impose(robot, problem, given, before, work):
         for j in range(3):
             at = ROTATION + 3 * i + j
             work.given_rotation[i, j] = given[at] if problem == Problem.POSE else before[size + at]
-
-
-@inlined
-def _rods_exist(robot, state):
-    """Whether all rods have a length."""
-    if robot.extensible:
-        for number in range(robot.groups.shape[0]):
-            for r in range(robot.rods.shape[1]):
-                index = robot.rods[number, r].length_index
-                for lane in range(index.shape[0]):
-                    if index[lane] >= 0 and not state[index[lane]] > 0.0:
-                        return False
-    return True
-
-
-@inlined
-def _complete(robot, energy, largest, steps, record, work):
-    """Write what is behind the state in a record."""
-    size = robot.unit.shape[0]
-    for i in range(3):
-        record[size + POSITION + i] = work.position[i]
-        record[size + SIGNS + i] = work.signs[i]
-        for j in range(3):
-            record[size + ROTATION + 3 * i + j] = work.rotation[i, j]
-    record[size + ENERGY], record[size + RESIDUAL] = energy, largest
-    record[size + STEPS] = steps
-    for i in range(size - robot.motor_index):
-        record[size + EFFORT + i] = work.residual[robot.motor_index + i]
 
 
 @inlined

@@ -34,8 +34,10 @@ __all__ = [
     "SINGULAR",
     "STALLED",
     "learn_bend",
+    "move",
     "newton",
     "predict_state",
+    "scaled_residual",
 ]
 
 CONVERGED = 0
@@ -55,7 +57,7 @@ _SMALLEST_FRACTION = 1e-4
 
 
 @inlined
-def _scaled_residual(robot, residual, given_effort, equations, result):
+def scaled_residual(robot, residual, given_effort, equations, result):
     """Dimensionless residual of the legs and of a problem's equations; returns its largest entry."""
     largest = 0.0
     inner = robot.platform_index
@@ -74,7 +76,7 @@ def _scaled_residual(robot, residual, given_effort, equations, result):
 
 
 @inlined
-def _move(robot, problem, step, factor, configuration, work):
+def move(robot, problem, step, factor, configuration, work):
     """Subtract ``factor * step`` (dimensionless) from the unknowns."""
     increment, product, twist = work.rotations[0], work.rotations[1], work.platform_residual
     state, rotation, position = configuration
@@ -170,7 +172,7 @@ def predict_state(robot, problem, configuration, work):
     ):
         size = inner + problem.unknowns.shape[0]
         _add_bend(size, work)
-        _move(robot, problem, work.step, -1.0, configuration, work)
+        move(robot, problem, work.step, -1.0, configuration, work)
         return _norm(work.step, size)
     work.bends[0] = -1
     return 0.0
@@ -270,11 +272,11 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
         # The trial: the start itself, or a step from the last configuration.
         _copy(configuration, trial)
         if started:
-            _move(robot, problem, step, fraction, trial, work)
+            move(robot, problem, step, fraction, trial, work)
         energy = evaluate_here(
             robot, loads, trial.state, trial.rotation, trial.position, work.residual, work
         )
-        largest = _scaled_residual(robot, work.residual, given_effort, equations, correction)
+        largest = scaled_residual(robot, work.residual, given_effort, equations, correction)
         accepted = math.isfinite(largest)
         if not accepted and not (damped and started):
             return DIVERGED, count, largest, energy

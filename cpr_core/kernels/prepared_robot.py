@@ -20,6 +20,7 @@ from .continuation_kernel import continue_equilibria
 from .kernel_arrays import RobotArrays, Workspace
 from .kernel_decorators import compiled, kernel
 from .model_kernel import evaluate, tangent_into
+from .newton_step_kernel import newton_step
 from .pencil import Pencil
 from .singularity_kernel import smallest_singular_value
 
@@ -27,6 +28,7 @@ __all__ = [
     "PreparedRobot",
     "continue_prepared",
     "evaluate_prepared",
+    "newton_step_prepared",
     "singular_value_prepared",
 ]
 
@@ -55,6 +57,7 @@ class PreparedRobot(Borrowed):
             _write(memory, parts)
         super().__init__(parts, memory)
         self.continued: Callable[..., int] | None = None
+        self.stepped: Callable[..., bool] | None = None
 
 
 @kernel
@@ -92,6 +95,17 @@ def continue_prepared(
     if continued is None:
         continued = prepared.continued = entry_point(continue_equilibria, prepared, *arguments)
     return continued(prepared, *arguments)
+
+
+def newton_step_prepared(
+    prepared: PreparedRobot, loads: Any, problem: int, start: Any, result: Any
+) -> bool:
+    """``newton_step``, whose types are looked at once."""
+    stepped = prepared.stepped
+    if stepped is None:
+        arguments = (loads, problem, start, result)
+        stepped = prepared.stepped = entry_point(newton_step, prepared, *arguments)
+    return stepped(prepared, loads, problem, start, result)
 
 
 @compiled

@@ -9,23 +9,21 @@ The derivation is in docs/derivations.md, "The error of an answer".
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import CprError, InvalidRequest
-from ..kernels.continuation_kernel import UNPREDICTED
-from ..kernels.kept_factors import kept_factors
-from ..kernels.prepared_robot import continue_prepared
+from ..kernels.prepared_robot import newton_step_prepared
 from ..kernels.problems import PROBLEMS
-from ..kernels.square_problem import RESIDUAL
 from ..lie import rotation_log
-from ..model.equilibrium import Equilibrium, new_record, record_of
+from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..rods.quadrature import rod_grid
 from ..rods.rod import StrainModes
-from .held_problem import checked_problem, held
-from .targets import ProblemName, Target
+from .held_problem import checked_problem
+from .targets import ProblemName
 
 __all__ = [
     "MORE_MODES",
@@ -49,17 +47,35 @@ class DiscretisationError:
 
     Attributes:
         problem: What is held: ``motors``, ``pose`` or ``efforts``.
-        position: Change of the platform position in the world, (3,) [m].
-        rotation: Change of its orientation as a rotation vector in the world, (3,) [rad].
-        motors: Change of the motor positions, (n,) [rad or m].
-        efforts: Change of the motor efforts, (n,) [N m or N].
+        equilibrium: The equilibrium.
+        estimate: That of continuous rods, estimated: an equilibrium to first order only.
     """
 
     problem: ProblemName
-    position: Floats
-    rotation: Floats
-    motors: Floats
-    efforts: Floats
+    equilibrium: Equilibrium
+    estimate: Equilibrium
+
+    @cached_property
+    def position(self) -> Floats:
+        """Change of the platform position in the world, (3,) [m]."""
+        return self.estimate.platform_position - self.equilibrium.platform_position
+
+    @cached_property
+    def rotation(self) -> Floats:
+        """Change of its orientation as a rotation vector in the world, (3,) [rad]."""
+        turn = self.estimate.platform_rotation @ self.equilibrium.platform_rotation.T
+        return rotation_log(turn)
+
+    @cached_property
+    def motors(self) -> Floats:
+        """Change of the motor positions, (n,) [rad or m]."""
+        return self.estimate.motors - self.equilibrium.motors
+
+    @cached_property
+    def efforts(self) -> Floats:
+        """Change of the motor efforts, (n,) [N m or N]."""
+        change = self.estimate.efforts - self.equilibrium.efforts
+        return change * (self.problem != "efforts")
 
     @property
     def distance(self) -> float:
@@ -90,16 +106,9 @@ def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> Discr
     """
     if not isinstance(equilibrium, Equilibrium):
         raise InvalidRequest("equilibrium", f"expected an Equilibrium, got {equilibrium!r:.200}")
-    robot = equilibrium.robot
-    checked_problem(robot, problem)
-    found = _one_step(embedded_richer(equilibrium), held(equilibrium, problem))
-    turn = found.platform_rotation @ equilibrium.platform_rotation.T
+    checked_problem(equilibrium.robot, problem)
     return DiscretisationError(
-        problem=problem,
-        position=found.platform_position - equilibrium.platform_position,
-        rotation=rotation_log(turn),
-        motors=found.motors - equilibrium.motors,
-        efforts=(found.efforts - equilibrium.efforts) * (problem != "efforts"),
+        problem, equilibrium, _one_step(embedded_richer(equilibrium), problem)
     )
 
 
@@ -134,8 +143,9 @@ def _richer(robot: Robot) -> tuple[Robot, Floats]:
 
 
 def _embedded(equilibrium: Equilibrium, richer: Robot, embedding: Floats) -> Equilibrium:
-    pose = equilibrium.platform_rotation, equilibrium.platform_position
-    record = record_of(richer, embedding @ equilibrium.state, *pose)
+    size, record = equilibrium.robot.state_size, equilibrium.record
+    # What is behind the state is the same of both: the pose of the platform, and efforts.
+    record = np.concatenate([embedding @ record[:size], record[size:]])
     return Equilibrium(richer, equilibrium.loads, richer.load_arrays(equilibrium.loads), record)
 
 
@@ -165,32 +175,15 @@ def _combinations(modes: StrainModes, richer: StrainModes) -> Floats:
     return np.reshape(found, (modes.total, richer.total)).T
 
 
-def _one_step(start: Equilibrium, target: Target) -> Equilibrium:
+def _one_step(start: Equilibrium, problem: ProblemName) -> Equilibrium:
     """One full step of Newton's method.
 
     Raises:
         CprError: The tangent has no inverse there, or the step leads nowhere.
     """
-    robot = start.robot
-    records, factors = new_record(robot, 1), kept_factors(robot.arrays)
-    continue_prepared(
-        robot.prepared,
-        start.load_arrays,
-        PROBLEMS[target.problem],
-        target.given(start),
-        UNPREDICTED,
-        RESIDUAL,
-        1,
-        np.inf,
-        start.record,
-        factors,
-        records,
-        factors,
-    )
-    found = Equilibrium(robot, start.loads, start.load_arrays, records[0])
-    unmoved = found.iterations == 0 and not found.converged
-    if unmoved or not np.all(np.isfinite(records[0])):
-        raise CprError(
-            f"no estimate of the error: the equilibrium is singular with its {target.problem} held"
-        )
-    return found
+    robot, record = start.robot, np.empty_like(start.record)
+    if newton_step_prepared(
+        robot.prepared, start.load_arrays, PROBLEMS[problem], start.record, record
+    ):
+        return Equilibrium(robot, start.loads, start.load_arrays, record)
+    raise CprError(f"no estimate of the error: the equilibrium is singular with its {problem} held")

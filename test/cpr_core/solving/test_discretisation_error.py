@@ -168,17 +168,12 @@ def test_bad_questions_are_refused():
         error_of(solve_home(load_robot("four_rfr")), "pose")
 
 
-def test_a_singular_equilibrium_has_no_estimate(monkeypatch):
-    from cpr_core.solving import discretisation_error
-
+def test_where_the_step_leads_nowhere_there_is_no_estimate():
     home = solve_home(load_robot("rfrfr"))
-
-    def no_inverse(*given):
-        given[-2][0, : home.robot.state_size] = np.nan
-
-    monkeypatch.setattr(discretisation_error, "continue_prepared", no_inverse)
-    with pytest.raises(CprError, match="singular"):
-        error_of(home)
+    for problem in ("motors", "pose", "efforts"):
+        assert error_of(home, problem).estimate.iterations == 1
+        with pytest.raises(CprError, match=f"singular with its {problem} held"):
+            error_of(replace(home, record=np.full_like(home.record, np.nan)), problem)
 
 
 def test_the_command_prints_it(capsys):
