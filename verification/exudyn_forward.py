@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .extrapolation import richardson
 from .exudyn_robot import ExudynRobot, NotSettled, Shape
 from .exudyn_rods import BEAMS, CABLES, RodKind
-from .placed_robot import PlacedLeg, PlacedRobot
+from .placed_robot import PlacedRobot
 from .walk import bowed, gathered
 
 __all__ = ["Answer", "Limit", "assemble", "forward"]
@@ -195,21 +195,5 @@ def _answer(system: ExudynRobot) -> tuple[Floats, Floats]:
     for number, (leg, described) in enumerate(zip(robot.legs, robot.description.legs, strict=True)):
         moment, force = system.clamp_wrench(number)
         motor = next(element.motor for element in described.chain if element.motor is not None)
-        efforts[names.index(motor)] += _effort(robot, leg, moment, force)
+        efforts[names.index(motor)] += leg.effort(moment, force, robot.description.gravity)
     return system.platform_frame.position, efforts
-
-
-def _effort(robot: PlacedRobot, leg: PlacedLeg, moment: Floats, force: Floats) -> float:
-    """What a motor does, of the wrench on its leg at the clamp."""
-    local_moment, local_force = leg.clamp.rotation.T @ moment, leg.clamp.rotation.T @ force
-    if leg.motor_axis is None:
-        # Fed out by ds, a rod gains its energy per length and yields to the force along it.
-        energy = 0.5 * float(local_moment @ (local_moment / leg.rods[0].rigidities))
-        return float(local_force[0]) - energy
-    about = moment + np.cross(leg.clamp.position - leg.motor_position, force)
-    if leg.hub is not None:
-        link, frame = leg.hub
-        weight = link.mass * robot.description.gravity
-        arm = frame.position + frame.rotation @ link.center_of_mass - leg.motor_position
-        about = about - np.cross(arm, weight)
-    return float(leg.motor_axis @ about)

@@ -11,18 +11,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .extrapolation import richardson
-from .mujoco_statics import MujocoRobot, NotBalanced
+from cpr_core.description.joints import Fixed
+
+from .extrapolation import limit_of_powers
+from .mujoco_settling import settled
+from .mujoco_statics import MujocoRobot
 from .placed_robot import PlacedRobot
-from .walk import gathered
+from .walk import between
 
 __all__ = ["MujocoLimit", "forward_mujoco"]
 
 Floats = NDArray[np.float64]
 
-#: Joints of a rod on the way from straight legs.
-FEW = 8
+#: Joints of a rod, and powers of the length of a piece in the error. The cable plugin takes the moment
+#: in the frame in front of a joint: of rods that twist as well the error begins with the first power.
+BENT = (8, 16, 32), (2, 4)
+TWISTED = (8, 12, 16, 24, 32), (1, 2, 3, 4)
+#: Steps on the way from bent legs to their joints.
 STEPS = 10
+#: Steps of time for each of them.
+GATHERING = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +39,7 @@ class MujocoLimit:
 
     Attributes:
         pieces: Joints of a rod, coarse to fine.
+        powers: Of the length of a piece, that were taken out.
         finest: Position [m] and efforts [N m] with the finest, (3 + legs,).
         limit: The same in the limit, (3 + legs,).
         seconds: Time for all of it.
@@ -38,37 +47,37 @@ class MujocoLimit:
     """
 
     pieces: tuple[int, ...]
+    powers: tuple[int, ...]
     finest: Floats
     limit: Floats
     seconds: float
     forward_seconds: float
 
 
-def forward_mujoco(robot: PlacedRobot, halvings: int = 2) -> MujocoLimit:
+def forward_mujoco(robot: PlacedRobot) -> MujocoLimit:
     """The equilibrium at given motors in the limit of short pieces.
 
     Args:
         robot: The robot at its motors.
-        halvings: How often the pieces are halved from eight joints on.
 
     Raises:
         NotPossible: MuJoCo has no such robot.
         NotBalanced: No way is found.
     """
     begin = time.perf_counter()
-    model = MujocoRobot(robot, FEW)
+    twisted = any(isinstance(leg.tip, Fixed) for leg in robot.legs)
+    pieces, powers = TWISTED if twisted else BENT
+    model = MujocoRobot(robot, pieces[0])
     position = _assembled(model)
     assembled = time.perf_counter()
-    answers, counts = [_answer(model, position)], [FEW]
-    for _ in range(halvings):
-        finer = MujocoRobot(robot, 2 * model.pieces)
-        position = finer.balance(model.halved(finer, position))
-        model = finer
-        counts.append(model.pieces)
+    answers = [_answer(model, position)]
+    for count in pieces[1:]:
+        finer = MujocoRobot(robot, count)
+        position, model = finer.balance(model.refined(finer, position)), finer
         answers.append(_answer(model, position))
-    limit, _ = richardson(answers, order=2)
+    limit = limit_of_powers(answers, [1.0 / count for count in pieces], powers)
     seconds = time.perf_counter() - begin
-    return MujocoLimit(tuple(counts), answers[-1], limit, seconds, assembled - begin)
+    return MujocoLimit(pieces, powers, answers[-1], limit, seconds, assembled - begin)
 
 
 def _answer(model: MujocoRobot, position: Floats) -> Floats:
@@ -77,21 +86,11 @@ def _answer(model: MujocoRobot, position: Floats) -> Floats:
 
 def _assembled(model: MujocoRobot) -> Floats:
     """From bent legs: gather on the platform, let go."""
-    robot, unit = model.robot, model.robot.stiffness
-    position, model.stiffness = model.bent(), 1e5 * unit
+    position = model.bent()
+    begin, end = model.tips(position), model.held
+    model.stiffness = 1e4 * model.robot.stiffness
     for part in np.linspace(0.0, 1.0, STEPS + 1)[1:]:
-        model.held = [gathered(robot, number, float(part)) for number in range(len(robot.legs))]
-        position = model.balance(position)
-    stiffness, ratio, last = 1e4 * unit, 0.3, 1e4 * unit
-    while stiffness > 1e-2 * unit:
-        model.stiffness, forces = stiffness, model.forces
-        try:
-            position = model.balance(position)
-            last, stiffness = stiffness, ratio * stiffness
-        except NotBalanced:
-            model.forces, ratio = forces, ratio**0.5
-            if ratio > 0.98:
-                raise
-            stiffness = ratio * last
+        model.held = [between(*ends, float(part)) for ends in zip(begin, end, strict=True)]
+        position = settled(model, position, GATHERING)
     model.stiffness = 0.0
-    return model.balance(position)
+    return settled(model, position)

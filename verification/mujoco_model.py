@@ -15,17 +15,22 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from cpr_core.description.chain import Link
-from cpr_core.description.joints import Fixed
+from cpr_core.description.joints import Fixed, RevoluteJoint, Spherical
 
 from .placed_robot import Frame, NotPossible, PlacedLeg, PlacedRobot, PlacedRod
 
 __all__ = ["xml_of"]
 
 PLUGIN = "mujoco.elasticity.cable"
+#: Joints of a clamp beside that which turns it.
+SLIDES = (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1"))
 
 
 def xml_of(robot: PlacedRobot, pieces: int) -> str:
-    """The model with so many joints a rod; names: motor0, ..., tip0, ..., platform.
+    """The model with so many joints a rod; names: x0, y0, z0, turn0, ..., tip0, ..., platform.
+
+    Clamps can move, though nobody lets them: what their joints then hold is the wrench on the leg. What
+    lies between motor and clamp is left out.
 
     Raises:
         NotPossible: Rods are fed, which MuJoCo does not know, or not round.
@@ -33,11 +38,9 @@ def xml_of(robot: PlacedRobot, pieces: int) -> str:
     description = robot.description
     instances, bodies = [], []
     for number, leg in enumerate(robot.legs):
-        if leg.motor_axis is None:
-            raise NotPossible("rods that are fed: its rods have a fixed length")
-        if leg.bow is None or isinstance(leg.tip, Fixed):
-            # Tried, let go from bends of 0.2 rad: Newton's method loses it as the platform is let go.
-            raise NotPossible("clamped tips: no way was found from a rough start without stretch")
+        hinged = isinstance(leg.tip, RevoluteJoint) and description.planar
+        if not hinged and not isinstance(leg.tip, Fixed | Spherical):
+            raise NotPossible("tips that turn about axes")
         for place, rod in enumerate(leg.rods):
             instances.append(_instance(f"rod{number}_{place}", rod))
         bodies.append("".join(_leg(number, leg, pieces)))
@@ -78,20 +81,16 @@ def _radius(rod: PlacedRod) -> float:
 
 
 def _leg(number: int, leg: PlacedLeg, pieces: int) -> Iterator[str]:
-    assert leg.motor_axis is not None
-    clamp, closing = leg.clamp, 0
-    axis = _text(clamp.rotation.T @ leg.motor_axis)
-    arm = _text(clamp.rotation.T @ (leg.motor_position - clamp.position))
-    hub = leg.hub[0] if leg.hub is not None else None
-    yield f"<body {_place(clamp)}><joint name='motor{number}' type='hinge' axis='{axis}' pos='{arm}'/>"
-    yield _inertial(hub, -1.0)
-    closing += 1
-    forward = 0.0
+    yield f"<body {_place(leg.clamp)}>" + "".join(
+        f"<joint name='{name}{number}' type='slide' axis='{axis}'/>" for name, axis in SLIDES
+    )
+    yield f"<joint name='turn{number}' type='ball'/>{_inertial(None)}"
+    closing, forward = 1, 0.0
     for place, rod in enumerate(leg.rods):
         size = rod.length / pieces
         link = rod.before if place else None
         if link is not None:
-            yield f"<body pos='{forward!r} 0 0'>{_inertial(link, 1.0)}"
+            yield f"<body pos='{forward!r} 0 0'>{_inertial(link)}"
             closing, forward = closing + 1, float(link.offset[0])
         for piece in range(pieces + 1):
             start = forward - 0.5 * size if piece == 0 else size
@@ -110,17 +109,17 @@ def _leg(number: int, leg: PlacedLeg, pieces: int) -> Iterator[str]:
             )
         closing, forward = closing + pieces + 1, 0.5 * size
     if leg.end is not None:
-        yield f"<body pos='{forward!r} 0 0'>{_inertial(leg.end, 1.0)}"
+        yield f"<body pos='{forward!r} 0 0'>{_inertial(leg.end)}"
         closing, forward = closing + 1, float(leg.end.offset[0])
     yield f"<site name='tip{number}' pos='{forward!r} 0 0'/>" + "</body>" * closing
 
 
-def _inertial(link: Link | None, sign: float) -> str:
-    """Mass of a rigid piece in the frame where it begins, or with sign -1 in that where it ends."""
+def _inertial(link: Link | None) -> str:
+    """Mass of a rigid piece in the frame where it begins."""
     if link is None:
         return "<inertial pos='0 0 0' mass='1e-12' diaginertia='1 1 1'/>"
-    center = np.array(link.center_of_mass) - (np.array(link.offset) if sign < 0 else 0.0)
-    return f"<inertial pos='{_text(center)}' mass='{max(link.mass, 1e-12)!r}' diaginertia='1 1 1'/>"
+    center, mass = _text(link.center_of_mass), max(link.mass, 1e-12)
+    return f"<inertial pos='{center}' mass='{mass!r}' diaginertia='1 1 1'/>"
 
 
 def _place(frame: Frame) -> str:

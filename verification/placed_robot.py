@@ -104,6 +104,26 @@ class PlacedLeg:
         rigid = sum(float(link.offset[0]) for link in links if link is not None)
         return sum(rod.length for rod in self.rods) + rigid
 
+    def effort(self, moment: Floats, force: Floats, gravity: Floats) -> float:
+        """What its motor does, of what the clamp does to the first rod.
+
+        Args:
+            moment: At the clamp, in the world, (3,) [N m].
+            force: In the world, (3,) [N].
+            gravity: (3,) [m/s^2].
+        """
+        local_moment, local_force = self.clamp.rotation.T @ moment, self.clamp.rotation.T @ force
+        if self.motor_axis is None:
+            # Fed out by ds, a rod gains its energy per length and yields to the force along it.
+            energy = 0.5 * float(local_moment @ (local_moment / self.rods[0].rigidities))
+            return float(local_force[0]) - energy
+        about = moment + np.cross(self.clamp.position - self.motor_position, force)
+        if self.hub is not None:
+            link, frame = self.hub
+            arm = frame.position + frame.rotation @ link.center_of_mass - self.motor_position
+            about = about - np.cross(arm, link.mass * gravity)
+        return float(self.motor_axis @ about)
+
     def bowed_tip(self, part: float) -> Floats:
         """Where the tip is with the leg bent evenly by a part of the whole bow, (3,) [m]."""
         tangent = self.clamp.rotation[:, 0]

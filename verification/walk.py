@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from .placed_robot import Frame, PlacedRobot, tip_frame
 
-__all__ = ["bowed", "gathered"]
+__all__ = ["between", "bowed", "gathered"]
 
 
 def bowed(robot: PlacedRobot, number: int, part: float) -> Frame:
@@ -32,7 +32,17 @@ def gathered(robot: PlacedRobot, number: int, part: float) -> Frame:
         number: Of the leg.
         part: Of the way, from 0 to 1.
     """
-    begin, end = bowed(robot, number, 1.0), tip_frame(robot.legs[number].tip)
+    return between(bowed(robot, number, 1.0), tip_frame(robot.legs[number].tip), part)
+
+
+def between(begin: Frame, end: Frame, part: float) -> Frame:
+    """A frame on the straight way from one to another.
+
+    Args:
+        begin: Where the way begins.
+        end: Where it ends.
+        part: Of the way, from 0 to 1.
+    """
     turn = Rotation.from_matrix(begin.rotation.T @ end.rotation).as_rotvec()
     rotation = begin.rotation @ Rotation.from_rotvec(part * turn).as_matrix()
     return Frame(rotation, begin.position + part * (end.position - begin.position))
