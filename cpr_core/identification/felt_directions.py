@@ -14,12 +14,13 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
-from ..model.kinemato_statics import KinematoStatics
 from ..model.robot import Robot
+from ..model.world_response import WorldResponse
 from .wrench_measurements import WrenchMeasurements
 
-__all__ = ["UNFELT", "FeltDirections", "felt_directions", "wrench_units"]
+__all__ = ["UNFELT", "FeltDirections", "felt_directions"]
 
 Floats = NDArray[np.float64]
 
@@ -46,20 +47,23 @@ class FeltDirections:
     """Directions of wrenches in world axes and natural units, the best felt first; b coordinates.
 
     Attributes:
-        robot: The robot.
-        model: First-order behaviour at the equilibrium they are felt at.
+        response: First-order behaviour at the equilibrium they are felt at.
         directions: Orthonormal columns, (b, b).
         answers: What a wrench of 1 along each changes, in standard deviations of measurements, (b,).
         count: How many of them are felt.
         gain: Wrench in natural units by residual, (b, M).
     """
 
-    robot: Robot
-    model: KinematoStatics
+    response: WorldResponse
     directions: Floats
     answers: Floats
     count: int
     gain: Floats
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.response.equilibrium.robot
 
     @property
     def observability(self) -> float:
@@ -126,32 +130,26 @@ class FeltDirections:
 
 
 def felt_directions(
-    measurements: WrenchMeasurements, model: KinematoStatics, count: int | None = None
+    measurements: WrenchMeasurements, response: WorldResponse, count: int | None = None
 ) -> FeltDirections:
     """What measurements tell of a wrench at an equilibrium.
 
     Args:
         measurements: Measured numbers.
-        model: First-order behaviour at the equilibrium.
+        response: First-order behaviour at the equilibrium.
         count: How many directions are felt; None: that is to be found.
     """
-    robot = model.equilibrium.robot
-    answers = measurements.by_wrench(model) * wrench_units(robot)
-    left, values, right = np.linalg.svd(answers, full_matrices=False)
-    size = len(robot.platform_axes)
-    if len(values) < size:  # fewer measurements than coordinates: the others are no answer at all
-        _, _, right = np.linalg.svd(answers)
+    answers = measurements.by_wrench(response)
+    size = answers.shape[1]
+    fewer = len(answers) < size  # than coordinates: some directions are no answer at all
+    left, values, right, _ = linalg.lapack.dgesdd(answers, full_matrices=fewer)
+    if fewer:
         values = np.concatenate([values, np.zeros(size - len(values))])
     if count is None:
         threshold = max(1.0 / _LARGEST_DEVIATION, _ROUNDING * values[0])
-        count = int(np.count_nonzero(values > threshold))
+        count = sum(value > threshold for value in values.tolist())
     gain = (right[:count].T / values[:count]) @ left[:, :count].T
-    return FeltDirections(robot, model, right.T, values, count, gain)
-
-
-def wrench_units(robot: Robot) -> Floats:
-    """Natural units of a wrench on the platform, (b,) [N m, N]."""
-    return _all_units(robot)[robot.platform_axes]
+    return FeltDirections(response, right.T, values, count, gain)
 
 
 def _all_units(robot: Robot) -> Floats:

@@ -15,17 +15,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaincc
 
-from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.natural_units import EFFORT_UNIT, LONGEST_STEP
 from ..model.equilibrium import Equilibrium
-from ..model.kinemato_statics import kinemato_statics
 from ..model.robot import Robot, checked_robot
+from ..model.world_response import world_response, wrench_units
 from ..solving.geometrico_statics import checked_start, solve_forward
 from ..solving.not_reached import NoForwardSolution
-from .felt_directions import FeltDirections, felt_directions, wrench_units
+from .felt_directions import FeltDirections, felt_directions
 from .pushed_equilibrium import pushed_equilibrium
 from .wrench_measurements import WrenchMeasurements, wrench_measurements
 
@@ -109,7 +108,6 @@ class WrenchEstimate:
         return "; ".join(filter(None, [self.directions.words, self.doubt]))
 
 
-@on_one_blas_thread
 def estimate_wrench(
     robot: Robot,
     motors: ArrayLike,
@@ -155,7 +153,7 @@ def estimate_wrench(
         arrays = before._load_arrays
     else:
         before, arrays = None, robot.load_arrays(known)
-    search = _Search(robot, measured, known, arrays)
+    search = _Search(place, measured, known, arrays)
     if before is None or len(before.directions.gain.T) != len(measured.residual(place)):
         return search.from_afar(place)
     return search.from_last(before)
@@ -165,19 +163,20 @@ class _Search:
     """Newton's method for one wrench."""
 
     def __init__(
-        self, robot: Robot, measured: WrenchMeasurements, known: Loads, arrays: LoadArrays
+        self, place: Equilibrium, measured: WrenchMeasurements, known: Loads, arrays: LoadArrays
     ) -> None:
         """Nothing is found yet; ``arrays`` are those of the loads that are known."""
-        self.robot, self.measured = robot, measured
+        self.robot, self.measured = place.robot, measured
         self.known, self.arrays = known, arrays
-        self.units = wrench_units(robot)
+        self.units = wrench_units(place)
 
     def from_afar(self, start: Equilibrium) -> WrenchEstimate:
         """From the measured motors without a wrench."""
         free = pushed_equilibrium(start, self.measured.motors, self.known, self.arrays, None)
         if free is None:
             free = solve_forward(self.robot, self.measured.motors, start=start, loads=self.known)
-        return self._newton(free, np.zeros(len(self.units)), self.measured.doubt(free))
+        residual, doubt = self.measured.residual(free), self.measured.doubt(free)
+        return self._newton(free, np.zeros(len(self.units)), residual, doubt)
 
     def from_last(self, last: WrenchEstimate) -> WrenchEstimate:
         """From the last estimate: a step along what it told of, to the motors of now; and another.
@@ -186,27 +185,29 @@ class _Search:
         """
         felt, measured = last.directions, self.measured
         wrench = last.wrench_world[self.robot.platform_axes] / self.units
-        residual = measured.residual(last.equilibrium) - measured.by_way(felt.model)
+        residual = measured.residual(last.equilibrium) - measured.by_way(felt.response)
         ahead = felt.step(wrench, residual)
         there = self._reached(last.equilibrium, ahead)
         if there is None:
             return self.from_afar(last.equilibrium)
-        again = felt.step(ahead, measured.residual(there))
-        if np.abs(again - ahead).max() > _LAST_STEP:
+        residual = measured.residual(there)
+        again = felt.step(ahead, residual)
+        if _size(again - ahead) > _LAST_STEP:
             nearer = self._reached(there, again)
             if nearer is not None:
-                there, ahead = nearer, again
-        return self._newton(there, ahead, "")
+                there, ahead, residual = nearer, again, measured.residual(nearer)
+        return self._newton(there, ahead, residual, "")
 
-    def _newton(self, start: Equilibrium, wrench: Floats, doubt: str) -> WrenchEstimate:
+    def _newton(
+        self, start: Equilibrium, wrench: Floats, residual: Floats, doubt: str
+    ) -> WrenchEstimate:
         """Newton's method from an equilibrium under a wrench in natural units."""
         found, count = start, None
-        residual = self.measured.residual(found)
         for _ in range(_STEPS):
-            felt = felt_directions(self.measured, kinemato_statics(found), count)
+            felt = felt_directions(self.measured, world_response(found), count)
             count = felt.count
             target = felt.step(wrench, residual)
-            size = float(np.abs(target - wrench).max(initial=0.0))
+            size = _size(target - wrench)
             if size <= _LAST_STEP:
                 return self._estimate(found, felt, target, residual, doubt)
             fraction = min(1.0, _LONGEST / size)
@@ -233,6 +234,8 @@ class _Search:
 
     def _world(self, wrench: Floats) -> Floats:
         """A wrench in natural units as a world wrench, (6,) [N m, N]."""
+        if len(wrench) == 6:
+            return wrench * self.units
         world = np.zeros(6)
         world[self.robot.platform_axes] = wrench * self.units
         return world
@@ -269,3 +272,8 @@ class _Search:
             f"one under mx my mz fx fy fz = ({numbers}) N m, N"
         )
         return NoForwardSolution(f"{text}; {doubt}" if doubt else text, 0.0, last)
+
+
+def _size(step: Floats) -> float:
+    """Largest component; of so few numbers quicker this way."""
+    return max(map(abs, step.tolist()), default=0.0)

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,12 +47,12 @@ def pushed_equilibrium(
         None where its corrections do not contract, or stability would be lost on the way.
     """
     robot = start.robot
-    way = np.abs(motors - start.motors) / robot.motor_units
-    if way.max(initial=0.0) > LONGEST_STEP:
+    way = (motors - start.motors) / robot.motor_units
+    if max(map(abs, way.tolist()), default=0.0) > LONGEST_STEP:
         return None
     loads = known
     if wrench_world is not None:
-        loads = known.with_(wrench_world=known.wrench_world + wrench_world)
+        loads = replace(known, wrench_world=known.wrench_world + wrench_world)
         platform = arrays.platform.copy()
         platform["moment_world"][0] += wrench_world[:3]
         platform["force_world"][0] += wrench_world[3:]

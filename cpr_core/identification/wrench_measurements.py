@@ -14,14 +14,15 @@ from ..description.plausibility import quaternion_order_doubt, request_doubt
 from ..errors import InvalidRequest, NonFiniteInput
 from ..lie import quaternion_from_rotation, rotation_from_quaternion, rotation_log
 from ..model.equilibrium import Equilibrium
-from ..model.kinemato_statics import KinematoStatics
 from ..model.robot import Robot
+from ..model.world_response import WorldResponse
 from ..validation import checked_vector
 
-__all__ = ["WrenchMeasurements", "platform_turn", "wrench_measurements"]
+__all__ = ["WrenchMeasurements", "wrench_measurements"]
 
 Floats = NDArray[np.float64]
 
+_NONE, _NO_TURN = np.zeros(0), np.eye(3)
 _POSE = "x y z in the world, qw qx qy qz"
 
 
@@ -36,6 +37,7 @@ class WrenchMeasurements:
         position: Of the platform in the world, (3,) [m]; None: no pose is measured.
         rotation: Of the platform in the world, (3, 3).
         pose_weights: One over standard deviations of the platform coordinates, (b,).
+        count: How many numbers are measured at all.
     """
 
     motors: Floats
@@ -44,11 +46,7 @@ class WrenchMeasurements:
     position: Floats | None
     rotation: Floats
     pose_weights: Floats
-
-    @property
-    def count(self) -> int:
-        """How many numbers are measured at all."""
-        return int(np.count_nonzero(self.effort_weights) + np.count_nonzero(self.pose_weights))
+    count: int
 
     def residual(self, equilibrium: Equilibrium) -> Floats:
         """Measured less modelled, in standard deviations, (M,)."""
@@ -59,31 +57,33 @@ class WrenchMeasurements:
             return pushed
         return np.concatenate([pushed, self._pose_residual(equilibrium)])
 
-    def by_wrench(self, model: KinematoStatics) -> Floats:
-        """What is modelled, in standard deviations, by a wrench in world axes, (M, b).
+    def by_wrench(self, response: WorldResponse) -> Floats:
+        """What is modelled, in standard deviations, by a world wrench in natural units, (M, b).
 
         The rotation's residual is the logarithm of a product. That its own derivative is taken as one
         moves no solution: across the axis of the residual it differs from one, along it does not.
         """
-        turn, rows = platform_turn(model.equilibrium), []
-        if self.efforts is not None:
-            rows.append(self.effort_weights[:, None] * (model.efforts_by_wrench @ turn.T))
-        if self.position is not None:
-            moved = turn @ model.platform_by_wrench @ turn.T
-            rows.append(self.pose_weights[:, None] * moved)
-        return rows[0] if len(rows) == 1 else np.vstack(rows)
+        return self._rows(response, response.efforts_by_wrench, response.twist_by_wrench)
 
-    def by_way(self, model: KinematoStatics) -> Floats:
+    def by_way(self, response: WorldResponse) -> Floats:
         """What the way from the motors of an equilibrium to the measured ones changes, to first order.
 
         In standard deviations, (M,).
         """
-        way, parts = self.motors - model.equilibrium.motors, []
+        robot = response.equilibrium.robot
+        way = (self.motors - response.equilibrium.motors) / robot.motor_units
+        turned = response.twist_by_motors @ way
+        return self._rows(response, response.efforts_by_motors @ way, turned)
+
+    def _rows(self, response: WorldResponse, efforts: Floats, twists: Floats) -> Floats:
+        """Rows of efforts and twists in natural units, in standard deviations."""
+        robot, parts = response.equilibrium.robot, []
         if self.efforts is not None:
-            parts.append(self.effort_weights * (model.efforts_by_motors @ way))
+            weights = self.effort_weights * (robot.arrays.energy_unit / robot.motor_units)
+            parts.append((efforts.T * weights).T)
         if self.position is not None:
-            twist = platform_turn(model.equilibrium) @ (model.jacobian @ way)
-            parts.append(self.pose_weights * twist)
+            weights = self.pose_weights * robot.arrays.unit[robot.platform_indices]
+            parts.append((twists.T * weights).T)
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def doubt(self, equilibrium: Equilibrium) -> str:
@@ -108,14 +108,6 @@ class WrenchMeasurements:
         error[:3] = rotation_log(self.rotation @ equilibrium.platform_rotation.T)
         error[3:] = self.position - equilibrium.platform_position
         return error[equilibrium.robot.platform_axes] * self.pose_weights
-
-
-def platform_turn(equilibrium: Equilibrium) -> Floats:
-    """World components of platform twists and wrenches in the axes of the platform, (b, b)."""
-    turn = np.zeros((6, 6))
-    turn[:3, :3] = turn[3:, 3:] = equilibrium.platform_rotation
-    axes = equilibrium.robot.platform_axes
-    return turn if len(axes) == 6 else turn[np.ix_(axes, axes)]
 
 
 def wrench_measurements(
@@ -148,11 +140,11 @@ def wrench_measurements(
         raise InvalidRequest("efforts", "expected efforts, a pose or both, got neither")
     count, axes = robot.motor_count, robot.platform_axes
     at = checked_vector("motors", motors, count, robot.motor_list)
-    pushed, effort_weights = None, np.zeros(0)
+    pushed, effort_weights = None, _NONE
     if efforts is not None:
         pushed = checked_vector("efforts", efforts, count, robot.motor_list)
         effort_weights = _weights("effort_deviation", effort_deviation, count, "N m or N")
-    position, rotation, pose_weights = None, np.eye(3), np.zeros(0)
+    position, rotation, pose_weights = None, _NO_TURN, _NONE
     if pose is not None:
         given = checked_vector("pose", pose, 7, _POSE)
         position, rotation = given[:3], rotation_from_quaternion(given[3:])
@@ -163,10 +155,12 @@ def wrench_measurements(
             raise InvalidRequest("pose", doubt)
         two = _weights("pose_deviation", pose_deviation, 2, "m of the position, rad of the rotation")
         pose_weights = np.where(axes < 3, two[1], two[0])
-    found = WrenchMeasurements(at, pushed, effort_weights, position, rotation, pose_weights)
-    if not found.count:
+    measured = int(np.count_nonzero(effort_weights) + np.count_nonzero(pose_weights))
+    if not measured:
         raise InvalidRequest("effort_deviation", "expected a finite one at least, all are infinite")
-    return found
+    return WrenchMeasurements(
+        at, pushed, effort_weights, position, rotation, pose_weights, measured
+    )
 
 
 def _weights(name: str, deviation: ArrayLike | None, size: int, meaning: str) -> Floats:
