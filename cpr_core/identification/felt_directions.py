@@ -117,7 +117,11 @@ class FeltDirections:
         lines = [f"{name} is not felt" for name in whole]
         more = unfelt.shape[1] - len(whole)
         if mixed and more > 0:
-            ways = "one way of combining them is" if more == 1 else f"{more} ways of combining them are"
+            ways = (
+                "one way of combining them is"
+                if more == 1
+                else f"{more} ways of combining them are"
+            )
             lines.append(f"{_listed(mixed)} are not felt separately: {ways} not felt")
         return "; ".join(lines)
 

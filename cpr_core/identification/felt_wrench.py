@@ -8,6 +8,7 @@ The derivation is in docs/derivations.md, "Felt wrenches"; docs/wrench.md shows 
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -16,14 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaincc
 
 from ..description.loads import Loads
-from ..errors import InvalidRequest
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.natural_units import EFFORT_UNIT, LONGEST_STEP
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
 from ..model.world_response import world_response, wrench_units
 from ..solving.geometrico_statics import checked_start, solve_forward
-from ..solving.not_reached import NoForwardSolution
+from ..solving.not_reached import NoForwardSolution, TimeLimitExceeded
+from ..validation import checked_time
 from .felt_directions import FeltDirections, felt_directions
 from .pushed_equilibrium import pushed_equilibrium
 from .wrench_measurements import WrenchMeasurements, wrench_measurements
@@ -47,8 +48,6 @@ class WrenchEstimate:
     Attributes:
         wrench_world: Moment, then force on the platform at its origin, in world axes, beyond ``loads``;
             of those that explain the measurements equally well the smallest, (6,) [N m, N].
-        covariance: Of it, in the same order, (6, 6). A direction that is not felt has a standard
-            deviation of 1000 natural units (moments E J / l, forces E J / l^2) instead of an infinite one.
         observability: What the measurements tell of the direction that is felt least over what they tell
             of that felt best, in natural units: 1 all alike, 0 where a direction is not felt.
         equilibrium: Where the robot is, at the measured motors under the loads and the wrench.
@@ -75,12 +74,19 @@ class WrenchEstimate:
 
     @property
     def covariance(self) -> Floats:
-        """Of the wrench, see above."""
+        """Covariance of the wrench in the world, (6, 6) [N^2 m^2, N^2 m, N^2].
+
+        A direction that is not felt has a standard deviation of 1000 natural units (moments E J / l,
+        forces E J / l^2) instead of an infinite one, and so have those out of a planar robot's plane.
+        """
         return self.directions.covariance
 
     @property
     def felt(self) -> Floats:
-        """Wrenches that are felt, the best first: world axes, 1 N, moments over the mean rod length, (f, 6)."""
+        """Wrenches in the world that are felt, the best first, as rows, (f, 6) [N m, N].
+
+        Their size is 1 N, where moments count over the mean rod length.
+        """
         return self.directions.felt
 
     @property
@@ -97,7 +103,7 @@ class WrenchEstimate:
 
     @cached_property
     def consistency(self) -> float:
-        """Probability of a ``chi_square`` as large or larger, had noise alone made it; 1: nothing to tell."""
+        """Probability of a ``chi_square`` as large, had noise alone made it; 1: nothing to tell."""
         if not self.degrees_of_freedom:
             return 1.0
         return float(gammaincc(0.5 * self.degrees_of_freedom, 0.5 * self.chi_square))
@@ -118,6 +124,7 @@ def estimate_wrench(
     pose_deviation: ArrayLike | None = None,
     start: Equilibrium | WrenchEstimate | None = None,
     loads: Loads | None = None,
+    time_limit: float | None = None,
 ) -> WrenchEstimate:
     """What pushes on the platform.
 
@@ -131,8 +138,11 @@ def estimate_wrench(
         pose: Measured pose of the platform, x y z qw qx qy qz in the world, (7,) [m].
         pose_deviation: Standard deviations of its position [m] and of its rotation [rad], (2,); an
             infinite one is not measured.
-        start: The last estimate, which makes the next one quick, or an equilibrium near by; default home.
-        loads: What acts beside the wrench; default what the description names, gravity among it.
+        start: The last estimate, which makes the next one quick, or an equilibrium near by; default
+            home.
+        loads: What acts beside the wrench; default as for the last estimate, or what the description
+            names, gravity among it.
+        time_limit: Give up after this time [s]; default never.
 
     Raises:
         InvalidRequest: Wrong lengths, nothing measured, no standard deviations, a pose in other units or
@@ -140,7 +150,7 @@ def estimate_wrench(
         InvalidQuaternion: A quaternion far from unit length.
         NonFiniteInput: A NaN or an infinity.
         NotReached: No equilibrium at the measured motors, or none under a wrench that explains the
-            measurements, as far as Newton's method sees.
+            measurements, as far as Newton's method sees; or the time allowed was over.
     """
     before = start if isinstance(start, WrenchEstimate) else None
     near = before.equilibrium if before else start
@@ -153,7 +163,7 @@ def estimate_wrench(
         arrays = before._load_arrays
     else:
         before, arrays = None, robot.load_arrays(known)
-    search = _Search(place, measured, known, arrays)
+    search = _Search(place, measured, known, arrays, checked_time(time_limit))
     if before is None or len(before.directions.gain.T) != len(measured.residual(place)):
         return search.from_afar(place)
     return search.from_last(before)
@@ -163,18 +173,29 @@ class _Search:
     """Newton's method for one wrench."""
 
     def __init__(
-        self, place: Equilibrium, measured: WrenchMeasurements, known: Loads, arrays: LoadArrays
+        self,
+        place: Equilibrium,
+        measured: WrenchMeasurements,
+        known: Loads,
+        arrays: LoadArrays,
+        time_limit: float,
     ) -> None:
         """Nothing is found yet; ``arrays`` are those of the loads that are known."""
         self.robot, self.measured = place.robot, measured
         self.known, self.arrays = known, arrays
-        self.units = wrench_units(place)
+        self.units, self.deadline = wrench_units(place), time.perf_counter() + time_limit
 
     def from_afar(self, start: Equilibrium) -> WrenchEstimate:
         """From the measured motors without a wrench."""
         free = pushed_equilibrium(start, self.measured.motors, self.known, self.arrays, None)
         if free is None:
-            free = solve_forward(self.robot, self.measured.motors, start=start, loads=self.known)
+            free = solve_forward(
+                self.robot,
+                self.measured.motors,
+                start=start,
+                loads=self.known,
+                time_limit=max(0.0, self.deadline - time.perf_counter()),
+            )
         residual, doubt = self.measured.residual(free), self.measured.doubt(free)
         return self._newton(free, np.zeros(len(self.units)), residual, doubt)
 
@@ -214,6 +235,8 @@ class _Search:
             for _ in range(_HALVINGS):
                 ahead = wrench + fraction * (target - wrench)
                 there = self._reached(found, ahead)
+                if time.perf_counter() >= self.deadline:
+                    raise TimeLimitExceeded("wrench: the time allowed was over", 0.0, found)
                 if there is not None:
                     left = self.measured.residual(there)
                     # What is not felt may be taken back at the cost of some of the residual.

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The equilibrium next to another one, at other motors and under another wrench: one call of a kernel."""
+"""The equilibrium next to another one, at other motors and under another wrench, in one call."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is measured of a robot that something pushes on: efforts of its motors, the pose of its platform."""
+"""What is measured of a robot that something pushes on: motor efforts, the pose of its platform."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ __all__ = ["WrenchMeasurements", "wrench_measurements"]
 Floats = NDArray[np.float64]
 
 _NONE, _NO_TURN = np.zeros(0), np.eye(3)
+#: A factor of efforts that looks like a thousand; what such efforts are large and small beside.
+_IS_THOUSAND, _LARGE, _SMALL = (200.0, 5000.0), 10.0, 0.01
 _POSE = "x y z in the world, qw qx qy qz"
 
 
@@ -50,12 +52,15 @@ class WrenchMeasurements:
 
     def residual(self, equilibrium: Equilibrium) -> Floats:
         """Measured less modelled, in standard deviations, (M,)."""
-        if self.efforts is None:
-            return self._pose_residual(equilibrium)
-        pushed = (self.efforts - equilibrium.efforts) * self.effort_weights
-        if self.position is None:
-            return pushed
-        return np.concatenate([pushed, self._pose_residual(equilibrium)])
+        parts = []
+        if self.efforts is not None:
+            parts.append((self.efforts - equilibrium.efforts) * self.effort_weights)
+        if self.position is not None:
+            error = np.empty(6)
+            error[:3] = rotation_log(self.rotation @ equilibrium.platform_rotation.T)
+            error[3:] = self.position - equilibrium.platform_position
+            parts.append(error[equilibrium.robot.platform_axes] * self.pose_weights)
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def by_wrench(self, response: WorldResponse) -> Floats:
         """What is modelled, in standard deviations, by a world wrench in natural units, (M, b).
@@ -90,24 +95,20 @@ class WrenchMeasurements:
         """What looks like other units in the efforts, seen from those of the model; empty: nothing."""
         if self.efforts is None:
             return ""
-        measured = float(np.linalg.norm(self.efforts))
-        modelled = float(np.linalg.norm(equilibrium.efforts))
-        if not modelled > 0.0 or not measured > 0.0:
-            return ""
-        ratio = measured / modelled
-        if 300.0 < ratio < 3000.0:
+        # Torques in E J / l, forces in E J / l^2, so that motors that turn and such that push add up.
+        robot = equilibrium.robot
+        units = robot.arrays.energy_unit / robot.motor_units
+        measured = float(np.linalg.norm(self.efforts / units))
+        modelled = float(np.linalg.norm(equilibrium.efforts / units))
+        if _IS_THOUSAND[0] * modelled < measured < _IS_THOUSAND[1] * modelled and measured > _LARGE:
             seen = "a thousand times those of the model without a wrench: are they in N mm?"
-        elif 300.0 < 1.0 / ratio < 3000.0:
+        elif (
+            _IS_THOUSAND[0] * measured < modelled < _IS_THOUSAND[1] * measured and modelled > _SMALL
+        ):
             seen = "a thousandth of those of the model without a wrench: are they in kN m?"
         else:
             return ""
         return f"the measured efforts are about {seen} N m and N are expected"
-
-    def _pose_residual(self, equilibrium: Equilibrium) -> Floats:
-        error = np.empty(6)
-        error[:3] = rotation_log(self.rotation @ equilibrium.platform_rotation.T)
-        error[3:] = self.position - equilibrium.platform_position
-        return error[equilibrium.robot.platform_axes] * self.pose_weights
 
 
 def wrench_measurements(
@@ -153,7 +154,9 @@ def wrench_measurements(
         doubt = doubt or request_doubt(robot.description, None, position)
         if doubt:
             raise InvalidRequest("pose", doubt)
-        two = _weights("pose_deviation", pose_deviation, 2, "m of the position, rad of the rotation")
+        two = _weights(
+            "pose_deviation", pose_deviation, 2, "m of the position, rad of the rotation"
+        )
         pose_weights = np.where(axes < 3, two[1], two[0])
     measured = int(np.count_nonzero(effort_weights) + np.count_nonzero(pose_weights))
     if not measured:

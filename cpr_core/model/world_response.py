@@ -20,7 +20,7 @@ from ..kernels.kept_factors import kept_count
 from .equilibrium import Equilibrium
 from .kinemato_statics import kinemato_statics
 
-__all__ = ["WorldResponse", "wrench_units", "world_response"]
+__all__ = ["WorldResponse", "world_response", "wrench_units"]
 
 Floats = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def _border(equilibrium: Equilibrium) -> Floats | None:
         return None
     count = len(arrays.border_indices)
     first = kept_count(len(arrays.groups), arrays.slots, 0, 1)
-    return kept[first:].ravel()[: count**2].reshape(count, count)  # type: ignore[no-any-return]
+    return kept[first:].ravel()[: count**2].reshape(count, count)
 
 
 def _dense(equilibrium: Equilibrium) -> WorldResponse:
