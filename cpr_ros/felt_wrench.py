@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 
 #: Longest time that one estimate takes, and how long nothing is looked for after one that failed [s].
 _LONGEST, _REST = 0.02, 0.1
+#: Standard deviation of efforts that nobody named, in natural units.
+_DEFAULT_PART = 0.01
 #: A pose is of the same time as the motors up to this [s].
 _SAME_TIME = 0.1
 #: After so long without efforts a wrench is looked for anew [s].
@@ -35,7 +37,8 @@ class WrenchSettings:
     """What may change while the node runs.
 
     Attributes:
-        effort_deviation: Standard deviation of a measured effort, the part always there [N m, N].
+        effort_deviation: Standard deviation of a measured effort, the part always there [N m, N]; 0:
+            a hundredth of the natural unit, E J / l or E J / l^2.
         effort_deviation_relative: The part that grows with it.
         position_deviation: Of a measured pose [m]; 0: the pose is not used.
         rotation_deviation: Of a measured pose [rad]; 0: the pose is not used.
@@ -183,13 +186,15 @@ class FeltWrench:
         deviations = settings.position_deviation, settings.rotation_deviation
         if self._pose is not None and min(deviations) > 0.0:
             pose = self._pose[1] if abs(time - self._pose[0]) <= _SAME_TIME else None
+        natural = self.robot.arrays.energy_unit / self.robot.motor_units
+        always = settings.effort_deviation or _DEFAULT_PART * natural
         relative = settings.effort_deviation_relative * np.abs(efforts)
         self.with_pose = pose is not None
         return estimate_wrench(
             self.robot,
             motors,
             efforts=efforts,
-            effort_deviation=np.hypot(settings.effort_deviation, relative),
+            effort_deviation=np.hypot(always, relative),
             pose=pose,
             pose_deviation=None if pose is None else deviations,
             start=start,

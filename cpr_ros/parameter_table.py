@@ -268,10 +268,11 @@ _LIVE = (
     ),
     DeclaredParameter(
         "wrench_effort_deviation",
-        0.01,
+        0.0,
         "N m, N",
-        "standard deviation of a measured effort, the part that is always there",
-        (1e-9, 1e6),
+        "standard deviation of a measured effort, the part that is always there; 0: a hundredth of "
+        "E J / l for torques, of E J / l^2 for forces",
+        (0.0, 1e6),
         live=True,
     ),
     DeclaredParameter(
