@@ -28,6 +28,8 @@ _LONGEST, _REST = 0.02, 0.1
 _DEFAULT_PART = 0.01
 #: A pose is of the same time as the motors up to this [s].
 _SAME_TIME = 0.1
+#: Over how long the speed of motors is looked at, at least [s].
+_SPEED_OVER = 0.008
 #: After so long without efforts a wrench is looked for anew [s].
 _FORGET = 0.5
 
@@ -72,6 +74,7 @@ class FeltWrench:
         self.with_pose = False
         self._last: WrenchEstimate | None = None
         self._motors: tuple[float, Floats] | None = None
+        self._speed = 0.0  # of the fastest motor [rad/s, rod lengths/s]
         self._pose: tuple[float, Floats] | None = None
         self._reason, self._rests_until = "", 0.0
         self._kind = self._announced = ""
@@ -117,11 +120,11 @@ class FeltWrench:
         if 0.0 < self.settings.timeout < now - time:
             self.refuse("stale", self._old(now - time))
             return None
-        speed, self._motors = self._speed(motors, time), (time, motors)
-        if speed > self.settings.max_speed:
+        self._look_at_speed(motors, time)
+        if self._speed > self.settings.max_speed:
             self.refuse(
                 "speed",
-                f"a motor moves at {speed:.3g} rad/s or rod lengths/s, more than wrench_max_speed "
+                f"a motor moves at {self._speed:.3g} rad/s or rod lengths/s, more than wrench_max_speed "
                 f"{self.settings.max_speed:g}: inertia may be felt",
             )
             return None
@@ -172,12 +175,14 @@ class FeltWrench:
             f"{self.settings.timeout:g} s"
         )
 
-    def _speed(self, motors: Floats, time: float) -> float:
-        """Of the fastest motor since the last measurement [rad/s, rod lengths/s]."""
-        if self._motors is None or not time > self._motors[0]:
-            return 0.0
-        way = np.abs(motors - self._motors[1]) / self.robot.motor_units
-        return float(way.max(initial=0.0)) / (time - self._motors[0])
+    def _look_at_speed(self, motors: Floats, time: float) -> None:
+        """How fast the fastest motor is; measurements without stamps may come all at once."""
+        if self._motors is None:
+            self._motors, self._speed = (time, motors), 0.0
+        elif time - self._motors[0] > _SPEED_OVER:
+            way = np.abs(motors - self._motors[1]) / self.robot.motor_units
+            self._speed = float(way.max(initial=0.0)) / (time - self._motors[0])
+            self._motors = time, motors
 
     def _estimate(
         self, motors: Floats, efforts: Floats, time: float, near: Equilibrium

@@ -11,6 +11,7 @@ from scipy import stats
 
 from cpr_core import estimate_wrench, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
+from cpr_core.identification import felt_wrench
 from cpr_core.model.world_response import wrench_units
 
 ROBOTS = list(shipped_robots())
@@ -52,6 +53,15 @@ def test_exact_efforts_tell_the_wrench(name):
     assert_allclose(found.equilibrium.platform_position, true.platform_position, atol=1e-6)
 
 
+@pytest.mark.parametrize("name", [*BY_EFFORTS, "three_rfs", "delta"])
+def test_an_exact_pose_tells_the_wrench(name):
+    """Also where a few motors do not feel it."""
+    true, wrench = pushed(name, 0.05)
+    found = estimate_wrench(true.robot, true.motors, pose=pose_of(true), pose_deviation=DEVIATION)
+    assert not len(found.unfelt) and found.degrees_of_freedom == 0
+    assert_allclose(found.wrench_world, wrench, rtol=0, atol=1e-9)
+
+
 @pytest.mark.parametrize("name", ROBOTS)
 def test_an_exact_pose_and_efforts_tell_the_wrench(name):
     """Whatever is felt: measurements that leave nothing over are explained by no other wrench."""
@@ -88,6 +98,34 @@ def test_a_changing_wrench_is_followed_while_the_motors_move():
             robot, true.motors, efforts=true.efforts, effort_deviation=0.01, start=last
         )
         assert_allclose(last.wrench_world, turned, rtol=0, atol=1e-9)
+
+
+def test_an_estimate_goes_on_from_the_last_in_one_solve_or_two(monkeypatch):
+    """Also while the motors move: what the last one told says where to."""
+    true, wrench = pushed("six_rfs")
+    robot, calls = true.robot, {"pushed_equilibrium": 0, "world_response": 0}
+
+    def counting(name):
+        wrapped = getattr(felt_wrench, name)
+
+        def count(*arguments):
+            calls[name] += 1
+            return wrapped(*arguments)
+
+        return count
+
+    last = estimate_wrench(robot, true.motors, efforts=true.efforts, effort_deviation=0.01)
+    for name in calls:
+        monkeypatch.setattr(felt_wrench, name, counting(name))
+    for step in range(1, 11):
+        loads = robot.default_loads.with_(wrench_world=(1.0 + 0.02 * step) * wrench)
+        true = solve_forward(robot, true.motors + 0.01, start=true, loads=loads)
+        before = dict(calls)
+        last = estimate_wrench(
+            robot, true.motors, efforts=true.efforts, effort_deviation=0.01, start=last
+        )
+        assert calls["pushed_equilibrium"] - before["pushed_equilibrium"] <= 2
+        assert calls["world_response"] - before["world_response"] == 1
 
 
 def test_one_step_of_a_large_wrench_is_found_from_the_last_estimate():

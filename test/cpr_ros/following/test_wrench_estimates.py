@@ -107,12 +107,35 @@ def test_efforts_in_other_units_silence():
 def test_a_fast_robot_is_not_felt():
     measured = Measured()
     assert measured.take() is not None
-    measured.push(np.zeros(6), measured.home.motors + 0.01)
+    for step in range(1, 5):
+        measured.push(np.zeros(6), measured.home.motors + 0.01 * step)
+        measured.take()
     assert measured.take() is None
     assert "moves at 2 rad/s or rod lengths/s, more than wrench_max_speed 0.5" in (
         measured.felt.reason(measured.now)
     )
-    assert measured.take() is not None
+    for _ in range(3):
+        found = measured.take()
+    assert_allclose(found.wrench_world, 0.0, atol=1e-9)
+
+
+def test_measurements_without_stamps_may_come_at_once():
+    """They are of different times, so no speed is read out of them."""
+    measured = Measured()
+    for step in range(4):
+        measured.push(np.zeros(6), measured.home.motors + 1e-3 * step)
+        measured.now -= PERIOD - 1e-5
+        assert measured.take() is not None
+
+
+def test_new_parameters_count_at_once():
+    measured = Measured()
+    measured.take_pose(shift=0.1)
+    assert measured.take() is None
+    measured.felt.settings = replace(SETTINGS, position_deviation=0.0)
+    assert measured.take().degrees_of_freedom == 0
+    measured.felt.settings = replace(SETTINGS, position_deviation=0.0, timeout=0.1)
+    assert measured.take(age=0.2) is None
 
 
 def test_old_measurements_are_told():
