@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, Robot, WrenchEstimate, estimate_wrench
+from cpr_core.model.world_response import effort_units
 
 from .watchdog import Watchdog
 
@@ -191,8 +192,7 @@ class FeltWrench:
         deviations = settings.position_deviation, settings.rotation_deviation
         if self._pose is not None and min(deviations) > 0.0:
             pose = self._pose[1] if abs(time - self._pose[0]) <= _SAME_TIME else None
-        natural = self.robot.arrays.energy_unit / self.robot.motor_units
-        always = settings.effort_deviation or _DEFAULT_PART * natural
+        always = settings.effort_deviation or _DEFAULT_PART * effort_units(self.robot)
         relative = settings.effort_deviation_relative * np.abs(efforts)
         self.with_pose = pose is not None
         return estimate_wrench(

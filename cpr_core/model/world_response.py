@@ -19,8 +19,9 @@ from ..kernels.condensation_kernel import CONDENSED
 from ..kernels.kept_factors import kept_count
 from .equilibrium import Equilibrium
 from .kinemato_statics import kinemato_statics
+from .robot import Robot
 
-__all__ = ["WorldResponse", "world_response", "wrench_units"]
+__all__ = ["WorldResponse", "effort_units", "twist_units", "world_response", "wrench_units"]
 
 Floats = NDArray[np.float64]
 
@@ -52,9 +53,19 @@ def wrench_units(equilibrium: Equilibrium) -> Floats:
     robot = equilibrium.robot
 
     def find() -> Floats:
-        return np.asarray(robot.arrays.energy_unit / robot.arrays.unit[robot.platform_indices])
+        return np.asarray(robot.arrays.energy_unit / twist_units(robot))
 
     return robot.kept("wrench units", find)
+
+
+def effort_units(robot: Robot) -> Floats:
+    """Natural units of motor efforts, (n,) [N m or N]."""
+    return robot.kept("effort units", lambda: robot.arrays.energy_unit / robot.motor_units)
+
+
+def twist_units(robot: Robot) -> Floats:
+    """Natural units of the platform coordinates, (b,) [rad, m]."""
+    return robot.kept("twist units", lambda: robot.arrays.unit[robot.platform_indices])
 
 
 def world_response(equilibrium: Equilibrium) -> WorldResponse:

