@@ -210,6 +210,8 @@ class FeltWrench:
         """Why an estimate is not to be trusted; empty: it is."""
         if found.equilibrium.index_locked > 0:
             return "the equilibrium that explains the measurements is unstable"
+        if not found.directions.count:
+            return "nothing of the wrench is felt: the standard deviations are too large for this robot"
         if found.consistency < self.settings.consistency:
             return (
                 f"the measurements contradict each other: chi-square {found.chi_square:.3g} of "

@@ -217,7 +217,7 @@ class _Search:
             nearer = self._reached(there, again)
             if nearer is not None:
                 there, ahead, residual = nearer, again, measured.residual(nearer)
-        return self._newton(there, ahead, residual, "")
+        return self._newton(there, ahead, residual, last.doubt)
 
     def _newton(
         self, start: Equilibrium, wrench: Floats, residual: Floats, doubt: str

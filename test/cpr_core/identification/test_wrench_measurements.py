@@ -86,15 +86,16 @@ def test_efforts_in_other_units_are_doubted(name, factor):
     robot = load_robot(name)
     home = solve_home(robot)
     efforts = factor * home.efforts
+    given = {"efforts": efforts, "effort_deviation": 0.01 * np.abs(efforts).max()}
     try:
-        found = estimate_wrench(
-            robot, home.motors, efforts=efforts, effort_deviation=0.01 * np.abs(efforts).max()
-        )
+        found = estimate_wrench(robot, home.motors, **given)
     except NotReached as error:
         told = str(error)
     else:
         told = found.doubt
         assert told in found.words
+        again = estimate_wrench(robot, home.motors, **given, start=found)
+        assert again.doubt == told
     assert ("N mm?" if factor > 1.0 else "kN m?") in told
 
 

@@ -104,6 +104,12 @@ def test_efforts_in_other_units_silence():
     assert measured.felt.announcement(measured.now) == ("", "the wrench is estimated")
 
 
+def test_nothing_is_told_where_nothing_is_felt():
+    measured = Measured(effort_deviation=10.0)
+    assert measured.take() is None
+    assert "nothing of the wrench is felt" in measured.felt.reason(measured.now)
+
+
 def test_a_fast_robot_is_not_felt():
     measured = Measured()
     assert measured.take() is not None
