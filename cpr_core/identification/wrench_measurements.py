@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description.plausibility import quaternion_order_doubt, request_doubt
 from ..errors import InvalidRequest, NonFiniteInput
-from ..lie import quaternion_from_rotation, rotation_from_quaternion, rotation_log
+from ..lie import rotation_from_quaternion, rotation_log
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..model.world_response import WorldResponse, effort_units, twist_units
@@ -149,9 +149,9 @@ def wrench_measurements(
     if pose is not None:
         given = checked_vector("pose", pose, 7, _POSE)
         position, rotation = given[:3], rotation_from_quaternion(given[3:])
-        quaternion = quaternion_from_rotation(rotation)
-        doubt = quaternion_order_doubt(quaternion, seen_from.platform_quaternion)
-        doubt = doubt or request_doubt(robot.description, None, position)
+        doubt = quaternion_order_doubt(given[3:], seen_from.platform_quaternion)
+        if math.dist(position, seen_from.platform_position) > robot.mean_length:
+            doubt = doubt or request_doubt(robot.description, None, position)
         if doubt:
             raise InvalidRequest("pose", doubt)
         two = _weights(
