@@ -13,6 +13,7 @@ from .errors import (
     NonFiniteInput,
     UnknownParameter,
 )
+from .identification.felt_wrench import WrenchEstimate, estimate_wrench
 from .model.bending_strain import bending_strains
 from .model.equilibrium import Equilibrium, spectrum
 from .model.kinemato_statics import KinematoStatics, Singularity, kinemato_statics
@@ -78,6 +79,7 @@ __all__ = [
     "Trace",
     "UnknownParameter",
     "UnstableEquilibrium",
+    "WrenchEstimate",
     "__version__",
     "bending_strains",
     "border_error",
@@ -87,6 +89,7 @@ __all__ = [
     "critical_load_factor",
     "derivatives",
     "error_of",
+    "estimate_wrench",
     "find_equilibria",
     "kinemato_statics",
     "leg_shapes",

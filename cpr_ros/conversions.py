@@ -40,6 +40,7 @@ __all__ = [
     "controlled_pose",
     "equilibrium_from_message",
     "fill_equilibrium",
+    "fill_wrench",
     "joint_state",
     "platform_pose",
     "pose_from_message",
@@ -297,8 +298,8 @@ def _own_loads(equilibrium: Equilibrium) -> list[LoadsMessage]:
         return []
     message = LoadsMessage()
     _fill_vector3(message.gravity, loads.gravity)
-    _fill_wrench(message.wrench_in_base, loads.wrench_world)
-    _fill_wrench(message.wrench_in_platform, loads.wrench_body)
+    fill_wrench(message.wrench_in_base, loads.wrench_world)
+    fill_wrench(message.wrench_in_platform, loads.wrench_body)
     return [message]
 
 
@@ -312,7 +313,8 @@ def _fill_vector3(message: Vector3, vector: Floats) -> None:
     message.x, message.y, message.z = vector.tolist()
 
 
-def _fill_wrench(message: Wrench, wrench: Floats) -> None:
+def fill_wrench(message: Wrench, wrench: Floats) -> None:
+    """Write a wrench [m; f], (6,)."""
     _fill_vector3(message.force, wrench[3:])
     _fill_vector3(message.torque, wrench[:3])
 

@@ -17,7 +17,7 @@ from .model_error import estimated_error, warned_error
 from .session import Session
 from .supervision import Action
 
-__all__ = ["diagnostic_array"]
+__all__ = ["diagnostic_array", "wrench_status"]
 
 _LEVELS = {
     Action.NONE: DiagnosticStatus.OK,
@@ -96,6 +96,24 @@ def diagnostic_array(
             )
         )
     return DiagnosticArray(header=Header(stamp=stamp), status=entries)
+
+
+def wrench_status(name: str, session: Session, now: float) -> DiagnosticStatus:
+    """Whether the wrench on the platform is estimated; a warning with the reason where it is not.
+
+    Args:
+        name: Full name of the node.
+        session: The robot in operation.
+        now: Steady time [s].
+    """
+    reason = session.felt.reason(now)
+    return DiagnosticStatus(
+        level=DiagnosticStatus.WARN if reason else DiagnosticStatus.OK,
+        name=f"{name}: wrench",
+        message=f"no wrench is estimated: {reason}" if reason else "the wrench is estimated",
+        hardware_id=session.robot.description.name,
+        values=_values({"reason": reason or "none", "with pose": session.felt.with_pose}),
+    )
 
 
 def _values(values: Mapping[str, object]) -> list[KeyValue]:

@@ -33,10 +33,11 @@ from .conversions import (
 from .dropped_messages import DroppedMessages
 from .goals import MotorGoal, PoseGoal
 from .motor_messages import measured_motors, motor_setpoint
-from .platform_messages import measured_pose, measurement_delay, platform_twist
+from .platform_messages import check_frame, measured_pose, measurement_delay, platform_twist
 from .session import Session
 from .trajectory_following import Ending
 from .trajectory_messages import trajectory_order
+from .wrench_messages import whole_pose
 
 __all__ = ["MEASURED", "Inputs", "newest_measured"]
 
@@ -85,6 +86,7 @@ class Inputs:
         session: Callable[[], Session | None],
         clock: Callable[[], float],
         place: Callable[[NDArray[np.float64]], None],
+        feel: Callable[[Session, JointState, float], None],
     ) -> None:
         """Subscribe.
 
@@ -94,8 +96,9 @@ class Inputs:
             session: Gives the robot in operation; None while the node is not active.
             clock: Steady time [s].
             place: Takes the first measured motors, (n,), of a robot that waits for them to be placed.
+            feel: Takes measured motors that may tell what pushes on the platform, and steady time.
         """
-        self._place = place
+        self._place, self._feel = place, feel
         self.dropped = DroppedMessages()
         self._node, self._frames, self._session, self._clock = node, frames, session, clock
         for kind, topic, take, qos in (
@@ -179,14 +182,17 @@ class Inputs:
             session.tracker.take(measured_motors(session.robot, message), now)
         elif session.unplaced:
             self._place(measured_motors(session.robot, message))
+        self._feel(session, message, now)
 
     def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
+        delay = measurement_delay(message.header, self._node.get_clock().now())
         try:
+            check_frame(message, self._frames)
+            session.felt.take_pose(whole_pose(message), now - delay)
             pose = measured_pose(session.robot, message, self._frames)
         except CprError as error:
             session.loop.refuse(str(error))
             raise
-        delay = measurement_delay(message, self._node.get_clock().now())
         session.loop.take(pose, now, delay)
 
     def _platform_twist(self, session: Session, message: TwistStamped, now: float) -> None:

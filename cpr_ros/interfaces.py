@@ -13,6 +13,7 @@ import numpy as np
 from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 from rclpy.lifecycle import LifecycleNode
+from sensor_msgs.msg import JointState
 
 from .conversions import Frames
 from .dropped_messages import DroppedMessages
@@ -36,6 +37,7 @@ class Interfaces:
         frames: Frames,
         session: Callable[[], Session | None],
         place: Callable[[NDArray[np.float64]], None],
+        feel: Callable[[Session, JointState, float], None],
         folder: MapFolder,
     ) -> None:
         """Offer all of it.
@@ -45,9 +47,10 @@ class Interfaces:
             frames: Names of the frames.
             session: Gives the robot in operation; None while the node is not active.
             place: Takes the first measured motors of a robot that is nobody knows where, (n,).
+            feel: Takes measured motors that may tell what pushes on the platform, and steady time.
             folder: Where maps are written.
         """
-        self._inputs = Inputs(node, frames, session, time.monotonic, place)
+        self._inputs = Inputs(node, frames, session, time.monotonic, place, feel)
         self._requests = Requests(node, frames, session)
         self._maps = MapAction(node, session, folder)
         self._moves = MoveAction(node, frames, session)

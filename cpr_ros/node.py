@@ -19,6 +19,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
 
 from cpr_core import CprError, load_robot
 from cpr_core.model.assessment import crossed_thresholds
@@ -256,7 +257,9 @@ class CprNode(LifecycleNode):
         """Offer services and take messages; from the first time on for ever."""
         if self.interfaces is None:
             frames, folder = self.transforms.frames, MapFolder.of(self.parameters)
-            self.interfaces = Interfaces(self, frames, self.active_session, self._place, folder)
+            self.interfaces = Interfaces(
+                self, frames, self.active_session, self._place, self._feel, folder
+            )
 
     def _place(self, motors: NDArray[np.float64]) -> None:
         """Be where the motors, (n,), are measured; where that cannot be, be inactive and say why."""
@@ -272,6 +275,12 @@ class CprNode(LifecycleNode):
             self.problem = str(error)
             self.get_logger().error(f"deactivated: {error}")
             self.trigger_deactivate()
+
+    def _feel(self, session: Session, message: JointState, now: float) -> None:
+        """Tell what pushes on the platform, where measured motors say so and somebody asks."""
+        if self.outputs.wrench_wanted:
+            self.outputs.felt_wrench(session, message, now)
+            self._announce(*session.felt.announcement(now))
 
     def _tick(self, now: float) -> None:
         session = self._required_session()
@@ -315,6 +324,9 @@ class CprNode(LifecycleNode):
         self.outputs.markers(self._required_session(), self.parameters.marker_color)
 
     def _publish_diagnostics(self) -> None:
+        session = self.active_session()
+        if session is not None and self.outputs.wrench_wanted:
+            self._announce(*session.felt.announcement(time.monotonic()))
         dropped = self.interfaces.dropped if self.interfaces else None
         life = self._state_machine.current_state[1]
         self.outputs.diagnostics(life, self.active_session(), dropped, self._ticking.late)

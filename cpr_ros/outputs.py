@@ -5,13 +5,14 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from cpr_msgs.msg import StabilityMetrics
+from cpr_msgs.msg import StabilityMetrics, WrenchEstimate
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, WrenchStamped
 from numpy.typing import NDArray
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode
@@ -20,18 +21,21 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 from visualization_msgs.msg import MarkerArray
 
-from cpr_core import Equilibrium, solve_home
+from cpr_core import CprError, Equilibrium, solve_home
 
 from .conversions import joint_state, platform_pose
-from .diagnostics import diagnostic_array
+from .diagnostics import diagnostic_array, wrench_status
 from .dropped_messages import DroppedMessages
 from .leg_markers import leg_markers
+from .motor_messages import measured_motors
 from .parameters import Parameters
+from .platform_messages import measurement_delay
 from .repeated_message import RepeatedMessage
 from .session import Session
 from .stability_stream import StabilityStream
 from .transforms import Transforms
 from .urdf import robot_urdf
+from .wrench_messages import estimated_wrench, measured_efforts, wrench_estimate
 
 __all__ = ["LATCHED", "Outputs", "promised"]
 
@@ -84,6 +88,8 @@ class Outputs:
         self._markers = publisher(MarkerArray, "~/leg_markers", 10)
         self._description = publisher(String, "~/description", LATCHED)
         self._urdf = publisher(String, "~/robot_description", LATCHED)
+        self._felt = publisher(WrenchStamped, "~/estimated_wrench", 10)
+        self._felt_well = publisher(WrenchEstimate, "~/wrench_estimate", 10)
         self._home = publisher(JointState, "~/home", LATCHED)
         self._home_pose = publisher(PoseStamped, "~/home_pose", LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -149,6 +155,49 @@ class Outputs:
         )
         self._stability.publish(message)
 
+    @property
+    def wrench_wanted(self) -> bool:
+        """Whether anybody asks what pushes on the platform."""
+        publishers = self._felt, self._felt_well
+        return any(publisher.get_subscription_count() > 0 for publisher in publishers)
+
+    def felt_wrench(self, session: Session, message: JointState, now: float) -> None:
+        """What pushes on the platform, if measured motors tell; for when anybody asks.
+
+        Args:
+            session: The robot in operation.
+            message: The measured motors.
+            now: Steady time [s].
+        """
+        clock, frames = self._node.get_clock(), self._transforms.frames
+        begin, delay = time.perf_counter(), measurement_delay(message.header, clock.now())
+        try:
+            motors = measured_motors(session.robot, message)
+            efforts = measured_efforts(session.robot, message)
+        except CprError as error:
+            session.felt.refuse("efforts", str(error))
+            return
+        near = session.solver.current.equilibrium
+        found = session.felt.take(motors, efforts, now - delay, now, near)
+        if found is None:
+            return
+        stamp = message.header.stamp
+        if not stamp.sec and not stamp.nanosec:
+            stamp = self._stamp()
+        if self._felt.get_subscription_count():
+            self._felt.publish(estimated_wrench(found, frames, stamp))
+        if self._felt_well.get_subscription_count():
+            solve_time = time.perf_counter() - begin
+            told = wrench_estimate(
+                found,
+                frames,
+                stamp,
+                with_pose=session.felt.with_pose,
+                latency=delay + solve_time,
+                solve_time=solve_time,
+            )
+            self._felt_well.publish(told)
+
     def markers(self, session: Session, by: str) -> None:
         """Legs for rviz, if anybody looks."""
         if self._markers.get_subscription_count():
@@ -163,9 +212,10 @@ class Outputs:
         name = self._node.get_fully_qualified_name()
         counts = dropped.counts if dropped else {}
         newest = dropped.newest() if dropped else {}
-        self._diagnostics.publish(
-            diagnostic_array(name, life, session, counts, newest, late_ticks, self._stamp())
-        )
+        array = diagnostic_array(name, life, session, counts, newest, late_ticks, self._stamp())
+        if session is not None and self.wrench_wanted:
+            array.status.append(wrench_status(name, session, time.monotonic()))
+        self._diagnostics.publish(array)
 
     def _stamp(self) -> Any:
         return self._node.get_clock().now().to_msg()

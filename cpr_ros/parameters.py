@@ -16,6 +16,7 @@ from rclpy.node import Node
 from cpr_core import CprError
 from cpr_core.model.assessment import Threshold, thresholds_problem
 
+from .felt_wrench import WrenchSettings
 from .parameter_calls import as_meant
 from .parameter_table import PARAMETERS, ROS_PARAMETERS, THRESHOLDS, DeclaredParameter
 from .pose_loop import LoopSettings
@@ -88,6 +89,7 @@ class LiveParameters:
         time_limit: Longest time of a request [s].
         loop: Of the correction by measured poses.
         twist_timeout: Age beyond which a twist moves nothing [s].
+        felt_wrench: Of the wrench that measured motors tell of.
     """
 
     settings: Settings
@@ -96,6 +98,7 @@ class LiveParameters:
     time_limit: float
     loop: LoopSettings
     twist_timeout: float
+    felt_wrench: WrenchSettings
 
 
 def declare(node: Node) -> Parameters:
@@ -153,6 +156,15 @@ def live_parameters(value: Callable[[str], Any]) -> LiveParameters:
         settling=value("measured_pose_settling"),
         timeout=value("measured_pose_timeout"),
     )
+    felt_wrench = WrenchSettings(
+        effort_deviation=value("wrench_effort_deviation"),
+        effort_deviation_relative=value("wrench_effort_deviation_relative"),
+        position_deviation=value("wrench_position_deviation"),
+        rotation_deviation=value("wrench_rotation_deviation"),
+        max_speed=value("wrench_max_speed"),
+        consistency=value("wrench_consistency"),
+        timeout=value("measured_timeout"),
+    )
     return LiveParameters(
         settings,
         value("wrench_timeout"),
@@ -160,6 +172,7 @@ def live_parameters(value: Callable[[str], Any]) -> LiveParameters:
         value("time_limit"),
         loop,
         value("twist_timeout"),
+        felt_wrench,
     )
 
 
@@ -189,6 +202,10 @@ def live_problem(live: LiveParameters, changed: Collection[str] | None = None) -
         value = getattr(live.loop, number.name)
         if not problem and not math.isfinite(value):
             problem = f"expected finite numbers for the closed loop, got {number.name} {value}"
+    for number in fields(live.felt_wrench):
+        value = getattr(live.felt_wrench, number.name)
+        if not problem and not math.isfinite(value):
+            problem = f"expected finite numbers for the wrench, got {number.name} {value}"
     return problem
 
 

@@ -10,6 +10,7 @@ from cpr_msgs.msg import ErrorCode
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from numpy.typing import NDArray
 from rclpy.time import Time
+from std_msgs.msg import Header
 
 from cpr_core import InvalidRequest, Robot
 from cpr_core.solving.requests import pose_meaning
@@ -19,7 +20,7 @@ from .conversions import Frames, controlled_pose, twist_vector
 from .error_codes import RequestError
 from .jogging import PlatformTwist
 
-__all__ = ["measured_pose", "measurement_delay", "platform_twist"]
+__all__ = ["check_frame", "measured_pose", "measurement_delay", "platform_twist"]
 
 #: Tilt out of the plane, 1 - cos(angle), that a measured pose may have: 0.2 rad.
 _TILT = 0.02
@@ -47,20 +48,29 @@ def measured_pose(robot: Robot, message: PoseStamped, frames: Frames) -> NDArray
         InvalidQuaternion: No rotation.
         NonFiniteInput: A NaN or an infinity in a controlled coordinate.
     """
+    check_frame(message, frames)
+    _check_controlled(robot)
+    pose = controlled_pose(robot, message.pose, tilt=_TILT)
+    return checked_vector("pose", pose, len(pose), " ".join(pose_meaning(robot)))
+
+
+def check_frame(message: PoseStamped, frames: Frames) -> None:
+    """Whether a measured pose is in the base frame.
+
+    Raises:
+        RequestError: It is not.
+    """
     frame = message.header.frame_id or frames.base
     if frame != frames.base:
         raise RequestError(
             ErrorCode.FRAME_TRANSFORM_FAILURE,
             f"header.frame_id: expected {frames.base!r}, got {frame!r}",
         )
-    _check_controlled(robot)
-    pose = controlled_pose(robot, message.pose, tilt=_TILT)
-    return checked_vector("pose", pose, len(pose), " ".join(pose_meaning(robot)))
 
 
-def measurement_delay(message: PoseStamped, now: Time) -> float:
+def measurement_delay(header: Header, now: Time) -> float:
     """Time since a message was stamped [s]; 0 without a stamp, and for one from the future."""
-    stamp = message.header.stamp
+    stamp = header.stamp
     if stamp.sec == 0 and stamp.nanosec == 0:
         return 0.0
     return max(0.0, 1e-9 * now.nanoseconds - stamp.sec - 1e-9 * stamp.nanosec)

@@ -18,6 +18,7 @@ from cpr_core.model.assessment import Assessment
 from .conversions import Frames
 from .error_codes import RequestError
 from .external_wrench import ExternalWrench
+from .felt_wrench import FeltWrench
 from .goals import Goal
 from .jogging import Jogger, PlatformTwist
 from .motor_commands import MotorCommands
@@ -44,6 +45,7 @@ class Session:
         trajectories: Timed trajectories, which it follows too.
         tracker: Tracking of measured motors; None if the node moves the motors itself.
         wrench: External wrench.
+        felt: The wrench that measured motors tell of; it moves nothing.
         loop: Correction of platform setpoints by measured poses.
         jogger: Platform setpoint moved by twists.
         commands: Where the motors are sent, if the node moves them.
@@ -72,6 +74,7 @@ class Session:
             else None
         )
         self.wrench = ExternalWrench(robot, live.wrench_timeout)
+        self.felt = FeltWrench(robot, live.felt_wrench)
         self.loop = PoseLoop(robot, self.period, live.loop)
         self.follower.corrected = self.loop.corrected
         self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
@@ -109,6 +112,7 @@ class Session:
         self.wrench.watchdog.timeout = live.wrench_timeout
         self.loop.settings = live.loop
         self.jogger.watchdog.timeout = live.twist_timeout
+        self.felt.settings = live.felt_wrench
         if self.tracker is not None:
             self.tracker.watchdog.timeout = live.measured_timeout
             self.tracker.at_rest = False

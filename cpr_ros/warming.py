@@ -10,7 +10,13 @@ from collections.abc import Iterator
 from builtin_interfaces.msg import Time
 from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 
-from cpr_core import leg_shapes, solve_forward, solve_forward_by_effort, solve_inverse
+from cpr_core import (
+    estimate_wrench,
+    leg_shapes,
+    solve_forward,
+    solve_forward_by_effort,
+    solve_inverse,
+)
 
 from .conversions import Frames, fill_equilibrium
 from .leg_markers import POINTS
@@ -40,5 +46,6 @@ def warm_up(session: Session, frames: Frames) -> Iterator[str]:
         wrench_age=-1.0,
     )
     yield "stability and kinemato-statics"
+    estimate_wrench(robot, home.motors, efforts=home.efforts, effort_deviation=1.0, start=home)
     leg_shapes(home, POINTS)
     yield "shapes"

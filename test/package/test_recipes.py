@@ -42,6 +42,7 @@ COMMANDS = {
         "docs/paths.md",
         "docs/stability.md",
         "docs/view.md",
+        "docs/wrench.md",
     ],
 )
 def test_the_programs_of_a_page_run_one_after_the_other(page, capsys):

@@ -1,0 +1,302 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What pushes on the platform, from motor efforts, the platform's pose or both.
+
+The derivation is in docs/derivations.md, "Felt wrenches"; docs/wrench.md shows the use.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import gammaincc
+
+from ..description.loads import Loads
+from ..kernels.kernel_arrays import LoadArrays
+from ..kernels.natural_units import EFFORT_UNIT, LONGEST_STEP
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot, checked_robot
+from ..model.world_response import world_response, wrench_units
+from ..solving.geometrico_statics import checked_start, solve_forward
+from ..solving.not_reached import NoForwardSolution, TimeLimitExceeded
+from ..validation import checked_time
+from .felt_directions import FeltDirections, felt_directions
+from .pushed_equilibrium import pushed_equilibrium
+from .wrench_measurements import WrenchMeasurements, wrench_measurements
+
+__all__ = ["WrenchEstimate", "estimate_wrench"]
+
+Floats = NDArray[np.float64]
+
+#: A step this small in natural units is the last: its own error is of the order of its square.
+_LAST_STEP = 1e-5
+#: Longest step, in natural units.
+_LONGEST = LONGEST_STEP * EFFORT_UNIT
+#: Steps of Newton's method, and halvings of one, before it is given up.
+_STEPS, _HALVINGS = 50, 10
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WrenchEstimate:
+    """A wrench on the platform, and how well it is known; b platform coordinates, f of them felt.
+
+    Attributes:
+        wrench_world: Moment, then force on the platform at its origin, in world axes, beyond ``loads``;
+            of those that explain the measurements equally well the smallest, (6,) [N m, N].
+        observability: What the measurements tell of the direction that is felt least over what they tell
+            of that felt best, in natural units: 1 all alike, 0 where a direction is not felt.
+        equilibrium: Where the robot is, at the measured motors under the loads and the wrench.
+        chi_square: Sum of the squares of what is left of the measurements, in standard deviations.
+        degrees_of_freedom: Measured numbers beyond those the wrench needs: what ``chi_square`` is to be.
+        doubt: What looks like another unit in the measurements, in words; empty: nothing.
+        loads: What acts beside the wrench.
+        directions: What is felt, and what is not.
+    """
+
+    wrench_world: Floats
+    observability: float
+    equilibrium: Equilibrium
+    chi_square: float
+    degrees_of_freedom: int
+    doubt: str
+    loads: Loads
+    directions: FeltDirections = field(repr=False)
+    _load_arrays: LoadArrays = field(repr=False)
+
+    def __repr__(self) -> str:
+        wrench = np.array2string(self.wrench_world, precision=4)
+        return f"<WrenchEstimate: {wrench} N m, N in the world; {self.words}>"
+
+    @property
+    def covariance(self) -> Floats:
+        """Covariance of the wrench in the world, (6, 6) [N^2 m^2, N^2 m, N^2].
+
+        A direction that is not felt has a standard deviation of 1000 natural units (moments E J / l,
+        forces E J / l^2) instead of an infinite one, and so have those out of a planar robot's plane.
+        """
+        return self.directions.covariance
+
+    @property
+    def felt(self) -> Floats:
+        """Wrenches in the world that are felt, the best first, as rows, (f, 6) [N m, N].
+
+        Their size is 1 N, where moments count over the mean rod length.
+        """
+        return self.directions.felt
+
+    @property
+    def unfelt(self) -> Floats:
+        """Wrenches that are not felt, in the same way, (b - f, 6)."""
+        return self.directions.unfelt
+
+    @property
+    def wrench_body(self) -> Floats:
+        """The wrench in the axes of the platform, (6,) [N m, N]."""
+        rotation = self.equilibrium.platform_rotation
+        moment, force = self.wrench_world[:3], self.wrench_world[3:]
+        return np.concatenate([rotation.T @ moment, rotation.T @ force])
+
+    @cached_property
+    def consistency(self) -> float:
+        """Probability of a ``chi_square`` as large, had noise alone made it; 1: nothing to tell."""
+        if not self.degrees_of_freedom:
+            return 1.0
+        return float(gammaincc(0.5 * self.degrees_of_freedom, 0.5 * self.chi_square))
+
+    @property
+    def words(self) -> str:
+        """What is not felt, and what is doubted, in words."""
+        return "; ".join(filter(None, [self.directions.words, self.doubt]))
+
+
+def estimate_wrench(
+    robot: Robot,
+    motors: ArrayLike,
+    *,
+    efforts: ArrayLike | None = None,
+    effort_deviation: ArrayLike | None = None,
+    pose: ArrayLike | None = None,
+    pose_deviation: ArrayLike | None = None,
+    start: Equilibrium | WrenchEstimate | None = None,
+    loads: Loads | None = None,
+    time_limit: float | None = None,
+) -> WrenchEstimate:
+    """What pushes on the platform.
+
+    Args:
+        robot: The robot.
+        motors: Measured motor positions in motor order, taken as exact, (n,) [rad or m].
+        efforts: Measured motor efforts on the rods in motor order, as ``Equilibrium.efforts`` has them,
+            (n,) [N m or N].
+        effort_deviation: Their standard deviations, one for all or (n,) [N m or N]; infinite for a motor
+            without a sensor.
+        pose: Measured pose of the platform, x y z qw qx qy qz in the world, (7,) [m].
+        pose_deviation: Standard deviations of its position [m] and of its rotation [rad], (2,); an
+            infinite one is not measured.
+        start: The last estimate, which makes the next one quick, or an equilibrium near by; default
+            home.
+        loads: What acts beside the wrench; default as for the last estimate, or what the description
+            names, gravity among it.
+        time_limit: Give up after this time [s]; default never.
+
+    Raises:
+        InvalidRequest: Wrong lengths, nothing measured, no standard deviations, a pose in other units or
+            a quaternion in another order.
+        InvalidQuaternion: A quaternion far from unit length.
+        NonFiniteInput: A NaN or an infinity.
+        NotReached: No equilibrium at the measured motors, or none under a wrench that explains the
+            measurements, as far as Newton's method sees; or the time allowed was over.
+    """
+    before = start if isinstance(start, WrenchEstimate) else None
+    near = before.equilibrium if before else start
+    place = checked_start(checked_robot(robot), near)  # type: ignore[arg-type]
+    measured = wrench_measurements(
+        robot, motors, efforts, effort_deviation, pose, pose_deviation, place
+    )
+    known = loads if loads is not None else before.loads if before else robot.default_loads
+    if before is not None and known is before.loads:
+        arrays = before._load_arrays
+    else:
+        before, arrays = None, robot.load_arrays(known)
+    search = _Search(place, measured, known, arrays, checked_time(time_limit))
+    if before is None or len(before.directions.gain.T) != len(measured.residual(place)):
+        return search.from_afar(place)
+    return search.from_last(before)
+
+
+class _Search:
+    """Newton's method for one wrench."""
+
+    def __init__(
+        self,
+        place: Equilibrium,
+        measured: WrenchMeasurements,
+        known: Loads,
+        arrays: LoadArrays,
+        time_limit: float,
+    ) -> None:
+        """Nothing is found yet; ``arrays`` are those of the loads that are known."""
+        self.robot, self.measured = place.robot, measured
+        self.known, self.arrays = known, arrays
+        self.units, self.deadline = wrench_units(place), time.perf_counter() + time_limit
+
+    def from_afar(self, start: Equilibrium) -> WrenchEstimate:
+        """From the measured motors without a wrench."""
+        free = pushed_equilibrium(start, self.measured.motors, self.known, self.arrays, None)
+        if free is None:
+            free = solve_forward(
+                self.robot,
+                self.measured.motors,
+                start=start,
+                loads=self.known,
+                time_limit=max(0.0, self.deadline - time.perf_counter()),
+            )
+        residual, doubt = self.measured.residual(free), self.measured.doubt(free)
+        return self._newton(free, np.zeros(len(self.units)), residual, doubt)
+
+    def from_last(self, last: WrenchEstimate) -> WrenchEstimate:
+        """From the last estimate: a step along what it told of, to the motors of now; and another.
+
+        What is felt has hardly changed: it is looked at again only where these have led to.
+        """
+        felt, measured = last.directions, self.measured
+        wrench = last.wrench_world[self.robot.platform_axes] / self.units
+        residual = measured.residual(last.equilibrium) - measured.by_way(felt.response)
+        ahead = felt.step(wrench, residual)
+        there = self._reached(last.equilibrium, ahead)
+        if there is None:
+            return self.from_afar(last.equilibrium)
+        residual = measured.residual(there)
+        again = felt.step(ahead, residual)
+        if _size(again - ahead) > _LAST_STEP:
+            nearer = self._reached(there, again)
+            if nearer is not None:
+                there, ahead, residual = nearer, again, measured.residual(nearer)
+        return self._newton(there, ahead, residual, last.doubt)
+
+    def _newton(
+        self, start: Equilibrium, wrench: Floats, residual: Floats, doubt: str
+    ) -> WrenchEstimate:
+        """Newton's method from an equilibrium under a wrench in natural units."""
+        found, count = start, None
+        for _ in range(_STEPS):
+            felt = felt_directions(self.measured, world_response(found), count)
+            count = felt.count
+            target = felt.step(wrench, residual)
+            size = _size(target - wrench)
+            if size <= _LAST_STEP:
+                return self._estimate(found, felt, target, residual, doubt)
+            fraction = min(1.0, _LONGEST / size)
+            for _ in range(_HALVINGS):
+                ahead = wrench + fraction * (target - wrench)
+                there = self._reached(found, ahead)
+                if time.perf_counter() >= self.deadline:
+                    raise TimeLimitExceeded("wrench: the time allowed was over", 0.0, found)
+                if there is not None:
+                    left = self.measured.residual(there)
+                    # What is not felt may be taken back at the cost of some of the residual.
+                    if felt.count < len(ahead) or left @ left <= (1.0 + 1e-6) * residual @ residual:
+                        break
+                    there = None
+                fraction *= 0.5
+            if there is None:
+                break
+            found, wrench, residual = there, ahead, left
+        raise self._lost(found, wrench, doubt)
+
+    def _reached(self, start: Equilibrium, wrench: Floats) -> Equilibrium | None:
+        """The equilibrium under a wrench in natural units, at the measured motors; None: not near by."""
+        return pushed_equilibrium(
+            start, self.measured.motors, self.known, self.arrays, self._world(wrench)
+        )
+
+    def _world(self, wrench: Floats) -> Floats:
+        """A wrench in natural units as a world wrench, (6,) [N m, N]."""
+        if len(wrench) == 6:
+            return wrench * self.units
+        world = np.zeros(6)
+        world[self.robot.platform_axes] = wrench * self.units
+        return world
+
+    def _estimate(
+        self,
+        found: Equilibrium,
+        felt: FeltDirections,
+        wrench: Floats,
+        residual: Floats,
+        doubt: str,
+    ) -> WrenchEstimate:
+        """What was found; the last step counts to first order."""
+        free = self.measured.count - felt.count
+        world = self._world(wrench)
+        world.flags.writeable = False
+        return WrenchEstimate(
+            wrench_world=world,
+            observability=felt.observability,
+            equilibrium=found,
+            chi_square=float(residual @ residual) if free > 0 else 0.0,
+            degrees_of_freedom=max(0, free),
+            doubt=doubt,
+            loads=self.known,
+            directions=felt,
+            _load_arrays=self.arrays,
+        )
+
+    def _lost(self, last: Equilibrium, wrench: Floats, doubt: str) -> NoForwardSolution:
+        """The error where no wrench was found."""
+        numbers = ", ".join(f"{value:.3g}" for value in self._world(wrench))
+        text = (
+            "no wrench explains the measurements near the start: no stable equilibrium goes on from "
+            f"one under mx my mz fx fy fz = ({numbers}) N m, N"
+        )
+        return NoForwardSolution(f"{text}; {doubt}" if doubt else text, 0.0, last)
+
+
+def _size(step: Floats) -> float:
+    """Largest component; of so few numbers quicker this way."""
+    return max(map(abs, step.tolist()), default=0.0)

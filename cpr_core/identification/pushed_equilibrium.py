@@ -1,0 +1,77 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The equilibrium next to another one, at other motors and under another wrench, in one call."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description.loads import Loads
+from ..kernels.continuation_kernel import UNPREDICTED
+from ..kernels.kept_factors import kept_factors
+from ..kernels.kernel_arrays import LoadArrays
+from ..kernels.natural_units import LONGEST_STEP
+from ..kernels.prepared_robot import continue_prepared
+from ..kernels.problems import PROBLEMS
+from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL
+from ..model.equilibrium import Equilibrium, new_record
+
+__all__ = ["pushed_equilibrium"]
+
+Floats = NDArray[np.float64]
+
+
+def pushed_equilibrium(
+    start: Equilibrium,
+    motors: Floats,
+    known: Loads,
+    arrays: LoadArrays,
+    wrench_world: Floats | None,
+) -> Equilibrium | None:
+    """What Newton's method finds from a start, with the motors where they are measured.
+
+    Limits of motors and strain are not looked at: the robot is where it is.
+
+    Args:
+        start: Equilibrium to start from.
+        motors: Motor positions, (n,) [rad or m].
+        known: Loads beside the wrench.
+        arrays: The same as the kernels see them.
+        wrench_world: What acts beyond them, (6,) [N m, N]; None: nothing.
+
+    Returns:
+        None where its corrections do not contract, or stability would be lost on the way.
+    """
+    robot = start.robot
+    way = (motors - start.motors) / robot.motor_units
+    if max(map(abs, way.tolist()), default=0.0) > LONGEST_STEP:
+        return None
+    loads = known
+    if wrench_world is not None:
+        loads = replace(known, wrench_world=known.wrench_world + wrench_world)
+        platform = arrays.platform.copy()
+        platform["moment_world"][0] += wrench_world[:3]
+        platform["force_world"][0] += wrench_world[3:]
+        arrays = arrays._replace(platform=platform)
+    records, factors = new_record(robot, 1), kept_factors(robot.arrays)
+    if not continue_prepared(
+        robot.prepared,
+        arrays,
+        PROBLEMS["motors"],
+        motors[None, :],
+        UNPREDICTED,
+        RESIDUAL,
+        ITERATIONS,
+        CONTRACTION,
+        start.record,
+        start.factors,
+        records,
+        factors,
+    ):
+        return None
+    found = Equilibrium(robot, loads, arrays, records[0], factors)
+    return None if found.index_locked > start.index_locked else found

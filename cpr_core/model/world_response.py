@@ -1,0 +1,119 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""How platform and efforts answer to wrench and motors, in world axes, without any eigenvalue.
+
+The same as `kinemato_statics` tells, for who asks at every sample: there the smallest eigenvalues, which
+are found along with it, take most of the time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from ..kernels.condensation_kernel import CONDENSED
+from ..kernels.kept_factors import kept_count
+from .equilibrium import Equilibrium
+from .kinemato_statics import kinemato_statics
+from .robot import Robot
+
+__all__ = ["WorldResponse", "effort_units", "twist_units", "world_response", "wrench_units"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class WorldResponse:
+    """First-order behaviour at an equilibrium; b platform coordinates.
+
+    In natural units: radians and mean rod lengths, motors in their own, energies in E J / l. So moments
+    count in E J / l and forces in E J / l^2. Twists and wrenches are those of the platform origin.
+
+    Attributes:
+        equilibrium: Where.
+        twist_by_wrench: World twist, motors held, (b, b).
+        efforts_by_wrench: Motors held, (n, b).
+        twist_by_motors: (b, n).
+        efforts_by_motors: (n, n).
+    """
+
+    equilibrium: Equilibrium
+    twist_by_wrench: Floats
+    efforts_by_wrench: Floats
+    twist_by_motors: Floats
+    efforts_by_motors: Floats
+
+
+def wrench_units(equilibrium: Equilibrium) -> Floats:
+    """Natural units of a wrench on the platform, (b,) [N m, N]."""
+    robot = equilibrium.robot
+
+    def find() -> Floats:
+        return np.asarray(robot.arrays.energy_unit / twist_units(robot))
+
+    return robot.kept("wrench units", find)
+
+
+def effort_units(robot: Robot) -> Floats:
+    """Natural units of motor efforts, (n,) [N m or N]."""
+    return robot.kept("effort units", lambda: robot.arrays.energy_unit / robot.motor_units)
+
+
+def twist_units(robot: Robot) -> Floats:
+    """Natural units of the platform coordinates, (b,) [rad, m]."""
+    return robot.kept("twist units", lambda: robot.arrays.unit[robot.platform_indices])
+
+
+def world_response(equilibrium: Equilibrium) -> WorldResponse:
+    """First-order behaviour, from what the legs leave of platform and motors.
+
+    Where they cannot be condensed from `kinemato_statics`, which takes milliseconds.
+    """
+    border = _border(equilibrium)
+    if border is None:
+        return _dense(equilibrium)
+    size = len(equilibrium.robot.platform_axes)
+    coupling = border[size:, :size]
+    inverse, failed = linalg.lapack.dgesv(border[:size, :size], np.eye(size))[2:]
+    if failed:
+        return _dense(equilibrium)
+    efforts = coupling @ inverse
+    return WorldResponse(
+        equilibrium=equilibrium,
+        twist_by_wrench=inverse,
+        efforts_by_wrench=efforts,
+        twist_by_motors=-inverse @ coupling.T,
+        efforts_by_motors=border[size:, size:] - efforts @ coupling.T,
+    )
+
+
+def _border(equilibrium: Equilibrium) -> Floats | None:
+    """Tangent of platform and motors, the legs eliminated, (b + n, b + n); None: not kept."""
+    arrays = equilibrium.robot.arrays
+    kept = equilibrium.factors["lane"]
+    if kept[0, 0] != CONDENSED or arrays.one_slot_a_motor == 0:
+        return None
+    count = len(arrays.border_indices)
+    first = kept_count(len(arrays.groups), arrays.slots, 0, 1)
+    return kept[first:].ravel()[: count**2].reshape(count, count)
+
+
+def _dense(equilibrium: Equilibrium) -> WorldResponse:
+    """The same from `kinemato_statics`, turned to the world."""
+    robot, model = equilibrium.robot, kinemato_statics(equilibrium)
+    axes, energy = robot.platform_axes, robot.arrays.energy_unit
+    turn = np.kron(np.eye(2), equilibrium.platform_rotation)[np.ix_(axes, axes)]
+    lengths, motors = robot.arrays.unit[robot.platform_indices], robot.motor_units
+    # Of natural wrenches, and to natural twists.
+    pushed, moved = turn.T * (energy / lengths), turn / lengths[:, None]
+    return WorldResponse(
+        equilibrium=equilibrium,
+        twist_by_wrench=moved @ model.platform_by_wrench @ pushed,
+        efforts_by_wrench=motors[:, None] / energy * (model.efforts_by_wrench @ pushed),
+        twist_by_motors=moved @ model.jacobian * motors,
+        efforts_by_motors=motors[:, None] / energy * model.efforts_by_motors * motors,
+    )

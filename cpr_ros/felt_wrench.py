@@ -1,0 +1,220 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What pushes on the platform, as measured motors tell, and when that cannot be trusted. No ROS here.
+
+One estimate per measurement, from the last one. Where there is none, the reason is kept; after a reason
+that took long to find, nothing is looked for during a while, so that ticks come when they are due.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core import CprError, Equilibrium, Robot, WrenchEstimate, estimate_wrench
+from cpr_core.model.world_response import effort_units
+
+from .watchdog import Watchdog
+
+__all__ = ["FeltWrench", "WrenchSettings"]
+
+Floats = NDArray[np.float64]
+
+#: Longest time that one estimate takes, and how long nothing is looked for after one that failed [s].
+_LONGEST, _REST = 0.02, 0.1
+#: Standard deviation of efforts that nobody named, in natural units.
+_DEFAULT_PART = 0.01
+#: A pose is of the same time as the motors up to this [s].
+_SAME_TIME = 0.1
+#: Over how long the speed of motors is looked at, at least [s].
+_SPEED_OVER = 0.008
+#: After so long without efforts a wrench is looked for anew [s].
+_FORGET = 0.5
+
+
+@dataclass(frozen=True)
+class WrenchSettings:
+    """What may change while the node runs.
+
+    Attributes:
+        effort_deviation: Standard deviation of a measured effort, the part always there [N m, N]; 0:
+            a hundredth of the natural unit, E J / l or E J / l^2.
+        effort_deviation_relative: The part that grows with it.
+        position_deviation: Of a measured pose [m]; 0: the pose is not used.
+        rotation_deviation: Of a measured pose [rad]; 0: the pose is not used.
+        max_speed: Speed of a motor beyond which inertia may be felt too [rad/s, rod lengths/s].
+        consistency: Measurements that are less likely than this contradict each other.
+        timeout: Age beyond which measured efforts are stale [s]; 0: never.
+    """
+
+    effort_deviation: float
+    effort_deviation_relative: float
+    position_deviation: float
+    rotation_deviation: float
+    max_speed: float
+    consistency: float
+    timeout: float
+
+
+class FeltWrench:
+    """The newest estimate, and why there is none.
+
+    Attributes:
+        settings: What may change at any time.
+        with_pose: Whether the newest estimate used a measured pose.
+    """
+
+    def __init__(self, robot: Robot, settings: WrenchSettings) -> None:
+        """Feel nothing yet."""
+        self.robot = robot
+        self.watchdog = Watchdog(settings.timeout)
+        self.settings = settings
+        self.with_pose = False
+        self._last: WrenchEstimate | None = None
+        self._motors: tuple[float, Floats] | None = None
+        self._speed = 0.0  # of the fastest motor [rad/s, rod lengths/s]
+        self._pose: tuple[float, Floats] | None = None
+        self._reason, self._rests_until = "", 0.0
+        self._kind = self._announced = ""
+
+    @property
+    def settings(self) -> WrenchSettings:
+        """What may change at any time."""
+        return self._settings
+
+    @settings.setter
+    def settings(self, settings: WrenchSettings) -> None:
+        self._settings = settings
+        self.watchdog.timeout = settings.timeout
+
+    def take_pose(self, pose: Floats, time: float) -> None:
+        """Take a measured pose of the whole platform.
+
+        Args:
+            pose: x y z qw qx qy qz in the base frame, (7,) [m].
+            time: When it was measured [s].
+        """
+        self._pose = time, pose
+
+    def refuse(self, kind: str, reason: str) -> None:
+        """Take note of a measurement that tells nothing; reasons of a kind are announced once."""
+        self._kind, self._reason, self._last = kind, reason, None
+
+    def take(
+        self, motors: Floats, efforts: Floats, time: float, now: float, near: Equilibrium
+    ) -> WrenchEstimate | None:
+        """Take measured motors; the wrench they tell of, or None, with a reason.
+
+        Args:
+            motors: Positions, (n,) [rad or m].
+            efforts: Efforts on the rods, (n,) [N m or N].
+            time: When they were measured [s].
+            now: Steady time [s].
+            near: Where the node has the robot.
+        """
+        if self.watchdog.age(now) > _FORGET:
+            self._last, self._motors = None, None
+        self.watchdog.feed(now)
+        if 0.0 < self.settings.timeout < now - time:
+            self.refuse("stale", self._old(now - time))
+            return None
+        self._look_at_speed(motors, time)
+        if self._speed > self.settings.max_speed:
+            self.refuse(
+                "speed",
+                f"a motor moves at {self._speed:.3g} rad/s or rod lengths/s, more than wrench_max_speed "
+                f"{self.settings.max_speed:g}: inertia may be felt",
+            )
+            return None
+        if now < self._rests_until:
+            return None
+        try:
+            found = self._estimate(motors, efforts, time, near)
+        except CprError as error:
+            self.refuse("search", str(error)[:500])
+            self._rests_until = now + _REST
+            return None
+        if found.doubt:
+            self.refuse("units", found.doubt)
+            self._rests_until = now + _REST
+            return None
+        doubt = self._doubt(found)
+        self._last, self._kind, self._reason = found, "doubt" if doubt else "", doubt
+        return None if doubt else found
+
+    def reason(self, now: float) -> str:
+        """Why there is no estimate now; empty: there is one."""
+        return self._why(now)[1]
+
+    def announcement(self, now: float) -> tuple[str, str]:
+        """What the log is to be told now, a warning and an information, each once."""
+        kind, reason = self._why(now)
+        before, self._announced = self._announced, kind
+        if kind and kind != before:
+            return f"no wrench is estimated: {reason}", ""
+        if before and not kind:
+            return "", "the wrench is estimated"
+        return "", ""
+
+    def _why(self, now: float) -> tuple[str, str]:
+        """The kind of reason for which there is no estimate, and the reason."""
+        if self._kind == "efforts":  # such messages are no measurement, however often they come
+            return self._kind, self._reason
+        age = self.watchdog.age(now)
+        if age < 0.0:
+            return "none", "no measured_joint_states with efforts have come"
+        if self.watchdog.stale(now):
+            return "stale", self._old(age)
+        return self._kind, self._reason
+
+    def _old(self, age: float) -> str:
+        return (
+            f"the measured efforts are {age:.3g} s old, more than measured_timeout "
+            f"{self.settings.timeout:g} s"
+        )
+
+    def _look_at_speed(self, motors: Floats, time: float) -> None:
+        """How fast the fastest motor is; measurements without stamps may come all at once."""
+        if self._motors is None:
+            self._motors, self._speed = (time, motors), 0.0
+        elif time - self._motors[0] > _SPEED_OVER:
+            way = np.abs(motors - self._motors[1]) / self.robot.motor_units
+            self._speed = float(way.max(initial=0.0)) / (time - self._motors[0])
+            self._motors = time, motors
+
+    def _estimate(
+        self, motors: Floats, efforts: Floats, time: float, near: Equilibrium
+    ) -> WrenchEstimate:
+        settings, start, pose = self.settings, self._last or near, None
+        deviations = settings.position_deviation, settings.rotation_deviation
+        if self._pose is not None and min(deviations) > 0.0:
+            pose = self._pose[1] if abs(time - self._pose[0]) <= _SAME_TIME else None
+        always = settings.effort_deviation or _DEFAULT_PART * effort_units(self.robot)
+        relative = settings.effort_deviation_relative * np.abs(efforts)
+        self.with_pose = pose is not None
+        return estimate_wrench(
+            self.robot,
+            motors,
+            efforts=efforts,
+            effort_deviation=np.hypot(always, relative),
+            pose=pose,
+            pose_deviation=None if pose is None else deviations,
+            start=start,
+            time_limit=_LONGEST,
+        )
+
+    def _doubt(self, found: WrenchEstimate) -> str:
+        """Why an estimate is not to be trusted; empty: it is."""
+        if found.equilibrium.index_locked > 0:
+            return "the equilibrium that explains the measurements is unstable"
+        if not found.directions.count:
+            return "nothing of the wrench is felt: the standard deviations are too large for this robot"
+        if found.consistency < self.settings.consistency:
+            return (
+                f"the measurements contradict each other: chi-square {found.chi_square:.3g} of "
+                f"{found.degrees_of_freedom} degrees of freedom"
+            )
+        return ""

@@ -1,0 +1,123 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Measurements of other units, lengths and orders: each is refused or doubted in words."""
+
+import numpy as np
+import pytest
+
+from cpr_core import (
+    InvalidQuaternion,
+    InvalidRequest,
+    NonFiniteInput,
+    NotReached,
+    estimate_wrench,
+    load_robot,
+    solve_forward,
+    solve_home,
+)
+
+HOME = solve_home(load_robot("six_rfs"))
+TRUE = solve_forward(HOME.robot, HOME.motors + 0.1)
+POSE = np.concatenate([TRUE.platform_position, TRUE.platform_quaternion])
+GIVEN = {
+    "motors": TRUE.motors,
+    "efforts": TRUE.efforts,
+    "effort_deviation": 0.01,
+    "pose": POSE,
+    "pose_deviation": (1e-4, 1e-3),
+}
+
+
+def estimate(**changed):
+    given = {**GIVEN, **changed}
+    return estimate_wrench(TRUE.robot, given.pop("motors"), **given)
+
+
+@pytest.mark.parametrize("name", ["motors", "efforts", "pose"])
+def test_numbers_have_to_be_finite(name):
+    for bad in (np.nan, np.inf):
+        values = np.array(GIVEN[name])
+        values[1] = bad
+        with pytest.raises(NonFiniteInput, match=f"{name}: .*finite"):
+            estimate(**{name: values})
+    with pytest.raises(NonFiniteInput, match="effort_deviation"):
+        estimate(effort_deviation=np.nan)
+
+
+@pytest.mark.parametrize(
+    ("name", "length"), [("motors", 6), ("efforts", 6), ("effort_deviation", 6), ("pose", 7)]
+)
+def test_lengths_are_named(name, length):
+    with pytest.raises(InvalidRequest, match=f"{name}: expected {length} numbers.*, got 5"):
+        estimate(**{name: np.ones(5)})
+    with pytest.raises(InvalidRequest, match="pose_deviation: expected 2 numbers"):
+        estimate(pose_deviation=1e-3)
+
+
+def test_deviations_are_needed_and_positive():
+    for name in ("effort_deviation", "pose_deviation"):
+        with pytest.raises(InvalidRequest, match=f"{name}: expected standard deviations"):
+            estimate(**{name: None})
+        zero = np.zeros(6 if name == "effort_deviation" else 2)
+        with pytest.raises(InvalidRequest, match=f"{name}: expected numbers above 0"):
+            estimate(**{name: zero})
+    with pytest.raises(InvalidRequest, match="efforts, a pose or both"):
+        estimate(efforts=None, pose=None)
+    with pytest.raises(InvalidRequest, match="all are infinite"):
+        estimate(pose=None, effort_deviation=np.inf)
+
+
+def test_a_quaternion_in_the_order_of_ros_is_told():
+    with pytest.raises(InvalidRequest, match="looks like x y z w, expected w x y z"):
+        estimate(pose=np.concatenate([POSE[:3], POSE[[4, 5, 6, 3]]]))
+    with pytest.raises(InvalidQuaternion, match="unit length"):
+        estimate(pose=np.concatenate([POSE[:3], 2.0 * POSE[3:]]))
+
+
+def test_a_pose_in_millimetres_is_told():
+    with pytest.raises(InvalidRequest, match=r"pose: .*millimetres"):
+        estimate(pose=np.concatenate([1000.0 * POSE[:3], POSE[3:]]))
+
+
+@pytest.mark.parametrize("name", ["six_rfs", "six_rus", "four_rfr", "three_rfs"])
+@pytest.mark.parametrize("factor", [1000.0, 0.001])
+def test_efforts_in_other_units_are_doubted(name, factor):
+    robot = load_robot(name)
+    home = solve_home(robot)
+    efforts = factor * home.efforts
+    given = {"efforts": efforts, "effort_deviation": 0.01 * np.abs(efforts).max()}
+    try:
+        found = estimate_wrench(robot, home.motors, **given)
+    except NotReached as error:
+        told = str(error)
+    else:
+        told = found.doubt
+        assert told in found.words
+        again = estimate_wrench(robot, home.motors, **given, start=found)
+        assert again.doubt == told
+    assert ("N mm?" if factor > 1.0 else "kN m?") in told
+
+
+def test_there_is_a_start_of_the_same_robot():
+    with pytest.raises(InvalidRequest, match="start: expected an equilibrium of the same robot"):
+        estimate(start=solve_home(load_robot("six_rfs", modes=4)))
+    with pytest.raises(InvalidRequest, match="start"):
+        estimate(start=3)
+    with pytest.raises(InvalidRequest, match="robot"):
+        estimate_wrench("six_rfs", TRUE.motors, efforts=TRUE.efforts, effort_deviation=1.0)
+    other = estimate()
+    with pytest.raises(InvalidRequest, match="start: expected an equilibrium of the same robot"):
+        estimate_wrench(
+            load_robot("rfrfr"), [0.0, 0.0], efforts=[0.0, 0.0], effort_deviation=1.0, start=other
+        )
+
+
+def test_motors_that_no_equilibrium_has_are_refused():
+    with pytest.raises(NotReached):
+        estimate(motors=TRUE.motors + [3.0, -3.0, 3.0, -3.0, 3.0, -3.0])
+
+
+def test_efforts_that_no_stable_equilibrium_has_are_refused():
+    with pytest.raises(NotReached, match="no wrench explains the measurements"):
+        estimate(pose=None, efforts=TRUE.efforts + [3.0, 3.0, -3.0, 3.0, -3.0, 3.0])
