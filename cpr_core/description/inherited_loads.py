@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import fields, replace
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from .loads import Loads
 
-__all__ = ["inherited_loads", "overridden_loads"]
+__all__ = ["inheritance", "inherited_loads", "overridden_loads"]
 
 
 def inherited_loads(loads: Loads, before: Loads, after: Loads) -> Loads:
@@ -45,6 +46,30 @@ def overridden_loads(loads: Loads, before: Loads, after: Loads) -> tuple[str, ..
         if not _same(getattr(before, field.name), getattr(after, field.name))
         and not _same(getattr(loads, field.name), getattr(before, field.name))
     )
+
+
+def inheritance(loads: Loads, own: Loads) -> Hashable:
+    """The same for all loads in force that change alike with the description.
+
+    That is all but the wrench: what of it is not the description's does not change at all.
+
+    Args:
+        loads: In force.
+        own: Of the description.
+    """
+    return (
+        loads is own or _bytes(loads.wrench_world) == _bytes(own.wrench_world),
+        loads is own or _bytes(loads.wrench_body) == _bytes(own.wrench_body),
+        _bytes(loads.gravity),
+        _bytes(loads.rod_force),
+        loads.distributed,
+        loads.points,
+    )
+
+
+def _bytes(vector: Any) -> bytes:
+    """What is the same of vectors that are equal."""
+    return bytes((vector + 0.0).tobytes())  # -0 is 0
 
 
 def _same(first: Any, second: Any) -> bool:

@@ -22,7 +22,14 @@ from ..errors import InvalidRequest, UnknownParameter
 from ..validation import checked_number
 from .written_fields import WrittenFields
 
-__all__ = ["Parameter", "changed_content", "checked_paths", "named_parameter", "parameter_changes"]
+__all__ = [
+    "Parameter",
+    "Place",
+    "changed_content",
+    "checked_paths",
+    "named_parameter",
+    "parameter_changes",
+]
 
 Key = str | int
 Place = tuple[Key, ...]

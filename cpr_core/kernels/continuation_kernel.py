@@ -13,6 +13,7 @@ from .kept_factors import keep, recall
 from .kernel_decorators import inlined, kernel
 from .natural_units import EFFORT_UNIT, LONGEST_STEP
 from .newton_kernel import CONVERGED, learn_bend, newton, predict_state
+from .problem_kernel import read_pose, square_of
 from .problems import Problem
 from .record_layout import (
     EFFORT,
@@ -26,7 +27,7 @@ from .record_layout import (
     SIGNS,
     STEPS,
 )
-from .square_problem import Configuration, SquareProblem, Tolerances
+from .square_problem import Configuration, Tolerances
 
 __all__ = ["FREELY", "UNPREDICTED", "WATCHED", "continue_equilibria"]
 
@@ -78,16 +79,12 @@ def continue_equilibria(
     """
     robot, work, watched = prepared.robot, prepared.work, mode == WATCHED
     tolerances = Tolerances(residual, iterations, contraction)
-    border, size = robot.border_indices, robot.unit.shape[0]
-    equations = border if problem == Problem.EFFORTS else border[: robot.slots.platform_count]
-    unknowns = robot.inverse_unknowns if problem == Problem.POSE else equations
-    angles = problem == Problem.POSE and robot.controls_angles == 1
-    square = SquareProblem(equations, unknowns, angles)
+    size, square = robot.unit.shape[0], square_of(robot, problem)
     work.bends[0], work.factors.status[0] = 0, UNKNOWN
     if mode != UNPREDICTED:
         recall(robot, kept_before, work.factors)
     if work.factors.status[0] == DELAYED:  # these are not kept: the tangent is evaluated again
-        _read_pose(robot, record, work)
+        read_pose(robot, record, work)
         for i in range(size):
             work.simplified[i] = record[i]
         configuration = Configuration(work.simplified, work.rotation, work.position)
@@ -105,7 +102,7 @@ def continue_equilibria(
         state = next_record[:size]
         for i in range(size):
             state[i] = before[i]
-        _read_pose(robot, before, work)
+        read_pose(robot, before, work)
         _impose(robot, problem, given[row], before, work)
         configuration = Configuration(state, work.rotation, work.position)
         predicted = predict_state(robot, square, configuration, work)
@@ -124,16 +121,6 @@ def continue_equilibria(
             return row
     keep(robot, work.factors, kept)
     return given.shape[0]
-
-
-@inlined
-def _read_pose(robot, record, work):
-    """Platform pose of a record, into the workspace."""
-    size = robot.unit.shape[0]
-    for i in range(3):
-        work.position[i] = record[size + POSITION + i]
-        for j in range(3):
-            work.rotation[i, j] = record[size + ROTATION + 3 * i + j]
 
 
 @inlined

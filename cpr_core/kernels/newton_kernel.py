@@ -272,7 +272,7 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
         if started:
             _move(robot, problem, step, fraction, trial, work)
         energy = evaluate_here(
-            robot, loads, trial.state, trial.rotation, trial.position, work.residual, work
+            robot, loads, trial.state, trial.rotation, trial.position, work.residual, work, True
         )
         largest = _scaled_residual(robot, work.residual, given_effort, equations, correction)
         accepted = math.isfinite(largest)

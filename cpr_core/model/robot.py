@@ -113,7 +113,18 @@ class Robot:
             NonFiniteInput: A NaN or an infinity.
             DescriptionError: No robot has such a number.
         """
-        return Robot(with_parameters(self.description, values), self.held_motors)
+        changed = Robot(with_parameters(self.description, values), self.held_motors)
+        return changed._related_to(self)
+
+    @property
+    def rates_of_relatives(self) -> dict[Any, Any]:
+        """What ``array_rates`` found last of this robot or one it was changed from or to."""
+        return self.kept("rates of relatives", dict)
+
+    def _related_to(self, other: Robot) -> Robot:
+        """This one, with what is known of another one that differs in numbers."""
+        self._kept["rates of relatives"] = other.rates_of_relatives
+        return self
 
     @property
     def planar(self) -> bool:
