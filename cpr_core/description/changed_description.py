@@ -166,6 +166,8 @@ class _Mixture:
         return mixed
 
     def _mixed(self, first: Any, last: Any, path: str) -> Any:
+        if first is last:  # changes share what they do not change
+            return first
         first, last = _plain(first), _plain(last)
         if _is_number(first) and _is_number(last):
             between_them = (1.0 - self.fraction) * first + self.fraction * last

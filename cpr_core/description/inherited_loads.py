@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import fields, replace
+from operator import eq
 from typing import Any
 
 import numpy as np
@@ -57,19 +58,8 @@ def inheritance(loads: Loads, own: Loads) -> Hashable:
         loads: In force.
         own: Of the description.
     """
-    return (
-        loads is own or _bytes(loads.wrench_world) == _bytes(own.wrench_world),
-        loads is own or _bytes(loads.wrench_body) == _bytes(own.wrench_body),
-        _bytes(loads.gravity),
-        _bytes(loads.rod_force),
-        loads.distributed,
-        loads.points,
-    )
-
-
-def _bytes(vector: Any) -> bytes:
-    """What is the same of vectors that are equal."""
-    return bytes((vector + 0.0).tobytes())  # -0 is 0
+    wrenches, others = loads.compared
+    return tuple(map(eq, wrenches, own.compared[0])), others
 
 
 def _same(first: Any, second: Any) -> bool:

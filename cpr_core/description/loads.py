@@ -21,6 +21,11 @@ __all__ = ["DistributedForce", "Loads", "PointForce"]
 Floats = NDArray[np.float64]
 
 
+def _bytes(vector: Floats) -> bytes:
+    """What is the same of vectors that are equal."""
+    return bytes((vector + 0.0).tobytes())  # -0 is 0
+
+
 def _zeros(size: int) -> Floats:
     zeros = np.zeros(size)
     zeros.flags.writeable = False
@@ -221,6 +226,13 @@ class Loads:
         Moments in space and following forces have none; a moment in the plane has one.
         """
         return self._conservative_in_plane if planar else self._conservative_in_space
+
+    @cached_property
+    def compared(self) -> tuple[tuple[bytes, ...], tuple[Any, ...]]:
+        """The wrenches, and all else, as what is equal where loads are the same."""
+        wrenches = _bytes(self.wrench_world), _bytes(self.wrench_body)
+        fields = _bytes(self.gravity), _bytes(self.rod_force)
+        return wrenches, (*fields, self.distributed, self.points)
 
     @cached_property
     def _conservative_in_plane(self) -> bool:

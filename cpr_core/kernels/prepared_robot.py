@@ -31,6 +31,8 @@ __all__ = [
 ]
 
 
+#: Machine code of ``continue_equilibria`` by the types of robots.
+_entries: dict[int, Callable[..., int]] = {}
 #: Bytes that are enough for the parts, as a rule.
 _SIZE = 1 << 15
 
@@ -54,7 +56,7 @@ class PreparedRobot(Borrowed):
             memory = np.empty(size, np.uint8)
             _write(memory, parts)
         super().__init__(parts, memory)
-        self.continued: Callable[..., int] | None = None
+        self.continued = _entries.get(self.kind)
 
 
 @kernel
@@ -85,12 +87,13 @@ def continue_prepared(
     contraction: float,
     *records: Any,
 ) -> int:
-    """``continue_equilibria``, whose types are looked at once."""
+    """``continue_equilibria``, whose types are looked at once for robots of the same types."""
     given = np.ascontiguousarray(given, float)
     arguments = (loads, problem, given, mode, residual, iterations, contraction, *records)
     continued = prepared.continued
     if continued is None:
-        continued = prepared.continued = entry_point(continue_equilibria, prepared, *arguments)
+        continued = entry_point(continue_equilibria, prepared, *arguments)
+        prepared.continued = _entries[prepared.kind] = continued
     return continued(prepared, *arguments)
 
 

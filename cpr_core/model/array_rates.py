@@ -3,9 +3,9 @@
 
 """How the arrays of the kernels answer to a number of the description, number by number.
 
-Two robots near by are built for a parameter; after that a residual near by only needs some numbers
-written into arrays that are there. The robot of which this one is a change may know the rates already:
-then one robot that is beside this one in all parameters at once tells whether they still hold.
+A robot near by is built for every parameter, or two; after that a residual near by only needs some
+numbers written into arrays that are there. The robot of which this one is a change may know the rates
+already: then one robot that is beside this one in all parameters at once tells whether they still hold.
 """
 
 from __future__ import annotations
@@ -88,16 +88,15 @@ def array_rates(
     if missing:
         if len(known) > _KEPT:
             known.clear()
-        of_relatives: _Known = robot.rates_of_relatives
-        last = [one for one in missing if (one.path, kind) in of_relatives]
-        rates = [of_relatives[one.path, kind] for one in last]
+        of_relatives: dict[str, ArrayRates] = robot.rates_of_relatives
+        last = [one for one in missing if one.path in of_relatives]
+        rates = [of_relatives[one.path] for one in last]
         for parameter, held in zip(last, _holding(robot, loads, last, rates), strict=True):
             if held is not None:
                 known[parameter.path, kind] = held
-        for parameter in missing:
-            if (parameter.path, kind) not in known:
-                found = _found(robot, loads, parameter)
-                known[parameter.path, kind] = of_relatives[parameter.path, kind] = found
+        unknown = [one for one in missing if (one.path, kind) not in known]
+        for path, found in _found(robot, loads, unknown).items():
+            known[path, kind] = of_relatives[path] = found
     return tuple(known[parameter.path, kind] for parameter in parameters)
 
 
@@ -126,7 +125,7 @@ def _hold(
 ) -> bool:
     """Whether rates tell the numbers of a robot beside this one in all these parameters."""
     changes = [
-        _change(parameter) * (0.5 + _GOLDEN * number % 1.0)
+        -_change(parameter) * (0.5 + _GOLDEN * number % 1.0)
         for number, parameter in enumerate(parameters)
     ]
     try:
@@ -138,8 +137,8 @@ def _hold(
     if len(true) != len(middle):
         return False
     told = np.zeros(len(middle))
-    for change, own in zip(changes, rates, strict=True):
-        told[own.places] += change * own.rates
+    for change, single in zip(changes, rates, strict=True):
+        told[single.places] += change * single.rates
     floats, starts = (
         are_floats(robot.arrays, robot.load_arrays(loads)),
         array_starts(robot.arrays, robot.load_arrays(loads)),
@@ -149,23 +148,48 @@ def _hold(
     return bool(np.all(by_array[0] <= _MISSED * by_array[1]))
 
 
-def _found(robot: Robot, loads: Loads, parameter: Parameter) -> ArrayRates:
-    """Rates from robots near by.
+def _found(robot: Robot, loads: Loads, parameters: Sequence[Parameter]) -> dict[str, ArrayRates]:
+    """Rates from robots near by, by path.
+
+    One robot ahead of this one is enough for a number that all others are linear in, which one robot
+    behind in all parameters tells.
 
     Raises:
-        InvalidRequest: The number is not given or says how many there are of something, or the loads
-            have been given in place of those it is of.
+        InvalidRequest: A number is not given or says how many there are of something, or the loads have
+            been given in place of those it is of.
         DescriptionError: There are no robots.
     """
-    near, before = _nearby(robot, parameter), robot.default_loads
+    weights = [(1.0 / _change(parameter), -1.0 / _change(parameter)) for parameter in parameters]
+    near = [
+        _Nearby((_ahead(robot, parameter), robot), own)
+        for parameter, own in zip(parameters, weights, strict=True)
+    ]
+    rates = [
+        _rates(robot, loads, parameter, beside)
+        for parameter, beside in zip(parameters, near, strict=True)
+    ]
+    held = _holding(robot, loads, parameters, rates)
+    return {
+        parameter.path: own or _rates(robot, loads, parameter, _nearby(robot, parameter))
+        for parameter, own in zip(parameters, held, strict=True)
+    }
+
+
+def _rates(robot: Robot, loads: Loads, parameter: Parameter, near: _Nearby) -> ArrayRates:
+    """Rates from some robots.
+
+    Raises:
+        InvalidRequest: The quadrature is another one, or the loads have been given in place of those the
+            parameter is of.
+    """
+    before = robot.default_loads
     for beside in near.robots:
         own = overridden_loads(loads, before, beside.default_loads)
         if own:
             problem = f"{parameter.path} has no effect: {', '.join(own)} of the request is in force"
             raise InvalidRequest("parameters", problem)
-    middle = _numbers(robot, loads)
     sides = [_numbers_beside(robot, beside, loads) for beside in near.robots]
-    if any(len(side) != len(middle) for side in sides):
+    if any(len(side) != len(_numbers(robot, loads)) for side in sides):
         raise InvalidRequest(
             "parameters", f"{parameter.path} cannot be varied: the quadrature depends on it"
         )
@@ -181,6 +205,8 @@ def _numbers(robot: Robot, loads: Loads) -> Floats:
 
 def _numbers_beside(robot: Robot, beside: Robot, loads: Loads) -> Floats:
     """Numbers of another robot under the same loads, but for those of the description."""
+    if beside is robot:
+        return _numbers(robot, loads)
     theirs = inherited_loads(loads, robot.default_loads, beside.default_loads)
     return numbers_of(beside.arrays, beside.load_arrays(theirs))
 
@@ -198,24 +224,38 @@ def _change(parameter: Parameter) -> float:
     return change
 
 
-def _nearby(robot: Robot, parameter: Parameter) -> _Nearby:
-    """Robots by which rates are found: on both sides, or on one where there are none on the other.
+def _ahead(robot: Robot, parameter: Parameter) -> Robot:
+    """The robot beside one in a parameter, on the one side.
 
     Raises:
         InvalidRequest: The number is not finite.
-        DescriptionError: There are none on either side.
+        DescriptionError: There is none.
     """
+    return robot.kept(
+        f"ahead in {parameter.path}", lambda: _beside(robot, parameter, _change(parameter))
+    )
 
-    def beside(change: float) -> Robot:
-        return Robot(shifted(robot.description, parameter, change), robot.held_motors)
+
+def _nearby(robot: Robot, parameter: Parameter) -> _Nearby:
+    """Robots beside one on both sides, or on one where there are none on the other.
+
+    Raises:
+        InvalidRequest: The number is not finite.
+        DescriptionError: There are none.
+    """
 
     def found() -> _Nearby:
         change = _change(parameter)
-        ahead = beside(change)
+        ahead = _ahead(robot, parameter)
         try:
-            return _Nearby((ahead, beside(-change)), (0.5 / change, -0.5 / change))
+            behind = _beside(robot, parameter, -change)
         except DescriptionError:
             weights = (2.0 / change, -0.5 / change, -1.5 / change)
-            return _Nearby((ahead, beside(2.0 * change), robot), weights)
+            return _Nearby((ahead, _beside(robot, parameter, 2.0 * change), robot), weights)
+        return _Nearby((ahead, behind), (0.5 / change, -0.5 / change))
 
     return robot.kept(f"beside in {parameter.path}", found)
+
+
+def _beside(robot: Robot, parameter: Parameter, change: float) -> Robot:
+    return Robot(shifted(robot.description, parameter, change), robot.held_motors)

@@ -32,6 +32,7 @@ from .motor_limits import MotorLimitArrays, motor_limit_arrays
 from .platform_coordinates import PlatformCoordinates, platform_coordinates
 from .robot_arrays import robot_arrays
 from .state_numbers import StateNumbers, state_numbers
+from .strain_matrices import curvature_stations, strain_grams, strain_stiffness, unit_motions
 
 __all__ = ["Robot", "checked_robot"]
 
@@ -304,15 +305,7 @@ class Robot:
 
         The curvature at rest is (P, 3) [1/m].
         """
-        sigma = self.curvature_sigma
-        values = tuple(
-            element.modes.values(sigma)[:, None, :]
-            * (np.arange(3)[:, None] == element.modes.directions)
-            for element in self.description.rods
-        )
-        return values, tuple(
-            element.rod.rest_curvature_at(sigma) for element in self.description.rods
-        )
+        return curvature_stations(self.numbers, self.curvature_sigma)
 
     @cached_property
     def length_indices(self) -> Integers:
@@ -381,29 +374,17 @@ class Robot:
         the rod, ``(l int kappa^2 ds)^(1/2)``; so a norm of motions does not depend on units or on the
         strain basis.
         """
-        motions = np.diag(self.arrays.unit)
-        for rod in self.numbers.rods:
-            gram = self.strain_grams[rod.strain, rod.strain]
-            orthonormal = np.linalg.inv(np.linalg.cholesky(gram)).T
-            motions[rod.strain, rod.strain] = motions[rod.strain, rod.strain] @ orthonormal
-        return motions
+        return unit_motions(self.numbers, self.strain_grams)
 
     @cached_property
     def strain_grams(self) -> Floats:
         """Integrals of products of the strain modes of every rod, in state order, (N, N)."""
-        grams = np.zeros((self.state_size, self.state_size))
-        for rod in self.numbers.rods:
-            grams[rod.strain, rod.strain] = rod.element.modes.gram(self.grid)
-        return grams
+        return strain_grams(self.numbers, self.grid)
 
     @cached_property
     def strain_stiffness(self) -> Floats:
         """Elastic stiffness K_e of every rod at its nominal length, in state order, (N, N)."""
-        stiffness = np.zeros((self.state_size, self.state_size))
-        for rod in self.numbers.rods:
-            own = rod.element.rod.stiffness(rod.element.modes, self.grid)
-            stiffness[rod.strain, rod.strain] = own
-        return stiffness
+        return strain_stiffness(self.numbers, self.grid)
 
     @cached_property
     def default_loads(self) -> Loads:

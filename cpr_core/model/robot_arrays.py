@@ -94,7 +94,7 @@ class _RodValues(NamedTuple):
 
 def _found_values(rod: Rod, modes: StrainModes, grid: RodGrid) -> _RodValues:
     """Those of a rod."""
-    hashable = _identity(modes) is modes
+    hashable = modes.identity is modes
     functions, step_functions = (
         _kept_functions(modes, grid) if hashable else _functions(modes, grid)
     )
@@ -116,15 +116,6 @@ def _functions(modes: StrainModes, grid: RodGrid) -> tuple[Floats, Floats]:
 
 #: Robots that differ in their numbers have the same modes and share a grid.
 _kept_functions = lru_cache(maxsize=128)(_functions)
-
-
-def _identity(modes: StrainModes) -> Hashable:
-    """What tells modes from others: themselves, if their basis, which anybody may write, can be hashed."""
-    try:
-        hash(modes)
-    except TypeError:
-        return id(modes)
-    return modes
 
 
 class _Builder:
@@ -324,7 +315,7 @@ class _Builder:
 
     def _rod_values(self, element: ChainRod) -> _RodValues:
         """Those of a rod and its modes, found once for all legs that have them."""
-        key = id(element.rod), _identity(element.modes)
+        key = id(element.rod), element.modes.identity
         if key not in self.values:
             self.values[key] = _found_values(element.rod, element.modes, self.grid)
         return self.values[key]

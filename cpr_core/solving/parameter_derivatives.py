@@ -33,6 +33,7 @@ Floats = NDArray[np.float64]
 
 #: What derivatives can be asked for.
 Derivative = Literal["pose", "motors", "efforts", "margin", "smallest_eigenvalue"]
+_KNOWN = get_args(Derivative)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +99,7 @@ def derivatives(
     twist = np.zeros((6, count))
     twist[robot.platform_axes] = states[robot.platform_indices]
     turned = equilibrium.platform_rotation.T
-    body = np.vstack([turned @ twist[:3], turned @ twist[3:]])
+    body = (turned @ twist.reshape(2, 3, count)).reshape(6, count)
     slopes = stability_slopes(equilibrium, named, states, wanted)
     none, rows = np.zeros((0, count)), states[robot.motor_indices]
     pose = "pose" in wanted
@@ -137,9 +138,8 @@ def _checked_quantities(of: str | Sequence[str]) -> tuple[str, ...]:
         InvalidRequest: Others than there are.
     """
     wanted = (of,) if isinstance(of, str) else of
-    known = get_args(Derivative)
-    if not isinstance(wanted, Sequence) or not wanted or any(name not in known for name in wanted):
-        raise InvalidRequest("of", f"expected some of {', '.join(known)}, got {of!r:.200}")
+    if not isinstance(wanted, Sequence) or not wanted or any(name not in _KNOWN for name in wanted):
+        raise InvalidRequest("of", f"expected some of {', '.join(_KNOWN)}, got {of!r:.200}")
     return tuple(wanted)
 
 

@@ -265,6 +265,19 @@ def test_a_singular_equilibrium_has_none():
         derivatives(singular, "rod.length")
 
 
+def test_where_no_factors_are_kept():
+    """A straight rod under no force is not eliminated on its own: its tangent is evaluated again."""
+    robot = column(motors.Welded(), joints.Fixed(AT_TIP))
+    home = solve_home(robot)
+    assert home.factors["lane"][0, 0] == DELAYED
+    loads = robot.default_loads.with_(wrench_world=[0, 0, 0, 1e-3, 0, 0])
+    assert compared(home, "loads.platform_force[0]", "motors", STATE)
+    pushed = solve_forward(robot, [], loads=loads)
+    expected = kinemato_statics(home).platform_by_wrench
+    assert np.abs(expected).max() > 0.0
+    assert pushed.platform_position[0] != home.platform_position[0]
+
+
 def test_strain_modes_are_those_of_the_robot():
     """Also where they are not those of the file."""
     coarse, fine = load_robot("six_rfs", modes=3), load_robot("six_rfs", modes=7)
