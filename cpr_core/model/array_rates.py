@@ -84,20 +84,18 @@ def array_rates(
     """
     kind = inheritance(loads, robot.default_loads)
     known: _Known = robot.kept("array rates", dict)
-    missing = [parameter for parameter in parameters if (parameter.path, kind) not in known]
-    if missing:
-        if len(known) > _KEPT:
-            known.clear()
-        of_relatives: dict[str, ArrayRates] = robot.rates_of_relatives
-        last = [one for one in missing if one.path in of_relatives]
-        rates = [of_relatives[one.path] for one in last]
-        for parameter, held in zip(last, _holding(robot, loads, last, rates), strict=True):
-            if held is not None:
-                known[parameter.path, kind] = held
-        unknown = [one for one in missing if (one.path, kind) not in known]
-        for path, found in _found(robot, loads, unknown).items():
-            known[path, kind] = of_relatives[path] = found
-    return tuple(known[parameter.path, kind] for parameter in parameters)
+    of_relatives: dict[str, ArrayRates] = robot.rates_of_relatives
+    found = {one.path: known.get((one.path, kind)) for one in parameters}
+    last = [one for one in parameters if found[one.path] is None and one.path in of_relatives]
+    held = _holding(robot, loads, last, [of_relatives[one.path] for one in last])
+    found |= {one.path: rates for one, rates in zip(last, held, strict=True)}
+    own = _found(robot, loads, [one for one in parameters if found[one.path] is None])
+    of_relatives |= own
+    if len(known) > _KEPT:
+        known.clear()
+    whole = [found[one.path] or own[one.path] for one in parameters]
+    known |= {(one.path, kind): rates for one, rates in zip(parameters, whole, strict=True)}
+    return tuple(whole)
 
 
 def _holding(
@@ -139,10 +137,7 @@ def _hold(
     told = np.zeros(len(middle))
     for change, single in zip(changes, rates, strict=True):
         told[single.places] += change * single.rates
-    floats, starts = (
-        are_floats(robot.arrays, robot.load_arrays(loads)),
-        array_starts(robot.arrays, robot.load_arrays(loads)),
-    )
+    floats, starts = _kinds(robot, loads)
     missed = np.where(floats, true - middle - told, 0.0)
     by_array = [np.maximum.reduceat(np.abs(values), starts) for values in (missed, told)]
     return bool(np.all(by_array[0] <= _MISSED * by_array[1]))
@@ -194,9 +189,19 @@ def _rates(robot: Robot, loads: Loads, parameter: Parameter, near: _Nearby) -> A
             "parameters", f"{parameter.path} cannot be varied: the quadrature depends on it"
         )
     changed = np.any([side != sides[0] for side in sides[1:]], axis=0)
-    places = np.flatnonzero(changed & are_floats(robot.arrays, robot.load_arrays(loads)))
+    places = np.flatnonzero(changed & _kinds(robot, loads)[0])
     rates = sum(weight * side[places] for weight, side in zip(near.weights, sides, strict=True))
     return ArrayRates(places, np.asarray(rates, float))
+
+
+def _kinds(robot: Robot, loads: Loads) -> tuple[NDArray[np.bool_], Integers]:
+    """Which numbers are floats, and where arrays begin: the same for all loads."""
+
+    def found() -> tuple[NDArray[np.bool_], Integers]:
+        own = robot.arrays, robot.load_arrays(loads)
+        return are_floats(*own), array_starts(*own)
+
+    return robot.kept("kinds of numbers", found)
 
 
 def _numbers(robot: Robot, loads: Loads) -> Floats:
