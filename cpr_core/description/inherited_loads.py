@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .loads import Loads
+from .loads import Loads, compared
 
 __all__ = ["inheritance", "inherited_loads", "overridden_loads"]
 
@@ -58,8 +58,8 @@ def inheritance(loads: Loads, own: Loads) -> Hashable:
         loads: In force.
         own: Of the description.
     """
-    wrenches, others = loads.compared
-    return tuple(map(eq, wrenches, own.compared[0])), others
+    wrenches, others = compared(loads)
+    return tuple(map(eq, wrenches, compared(own)[0])), others
 
 
 def _same(first: Any, second: Any) -> bool:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InvalidRequest
 from ..validation import checked_number, checked_vector
 
-__all__ = ["DistributedForce", "Loads", "PointForce"]
+__all__ = ["DistributedForce", "Loads", "PointForce", "compared"]
 
 Floats = NDArray[np.float64]
 
@@ -228,8 +228,7 @@ class Loads:
         return self._conservative_in_plane if planar else self._conservative_in_space
 
     @cached_property
-    def compared(self) -> tuple[tuple[bytes, ...], tuple[Any, ...]]:
-        """The wrenches, and all else, as what is equal where loads are the same."""
+    def _compared(self) -> tuple[tuple[bytes, ...], tuple[Any, ...]]:
         wrenches = _bytes(self.wrench_world), _bytes(self.wrench_body)
         fields = _bytes(self.gravity), _bytes(self.rod_force)
         return wrenches, (*fields, self.distributed, self.points)
@@ -241,3 +240,8 @@ class Loads:
     @cached_property
     def _conservative_in_space(self) -> bool:
         return not np.any(self.wrench_world[:3]) and not np.any(self.wrench_body)
+
+
+def compared(loads: Loads) -> tuple[tuple[bytes, ...], tuple[Any, ...]]:
+    """The wrenches, and all else, as what is equal where loads are the same."""
+    return loads._compared

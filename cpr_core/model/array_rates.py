@@ -22,7 +22,7 @@ from ..description.inherited_loads import inheritance, inherited_loads, overridd
 from ..description.loads import Loads
 from ..description.parameters import Parameter
 from ..errors import DescriptionError, InvalidRequest
-from .robot import Robot
+from .robot import RELATIVES, Robot
 from .varied_numbers import are_floats, array_starts, numbers_of
 
 __all__ = ["ArrayRates", "array_rates"]
@@ -84,7 +84,7 @@ def array_rates(
     """
     kind = inheritance(loads, robot.default_loads)
     known: _Known = robot.kept("array rates", dict)
-    of_relatives: dict[str, ArrayRates] = robot.rates_of_relatives
+    of_relatives: dict[str, ArrayRates] = robot.kept(RELATIVES, dict)
     found = {one.path: known.get((one.path, kind)) for one in parameters}
     last = [one for one in parameters if found[one.path] is None and one.path in of_relatives]
     held = _holding(robot, loads, last, [of_relatives[one.path] for one in last])

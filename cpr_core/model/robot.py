@@ -34,11 +34,13 @@ from .robot_arrays import robot_arrays
 from .state_numbers import StateNumbers, state_numbers
 from .strain_matrices import curvature_stations, strain_grams, strain_stiffness, unit_motions
 
-__all__ = ["Robot", "checked_robot"]
+__all__ = ["RELATIVES", "Robot", "checked_robot"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Found = TypeVar("Found")
+#: What robots that differ in numbers know together is kept under this name, see ``array_rates``.
+RELATIVES = "what relatives know"
 
 
 def checked_robot(value: object) -> Robot:
@@ -115,17 +117,8 @@ class Robot:
             DescriptionError: No robot has such a number.
         """
         changed = Robot(with_parameters(self.description, values), self.held_motors)
-        return changed._related_to(self)
-
-    @property
-    def rates_of_relatives(self) -> dict[Any, Any]:
-        """What ``array_rates`` found last of this robot or one it was changed from or to."""
-        return self.kept("rates of relatives", dict)
-
-    def _related_to(self, other: Robot) -> Robot:
-        """This one, with what is known of another one that differs in numbers."""
-        self._kept["rates of relatives"] = other.rates_of_relatives
-        return self
+        changed.kept(RELATIVES, lambda: self.kept(RELATIVES, dict))
+        return changed
 
     @property
     def planar(self) -> bool:
