@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from dataclasses import field as attribute
 from typing import Any, ClassVar, Self
 
@@ -72,14 +73,18 @@ class Part:
         """A field with fields of its own; none where it is missing."""
         path, content = self.path_of(name), self.content.get(name, {})
         self.read[path] = content
-        return replace(self, path=path, content=content)
+        return self._below(path, content)
 
     def parts(self, name: str) -> tuple[Part, ...]:
         """A list of such fields; none where it is missing."""
         return tuple(
-            replace(self, path=self.path_of(f"{name}[{index}]"), content=content)
+            self._below(self.path_of(f"{name}[{index}]"), content)
             for index, content in enumerate(self.content.get(name, ()))
         )
+
+    def _below(self, path: str, content: Mapping[str, Any]) -> Part:
+        """Another part of the description."""
+        return Part(self.source, path, content, self.planar, self.read, self.slack)
 
     def number(self, name: str, default: float | None = None) -> float:
         """A number."""
@@ -107,7 +112,7 @@ class Part:
         if largest < 1e-9:
             raise self.fail(name, f"expected a direction, got {value} of length zero")
         vector = vector / largest  # its square is finite now
-        return vector / np.linalg.norm(vector)
+        return vector / math.sqrt(vector @ vector)
 
     def shift_axis(self, name: str) -> Floats:
         """A unit vector along which something moves, (3,): in the plane one without z."""
@@ -143,8 +148,9 @@ class Part:
         else:
             raise self.fail("", "missing field 'normal'")
         normal = normal - (normal @ tangent) * tangent
-        normal = normal / np.linalg.norm(normal)
-        return np.column_stack([tangent, normal, np.cross(tangent, normal)])
+        normal = normal / math.sqrt(normal @ normal)
+        (a, b, c), (x, y, z) = tangent.tolist(), normal.tolist()
+        return np.array([[a, x, b * z - c * y], [b, y, c * x - a * z], [c, z, a * y - b * x]])
 
     def stations(self, name: str) -> Floats:
         """Stations along a rod, increasing from 0 to 1."""

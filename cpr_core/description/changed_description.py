@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from ..errors import DescriptionWarning, InvalidRequest
 from .description_builder import described_robot
-from .description_file import check_schema
+from .description_file import check_numbers
 from .parameters import (
     Parameter,
+    Place,
     changed_content,
     checked_paths,
     named_parameter,
@@ -33,6 +33,7 @@ __all__ = [
     "named_parameters",
     "parameter_values",
     "shifted",
+    "shifted_together",
     "with_parameters",
 ]
 
@@ -79,9 +80,10 @@ def with_parameters(description: RobotDescription, values: Mapping[str, float]) 
         DescriptionError: No robot has such a number.
     """
     written = _written(description)
-    content = changed_content(written, parameter_changes(written, values))
-    check_schema(description.source, content)
-    text = _yaml(content) if description.text else ""
+    changes = parameter_changes(written, values)
+    content = changed_content(written, changes)
+    check_numbers(description.source, content, changes)
+    text = "" if written.read_text == "" else None
     changed = described_robot(description.source, content, text)
     return changed.with_modes_of(description)
 
@@ -99,11 +101,18 @@ def shifted(description: RobotDescription, parameter: Parameter, change: float) 
     Raises:
         DescriptionError: No robot is near this one in this number.
     """
-    pairs = zip(parameter.places, parameter.values, strict=True)
-    content = changed_content(
-        _written(description), {place: value + change for place, value in pairs}
-    )
-    return _quietly(description, content)
+    return shifted_together(description, ((parameter, change),))
+
+
+def shifted_together(
+    description: RobotDescription, changes: Sequence[tuple[Parameter, float]]
+) -> RobotDescription:
+    """The same with several numbers changed; what is in the same place adds up."""
+    values: dict[Place, float] = {}
+    for parameter, change in changes:
+        for place, value in zip(parameter.places, parameter.values, strict=True):
+            values[place] = values.get(place, value) + change
+    return _quietly(description, changed_content(_written(description), values))
 
 
 def between(first: RobotDescription, last: RobotDescription, fraction: float) -> RobotDescription:
@@ -157,6 +166,8 @@ class _Mixture:
         return mixed
 
     def _mixed(self, first: Any, last: Any, path: str) -> Any:
+        if first is last:  # changes share what they do not change
+            return first
         first, last = _plain(first), _plain(last)
         if _is_number(first) and _is_number(last):
             between_them = (1.0 - self.fraction) * first + self.fraction * last
@@ -201,15 +212,3 @@ def _written(description: RobotDescription) -> WrittenFields:
             "parameters", f"{description.name} was not read from a description as it is"
         )
     return description.written
-
-
-def _yaml(content: Mapping[str, Any]) -> str:
-    """Fields as a file has them."""
-    return str(yaml.dump(content, Dumper=_Dumper, sort_keys=False, default_flow_style=None))
-
-
-class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
-    """YAML as it is written by hand: lists in a line, nothing said once for several places."""
-
-    def ignore_aliases(self, data: Any) -> bool:
-        return True

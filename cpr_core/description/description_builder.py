@@ -38,14 +38,14 @@ _ROUNDED = 1e-3
 
 
 def described_robot(
-    source: str, content: dict[str, Any], text: str, slack: float = EXACTLY_ACROSS
+    source: str, content: dict[str, Any], text: str | None, slack: float = EXACTLY_ACROSS
 ) -> RobotDescription:
     """The robot a description stands for.
 
     Args:
         source: Where it came from.
         content: Its fields, checked against the schema.
-        text: The description as it was read.
+        text: The description as it was read; None: a change of one, empty: no file.
         slack: Cosine by which normals may miss being across their tangents, see ``Part``.
 
     Raises:
@@ -70,9 +70,8 @@ def described_robot(
         loads=_loads(part, legs),
         stations=tuple(content.get("stations", ())),
         platform_inertia=_inertia(platform, point),
-        text=text,
         tolerance=tolerance,
-        written=WrittenFields(content, part.read),
+        written=WrittenFields(content, part.read, text),
     )
     _check_controlled(part, description)
     check_positions(part, description)

@@ -24,9 +24,10 @@ from .description_builder import described_robot
 from .description_schema import description_schema
 from .joints import JOINTS
 from .motors import MOTORS
+from .number_schema import surely_allowed
 from .robot_description import RobotDescription
 
-__all__ = ["check_schema", "read_description", "shipped_robots"]
+__all__ = ["check_numbers", "check_schema", "read_description", "shipped_robots"]
 
 
 def shipped_robots() -> dict[str, Path]:
@@ -172,6 +173,17 @@ def _validator(kinds: tuple[tuple[str, type[Described]], ...]) -> Any:
     return jsonschema.Draft202012Validator(description_schema())
 
 
+def check_numbers(source: str, content: Any, places: Mapping[tuple[str | int, ...], float]) -> None:
+    """The same as ``check_schema`` where content kept to the schema before it got these finite numbers.
+
+    Raises:
+        DescriptionError: It does not with them.
+    """
+    validator = _validator(_kinds())
+    if not all(surely_allowed(validator, content, *number) for number in places.items()):
+        check_schema(source, content)
+
+
 def check_schema(source: str, content: Any) -> None:
     """Structure, types and ranges, against the JSON schema."""
     if not isinstance(content, dict):
@@ -183,9 +195,7 @@ def check_schema(source: str, content: Any) -> None:
             finite = False
         if not finite:
             raise DescriptionError(source, path, f"expected a finite number, got {number!s:.40}")
-    every = (MOTORS, CHAIN_JOINTS, JOINTS, SECTIONS, STRAIN_BASES)
-    kinds = tuple(item for named in every for item in named.items())
-    errors = list(_validator(kinds).iter_errors(content))
+    errors = list(_validator(_kinds()).iter_errors(content))
     # A misspelt field is also a missing one: say the misspelt name.
     unknown = [error for error in errors if error.validator == "additionalProperties"]
     if not errors:
@@ -198,6 +208,12 @@ def check_schema(source: str, content: Any) -> None:
     for part in error.absolute_path:
         path += f"[{part}]" if isinstance(part, int) else ("." if path else "") + str(part)
     raise DescriptionError(source, path, _explain(error))
+
+
+def _kinds() -> tuple[tuple[str, type[Described]], ...]:
+    """All classes that have a name now."""
+    every = (MOTORS, CHAIN_JOINTS, JOINTS, SECTIONS, STRAIN_BASES)
+    return tuple(item for named in every for item in named.items())
 
 
 def _numbers(value: Any, path: str) -> Iterator[tuple[str, Any]]:

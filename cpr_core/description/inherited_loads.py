@@ -5,14 +5,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import fields, replace
+from operator import eq
 from typing import Any
 
 import numpy as np
 
-from .loads import Loads
+from .loads import Loads, compared
 
-__all__ = ["inherited_loads", "overridden_loads"]
+__all__ = ["inheritance", "inherited_loads", "overridden_loads"]
 
 
 def inherited_loads(loads: Loads, before: Loads, after: Loads) -> Loads:
@@ -45,6 +47,19 @@ def overridden_loads(loads: Loads, before: Loads, after: Loads) -> tuple[str, ..
         if not _same(getattr(before, field.name), getattr(after, field.name))
         and not _same(getattr(loads, field.name), getattr(before, field.name))
     )
+
+
+def inheritance(loads: Loads, own: Loads) -> Hashable:
+    """The same for all loads in force that change alike with the description.
+
+    That is all but the wrench: what of it is not the description's does not change at all.
+
+    Args:
+        loads: In force.
+        own: Of the description.
+    """
+    wrenches, others = compared(loads)
+    return tuple(map(eq, wrenches, compared(own)[0])), others
 
 
 def _same(first: Any, second: Any) -> bool:

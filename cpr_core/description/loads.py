@@ -16,9 +16,14 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InvalidRequest
 from ..validation import checked_number, checked_vector
 
-__all__ = ["DistributedForce", "Loads", "PointForce"]
+__all__ = ["DistributedForce", "Loads", "PointForce", "compared"]
 
 Floats = NDArray[np.float64]
+
+
+def _bytes(vector: Floats) -> bytes:
+    """What is the same of vectors that are equal."""
+    return bytes((vector + 0.0).tobytes())  # -0 is 0
 
 
 def _zeros(size: int) -> Floats:
@@ -223,9 +228,20 @@ class Loads:
         return self._conservative_in_plane if planar else self._conservative_in_space
 
     @cached_property
+    def _compared(self) -> tuple[tuple[bytes, ...], tuple[Any, ...]]:
+        wrenches = _bytes(self.wrench_world), _bytes(self.wrench_body)
+        fields = _bytes(self.gravity), _bytes(self.rod_force)
+        return wrenches, (*fields, self.distributed, self.points)
+
+    @cached_property
     def _conservative_in_plane(self) -> bool:
         return not np.any(self.wrench_body[3:])
 
     @cached_property
     def _conservative_in_space(self) -> bool:
         return not np.any(self.wrench_world[:3]) and not np.any(self.wrench_body)
+
+
+def compared(loads: Loads) -> tuple[tuple[bytes, ...], tuple[Any, ...]]:
+    """The wrenches, and all else, as what is equal where loads are the same."""
+    return loads._compared

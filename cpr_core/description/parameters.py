@@ -22,7 +22,14 @@ from ..errors import InvalidRequest, UnknownParameter
 from ..validation import checked_number
 from .written_fields import WrittenFields
 
-__all__ = ["Parameter", "changed_content", "checked_paths", "named_parameter", "parameter_changes"]
+__all__ = [
+    "Parameter",
+    "Place",
+    "changed_content",
+    "checked_paths",
+    "named_parameter",
+    "parameter_changes",
+]
 
 Key = str | int
 Place = tuple[Key, ...]
@@ -80,9 +87,9 @@ def checked_paths(paths: str | Sequence[str]) -> tuple[str, ...]:
         raise InvalidRequest("parameters", f"expected paths such as rod.length, got {paths!r:.200}")
     if not given:
         raise InvalidRequest("parameters", "expected at least one path such as rod.length")
-    for number, path in enumerate(given):
-        if path in given[:number]:
-            raise InvalidRequest("parameters", f"{path} is named twice")
+    if len(set(given)) < len(given):
+        twice = next(path for number, path in enumerate(given) if path in given[:number])
+        raise InvalidRequest("parameters", f"{twice} is named twice")
     return tuple(given)
 
 

@@ -82,7 +82,6 @@ class RobotDescription:
         stations: s/l where point forces may act, on every leg.
         platform_inertia: About the centre of mass in the platform frame, (3, 3) [kg m^2]; statics does
             not ask for it.
-        text: The description as it was read.
         tolerance: Largest error of the platform position that is allowed [m], for which `load_robot`
             chooses the modes; infinite where the description has numbers of modes instead.
         written: The fields it was made of; None where it was not made of any.
@@ -100,7 +99,6 @@ class RobotDescription:
     loads: Loads = field(default_factory=Loads.none)
     stations: tuple[float, ...] = ()
     platform_inertia: Floats = field(default_factory=lambda: np.zeros((3, 3)))
-    text: str = ""
     tolerance: float = math.inf
     written: WrittenFields | None = None
 
@@ -110,6 +108,11 @@ class RobotDescription:
             f"{'planar' if self.planar else 'spatial'}, {len(self.legs)} legs, "
             f"controlled {' '.join(self.controlled) or 'nothing'}>"
         )
+
+    @property
+    def text(self) -> str:
+        """The description as a file; empty where it was not read from one."""
+        return "" if self.written is None else self.written.text
 
     @property
     def platform_freedom(self) -> int:

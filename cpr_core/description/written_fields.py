@@ -7,7 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
+
+import yaml
 
 __all__ = ["WrittenFields"]
 
@@ -20,7 +23,27 @@ class WrittenFields:
         content: As they were written; never to be changed.
         read: What was read of them by path, such as ``legs[2].motor.offset``, with the defaults of
             what was not written.
+        read_text: The file as it was read, empty where there was none; None: there was one, of which
+            these fields are a change.
     """
 
     content: Mapping[str, Any]
     read: Mapping[str, Any]
+    read_text: str | None
+
+    @cached_property
+    def text(self) -> str:
+        """The fields as a file; empty where they were not read from one."""
+        if self.read_text is not None:
+            return self.read_text
+        dumped = yaml.dump(
+            dict(self.content), Dumper=_Dumper, sort_keys=False, default_flow_style=None
+        )
+        return str(dumped)
+
+
+class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
+    """YAML as it is written by hand: lists in a line, nothing said once for several places."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True

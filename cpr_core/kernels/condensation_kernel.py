@@ -40,10 +40,12 @@ __all__ = [
     "NO_INVERSE",
     "UNKNOWN",
     "condense",
+    "expand_legs",
     "factor",
     "factor_border",
     "factor_here",
     "predict",
+    "reduce_legs",
     "rotation_unknowns",
     "solve",
     "solve_here",
@@ -287,16 +289,32 @@ def solve(robot, problem, vector, work, factors):
 @inlined
 def solve_here(robot, problem, vector, work, factors):
     """``solve`` as a part of what calls it."""
-    border, count, slots = work.border, robot.border_indices.shape[0], robot.slots
+    border, count = work.border, robot.border_indices.shape[0]
     for i in range(count):
         border[i] = 0.0
     for i in range(problem.equations.shape[0]):
         border[problem.equations[i] - robot.platform_index] = vector[robot.platform_index + i]
+    reduce_legs(robot, vector, work, factors)
+    expand_legs(robot, problem, vector, work, factors)
+
+
+@inlined
+def reduce_legs(robot, vector, work, factors):
+    """First half of a solve: the right side of the border, in the workspace, gets that of the legs."""
     for number in range(robot.groups.shape[0]):
         _forward(robot, number, vector, work, factors)
-    gather_delayed(slots, count, work.solution, border, factors)
+    gather_delayed(
+        robot.slots, robot.border_indices.shape[0], work.solution, work.border, factors
+    )  # fmt: skip
+
+
+@inlined
+def expand_legs(robot, problem, vector, work, factors):
+    """Second half: the unknowns into the vector; twist, motors and delayed slots into the workspace."""
     _solve_border(robot, problem, vector, work, factors)
-    scatter_delayed(slots, count, work.solution, border, factors)
+    scatter_delayed(
+        robot.slots, robot.border_indices.shape[0], work.solution, work.border, factors
+    )  # fmt: skip
     for number in range(robot.groups.shape[0]):
         _backward(robot, number, vector, work, factors)
 

@@ -27,7 +27,7 @@ __all__ = ["evaluate_group"]
 
 @inlined
 def evaluate_group(
-    robot, loads, loaded, number, state, platform_rotation, platform_position, work
+    robot, loads, loaded, number, state, platform_rotation, platform_position, work, tangent
 ):  # fmt: skip
     """Add a group of legs to the model and return its potential energy.
 
@@ -41,6 +41,7 @@ def evaluate_group(
         platform_position: p_p in the world, (3,).
         work: Workspace; `blocks` and `residuals` of the group are set, `platform_residual` and
             `platform_tangent` are added to.
+        tangent: Whether `blocks` are wanted, a constant; without, they are left half done.
 
     Returns:
         Elastic energy, and potential of the weights of links and the loads of rods [J].
@@ -50,8 +51,9 @@ def evaluate_group(
     tip = hold_tips(robot, number, end, platform_rotation, platform_position, work)
     push_platform(tip, work)
     couple_platform(robot, number, tip, work)
-    energy = _balance_chain(robot, loads, loaded, number, end, tip, work)
-    _couple_chain(robot, number, work)
+    energy = _balance_chain(robot, loads, loaded, number, end, tip, work, tangent)
+    if tangent:
+        _couple_chain(robot, number, work)
     return total(load(robot.groups[number].exists, ()) * energy)
 
 
@@ -72,7 +74,7 @@ def _gather_coordinates(robot, number, state, work):
 
 
 @inlined
-def _balance_chain(robot, loads, loaded, number, end, tip, work):
+def _balance_chain(robot, loads, loaded, number, end, tip, work, tangent):
     """Rows of all coordinates from tip to base; returns the energy, lanes."""
     carried = Carried(tip.force, negated(tip.alignment))
     energy = broadcast(work.coordinates, 0.0)
@@ -80,7 +82,7 @@ def _balance_chain(robot, loads, loaded, number, end, tip, work):
         kind = robot.elements[number, e].kind
         if kind == Element.ROD:
             carried, stored = balance_rod(
-                robot, loads, loaded, number, e, carried, end, tip, work
+                robot, loads, loaded, number, e, carried, end, tip, work, tangent
             )  # fmt: skip
             energy += stored
         elif kind == Element.TURN:

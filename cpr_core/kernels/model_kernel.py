@@ -24,7 +24,7 @@ from .lane_vectors import (
 from .lanes import get
 from .leg_kernel import evaluate_group
 
-__all__ = ["evaluate", "evaluate_here", "tangent_into"]
+__all__ = ["evaluate", "evaluate_here", "evaluate_residual", "tangent_into"]
 
 
 @part
@@ -49,13 +49,23 @@ def evaluate(robot, loads, state, platform_rotation, platform_position, residual
         Potential energy without the work of motors and of non-conservative loads [J].
     """
     return evaluate_here(
-        robot, loads, state, platform_rotation, platform_position, residual, work
+        robot, loads, state, platform_rotation, platform_position, residual, work, True
+    )  # fmt: skip
+
+
+@part
+def evaluate_residual(robot, loads, state, platform_rotation, platform_position, residual, work):
+    """``evaluate`` without a tangent, in half the time."""
+    return evaluate_here(
+        robot, loads, state, platform_rotation, platform_position, residual, work, False
     )  # fmt: skip
 
 
 @inlined
-def evaluate_here(robot, loads, state, platform_rotation, platform_position, residual, work):
-    """``evaluate`` as a part of what calls it."""
+def evaluate_here(
+    robot, loads, state, platform_rotation, platform_position, residual, work, tangent
+):  # fmt: skip
+    """``evaluate`` as a part of what calls it, with a tangent or without, which is a constant."""
     platform_residual, platform_tangent = work.platform_residual, work.platform_tangent
     for i in range(6):
         platform_residual[i] = 0.0
@@ -65,7 +75,15 @@ def evaluate_here(robot, loads, state, platform_rotation, platform_position, res
     energy = 0.0
     for number in range(robot.groups.shape[0]):
         energy += evaluate_group(
-            robot, loads, loaded, number, state, platform_rotation, platform_position, work
+            robot,
+            loads,
+            loaded,
+            number,
+            state,
+            platform_rotation,
+            platform_position,
+            work,
+            tangent,
         )
     energy += _add_platform_loads(
         loads, platform_rotation, platform_position, platform_residual, platform_tangent

@@ -274,7 +274,7 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
         if started:
             move(robot, problem, step, fraction, trial, work)
         energy = evaluate_here(
-            robot, loads, trial.state, trial.rotation, trial.position, work.residual, work
+            robot, loads, trial.state, trial.rotation, trial.position, work.residual, work, True
         )
         largest = scaled_residual(robot, work.residual, given_effort, equations, correction)
         accepted = math.isfinite(largest)

@@ -10,7 +10,7 @@ import math
 from .condensation_kernel import NO_INVERSE, factor, solve
 from .kernel_decorators import kernel
 from .kernel_records import complete, read_pose, rods_exist, square_problem
-from .model_kernel import evaluate
+from .model_kernel import evaluate, evaluate_residual
 from .newton_kernel import move, scaled_residual
 from .record_layout import EFFORT
 from .square_problem import Configuration
@@ -55,7 +55,9 @@ def newton_step(prepared, loads, problem, start, result):
     move(robot, square, work.step, 1.0, configuration, work)
     if not rods_exist(robot, state):
         return False
-    energy = evaluate(robot, loads, state, work.rotation, work.position, work.residual, work)
+    energy = evaluate_residual(
+        robot, loads, state, work.rotation, work.position, work.residual, work
+    )
     largest = scaled_residual(robot, work.residual, work.given_efforts, square.equations, work.step)
     complete(robot, energy, largest, 1, result, work)
     return math.isfinite(largest)

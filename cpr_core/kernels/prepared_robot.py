@@ -33,6 +33,9 @@ __all__ = [
 ]
 
 
+#: Machine code of ``continue_equilibria`` and ``newton_step`` by the types of robots.
+_continuing: dict[int, Callable[..., int]] = {}
+_stepping: dict[int, Callable[..., bool]] = {}
 #: Bytes that are enough for the parts, as a rule.
 _SIZE = 1 << 15
 
@@ -56,8 +59,8 @@ class PreparedRobot(Borrowed):
             memory = np.empty(size, np.uint8)
             _write(memory, parts)
         super().__init__(parts, memory)
-        self.continued: Callable[..., int] | None = None
-        self.stepped: Callable[..., bool] | None = None
+        self.continued = _continuing.get(self.kind)
+        self.stepped = _stepping.get(self.kind)
 
 
 @kernel
@@ -88,23 +91,24 @@ def continue_prepared(
     contraction: float,
     *records: Any,
 ) -> int:
-    """``continue_equilibria``, whose types are looked at once."""
+    """``continue_equilibria``, whose types are looked at once for robots of the same types."""
     given = np.ascontiguousarray(given, float)
     arguments = (loads, problem, given, mode, residual, iterations, contraction, *records)
     continued = prepared.continued
     if continued is None:
-        continued = prepared.continued = entry_point(continue_equilibria, prepared, *arguments)
+        continued = entry_point(continue_equilibria, prepared, *arguments)
+        prepared.continued = _continuing[prepared.kind] = continued
     return continued(prepared, *arguments)
 
 
 def newton_step_prepared(
     prepared: PreparedRobot, loads: Any, problem: int, start: Any, result: Any
 ) -> bool:
-    """``newton_step``, whose types are looked at once."""
+    """``newton_step``, whose types are looked at once for robots of the same types."""
     stepped = prepared.stepped
     if stepped is None:
-        arguments = (loads, problem, start, result)
-        stepped = prepared.stepped = entry_point(newton_step, prepared, *arguments)
+        stepped = entry_point(newton_step, prepared, loads, problem, start, result)
+        prepared.stepped = _stepping[prepared.kind] = stepped
     return stepped(prepared, loads, problem, start, result)
 
 

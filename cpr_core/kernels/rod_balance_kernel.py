@@ -61,7 +61,7 @@ class Elastic(NamedTuple):
 
 
 @inlined
-def balance_rod(robot, loads, loaded, number, e, carried, end, tip, work):
+def balance_rod(robot, loads, loaded, number, e, carried, end, tip, work, tangent):
     """Rows of the strain coordinates of a rod, and of its length where that is a motor.
 
     Args:
@@ -74,6 +74,7 @@ def balance_rod(robot, loads, loaded, number, e, carried, end, tip, work):
         end: Pose of the tips.
         tip: Tip.
         work: Workspace with frames and arms of the rod.
+        tangent: Whether the stiffness is wanted.
 
     Returns:
         Carried where the rod begins, and its energy with the potential of its loads, lanes.
@@ -88,7 +89,8 @@ def balance_rod(robot, loads, loaded, number, e, carried, end, tip, work):
     elastic = _stretch(robot, number, r, length, work)
     _fields(robot, number, r, length, lever, carried, loaded, work)
     _strain_coordinates(robot, number, r, tip, work)
-    strain_block(robot, number, r, length, work)
+    if tangent:
+        strain_block(robot, number, r, length, work)
     if rod.length_slot >= 0:
         _extension(robot, number, r, length, carried, on_rod, elastic, loaded, work)
     nodes = robot.weights.shape[0]

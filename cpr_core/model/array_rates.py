@@ -3,77 +3,59 @@
 
 """How the arrays of the kernels answer to a number of the description, number by number.
 
-A robot near by is built twice for every parameter; after that a residual near by only needs some numbers
-written into arrays that are there.
+A robot near by is built for every parameter, or two; after that a residual near by only needs some
+numbers written into arrays that are there. The robot of which this one is a change may know the rates
+already: then one robot that is beside this one in all parameters at once tells whether they still hold.
 """
 
 from __future__ import annotations
 
-import threading
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.changed_description import shifted
-from ..description.inherited_loads import inherited_loads, overridden_loads
+from ..description.changed_description import shifted, shifted_together
+from ..description.inherited_loads import inheritance, inherited_loads, overridden_loads
 from ..description.loads import Loads
 from ..description.parameters import Parameter
 from ..errors import DescriptionError, InvalidRequest
-from ..kernels.kernel_arrays import Element, LoadArrays, RobotArrays, workspace
-from ..kernels.pencil import pencil_of
-from ..kernels.prepared_robot import PreparedRobot
-from .robot import Robot
+from .robot import RELATIVES, Robot
+from .varied_numbers import are_floats, array_starts, numbers_of
 
-__all__ = [
-    "ArrayRates",
-    "Nearby",
-    "VariedArrays",
-    "load_rates",
-    "nearby_robots",
-    "robot_rates",
-    "varied_loads",
-]
+__all__ = ["ArrayRates", "array_rates"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: What the residual is made of; natural units change with the description too, but it has none.
-_MECHANICS = (
-    "groups",
-    "motor_ratio",
-    "elements",
-    "rods",
-    "functions",
-    "step_functions",
-    "elastic",
-    "rest_moment",
-    "weights",
-    "integration",
-    "steps",
-)
-_LOADS = ("gravity", "distributed", "point", "platform")
 #: Changes by which rates are found, of the size of a number: their square is lost in rounding.
 _CHANGE = 1e-5
+#: Part of a change by which rates that are known may miss it: rounding, over the change.
+_MISSED = 1e-9
+#: How far from the change of another one that of a parameter is, so that no two misses cancel.
+_GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+#: So many rates are kept: loads in force may have other forces on rods at every question.
+_KEPT = 1000
+#: Rates by path and by what loads in force have of their own.
+_Known = dict[tuple[str, Hashable], "ArrayRates"]
 
 
 @dataclass(frozen=True, eq=False)
 class ArrayRates:
-    """Numbers of arrays that change with a parameter.
+    """Numbers that change with a parameter, see ``VariedNumbers``.
 
     Attributes:
-        name: Name of the array.
-        places: Where in it, counted in numbers of eight bytes, (K,).
+        places: Where they are, (K,).
         rates: Change per change of the parameter, (K,).
     """
 
-    name: str
     places: Integers
     rates: Floats
 
 
-class Nearby(NamedTuple):
+class _Nearby(NamedTuple):
     """Robots beside one in a parameter.
 
     Attributes:
@@ -85,167 +67,200 @@ class Nearby(NamedTuple):
     weights: tuple[float, ...]
 
 
-def nearby_robots(robot: Robot, parameter: Parameter) -> Nearby:
-    """Robots by which rates are found: on both sides, or on one where there are none on the other.
+def array_rates(
+    robot: Robot, loads: Loads, parameters: Sequence[Parameter]
+) -> tuple[ArrayRates, ...]:
+    """How the numbers of a robot and of loads in force change with parameters.
+
+    Args:
+        robot: The robot.
+        loads: Loads in force.
+        parameters: Of its description.
+
+    Raises:
+        InvalidRequest: A number that is not given, that says how many there are of something, or that
+            has no effect: the request has put other loads in its place.
+        DescriptionError: No robot is near this one in a number.
+    """
+    kind = inheritance(loads, robot.default_loads)
+    known: _Known = robot.kept("array rates", dict)
+    of_relatives: dict[str, ArrayRates] = robot.kept(RELATIVES, dict)
+    found = {one.path: known.get((one.path, kind)) for one in parameters}
+    last = [one for one in parameters if found[one.path] is None and one.path in of_relatives]
+    held = _holding(robot, loads, last, [of_relatives[one.path] for one in last])
+    found |= {one.path: rates for one, rates in zip(last, held, strict=True)}
+    own = _found(robot, loads, [one for one in parameters if found[one.path] is None])
+    of_relatives |= own
+    if len(known) > _KEPT:
+        known.clear()
+    whole = [found[one.path] or own[one.path] for one in parameters]
+    known |= {(one.path, kind): rates for one, rates in zip(parameters, whole, strict=True)}
+    return tuple(whole)
+
+
+def _holding(
+    robot: Robot, loads: Loads, parameters: Sequence[Parameter], rates: Sequence[ArrayRates]
+) -> list[ArrayRates | None]:
+    """Rates of another robot that are those of this one too; None where they may not be.
+
+    Tried with all parameters changed at once, then with halves of those that do not hold together.
+    """
+    if not parameters:
+        return []
+    if _hold(robot, loads, parameters, rates):
+        return list(rates)
+    if len(parameters) == 1:
+        return [None]
+    half = len(parameters) // 2
+    return [
+        *_holding(robot, loads, parameters[:half], rates[:half]),
+        *_holding(robot, loads, parameters[half:], rates[half:]),
+    ]
+
+
+def _hold(
+    robot: Robot, loads: Loads, parameters: Sequence[Parameter], rates: Sequence[ArrayRates]
+) -> bool:
+    """Whether rates tell the numbers of a robot beside this one in all these parameters."""
+    changes = [
+        -_change(parameter) * (0.5 + _GOLDEN * number % 1.0)
+        for number, parameter in enumerate(parameters)
+    ]
+    try:
+        pairs = tuple(zip(parameters, changes, strict=True))
+        beside = Robot(shifted_together(robot.description, pairs), robot.held_motors)
+    except DescriptionError:
+        return False
+    middle, true = _numbers(robot, loads), _numbers_beside(robot, beside, loads)
+    if len(true) != len(middle):
+        return False
+    told = np.zeros(len(middle))
+    for change, single in zip(changes, rates, strict=True):
+        told[single.places] += change * single.rates
+    floats, starts = _kinds(robot, loads)
+    missed = np.where(floats, true - middle - told, 0.0)
+    by_array = [np.maximum.reduceat(np.abs(values), starts) for values in (missed, told)]
+    return bool(np.all(by_array[0] <= _MISSED * by_array[1]))
+
+
+def _found(robot: Robot, loads: Loads, parameters: Sequence[Parameter]) -> dict[str, ArrayRates]:
+    """Rates from robots near by, by path.
+
+    One robot ahead of this one is enough for a number that all others are linear in, which one robot
+    behind in all parameters tells.
+
+    Raises:
+        InvalidRequest: A number is not given or says how many there are of something, or the loads have
+            been given in place of those it is of.
+        DescriptionError: There are no robots.
+    """
+    weights = [(1.0 / _change(parameter), -1.0 / _change(parameter)) for parameter in parameters]
+    near = [
+        _Nearby((_ahead(robot, parameter), robot), own)
+        for parameter, own in zip(parameters, weights, strict=True)
+    ]
+    rates = [
+        _rates(robot, loads, parameter, beside)
+        for parameter, beside in zip(parameters, near, strict=True)
+    ]
+    held = _holding(robot, loads, parameters, rates)
+    return {
+        parameter.path: own or _rates(robot, loads, parameter, _nearby(robot, parameter))
+        for parameter, own in zip(parameters, held, strict=True)
+    }
+
+
+def _rates(robot: Robot, loads: Loads, parameter: Parameter, near: _Nearby) -> ArrayRates:
+    """Rates from some robots.
+
+    Raises:
+        InvalidRequest: The quadrature is another one, or the loads have been given in place of those the
+            parameter is of.
+    """
+    before = robot.default_loads
+    for beside in near.robots:
+        own = overridden_loads(loads, before, beside.default_loads)
+        if own:
+            problem = f"{parameter.path} has no effect: {', '.join(own)} of the request is in force"
+            raise InvalidRequest("parameters", problem)
+    sides = [_numbers_beside(robot, beside, loads) for beside in near.robots]
+    if any(len(side) != len(_numbers(robot, loads)) for side in sides):
+        raise InvalidRequest(
+            "parameters", f"{parameter.path} cannot be varied: the quadrature depends on it"
+        )
+    changed = np.any([side != sides[0] for side in sides[1:]], axis=0)
+    places = np.flatnonzero(changed & _kinds(robot, loads)[0])
+    rates = sum(weight * side[places] for weight, side in zip(near.weights, sides, strict=True))
+    return ArrayRates(places, np.asarray(rates, float))
+
+
+def _kinds(robot: Robot, loads: Loads) -> tuple[NDArray[np.bool_], Integers]:
+    """Which numbers are floats, and where arrays begin: the same for all loads."""
+
+    def found() -> tuple[NDArray[np.bool_], Integers]:
+        own = robot.arrays, robot.load_arrays(loads)
+        return are_floats(*own), array_starts(*own)
+
+    return robot.kept("kinds of numbers", found)
+
+
+def _numbers(robot: Robot, loads: Loads) -> Floats:
+    return numbers_of(robot.arrays, robot.load_arrays(loads))
+
+
+def _numbers_beside(robot: Robot, beside: Robot, loads: Loads) -> Floats:
+    """Numbers of another robot under the same loads, but for those of the description."""
+    if beside is robot:
+        return _numbers(robot, loads)
+    theirs = inherited_loads(loads, robot.default_loads, beside.default_loads)
+    return numbers_of(beside.arrays, beside.load_arrays(theirs))
+
+
+def _change(parameter: Parameter) -> float:
+    """By how much a parameter is changed.
 
     Raises:
         InvalidRequest: The number is not finite.
-        DescriptionError: There are none on either side.
+    """
+    change = _CHANGE * (parameter.size or 1.0)
+    if not np.isfinite(change):
+        problem = f"{parameter.path} is not given: expected a number to vary, got {change}"
+        raise InvalidRequest("parameters", problem)
+    return change
+
+
+def _ahead(robot: Robot, parameter: Parameter) -> Robot:
+    """The robot beside one in a parameter, on the one side.
+
+    Raises:
+        InvalidRequest: The number is not finite.
+        DescriptionError: There is none.
+    """
+    return robot.kept(
+        f"ahead in {parameter.path}", lambda: _beside(robot, parameter, _change(parameter))
+    )
+
+
+def _nearby(robot: Robot, parameter: Parameter) -> _Nearby:
+    """Robots beside one on both sides, or on one where there are none on the other.
+
+    Raises:
+        InvalidRequest: The number is not finite.
+        DescriptionError: There are none.
     """
 
-    def beside(change: float) -> Robot:
-        return Robot(shifted(robot.description, parameter, change), robot.held_motors)
-
-    def found() -> Nearby:
-        change = _CHANGE * (parameter.size or 1.0)
-        if not np.isfinite(change):
-            problem = f"{parameter.path} is not given: expected a number to vary, got {change}"
-            raise InvalidRequest("parameters", problem)
-        ahead = beside(change)
+    def found() -> _Nearby:
+        change = _change(parameter)
+        ahead = _ahead(robot, parameter)
         try:
-            return Nearby((ahead, beside(-change)), (0.5 / change, -0.5 / change))
+            behind = _beside(robot, parameter, -change)
         except DescriptionError:
             weights = (2.0 / change, -0.5 / change, -1.5 / change)
-            return Nearby((ahead, beside(2.0 * change), robot), weights)
+            return _Nearby((ahead, _beside(robot, parameter, 2.0 * change), robot), weights)
+        return _Nearby((ahead, behind), (0.5 / change, -0.5 / change))
 
     return robot.kept(f"beside in {parameter.path}", found)
 
 
-def robot_rates(robot: Robot, parameter: Parameter) -> tuple[ArrayRates, ...]:
-    """How the arrays of a robot change with a parameter.
-
-    Raises:
-        InvalidRequest: The number says how many there are of something.
-        DescriptionError: No robot is near this one in this number.
-    """
-
-    def found() -> tuple[ArrayRates, ...]:
-        near = nearby_robots(robot, parameter)
-        sides = [beside.arrays for beside in near.robots]
-        return _rates(robot.arrays, sides, near.weights, _MECHANICS, parameter)
-
-    return robot.kept(f"rates by {parameter.path}", found)
-
-
-def load_rates(robot: Robot, loads: Loads, parameter: Parameter) -> tuple[ArrayRates, ...]:
-    """How loads in force change with a parameter, the last ones kept.
-
-    Raises:
-        InvalidRequest: The loads have been given in place of those the parameter is of.
-        DescriptionError: No robot is near this one in this number.
-    """
-    name = f"loads by {parameter.path}"
-    last: list[Any] = robot.kept(name, lambda: [None, ()])
-    if last[0] is not loads:
-        near, before = nearby_robots(robot, parameter), robot.default_loads
-        for beside in near.robots:
-            own = overridden_loads(loads, before, beside.default_loads)
-            if own:
-                problem = (
-                    f"{parameter.path} has no effect: {', '.join(own)} of the request is in force"
-                )
-                raise InvalidRequest("parameters", problem)
-        sides = [
-            beside.load_arrays(inherited_loads(loads, before, beside.default_loads))
-            for beside in near.robots
-        ]
-        rates = _rates(robot.load_arrays(loads), sides, near.weights, _LOADS, parameter)
-        last[:] = loads, rates
-    rates_found: tuple[ArrayRates, ...] = last[1]
-    return rates_found
-
-
-def _rates(
-    middle: Any,
-    sides: list[Any],
-    weights: tuple[float, ...],
-    names: tuple[str, ...],
-    parameter: Parameter,
-) -> tuple[ArrayRates, ...]:
-    """Rates of all arrays that change."""
-    found = []
-    for name in names:
-        array = getattr(middle, name)
-        beside = [getattr(side, name) for side in sides]
-        if any(other.shape != array.shape for other in beside):
-            raise InvalidRequest(
-                "parameters", f"{parameter.path} cannot be varied: the quadrature depends on it"
-            )
-        words = [_words(other) for other in beside]
-        changed = np.any([own != words[0] for own in words[1:]], axis=0) & _is_float(array)
-        places = np.flatnonzero(changed)
-        if len(places):
-            rates = sum(weight * own[places] for weight, own in zip(weights, words, strict=True))
-            found.append(ArrayRates(name, places, np.asarray(rates)))
-    return tuple(found)
-
-
-def _words(array: NDArray[Any]) -> Floats:
-    """An array as numbers of eight bytes, one after the other: a view."""
-    return array.reshape(-1).view(np.float64)
-
-
-def _is_float(array: NDArray[Any]) -> NDArray[np.bool_]:
-    """Which of them are floats; the others are whole numbers, which no parameter changes."""
-    if array.dtype.names is None:
-        return np.ones(len(_words(array)), np.bool_)
-    row = np.zeros(array.dtype.itemsize // 8, np.bool_)
-    for name in array.dtype.names:
-        kind, offset = array.dtype.fields[name][:2]  # type: ignore[index]
-        row[offset // 8 : (offset + kind.itemsize) // 8] = kind.base.kind == "f"
-    return np.tile(row, array.size)
-
-
-class VariedArrays:
-    """Arrays of a robot of their own, into which other numbers can be written; for one thread.
-
-    Attributes:
-        prepared: The robot as kernels take it.
-    """
-
-    def __init__(self, robot: Robot) -> None:
-        """Copy them."""
-        own = {name: getattr(robot.arrays, name).copy() for name in _MECHANICS}
-        # A link without mass may be varied in it.
-        own["elements"]["heavy"] |= own["elements"]["kind"] == Element.LINK
-        arrays: RobotArrays = robot.arrays._replace(**own)
-        self.prepared = PreparedRobot(
-            arrays, workspace(arrays), pencil_of(arrays, robot.strain_grams)
-        )
-        self._words = {name: _words(array) for name, array in own.items()}
-
-    @staticmethod
-    def of(robot: Robot) -> VariedArrays:
-        """Those of a robot and this thread."""
-        memory = robot.kept("varied arrays", threading.local)
-        if not hasattr(memory, "varied"):
-            memory.varied = VariedArrays(robot)
-        found: VariedArrays = memory.varied
-        return found
-
-    def add(self, changes: tuple[ArrayRates, ...], factor: float) -> list[Floats]:
-        """Add so many times the rates; returns what was there, for ``restore``."""
-        before = []
-        for change in changes:
-            words = self._words[change.name]
-            kept = words[change.places]
-            words[change.places] = kept + factor * change.rates
-            before.append(kept)
-        return before
-
-    def restore(self, changes: tuple[ArrayRates, ...], before: list[Floats]) -> None:
-        """Undo ``add``, to the last bit."""
-        for change, kept in zip(changes, before, strict=True):
-            self._words[change.name][change.places] = kept
-
-
-def varied_loads(loads: LoadArrays, changes: tuple[ArrayRates, ...], factor: float) -> LoadArrays:
-    """Loads with so many times the rates added."""
-    if not changes:
-        return loads
-    own = {}
-    for change in changes:
-        own[change.name] = getattr(loads, change.name).copy()
-        _words(own[change.name])[change.places] += factor * change.rates
-    varied: LoadArrays = loads._replace(**own, on_rods=np.ones(1))
-    return varied
+def _beside(robot: Robot, parameter: Parameter, change: float) -> Robot:
+    return Robot(shifted(robot.description, parameter, change), robot.held_motors)

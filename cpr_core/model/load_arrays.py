@@ -43,9 +43,10 @@ def load_arrays(
     rods, nodes = description.rods, len(grid.nodes)
     density = np.empty((len(rods), nodes, 3))
     point = np.zeros((len(rods), nodes + 1, 3))
+    masses = {id(element.rod): element.rod for element in rods}
+    mass_at = {key: rod.mass_at(grid.nodes)[:, None] for key, rod in masses.items()}
     for number, element in enumerate(rods):
-        mass = element.rod.mass_at(grid.nodes)
-        density[number] = mass[:, None] * loads.gravity + loads.rod_force
+        density[number] = mass_at[id(element.rod)] * loads.gravity + loads.rod_force
     for distributed in loads.distributed:
         _check_stations("distributed", stations, distributed.at[1:-1].tolist())
         rod = _rod_of("distributed", rod_names, distributed.leg)

@@ -5,18 +5,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.loads import Loads
+from ..description.inherited_loads import inheritance
 from ..description.parameters import Parameter
+from ..kernels.parameter_kernel import Variations, vary_residual
 from ..kernels.prepared_robot import evaluate_prepared
-from .array_rates import ArrayRates, VariedArrays, load_rates, robot_rates, varied_loads
+from .array_rates import ArrayRates, array_rates
 from .equilibrium import Equilibrium
+from .varied_numbers import VariedNumbers
 
 __all__ = ["ResidualRates", "parameter_scale", "residual_rates"]
 
@@ -28,6 +29,8 @@ _STEP = 1e-5
 _BENT = 0.3
 #: Second differences below this, over first ones, are rounding: the residual is linear.
 _LINEAR = 1e-12
+#: So many ways of varying a robot are kept.
+_KEPT = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,28 +38,29 @@ class ResidualRates:
     """Derivatives of the model at an equilibrium, in the state order of the robot, SI units.
 
     Attributes:
-        tangent: Of the residual by the state, (N, N), world rotations of the platform.
-        rates: Of the residual by the parameters, (N, P); motor rows are those of efforts.
+        rates: Of the residual by the parameters, one row each, (P, N); motor columns are those of
+            efforts.
+        residuals: How many residuals it took.
     """
 
-    tangent: Floats
     rates: Floats
+    residuals: int
 
 
-class _Variation(NamedTuple):
-    """How a parameter is varied.
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """How parameters are varied.
 
     Attributes:
-        own: What changes in the arrays of the robot.
-        outer: What changes in those of the loads.
-        size: What changes the residual of a bent state by about a natural unit; 0 where nothing does.
-        linear: Whether the residual is linear in it.
+        variations: As the kernels take it.
+        sizes: What changes the residual of a bent state by about a natural unit; 0 where nothing
+            does, (P,).
+        loads: Whether loads change with them.
     """
 
-    own: tuple[ArrayRates, ...]
-    outer: tuple[ArrayRates, ...]
-    size: float
-    linear: bool
+    variations: Variations
+    sizes: Floats
+    loads: bool
 
 
 def residual_rates(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> ResidualRates:
@@ -72,94 +76,90 @@ def residual_rates(equilibrium: Equilibrium, parameters: Sequence[Parameter]) ->
         InvalidRequest: A number that is not given, or that says how many there are of something.
         DescriptionError: No robot is near this one in a number.
     """
-    model = _Model(equilibrium, equilibrium.state)
-    middle = model.residual((), (), 0.0).copy()
-    tangent = model.tangent.copy()
-    rates = np.zeros((len(middle), len(parameters)))
-    for column, parameter in enumerate(parameters):
-        own, outer, size, linear = _variation(equilibrium, parameter)
-        if linear and size:
-            rates[:, column] = (model.residual(own, outer, size) - middle) / size
-        elif size:
-            step = _STEP * size
-            ahead = model.residual(own, outer, step).copy()
-            rates[:, column] = (ahead - model.residual(own, outer, -step)) / (2.0 * step)
-    return ResidualRates(tangent, rates)
+    plan = _plan(equilibrium, parameters)
+    rates = np.empty((len(parameters), equilibrium.robot.state_size))
+    count = _vary(equilibrium, equilibrium.record, plan.variations, plan.loads, rates)
+    return ResidualRates(rates, count)
 
 
 def parameter_scale(equilibrium: Equilibrium, parameter: Parameter) -> float:
     """Change of a parameter that means as much as a natural unit; 0 where it means nothing."""
-    return _variation(equilibrium, parameter).size
+    return float(_plan(equilibrium, (parameter,)).sizes[0])
 
 
-def _variation(equilibrium: Equilibrium, parameter: Parameter) -> _Variation:
-    """How a parameter is varied: found once for a robot and loads, the last ones kept."""
-    name = f"variation of {parameter.path}"
-    last: list[tuple[Loads, _Variation]] = equilibrium.robot.kept(name, list)
-    if not last or last[0][0] is not equilibrium.loads:
-        last[:] = [(equilibrium.loads, _found_variation(equilibrium, parameter))]
-    return last[0][1]
+def _vary(
+    equilibrium: Equilibrium, record: Floats, variations: Variations, loads: bool, rates: Floats
+) -> int:
+    """Derivatives of the residual at a record into ``rates``; returns how many residuals it took."""
+    load_arrays = equilibrium.load_arrays
+    varied = VariedNumbers.of(equilibrium.robot, load_arrays)
+    if loads:
+        load_arrays = varied.loads(load_arrays)
+    memory = varied.numbers, varied.memory
+    return int(vary_residual(varied.prepared, load_arrays, *memory, variations, record, rates))
 
 
-def _found_variation(equilibrium: Equilibrium, parameter: Parameter) -> _Variation:
-    """How a parameter is varied, tried at a bent state."""
+def _plan(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _Plan:
+    """How parameters are varied: found once for a robot and what its loads have of their own."""
+    robot, loads = equilibrium.robot, equilibrium.loads
+    kind = inheritance(loads, robot.default_loads)
+    known: dict[Hashable, _Plan] = robot.kept("plans of variation", dict)
+    key = tuple([parameter.path for parameter in parameters]), kind
+    found = known.get(key)
+    if found is None:
+        if len(known) > _KEPT:
+            known.clear()
+        found = known[key] = _found_plan(equilibrium, parameters)
+    return found
+
+
+def _found_plan(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _Plan:
+    """How parameters are varied, tried at a bent state."""
     robot, arrays = equilibrium.robot, equilibrium.robot.arrays
-    own = robot_rates(robot, parameter)
-    outer = load_rates(robot, equilibrium.loads, parameter)
-    none = _Variation(own, outer, 0.0, True)
-    if not own and not outer:
-        return none
+    rates = array_rates(robot, equilibrium.loads, parameters)
+    first_load = VariedNumbers.of(robot, equilibrium.load_arrays).robot_count
+    loads = any(len(own.places) and own.places[-1] >= first_load for own in rates)
     # Bent, under forces: in a state without, a parameter may look as if it did nothing.
     count = np.arange(robot.state_size)
     pattern = np.cos(1.0 + 2.3 * count) * (count < arrays.platform_index)
-    model = _Model(equilibrium, equilibrium.state + _BENT * arrays.unit * pattern)
-    natural = arrays.unit / arrays.energy_unit
-    middle = natural * model.residual((), (), 0.0)
-    step = _STEP * (parameter.size or 1.0)
+    record = equilibrium.record.copy()
+    record[: robot.state_size] += _BENT * arrays.unit * pattern
+    natural, changes = arrays.unit / arrays.energy_unit, np.empty((len(parameters), len(count)))
+    bent, other = record[: robot.state_size].copy(), changes.copy()
+    place = equilibrium.platform_rotation.copy(), equilibrium.platform_position.copy()
+    middle, unused = np.empty(len(count)), np.empty((len(count), len(count)))
+    evaluate_prepared(robot.prepared, equilibrium.load_arrays, bent, *place, middle, unused)
+
+    def tried(steps: Floats, linear: bool, result: Floats) -> Variations:
+        variations = _variations(rates, steps, np.full(len(steps), linear))
+        _vary(equilibrium, record, variations, loads, result)
+        result *= natural
+        return variations
+
+    steps = np.array([_STEP * (parameter.size or 1.0) for parameter in parameters])
+    steps[[not len(own.places) for own in rates]] = 0.0
+    sizes = np.zeros(len(steps))
     for _ in range(2):  # the first guess may be far off where the parameter is next to zero
-        ahead = model.residual(own, outer, step).copy()
-        change = natural * (ahead - model.residual(own, outer, -step))
-        response = float(np.abs(change).max()) / (2.0 * step)
-        if not response > 0.0:
-            return none
-        step = _STEP / response
-    size = 1.0 / response
-    ahead = natural * model.residual(own, outer, size)
-    behind = natural * model.residual(own, outer, -size)
-    second = float(np.abs(ahead + behind - 2.0 * middle).max())
-    return _Variation(own, outer, size, second < _LINEAR * max(1.0, np.abs(middle).max()))
+        tried(steps, False, changes)
+        response = np.abs(changes).max(axis=1)
+        sizes = np.divide(1.0, response, out=np.zeros(len(steps)), where=response > 0.0)
+        steps = _STEP * sizes
+    tried(sizes, True, changes)
+    tried(-sizes, True, other)
+    second = sizes * np.abs(changes - other).max(axis=1)
+    linear = second < _LINEAR * max(1.0, float(np.abs(natural * middle).max()))
+    return _Plan(_variations(rates, np.where(linear, sizes, steps), linear), sizes, loads)
 
 
-class _Model:
-    """Residuals at one state of robots beside one."""
-
-    def __init__(self, equilibrium: Equilibrium, state: Floats) -> None:
-        self._varied = VariedArrays.of(equilibrium.robot)
-        self._loads = equilibrium.load_arrays
-        # Copies: read-only arrays are another type to numba, for which it would compile all again.
-        self._state = state.copy()
-        self._rotation = equilibrium.platform_rotation.copy()
-        self._position = equilibrium.platform_position.copy()
-        self._residual = np.empty(len(state))
-        self.tangent = np.zeros((len(state), len(state)))
-
-    def residual(
-        self, own: tuple[ArrayRates, ...], outer: tuple[ArrayRates, ...], change: float
-    ) -> Floats:
-        """Residual with a change of a parameter, (N,): memory that the next call writes to."""
-        varied = self._varied
-        loads = varied_loads(self._loads, outer, change)
-        before = varied.add(own, change)
-        try:
-            evaluate_prepared(
-                varied.prepared,
-                loads,
-                self._state,
-                self._rotation,
-                self._position,
-                self._residual,
-                self.tangent,
-            )
-        finally:
-            varied.restore(own, before)
-        return self._residual
+def _variations(
+    rates: Sequence[ArrayRates], steps: Floats, linear: NDArray[np.bool_]
+) -> Variations:
+    """Rates one behind the other."""
+    starts = np.concatenate([[0], np.cumsum([len(own.places) for own in rates])])
+    return Variations(
+        starts,
+        np.concatenate([own.places for own in rates]),
+        np.concatenate([own.rates for own in rates]),
+        steps,
+        linear,
+    )

@@ -32,12 +32,15 @@ from .motor_limits import MotorLimitArrays, motor_limit_arrays
 from .platform_coordinates import PlatformCoordinates, platform_coordinates
 from .robot_arrays import robot_arrays
 from .state_numbers import StateNumbers, state_numbers
+from .strain_matrices import curvature_stations, strain_grams, strain_stiffness, unit_motions
 
-__all__ = ["Robot", "checked_robot"]
+__all__ = ["RELATIVES", "Robot", "checked_robot"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Found = TypeVar("Found")
+#: What robots that differ in numbers know together is kept under this name, see ``array_rates``.
+RELATIVES = "what relatives know"
 
 
 def checked_robot(value: object) -> Robot:
@@ -113,7 +116,9 @@ class Robot:
             NonFiniteInput: A NaN or an infinity.
             DescriptionError: No robot has such a number.
         """
-        return Robot(with_parameters(self.description, values), self.held_motors)
+        changed = Robot(with_parameters(self.description, values), self.held_motors)
+        changed.kept(RELATIVES, lambda: self.kept(RELATIVES, dict))
+        return changed
 
     @property
     def planar(self) -> bool:
@@ -293,15 +298,7 @@ class Robot:
 
         The curvature at rest is (P, 3) [1/m].
         """
-        sigma = self.curvature_sigma
-        values = tuple(
-            element.modes.values(sigma)[:, None, :]
-            * (np.arange(3)[:, None] == element.modes.directions)
-            for element in self.description.rods
-        )
-        return values, tuple(
-            element.rod.rest_curvature_at(sigma) for element in self.description.rods
-        )
+        return curvature_stations(self.numbers, self.curvature_sigma)
 
     @cached_property
     def length_indices(self) -> Integers:
@@ -370,29 +367,17 @@ class Robot:
         the rod, ``(l int kappa^2 ds)^(1/2)``; so a norm of motions does not depend on units or on the
         strain basis.
         """
-        motions = np.diag(self.arrays.unit)
-        for rod in self.numbers.rods:
-            gram = self.strain_grams[rod.strain, rod.strain]
-            orthonormal = np.linalg.inv(np.linalg.cholesky(gram)).T
-            motions[rod.strain, rod.strain] = motions[rod.strain, rod.strain] @ orthonormal
-        return motions
+        return unit_motions(self.numbers, self.strain_grams)
 
     @cached_property
     def strain_grams(self) -> Floats:
         """Integrals of products of the strain modes of every rod, in state order, (N, N)."""
-        grams = np.zeros((self.state_size, self.state_size))
-        for rod in self.numbers.rods:
-            grams[rod.strain, rod.strain] = rod.element.modes.gram(self.grid)
-        return grams
+        return strain_grams(self.numbers, self.grid)
 
     @cached_property
     def strain_stiffness(self) -> Floats:
         """Elastic stiffness K_e of every rod at its nominal length, in state order, (N, N)."""
-        stiffness = np.zeros((self.state_size, self.state_size))
-        for rod in self.numbers.rods:
-            own = rod.element.rod.stiffness(rod.element.modes, self.grid)
-            stiffness[rod.strain, rod.strain] = own
-        return stiffness
+        return strain_stiffness(self.numbers, self.grid)
 
     @cached_property
     def default_loads(self) -> Loads:

@@ -5,8 +5,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,7 @@ from ..kernels.kernel_arrays import (
 from ..kernels.lanes import WIDTH, zeros_lanes
 from ..kernels.slots import SlotLayout, slot_layout
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid
+from ..rods.rod import Rod, StrainModes
 from .leg_groups import LegGroup, leg_groups
 from .platform_coordinates import PlatformCoordinates
 from .state_numbers import LegNumbers, StateNumbers
@@ -71,6 +74,50 @@ class _SlotArrays:
     rest_moment: Lanes
 
 
+class _RodValues(NamedTuple):
+    """What the kernels read of a rod with m strain modes.
+
+    Attributes:
+        functions: Shape functions at the nodes, (m, K).
+        step_functions: Their moments over the rotation steps, (m, H, 3).
+        stiffness: K_e, (m, m).
+        rest_moment: Of the curvature at rest, (m,).
+        rest_energy: The energy of it [J].
+    """
+
+    functions: Floats
+    step_functions: Floats
+    stiffness: Floats
+    rest_moment: Floats
+    rest_energy: float
+
+
+def _found_values(rod: Rod, modes: StrainModes, grid: RodGrid) -> _RodValues:
+    """Those of a rod."""
+    hashable = modes.identity is modes
+    functions, step_functions = (
+        _kept_functions(modes, grid) if hashable else _functions(modes, grid)
+    )
+    return _RodValues(
+        functions,
+        step_functions,
+        rod.stiffness(modes, grid),
+        rod.rest_moment(modes, grid),
+        rod.rest_energy(grid),
+    )
+
+
+def _functions(modes: StrainModes, grid: RodGrid) -> tuple[Floats, Floats]:
+    """Shape functions at the nodes, (m, K), and their moments over the rotation steps, (m, H, 3)."""
+    step_values = modes.values(grid.step_points.ravel())
+    moments = MAGNUS_WEIGHTS @ step_values.reshape(*grid.step_points.shape, -1)
+    return modes.values(grid.nodes).T, np.moveaxis(moments, 2, 0)
+
+
+#: Robots that differ in their numbers have the same modes and share a grid.
+_kept_functions = lru_cache(maxsize=128)(_functions)
+
+
 class _Builder:
     """Fills the slots of the lanes, leg by leg."""
 
@@ -85,6 +132,7 @@ class _Builder:
         self.described, self.numbers = description.legs, numbers
         self.position_axes = np.array([0, 1] if self.planar else [0, 1, 2])
         self.groups = leg_groups(self.described)
+        self.values: dict[tuple[int, Hashable], _RodValues] = {}
 
     def build(self) -> RobotArrays:
         """All arrays."""
@@ -230,15 +278,13 @@ class _Builder:
         self, arrays: _SlotArrays, element: ChainRod, group: int, rod: int, lane: int
     ) -> None:
         """Length, and shape functions at nodes and steps."""
-        grid, modes = self.grid, element.modes
         arrays.rods[group, rod]["length"][lane] = element.rod.length
-        values = modes.values(grid.nodes)
-        step_values = modes.values(grid.step_points.ravel())
-        moments = MAGNUS_WEIGHTS @ step_values.reshape(*grid.step_points.shape, -1)
-        for mode, slot in enumerate(_mode_slots(arrays, element, group, rod)):
-            function = arrays.function[group, slot]
-            arrays.functions["lane"][group, function, :, lane] = values[:, mode]
-            arrays.step_functions["lane"][group, :, function, :, lane] = moments[..., mode]
+        own, functions = (
+            self._rod_values(element),
+            arrays.function[group, _mode_slots(arrays, element, group, rod)],
+        )
+        arrays.functions["lane"][group, functions, :, lane] = own.functions
+        arrays.step_functions["lane"][group, :, functions, :, lane] = own.step_functions
 
     def _fill_leg(self, arrays: _SlotArrays, number: int, group: int, lane: int) -> None:
         """Elasticity of the rods, tip and multipliers of a leg."""
@@ -260,13 +306,19 @@ class _Builder:
         for rod, (element, own) in enumerate(zip(leg.rods, numbers.rods, strict=True)):
             slots, row = _mode_slots(arrays, element, group, rod), arrays.rods[group, rod]
             row["loads"][lane] = before + rod
-            row["rest_energy"][lane] = element.rod.rest_energy(self.grid)
+            values = self._rod_values(element)
+            row["rest_energy"][lane] = values.rest_energy
             row["extensible"][lane] = element.motor is not None
             arrays.slot_index[group, slots, lane] = own.strain.start + np.arange(len(slots))
-            stiffness = element.rod.stiffness(element.modes, self.grid)
-            arrays.elastic["lane"][group, slots[:, None], slots, lane] = stiffness
-            rest = element.rod.rest_moment(element.modes, self.grid)
-            arrays.rest_moment["lane"][group, slots, lane] = rest
+            arrays.elastic["lane"][group, slots[:, None], slots, lane] = values.stiffness
+            arrays.rest_moment["lane"][group, slots, lane] = values.rest_moment
+
+    def _rod_values(self, element: ChainRod) -> _RodValues:
+        """Those of a rod and its modes, found once for all legs that have them."""
+        key = id(element.rod), element.modes.identity
+        if key not in self.values:
+            self.values[key] = _found_values(element.rod, element.modes, self.grid)
+        return self.values[key]
 
     def _fill_coordinates(self, arrays: _SlotArrays, number: int, group: int, lane: int) -> None:
         """Which states the joints of a leg are moved by."""

@@ -61,8 +61,36 @@ class Borrowed:
             memory: Its parts, as ``store`` has written them: as many bytes as ``size_of`` says.
         """
         self.values, self._memory = values, memory
-        self._numba_type_ = _BorrowedType(typeof(values))
+        self._numba_type_ = _type_of(values)
         self.address = memory.ctypes.data
+
+    @property
+    def kind(self) -> int:
+        """The same number for all values of the same types."""
+        return id(self._numba_type_)  # of one of ``_types``, which stay
+
+
+#: Types by what they depend on: numba takes milliseconds to look at a hundred arrays.
+_types: dict[Any, _BorrowedType] = {}
+#: Flag of arrays that their type does not depend on: whether their memory is their own.
+_OWNS_MEMORY = 0x4
+
+
+def _type_of(values: Any) -> _BorrowedType:
+    """The type of a named tuple, looked at once for all that are of the same types."""
+    key = _looks(values)
+    if key not in _types:
+        _types[key] = _BorrowedType(typeof(values))
+    return _types[key]
+
+
+def _looks(value: Any) -> Any:
+    """What the type of a value depends on."""
+    if isinstance(value, tuple):
+        return type(value), tuple([_looks(part) for part in value])
+    if isinstance(value, np.ndarray):
+        return value.dtype, value.ndim, value.flags.num & ~_OWNS_MEMORY
+    return type(value)
 
 
 @unbox(_BorrowedType)

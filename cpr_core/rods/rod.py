@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -53,6 +53,15 @@ class StrainModes:
     def directions(self) -> NDArray[np.int64]:
         """Strain component of every coordinate: 0 torsion, 1 and 2 bending."""
         return np.repeat(np.arange(3), self.counts)
+
+    @property
+    def identity(self) -> Hashable:
+        """What tells modes from others: themselves if their basis, anybody's, has a hash."""
+        try:
+            hash(self)
+        except TypeError:
+            return id(self)
+        return self
 
     def with_counts(self, modes: int) -> StrainModes:
         """As many in every direction that has any."""

@@ -18,6 +18,7 @@ import numpy as np
 from ..description.changed_description import between, check_numbers_only
 from ..description.inherited_loads import inherited_loads
 from ..description.loads import Loads
+from ..description.robot_description import RobotDescription
 from ..errors import DescriptionError, InvalidRequest
 from ..kernels.continuation_kernel import UNPREDICTED
 from ..kernels.kept_factors import kept_factors
@@ -78,12 +79,24 @@ def continued(
     checked_robot(robot)
     if robot.held_motors != start.robot.held_motors or robot.state_size != start.robot.state_size:
         raise InvalidRequest("robot", "expected the robot of the start with other parameters")
-    check_numbers_only(start.robot.description, robot.description)
+    _check_numbers_only(start.robot, robot)
     checked_problem(start.robot, problem)
     walk = _Walk(start, robot, problem, stable_only, time.perf_counter() + checked_time(time_limit))
     found = walk.end()
     check_limits(found)
     return found
+
+
+def _check_numbers_only(first: Robot, last: Robot) -> None:
+    """Whether two robots differ in numbers of their descriptions only; the last answer is kept.
+
+    Raises:
+        InvalidRequest: They differ in more.
+    """
+    known: list[RobotDescription] = last.kept("differs in numbers from", list)
+    if not known or known[0] is not first.description:
+        check_numbers_only(first.description, last.description)
+        known[:] = [first.description]
 
 
 @dataclass(frozen=True, eq=False)

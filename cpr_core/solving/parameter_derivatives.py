@@ -10,17 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
-from ..blas_threads import on_one_blas_thread
 from ..description.changed_description import named_parameters
 from ..description.parameters import Parameter, checked_paths
 from ..errors import CprError, InvalidRequest
-from ..lie import angle_motions
+from ..kernels.parameter_kernel import answer_rates
+from ..kernels.problems import PROBLEMS
 from ..model.equilibrium import Equilibrium, check_equilibrium
 from ..model.residual_rates import residual_rates
 from ..model.robot import Robot
@@ -31,12 +30,10 @@ from .targets import ProblemName
 __all__ = ["Derivative", "ParameterDerivatives", "derivatives"]
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 #: What derivatives can be asked for.
 Derivative = Literal["pose", "motors", "efforts", "margin", "smallest_eigenvalue"]
-#: Smallest pivot over the largest, in natural units, of an equilibrium that is not singular.
-_SINGULAR = 1e-14
+_KNOWN = get_args(Derivative)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +99,7 @@ def derivatives(
     twist = np.zeros((6, count))
     twist[robot.platform_axes] = states[robot.platform_indices]
     turned = equilibrium.platform_rotation.T
-    body = np.vstack([turned @ twist[:3], turned @ twist[3:]])
+    body = (turned @ twist.reshape(2, 3, count)).reshape(6, count)
     slopes = stability_slopes(equilibrium, named, states, wanted)
     none, rows = np.zeros((0, count)), states[robot.motor_indices]
     pose = "pose" in wanted
@@ -141,43 +138,11 @@ def _checked_quantities(of: str | Sequence[str]) -> tuple[str, ...]:
         InvalidRequest: Others than there are.
     """
     wanted = (of,) if isinstance(of, str) else of
-    known = get_args(Derivative)
-    if not isinstance(wanted, Sequence) or not wanted or any(name not in known for name in wanted):
-        raise InvalidRequest("of", f"expected some of {', '.join(known)}, got {of!r:.200}")
+    if not isinstance(wanted, Sequence) or not wanted or any(name not in _KNOWN for name in wanted):
+        raise InvalidRequest("of", f"expected some of {', '.join(_KNOWN)}, got {of!r:.200}")
     return tuple(wanted)
 
 
-class _Cut(NamedTuple):
-    """What of the tangent a problem has, found once for a robot.
-
-    Attributes:
-        equations: Rows of it.
-        unknowns: Columns of it.
-        block: The same where rows and columns are the first ones; None where they are not.
-        scales: Factors that make it dimensionless, (M, M).
-        right: Factors that make its equations dimensionless, (M, 1).
-    """
-
-    equations: Integers
-    unknowns: Integers
-    block: slice | None
-    scales: Floats
-    right: Floats
-
-
-def _cut(robot: Robot, problem: ProblemName) -> _Cut:
-    """What of the tangent a problem has."""
-    arrays, (columns, rows) = robot.arrays, robot.problems[problem]
-    legs, unit = np.arange(arrays.platform_index), robot.arrays.unit
-    equations, unknowns = np.concatenate([legs, rows]), np.concatenate([legs, columns])
-    first = np.arange(len(equations))
-    leading = np.array_equal(equations, first) and np.array_equal(unknowns, first)
-    right = (unit[equations] / arrays.energy_unit)[:, None]
-    block = slice(len(first)) if leading else None
-    return _Cut(equations, unknowns, block, right * unit[unknowns], right)
-
-
-@on_one_blas_thread
 def _state_derivatives(
     equilibrium: Equilibrium, parameters: Sequence[Parameter], problem: ProblemName
 ) -> tuple[Floats, Floats]:
@@ -186,38 +151,17 @@ def _state_derivatives(
     Raises:
         CprError: The equilibrium is singular with these held.
     """
-    robot, model = equilibrium.robot, residual_rates(equilibrium, parameters)
-    motions, motors = model.tangent, robot.motor_indices
-    cut = robot.kept(f"cut for {problem}", lambda: _cut(robot, problem))
-    turns = robot.platform_indices[:3]
-    angles = problem == "pose" and robot.controls_angles
-    if angles:  # what is held are roll, pitch and yaw, not turns about axes of the world
-        motions = motions.copy()
-        motions[:, turns] = motions[:, turns] @ angle_motions(equilibrium.platform_rotation)
-    if cut.block is not None:
-        matrix = motions[cut.block, cut.block] * cut.scales
-    else:
-        matrix = motions[np.ix_(cut.equations, cut.unknowns)] * cut.scales
-    states = np.zeros_like(model.rates)
-    solution = _solved(matrix, -model.rates[cut.equations] * cut.right, problem)
-    states[cut.unknowns] = robot.arrays.unit[cut.unknowns, None] * solution
-    if angles:
-        states[turns] = angle_motions(equilibrium.platform_rotation) @ states[turns]
-    efforts = model.rates[motors] + model.tangent[motors] @ states
-    return states, np.zeros_like(efforts) if problem == "efforts" else efforts
-
-
-def _solved(matrix: Floats, right: Floats, problem: ProblemName) -> Floats:
-    """Solution of a dimensionless linear problem, (M, P).
-
-    Raises:
-        CprError: The matrix has no inverse.
-    """
-    if not len(matrix):
-        return right
-    factors, order, failed = linalg.lapack.dgetrf(matrix.T, overwrite_a=True)
-    pivots = np.abs(factors.diagonal())
-    if not failed and pivots.min() > _SINGULAR * pivots.max():
-        solution, _ = linalg.lapack.dgetrs(factors, order, right, trans=1)
-        return np.asarray(solution)
-    raise CprError(f"no derivatives: the equilibrium is singular with its {problem} held")
+    robot, rates = equilibrium.robot, residual_rates(equilibrium, parameters).rates
+    states, efforts = np.empty_like(rates), np.zeros((len(rates), robot.motor_count))
+    if not answer_rates(
+        robot.prepared,
+        equilibrium.load_arrays,
+        PROBLEMS[problem],
+        equilibrium.factors,
+        equilibrium.record,
+        rates,
+        states,
+        efforts,
+    ):
+        raise CprError(f"no derivatives: the equilibrium is singular with its {problem} held")
+    return states.T, np.zeros_like(efforts.T) if problem == "efforts" else efforts.T

@@ -361,7 +361,7 @@ def _grid_of(text: str) -> Grid:
 
 def _described(robot: Robot) -> str:
     """A robot as text, the same wherever its description came from."""
-    described = _plain(replace(robot.description, source="", text="", written=None))
+    described = _plain(replace(robot.description, source="", written=None))
     del described[
         "written"
     ]  # so that maps can be read that were stored before there was such a thing

@@ -3,6 +3,8 @@
 
 """Derivatives by parameters against full solves of robots with other parameters."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
@@ -24,11 +26,26 @@ from cpr_core import (
 )
 from cpr_core.description.changed_description import named_parameters
 from cpr_core.description.description_file import shipped_robots
+from cpr_core.kernels.condensation_kernel import DELAYED
 from cpr_core.lie import angle_motions
 from cpr_core.model.residual_rates import parameter_scale
 
 ROBOTS = list(shipped_robots())
 STATE = ("position", "rotation", "motors", "efforts")
+#: A straight rod, welded to the ground and to the platform.
+COLUMN = """
+name: column
+space: planar
+rod: {length: 0.5, section: {shape: circular, radius: 0.001}, young_modulus: 210e9, shear_modulus: 82e9}
+strain: {bending_3: 6}
+platform: {shape: body}
+legs:
+- base: {position: [0, 0, 0], tangent: [1, 0, 0]}
+  motor: {type: welded}
+  tip: {type: fixed, position: [0, 0, 0], tangent: [1, 0, 0]}
+controlled: []
+home: {motors: [], platform: {position: [0.5, 0, 0]}}
+"""
 #: Steps of the solves compared with, in parts of what moves the robot by a natural unit.
 STEPS_TRIED = (1e-3, 1e-4)
 
@@ -253,20 +270,24 @@ def test_rods_without_a_load_notice_the_first_one():
     assert np.abs(derivatives(equilibrium, "gravity[2]").position).max() > 1e-4
 
 
-def test_a_singular_equilibrium_has_none(monkeypatch):
-    from cpr_core.solving import parameter_derivatives as module
-
+def test_a_singular_equilibrium_has_none():
     equilibrium = equilibrium_of("rfrfr")
-    rates = module.residual_rates
-
-    def singular(*given):
-        found = rates(*given)
-        found.tangent[0] = found.tangent[1]
-        return found
-
-    monkeypatch.setattr(module, "residual_rates", singular)
+    nothing = equilibrium.factors.copy()
+    nothing["lane"][1:] = 0.0  # before that is how it was factored
+    singular = replace(equilibrium, known_factors=nothing)
+    assert derivatives(equilibrium, "rod.length").position.any()
     with pytest.raises(CprError, match="singular with its motors held"):
-        derivatives(equilibrium, "rod.length")
+        derivatives(singular, "rod.length")
+
+
+def test_where_no_factors_are_kept():
+    """A straight rod under no force is not eliminated on its own: its tangent is evaluated again."""
+    home = solve_home(load_robot(COLUMN))
+    assert home.factors["lane"][0, 0] == DELAYED
+    forces = [f"loads.platform_force[{axis}]" for axis in range(2)]
+    found, model = derivatives(home, forces), kinemato_statics(home)
+    assert found.position[1, 1] > 1e-3
+    assert_allclose(found.twist_body[[2, 3, 4]], model.platform_by_wrench[:, 1:], atol=1e-10)
 
 
 def test_strain_modes_are_those_of_the_robot():

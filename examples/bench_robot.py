@@ -1,0 +1,157 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A robot on the bench, simulated: what a tracker and the torque sensors of its motors would tell of it.
+
+    .venv/bin/python examples/bench_robot.py measure poses.csv data.csv
+    .venv/bin/python examples/bench_robot.py push --seconds 10
+
+It is a six_rfs whose rods are softer than its file says and one of whose motors has another zero.
+`measure` goes to the motors of a CSV file and writes the poses that are measured there, with noise, under
+the loads of the file.
+`push` publishes measured_joint_states for a cpr_node while a hand pushes on the platform, and prints
+what it does beside what the node feels. docs/bench.md walks through both.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+
+import cpr_ros  # noqa: F401  finds the ROS 2 of this environment
+import numpy as np
+import rclpy
+from geometry_msgs.msg import WrenchStamped
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from cpr_core import Equilibrium, load_robot, read_measurements, solve_forward, solve_home
+
+#: What its file says otherwise: 210 GPa, and no offset.
+REALITY = {"rod.young_modulus": 197e9, "legs[2].motor.offset": 0.02}
+#: Noise of the tracker [m, rad], and of an effort, relative.
+POSITION_NOISE, ROTATION_NOISE, EFFORT_NOISE = 0.5e-3, 2e-3, 0.01
+#: Of the joint states [Hz].
+RATE = 200.0
+
+
+def measure(poses: Path, data: Path, seed: int) -> None:
+    """Go to the motors of a file and write what the tracker sees."""
+    robot = load_robot("six_rfs").with_parameters(REALITY)
+    random = np.random.default_rng(seed)
+    place: Equilibrium = solve_home(robot)
+    with data.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        posed = (*"xyz", "qw", "qx", "qy", "qz")
+        writer.writerow([*robot.motor_names, *posed, "mx", "my", "mz", "fx", "fy", "fz"])
+        for row in read_measurements(robot, poses):
+            place = solve_forward(robot, row.motors, start=place, loads=row.loads)
+            position = place.platform_position + random.normal(0.0, POSITION_NOISE, 3)
+            orientation = turned(place.platform_quaternion, random.normal(0.0, ROTATION_NOISE, 3))
+            numbers = [place.motors, position, orientation, place.loads.wrench_world]
+            writer.writerow(np.concatenate(numbers).tolist())
+
+
+def turned(quaternion: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """A unit quaternion (w, x, y, z) after a small turn about axes of the world."""
+    w, vector = quaternion[0], quaternion[1:]
+    found = np.concatenate(
+        [[w - 0.5 * turn @ vector], vector + 0.5 * (w * turn + np.cross(turn, vector))]
+    )
+    return found / np.linalg.norm(found)
+
+
+def hand(seconds: float) -> np.ndarray:
+    """Wrench of the hand on the platform: moment, then force in the world, (6,) [N m, N]."""
+    push = math.sin(0.5 * math.pi * seconds)
+    return np.array([0.0, 0.0, 0.005 * push, 0.2 * push, 0.1, -0.3])
+
+
+class BenchRobot:
+    """The robot under a cpr_node: goes where it is told, and tells its joint states."""
+
+    def __init__(self, seed: int) -> None:
+        """At home, until commands come; ROS has to be there."""
+        self.robot = load_robot("six_rfs").with_parameters(REALITY)
+        self.place = solve_home(self.robot)
+        self.told: np.ndarray = self.place.motors
+        self.felt: WrenchStamped | None = None
+        self._random = np.random.default_rng(seed)
+        self.node = rclpy.create_node("bench_robot")
+        self.node.create_subscription(
+            Float64MultiArray, "cpr_node/motor_commands", self._on_commands, 10
+        )
+        self.node.create_subscription(
+            WrenchStamped, "cpr_node/estimated_wrench", self._on_wrench, 10
+        )
+        self._states = self.node.create_publisher(JointState, "measured_joint_states", 10)
+
+    def _on_commands(self, message: Float64MultiArray) -> None:
+        self.told = np.array(message.data)
+
+    def _on_wrench(self, message: WrenchStamped) -> None:
+        self.felt = message
+
+    def tell(self, wrench: np.ndarray) -> None:
+        """Publish where the motors are and what they do under a wrench, (6,)."""
+        loads = self.robot.default_loads.with_(wrench_world=wrench.tolist())
+        self.place = solve_forward(self.robot, self.told, start=self.place, loads=loads)
+        noise = 1.0 + EFFORT_NOISE * self._random.normal(size=self.robot.motor_count)
+        message = JointState(name=list(self.robot.motor_names))
+        message.header.stamp = self.node.get_clock().now().to_msg()
+        message.position = self.place.motors.tolist()
+        message.effort = (self.place.efforts * noise).tolist()
+        self._states.publish(message)
+
+
+def push(seconds: float, seed: int) -> None:
+    """Be the robot under a cpr_node while a hand pushes; 0 seconds: until Ctrl-C."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    # A flag, for an exception could end up anywhere in rclpy, and be lost there.
+    enough = threading.Event()
+    signal.signal(signal.SIGINT, lambda *_: enough.set())
+    bench, begin, printed = BenchRobot(seed), time.monotonic(), 0
+    try:
+        while not enough.is_set() and (elapsed := time.monotonic() - begin) < (seconds or math.inf):
+            wrench = hand(elapsed)
+            bench.tell(wrench)
+            if elapsed > printed and bench.felt is not None:
+                force = bench.felt.wrench.force
+                felt = np.array([force.x, force.y, force.z])
+                print(f"hand {wrench[3:].round(2)} N, felt {felt.round(2)} N")
+                printed += 1
+            pause = begin + elapsed + 1.0 / RATE
+            while (left := pause - time.monotonic()) > 0.0:
+                rclpy.spin_once(bench.node, timeout_sec=left)
+    finally:
+        bench.node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def main() -> int:
+    """Measure or push."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    measuring = commands.add_parser("measure", help="poses at the motors of a file, with noise")
+    measuring.add_argument("poses", type=Path, help="CSV file with motors, as cpr measure writes it")
+    measuring.add_argument("data", type=Path, help="CSV file to write, as cpr calibrate takes it")
+    measuring.set_defaults(run=lambda given: measure(given.poses, given.data, given.seed))
+    pushing = commands.add_parser("push", help="joint states with efforts, while a hand pushes")
+    pushing.add_argument("--seconds", type=float, default=0.0, help="default: until Ctrl-C")
+    pushing.set_defaults(run=lambda given: push(given.seconds, given.seed))
+    for command in (measuring, pushing):
+        command.add_argument("--seed", type=int, default=0, help="of the noise")
+    options = parser.parse_args()
+    options.run(options)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
