@@ -13,6 +13,11 @@ from .errors import (
     NonFiniteInput,
     UnknownParameter,
 )
+from .identification.calibration import calibrate
+from .identification.calibration_result import CalibrationResult, CalibrationWarning
+from .identification.measurement_file import read_measurements, write_poses
+from .identification.measurements import Measurement, StandardDeviations
+from .identification.proposed_poses import ProposedPoses, propose_poses
 from .model.bending_strain import bending_strains
 from .model.equilibrium import Equilibrium, spectrum
 from .model.kinemato_statics import KinematoStatics, Singularity, kinemato_statics
@@ -47,6 +52,8 @@ from .version import __version__
 from .viewing.view import view
 
 __all__ = [
+    "CalibrationResult",
+    "CalibrationWarning",
     "CprError",
     "CriticalLoad",
     "DescriptionError",
@@ -61,6 +68,7 @@ __all__ = [
     "KinematoStatics",
     "LegShape",
     "Loads",
+    "Measurement",
     "MotorLimitExceeded",
     "NoForwardSolution",
     "NoInverseSolution",
@@ -70,9 +78,11 @@ __all__ = [
     "ParameterDerivatives",
     "PathEvent",
     "PointForce",
+    "ProposedPoses",
     "Robot",
     "Singularity",
     "Spectrum",
+    "StandardDeviations",
     "StrainLimitExceeded",
     "TimeLimitExceeded",
     "Trace",
@@ -81,6 +91,7 @@ __all__ = [
     "__version__",
     "bending_strains",
     "border_error",
+    "calibrate",
     "choose_modes",
     "continued",
     "critical_load",
@@ -91,6 +102,8 @@ __all__ = [
     "kinemato_statics",
     "leg_shapes",
     "load_robot",
+    "propose_poses",
+    "read_measurements",
     "restore_equilibrium",
     "solve_forward",
     "solve_forward_by_effort",
@@ -100,4 +113,5 @@ __all__ = [
     "trace",
     "trace_through",
     "view",
+    "write_poses",
 ]

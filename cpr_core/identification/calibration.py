@@ -39,11 +39,14 @@ __all__ = ["calibrate"]
 Floats = NDArray[np.float64]
 
 #: Change of the sum of squares, and of the parameters in natural units, at which nothing is left to do.
-_SQUARES, _PARAMETERS = 1e-8, 1e-10
+_SQUARES, _PARAMETERS = 1e-6, 1e-9
 #: Coefficient of a direction above which a parameter is in it.
 _IN = 1e-3
 #: Residual of rows whose robot or equilibrium does not exist: a trial step is never taken there.
 _REFUSED = 1e12
+#: Change of the parameters, in natural units, over which derivatives are taken for constant:
+#: standard deviations differ by less than a hundredth for it.
+_SAME = 3e-3
 #: Times that what is not determined is looked for again: it may be other directions at the answer.
 _ROUNDS = 3
 
@@ -100,11 +103,11 @@ def calibrate(
     )
     numbers = sum(len(row.places) for row in compared)
     if numbers < len(paths):
-        problem = f"expected at least as many measured numbers as parameters, {len(paths)}"
-        raise InvalidRequest("measurements", f"{problem}, got {numbers}")
+        expected = f"expected at least as many measured numbers as parameters, {len(paths)}"
+        raise InvalidRequest("measurements", f"{expected}, got {numbers}")
     scales = _scales(before[0], paths)
-    problem = _Problem(robot, paths, values, scales, compared, before)
-    answer = _solution(problem, limits, loss, tell)
+    problem = _Problem(robot, paths, values, scales, compared, before, tell)
+    answer = _solution(problem, limits, loss)
     found = _result(problem, answer, loss, measured_doubts(compared, before))
     tell(1.0)
     for doubt in found.doubts:
@@ -133,7 +136,9 @@ def _checked_bounds(
         low, high = checked_vector(f"bounds[{path!r}]", both, 2, "lowest and highest value")
         column = list(paths).index(path)
         if not low < values[column] < high:
-            problem = f"expected the described value {values[column]:g} between, got {low:g}, {high:g}"
+            problem = (
+                f"expected the described value {values[column]:g} between, got {low:g}, {high:g}"
+            )
             raise InvalidRequest(f"bounds[{path!r}]", problem)
         found[:, column] = low, high
     return found
@@ -157,6 +162,7 @@ class _Problem:
         scales: Their natural units, (P,).
         rows: How rows are compared.
         before: Equilibria of the rows.
+        tell: Called with the fraction of what is to be done, roughly.
     """
 
     robot: Robot
@@ -165,12 +171,14 @@ class _Problem:
     scales: Floats
     rows: tuple[ComparedRow, ...]
     before: list[Equilibrium]
+    tell: Callable[[float], None]
 
     def __post_init__(self) -> None:
         self._kept: list[tuple[Floats, list[Equilibrium]]] = [
             (np.zeros(len(self.paths)), self.before)
         ]
         self._problems: list[ProblemName] = [row.problem for row in self.rows]
+        self._robots = 0
         self._rates: tuple[Floats, Floats] | None = None
 
     def values_at(self, change: Floats) -> Floats:
@@ -187,10 +195,12 @@ class _Problem:
         for known, found in self._kept:
             if np.array_equal(known, change):
                 return found
-        last, nearest = min(self._kept, key=lambda kept: float(np.abs(kept[0] - change).max()))
+        _, nearest = min(self._kept, key=lambda kept: float(np.abs(kept[0] - change).max()))
         values = dict(zip(self.paths, self.values_at(change).tolist(), strict=True))
         robot = self.robot.with_parameters(values)
         found = followed(nearest, robot, self._problems)
+        self._robots += 1
+        self.tell(1.0 - 0.5 * 0.8**self._robots)
         self._kept = [self._kept[0], *self._kept[1:][-1:], (change.copy(), found)]
         return found
 
@@ -203,20 +213,18 @@ class _Problem:
         return np.concatenate([row.residual(equilibrium) for row, equilibrium in pairs])
 
     def rates(self, change: Floats) -> Floats:
-        """Its derivatives by the changes, (M, P)."""
-        if self._rates is None or not np.array_equal(self._rates[0], change):
+        """Its derivatives by the changes, here or next to here, (M, P)."""
+        if self._rates is None or np.abs(self._rates[0] - change).max() > _SAME:
             pairs = zip(self.rows, self.equilibria(change), strict=True)
             each = [row.rates(equilibrium, self.paths) for row, equilibrium in pairs]
             self._rates = change.copy(), np.vstack(each) * self.scales
         return self._rates[1]
 
 
-def _solution(
-    problem: _Problem, limits: Floats, loss: Loss, tell: Callable[[float], None]
-) -> Floats:
+def _solution(problem: _Problem, limits: Floats, loss: Loss) -> Floats:
     """Changes of the parameters with the least loss, (P,).
 
-    Directions in which nothing changes are held: they get residuals of their own, which want them to stay.
+    Directions in which nothing changes are held by residuals of their own, which want them to stay.
     """
     change = np.zeros(len(problem.paths))
     bounds = (limits - problem.values) / problem.scales
@@ -225,11 +233,8 @@ def _solution(
         unseen = unseen_directions(problem.rates(change))
         width = loss_width(loss)
         hold = np.abs(problem.rates(change)).max() * unseen
-        told = [0]
 
         def residual(at: Floats, begin: Floats = change, hold: Floats = hold) -> Floats:
-            told[0] += 1
-            tell(min(0.95, 0.5 + 0.08 * told[0]))
             return np.concatenate([problem.residual(at), hold @ (at - begin)])
 
         def rates(at: Floats, hold: Floats = hold) -> Floats:
@@ -276,7 +281,7 @@ def _result(
     elif freedom > 0:
         fit = float(np.median(np.abs(residual)) / 0.6745 * np.sqrt(len(residual) / freedom))
     equilibria, values = problem.equilibria(change), problem.values_at(change)
-    words = unseen_in_words(unseen * problem.scales, problem.paths, values)
+    words = unseen_in_words(unseen, problem.scales, problem.paths, values)
     return CalibrationResult(
         equilibria[0].robot,
         problem.paths,

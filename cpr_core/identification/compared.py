@@ -101,7 +101,7 @@ def compared_row(
         InvalidRequest: A standard deviation that is needed is not given.
     """
     robot = equilibrium.robot
-    problem, count = driven_by(robot, measurement), robot.motor_count
+    problem, count = driven_by(robot, measurement).problem, robot.motor_count
     measured = np.zeros(6 + 2 * count, np.bool_)
     if measurement.position is not None:
         measured[:3] = np.isfinite(measurement.position)

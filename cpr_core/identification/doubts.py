@@ -104,7 +104,11 @@ def measured_doubts(
                 f"{name}{place} is {values[0]:g} in all {len(values)} rows, though it should vary by "
                 f"{np.ptp(foretold):.3g}: a sensor that is stuck?"
             )
-    driven = [row.measurement.motors for row in rows if row.problem == "motors"]
+    driven = [
+        row.measurement.motors
+        for row in rows
+        if row.problem == "motors" and row.measurement.motors is not None
+    ]
     if len(driven) >= _FEW:
         ranges = np.ptp(np.array(driven), axis=0)
         for number in np.flatnonzero(ranges == 0.0) if ranges.any() else ():

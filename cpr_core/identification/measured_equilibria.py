@@ -11,19 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.inherited_loads import inherited_loads
+from ..description.loads import Loads
 from ..errors import CprError, InvalidRequest
 from ..kernels.square_problem import Tolerances
-from ..lie import roll_pitch_yaw
 from ..model.equilibrium import Equilibrium, corrected
 from ..model.robot import Robot
 from ..solving.continued import continued
-from ..solving.geometrico_statics import solve_forward, solve_forward_by_effort, solve_inverse
 from ..solving.home import solve_home
-from ..solving.limits import check_limits
+from ..solving.limits import margins, violated
+from ..solving.near_request import solve_near
 from ..solving.not_reached import NotReached
-from ..solving.requests import pose_meaning
-from ..solving.targets import ProblemName
-from .measurements import Measurement, driven_by
+from ..solving.solve_from import solve_from
+from ..solving.targets import MotorTarget, ProblemName
+from .measurements import Drive, Measurement, driven_by
 
 __all__ = ["first_equilibria", "followed"]
 
@@ -64,7 +64,9 @@ def first_equilibria(
     if failures:
         more = f"; and {len(failures) - _NAMED} more" if len(failures) > _NAMED else ""
         text = "; ".join(failures[:_NAMED])
-        counted = f"{len(failures)} of {len(rows)} rows have no equilibrium near the described robot"
+        counted = (
+            f"{len(failures)} of {len(rows)} rows have no equilibrium near the described robot"
+        )
         raise InvalidRequest("measurements", f"{counted}: {text}{more}")
     return found
 
@@ -76,38 +78,42 @@ def _solved(known: Sequence[Equilibrium], row: Measurement) -> Equilibrium:
         CprError: There is none.
     """
     robot = known[0].robot
-    problem = driven_by(robot, row)
+    drive = driven_by(robot, row)
     loads = robot.default_loads if row.loads is None else row.loads
-    if problem == "motors":
-        solve, given = solve_forward, row.motors
-        ways = [np.abs(row.motors - other.motors).max() for other in known]
-    elif problem == "efforts":
-        solve, given = solve_forward_by_effort, row.efforts
-        ways = [np.abs(row.efforts - other.efforts).max() for other in known]
-    else:
-        solve, given = solve_inverse, _pose(robot, row)
-        size = 3 if row.position is not None else 0
-        ways = [np.linalg.norm(given[:size] - other.pose[:size]) for other in known]
-    nearest = known[int(np.argmin(ways))]
+    nearest = min(known, key=lambda other: _distance(other, drive))
+    if drive.problem == "motors" and (found := _one_step(nearest, drive.values, loads)) is not None:
+        return found
     try:
-        return solve(robot, given, start=nearest, loads=loads)
+        return solve_from(nearest, drive.problem, drive.values, loads=loads)
     except NotReached:
         if nearest is known[0]:
             raise
-        return solve(robot, given, start=known[0], loads=loads)
+        return solve_from(known[0], drive.problem, drive.values, loads=loads)
 
 
-def _pose(robot: Robot, row: Measurement) -> Floats:
-    """The controlled coordinates of a row, as the inverse problem takes them."""
-    values: dict[str, float] = {}
-    if row.position is not None:
-        values |= dict(zip("xyz", row.position, strict=True))
-    if row.rotation is not None and row.quaternion_wxyz is not None:
-        rotation = row.rotation
-        values |= dict(zip(("qw", "qx", "qy", "qz"), row.quaternion_wxyz, strict=True))
-        values |= dict(zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation), strict=True))
-        values["angle"] = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
-    return np.array([values[name] for name in pose_meaning(robot)])
+def _distance(equilibrium: Equilibrium, drive: Drive) -> float:
+    """How far an equilibrium is from what drives another one, in what that is measured in."""
+    own = {"motors": equilibrium.motors, "efforts": equilibrium.efforts, "pose": equilibrium.pose}
+    return float(np.linalg.norm(own[drive.problem] - drive.values))
+
+
+def _one_step(start: Equilibrium, motors: Floats, loads: Loads) -> Equilibrium | None:
+    """The equilibrium of a row in two single steps, of motors and of loads; None: a walk has to tell."""
+    robot = start.robot
+    if not start.loads.conservative(robot.planar) or not loads.conservative(robot.planar):
+        return None
+    moved = solve_near(start, MotorTarget(motors), stable_only=False)
+    if moved is None or moved.loads is loads:
+        return moved
+    return _under(moved, robot, loads)
+
+
+def _under(before: Equilibrium, robot: Robot, loads: Loads) -> Equilibrium | None:
+    """The equilibrium at the same motors in one step; None where something may happen on it."""
+    found = corrected(robot, loads, robot.load_arrays(loads), before.record, Tolerances())
+    if not found.converged or found.signs != before.signs or violated(robot, margins(found)):
+        return None
+    return found
 
 
 def followed(
@@ -123,20 +129,23 @@ def followed(
     Raises:
         NotReached: A branch ends between the two.
     """
+    own: dict[int, Loads] = {}  # one for all rows that share them: what is found for loads is kept
+    for equilibrium in before:
+        loads, first = equilibrium.loads, equilibrium.robot
+        if id(loads) not in own:
+            own[id(loads)] = inherited_loads(loads, first.default_loads, robot.default_loads)
     return [
-        _followed(equilibrium, robot, problem)
+        _followed(equilibrium, robot, problem, own[id(equilibrium.loads)])
         for equilibrium, problem in zip(before, problems, strict=True)
     ]
 
 
-def _followed(before: Equilibrium, robot: Robot, problem: ProblemName) -> Equilibrium:
+def _followed(before: Equilibrium, robot: Robot, problem: ProblemName, loads: Loads) -> Equilibrium:
     """One of them: in one step where nothing happens on it, else as `continued` goes."""
     if before.robot is robot:
         return before
     if problem == "motors":
-        own = inherited_loads(before.loads, before.robot.default_loads, robot.default_loads)
-        found = corrected(robot, own, robot.load_arrays(own), before.record, Tolerances())
-        if found.converged and found.signs == before.signs:
-            check_limits(found)
+        found = _under(before, robot, loads)
+        if found is not None:
             return found
     return continued(before, robot, problem)

@@ -9,19 +9,20 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest, NonFiniteInput
-from ..lie import rotation_from_quaternion
+from ..lie import roll_pitch_yaw, rotation_from_quaternion
 from ..model.robot import Robot
-from ..validation import checked_number
+from ..solving.requests import pose_meaning
 from ..solving.targets import ProblemName
+from ..validation import checked_number
 
-__all__ = ["Measurement", "StandardDeviations", "checked_measurements", "driven_by"]
+__all__ = ["Drive", "Measurement", "StandardDeviations", "checked_measurements", "driven_by"]
 
 Floats = NDArray[np.float64]
 
@@ -168,7 +169,7 @@ def checked_measurements(robot: Robot, rows: Sequence[Measurement]) -> tuple[Mea
         if not isinstance(row, Measurement):
             problem = f"expected a Measurement, got {row!r:.80}"
             raise InvalidRequest(f"measurements[{number}]", problem)
-        named = row if row.label else _labelled(row, f"measurements[{number}]")
+        named = row if row.label else _changed(row, label=f"measurements[{number}]")
         for name in ("motors", "efforts"):
             value = getattr(row, name)
             if value is not None and len(value) != robot.motor_count:
@@ -176,38 +177,78 @@ def checked_measurements(robot: Robot, rows: Sequence[Measurement]) -> tuple[Mea
                 raise InvalidRequest(named.named(name), f"{problem}, got {len(value)}")
         driven_by(robot, named)
         found.append(named)
+    return _with_shared_loads(tuple(found))
+
+
+def _with_shared_loads(rows: tuple[Measurement, ...]) -> tuple[Measurement, ...]:
+    """The same, equal loads being one object: what is found for loads is kept with them."""
+    known: list[Loads] = []
+    found = []
+    for row in rows:
+        if row.loads is None:
+            found.append(row)
+            continue
+        same = next((loads for loads in known if _equal(loads, row.loads)), None)
+        known += [row.loads] if same is None else []
+        found.append(row if same is None else _changed(row, loads=same))
     return tuple(found)
 
 
-def _labelled(row: Measurement, label: str) -> Measurement:
-    """The same with a label; its numbers were checked before."""
+def _equal(first: Loads, second: Loads) -> bool:
+    """Whether loads are the same; those with forces on rods only where they are one object."""
+    if first is second:
+        return True
+    if first.distributed or first.points or second.distributed or second.points:
+        return False
+    names = ("gravity", "rod_force", "wrench_world", "wrench_body")
+    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in names)
+
+
+def _changed(row: Measurement, **fields: Any) -> Measurement:
+    """The same with other fields that need no check."""
     copied = object.__new__(Measurement)
-    copied.__dict__.update(row.__dict__ | {"label": label})
+    copied.__dict__.update(row.__dict__ | fields)
     return copied
 
 
-def driven_by(robot: Robot, row: Measurement) -> ProblemName:
-    """What of a row its equilibrium follows from: ``motors``, ``pose`` or ``efforts``.
+class Drive(NamedTuple):
+    """What an equilibrium follows from.
+
+    Attributes:
+        problem: ``motors``, ``pose`` or ``efforts``.
+        values: As a request has them.
+    """
+
+    problem: ProblemName
+    values: Floats
+
+
+def driven_by(robot: Robot, row: Measurement) -> Drive:
+    """What of a row its equilibrium follows from.
 
     Raises:
         InvalidRequest: Nothing does.
     """
-    if _whole(row.motors):
-        return "motors"
-    controlled = robot.description.controlled
-    placed = all(
-        row.position is not None and math.isfinite(row.position["xyz".index(name)])
-        if name in ("x", "y", "z")
-        else row.rotation is not None
-        for name in controlled
-    )
-    if controlled and placed and not robot.redundancy:
-        return "pose"
-    if _whole(row.efforts):
-        return "efforts"
+    if row.motors is not None and np.isfinite(row.motors).all():
+        return Drive("motors", row.motors)
+    if robot.description.controlled and not robot.redundancy:
+        pose = _pose(robot, row)
+        if np.isfinite(pose).all():
+            return Drive("pose", pose)
+    if row.efforts is not None and np.isfinite(row.efforts).all():
+        return Drive("efforts", row.efforts)
     problem = "expected all motors, else all controlled coordinates, else all efforts"
     raise InvalidRequest(row.label, f"nothing drives this row: {problem}")
 
 
-def _whole(values: Floats | None) -> bool:
-    return values is not None and bool(np.isfinite(values).all())
+def _pose(robot: Robot, row: Measurement) -> Floats:
+    """The controlled coordinates of a row as the inverse problem takes them, NaN where not measured."""
+    values: dict[str, float] = {}
+    if row.position is not None:
+        values |= dict(zip("xyz", row.position.tolist(), strict=True))
+    if row.rotation is not None and row.quaternion_wxyz is not None:
+        rotation = row.rotation
+        values |= dict(zip(("qw", "qx", "qy", "qz"), row.quaternion_wxyz.tolist(), strict=True))
+        values |= dict(zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation), strict=True))
+        values["angle"] = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+    return np.array([values.get(name, math.nan) for name in pose_meaning(robot)])

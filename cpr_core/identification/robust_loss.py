@@ -28,7 +28,9 @@ def checked_loss(loss: object) -> Loss:
         InvalidRequest: Another than there are.
     """
     if not isinstance(loss, str) or loss not in get_args(Loss):
-        raise InvalidRequest("loss", f"expected one of {', '.join(get_args(Loss))}, got {loss!r:.80}")
+        raise InvalidRequest(
+            "loss", f"expected one of {', '.join(get_args(Loss))}, got {loss!r:.80}"
+        )
     return loss  # type: ignore[return-value]
 
 

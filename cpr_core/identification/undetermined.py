@@ -33,26 +33,26 @@ def unseen_directions(rates: Floats) -> Floats:
     return found
 
 
-def unseen_in_words(directions: Floats, paths: Sequence[str], values: Floats) -> tuple[str, ...]:
+def unseen_in_words(
+    directions: Floats, scales: Floats, paths: Sequence[str], values: Floats
+) -> tuple[str, ...]:
     """What directions mean, one line each.
 
     Args:
-        directions: Changes of the parameters that nothing shows, in SI units, rows (K, P).
+        directions: Changes of the parameters that nothing shows, in natural units, rows (K, P).
+        scales: The natural units, (P,).
         paths: Names of the parameters.
         values: Of the parameters.
     """
     if not len(directions):
         return ()
     # As few parameters as possible in each: one is only in the first line, another in the second ...
-    sizes = np.abs(directions).max(axis=0)
-    sizes[sizes == 0.0] = 1.0
-    scaled = directions / sizes
-    _, upper, order = linalg.qr(scaled, mode="economic", pivoting=True)
+    _, upper, order = linalg.qr(directions, mode="economic", pivoting=True)
     count = len(directions)
     rows = np.zeros((count, len(paths)))
     rows[:, order] = linalg.solve_triangular(upper[:, :count], upper)
     rows[np.abs(rows) < _NOTHING] = 0.0
-    return tuple(_in_words(row * sizes, paths, values) for row in rows)
+    return tuple(_in_words(row * scales, paths, values) for row in rows)
 
 
 def _in_words(change: Floats, paths: Sequence[str], values: Floats) -> str:

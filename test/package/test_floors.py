@@ -26,6 +26,7 @@ FLOORS = (
     "cpr_core.model",
     "cpr_core.solving",
     "cpr_core.workspace",
+    "cpr_core.identification",
     "cpr_core.reference",
     "cpr_core.drawing",
     "cpr_core.viewing",
@@ -40,6 +41,8 @@ FLOORS = (
 #: Beside each other, although one has to be named first: neither imports the other.
 APART = (
     ("cpr_core.workspace", "cpr_core.reference"),
+    ("cpr_core.workspace", "cpr_core.identification"),
+    ("cpr_core.identification", "cpr_core.reference"),
     ("cpr_ros", "paper"),
     ("cpr_ros", "verification"),
     ("paper", "verification"),
