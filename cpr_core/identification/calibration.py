@@ -224,14 +224,22 @@ class _Problem:
 def _solution(problem: _Problem, limits: Floats, loss: Loss) -> Floats:
     """Changes of the parameters with the least loss, (P,).
 
-    Directions in which nothing changes are held by residuals of their own, which want them to stay.
+    Directions in which nothing changes are held by residuals of their own, which want them to stay;
+    those are looked for again where they may have changed.
     """
     change = np.zeros(len(problem.paths))
+    # Where all residuals are large a robust loss has nearly no curvature, or several minima.
+    losses: dict[Loss, tuple[Loss, ...]] = {"linear": (), "cauchy": ("linear", "soft_l1")}
+    for easier in losses.get(loss, ("linear",)):
+        change = _descended(problem, change, limits, easier)
+    return _descended(problem, change, limits, loss)
+
+
+def _descended(problem: _Problem, change: Floats, limits: Floats, loss: Loss) -> Floats:
+    """The same by one loss, from changes that are near."""
     bounds = (limits - problem.values) / problem.scales
-    bounds.sort(axis=0)
     for _ in range(_ROUNDS):
         unseen = unseen_directions(problem.rates(change))
-        width = loss_width(loss)
         hold = np.abs(problem.rates(change)).max() * unseen
 
         def residual(at: Floats, begin: Floats = change, hold: Floats = hold) -> Floats:
@@ -246,7 +254,7 @@ def _solution(problem: _Problem, limits: Floats, loss: Loss) -> Floats:
             rates,
             bounds=bounds,
             loss=loss,
-            f_scale=width,
+            f_scale=loss_width(loss),
             ftol=_SQUARES,
             xtol=_PARAMETERS,
             gtol=None,

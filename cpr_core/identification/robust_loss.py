@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 
 #: Residuals beyond so many standard deviations count less; 95 % as exact as squares without outliers.
-_WIDTHS: dict[str, float] = {"linear": 1.0, "soft_l1": 2.1, "huber": 1.345, "cauchy": 2.385}
+_WIDTHS: dict[str, float] = {"linear": 1.0, "soft_l1": 1.287, "huber": 1.345, "cauchy": 2.385}
 
 
 def checked_loss(loss: object) -> Loss:
