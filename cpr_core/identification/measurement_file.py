@@ -93,11 +93,11 @@ def _check_header(robot: Robot, place: Path, header: Sequence[str]) -> None:
     for name in header:
         if name not in known:
             nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-            meant = f"; did you mean {nearest[0]}?" if nearest else ""
+            meant = f", did you mean {nearest[0]}?" if nearest else ""
             raise InvalidRequest(
                 "measurements",
-                f"{place}: line 1: no column is called {name!r:.60}{meant} "
-                f"Expected some of {', '.join(known)}",
+                f"{place}: line 1: no column is called {name!r:.60}{meant}; "
+                f"expected some of {', '.join(known)}",
             )
         if list(header).count(name) > 1:
             raise InvalidRequest("measurements", f"{place}: line 1: column {name} is there twice")

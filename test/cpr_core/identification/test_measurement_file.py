@@ -62,7 +62,7 @@ def test_cells_may_be_empty_and_columns_in_any_order(robot, tmp_path):
     [
         ("", "expected a header and at least one row"),
         ("motor1,motor2\n", "expected a header and at least one row"),
-        ("motor1,moter2\n1,2\n", "'moter2'; did you mean motor2"),
+        ("motor1,moter2\n1,2\n", "'moter2', did you mean motor2?; expected"),
         ("motor1,motor1\n1,2\n", "column motor1 is there twice"),
         ("motor1,motor2\n1,2,3\n", "line 2: expected 2 cells, got 3"),
         ("motor1,motor2\n1,2\n1,two\n", "line 3, column motor2: expected a number"),
