@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 from scipy.optimize import least_squares
 
+from ..blas_threads import on_one_blas_thread
 from ..description.changed_description import named_parameters
 from ..description.parameters import checked_paths
 from ..errors import DescriptionError, InvalidRequest
@@ -46,11 +47,12 @@ _IN = 1e-3
 _REFUSED = 1e12
 #: Change of the parameters, in natural units, over which derivatives are taken for constant:
 #: standard deviations differ by less than a hundredth for it.
-_SAME = 3e-3
+_SAME = 1e-2
 #: Times that what is not determined is looked for again: it may be other directions at the answer.
 _ROUNDS = 3
 
 
+@on_one_blas_thread
 def calibrate(
     robot: Robot,
     measurements: Sequence[Measurement],
@@ -111,7 +113,7 @@ def calibrate(
     found = _result(problem, answer, loss, measured_doubts(compared, before))
     tell(1.0)
     for doubt in found.doubts:
-        warnings.warn(doubt, CalibrationWarning, stacklevel=2)
+        warnings.warn(doubt, CalibrationWarning, stacklevel=3)
     return found
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..blas_threads import on_one_blas_thread
 from ..description.changed_description import named_parameters
 from ..description.loads import Loads
 from ..description.parameters import checked_paths
@@ -63,6 +64,7 @@ class ProposedPoses:
     undetermined: tuple[str, ...]
 
 
+@on_one_blas_thread
 def propose_poses(
     robot: Robot,
     parameters: str | Sequence[str],
