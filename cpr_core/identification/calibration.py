@@ -48,6 +48,8 @@ _REFUSED = 1e12
 #: Change of the parameters, in natural units, over which derivatives are taken for constant:
 #: standard deviations differ by less than a hundredth for it.
 _SAME = 1e-2
+#: Robots that are tried at most, by one loss.
+_TRIED = 60
 #: Times that what is not determined is looked for again: it may be other directions at the answer.
 _ROUNDS = 3
 
@@ -165,6 +167,7 @@ class _Problem:
         rows: How rows are compared.
         before: Equilibria of the rows.
         tell: Called with the fraction of what is to be done, roughly.
+        settled: Whether the last descent came to its end.
     """
 
     robot: Robot
@@ -181,6 +184,7 @@ class _Problem:
         ]
         self._problems: list[ProblemName] = [row.problem for row in self.rows]
         self._robots = 0
+        self.settled = True
         self._rates: tuple[Floats, Floats] | None = None
 
     def values_at(self, change: Floats) -> Floats:
@@ -260,8 +264,10 @@ def _descended(problem: _Problem, change: Floats, limits: Floats, loss: Loss) ->
             ftol=_SQUARES,
             xtol=_PARAMETERS,
             gtol=None,
+            max_nfev=_TRIED,
         )
         change = np.asarray(found.x)
+        problem.settled = found.status > 0
         if len(unseen_directions(problem.rates(change))) >= len(unseen):
             break
     return change
@@ -291,6 +297,9 @@ def _result(
     elif freedom > 0:
         fit = float(np.median(np.abs(residual)) / 0.6745 * np.sqrt(len(residual) / freedom))
     equilibria, values = problem.equilibria(change), problem.values_at(change)
+    if not problem.settled:
+        text = f"no least sum of squares is found with {_TRIED} robots: these are the last values"
+        doubts = (*doubts, text)
     words = unseen_in_words(unseen, problem.scales, problem.paths, values)
     return CalibrationResult(
         equilibria[0].robot,

@@ -110,6 +110,20 @@ def test_a_robust_loss_bears_gross_outliers(robot, loaded):
     assert not np.all((low < squares.values) & (squares.values < high))
 
 
+def test_a_robust_loss_finds_the_truth_from_far_away(robot, home):
+    far = dict(zip(OFFSETS, (0.2, -0.2, 0.2, -0.2, 0.2, -0.2), strict=True))
+    rows = measured(equilibria(robot.with_parameters(far), home, count=4))
+    with pytest.warns(CalibrationWarning, match="may be too large"):
+        found = calibrate(robot, rows, OFFSETS, DEVIATIONS, loss="cauchy")
+    assert found.values == pytest.approx(list(far.values()), abs=1e-6)
+
+
+def test_descents_that_do_not_end_are_told(robot, loaded, monkeypatch):
+    monkeypatch.setattr("cpr_core.identification.calibration._TRIED", 1)
+    with pytest.warns(CalibrationWarning, match="no least sum of squares is found"):
+        calibrate(robot, measured(loaded[:4], seed=0), PATHS, DEVIATIONS)
+
+
 def test_what_is_not_determined_is_named_and_stays(robot, truth, home):
     rows = measured(equilibria(truth, home, count=6), seed=1)  # no loads: stiffness moves nothing
     found = calibrate(robot, rows, PATHS, DEVIATIONS)
