@@ -13,9 +13,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy import linalg
-from scipy.optimize import least_squares
 
 from ..blas_threads import on_one_blas_thread
 from ..description.changed_description import named_parameters
@@ -254,7 +254,7 @@ def _descended(problem: _Problem, change: Floats, limits: Floats, loss: Loss) ->
         def rates(at: Floats, hold: Floats = hold) -> Floats:
             return np.vstack([problem.rates(at), hold])
 
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             residual,
             change,
             rates,
