@@ -119,7 +119,7 @@ def test_a_robust_loss_finds_the_truth_from_far_away(robot, home):
 
 
 def test_descents_that_do_not_end_are_told(robot, loaded, monkeypatch):
-    monkeypatch.setattr("cpr_core.identification.calibration._TRIED", 1)
+    monkeypatch.setattr("cpr_core.identification.parameter_problem.TRIED", 1)
     with pytest.warns(CalibrationWarning, match="no least sum of squares is found"):
         calibrate(robot, measured(loaded[:4], seed=0), PATHS, DEVIATIONS)
 
