@@ -29,7 +29,8 @@ def plot_calibration(found: CalibrationResult, file: Path) -> None:
 
     figure = Figure(figsize=(13.0, 8.0), layout="constrained")
     FigureCanvasAgg(figure)
-    left, right = figure.add_subplot(2, 1, 1), figure.add_subplot(2, 2, 3)
+    places = figure.subplot_mosaic([["rows", "rows"], ["changes", "correlations"]])
+    left, right, axes = (places[name] for name in ("rows", "changes", "correlations"))
     pairs = (("before", found.before, _GREY), ("after", found.after, _BLUE))
     for name, equilibria, color in pairs:
         points = [
@@ -55,10 +56,10 @@ def plot_calibration(found: CalibrationResult, file: Path) -> None:
     right.errorbar(change[shown], count[shown], xerr=(half / size)[shown], fmt="o", color=_BLUE)
     right.axvline(0.0, color=_GREY, linewidth=0.8)
     right.set_yticks(count, found.parameters, fontsize="small")
+    right.set_ylim(-0.5, len(count) - 0.5)
     right.set_title("change, relative (of zeros: in SI units), and interval of 95 %")
     right.grid(alpha=0.3)
 
-    axes = figure.add_subplot(2, 2, 4)
     picture = axes.imshow(found.correlations, vmin=-1.0, vmax=1.0, cmap="RdBu")
     axes.set_xticks(count, count + 1)
     axes.set_yticks(count, count + 1)

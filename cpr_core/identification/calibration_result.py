@@ -74,10 +74,9 @@ class CalibrationResult:
     @cached_property
     def correlations(self) -> Floats:
         """Correlations of the values, (P, P); NaN where a variance is infinite."""
-        with np.errstate(invalid="ignore"):
-            found: Floats = self.covariance / np.outer(
-                self.standard_deviations, self.standard_deviations
-            )
+        sizes = self.standard_deviations
+        known = np.where(np.isfinite(sizes), sizes, np.nan)
+        found: Floats = self.covariance / np.outer(known, known)
         return found
 
     @cached_property

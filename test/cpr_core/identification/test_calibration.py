@@ -131,6 +131,8 @@ def test_what_is_not_determined_is_named_and_stays(robot, truth, home):
     assert found.values[0] == pytest.approx(210e9, rel=1e-12)
     assert found.standard_deviations[0] == np.inf
     assert np.all(found.intervals[0] == [-np.inf, np.inf])
+    assert np.isnan(found.correlations[0]).all() and np.isnan(found.correlations[:, 0]).all()
+    assert np.diag(found.correlations)[1:] == pytest.approx(1.0)
     assert np.all(np.abs(found.values - TRUTH)[1:] < 4.0 * found.standard_deviations[1:])
 
 
