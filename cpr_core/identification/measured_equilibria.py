@@ -111,7 +111,9 @@ def _one_step(start: Equilibrium, motors: Floats, loads: Loads) -> Equilibrium |
 def _under(before: Equilibrium, robot: Robot, loads: Loads) -> Equilibrium | None:
     """The equilibrium at the same motors in one step; None where something may happen on it."""
     found = corrected(robot, loads, robot.load_arrays(loads), before.record, Tolerances())
-    if not found.converged or found.signs != before.signs or violated(robot, margins(found)):
+    if not found.converged or found.index_locked != before.index_locked:
+        return None
+    if violated(robot, margins(found)):
         return None
     return found
 
@@ -127,7 +129,7 @@ def followed(
         problems: What every one of them is driven by.
 
     Raises:
-        NotReached: A branch ends between the two.
+        NotReached: A branch ends between the two, or the robots are too far from each other.
     """
     own: dict[int, Loads] = {}  # one for all rows that share them: what is found for loads is kept
     for equilibrium in before:
@@ -141,11 +143,12 @@ def followed(
 
 
 def _followed(before: Equilibrium, robot: Robot, problem: ProblemName, loads: Loads) -> Equilibrium:
-    """One of them: in one step where nothing happens on it, else as `continued` goes."""
+    """One of them, with the motors held in one step: whoever tries robots tries one that is nearer."""
     if before.robot is robot:
         return before
-    if problem == "motors":
+    if problem == "motors" and loads.conservative(robot.planar):
         found = _under(before, robot, loads)
-        if found is not None:
-            return found
+        if found is None:
+            raise NotReached("no equilibrium is near the one of another robot", 0.0, before)
+        return found
     return continued(before, robot, problem)
