@@ -13,7 +13,12 @@ from .errors import (
     NonFiniteInput,
     UnknownParameter,
 )
+from .identification.calibration import calibrate
+from .identification.calibration_result import CalibrationResult, CalibrationWarning
 from .identification.felt_wrench import WrenchEstimate, estimate_wrench
+from .identification.measurement_file import read_measurements, write_poses
+from .identification.measurements import Measurement, StandardDeviations
+from .identification.proposed_poses import ProposedPoses, propose_poses
 from .model.bending_strain import bending_strains
 from .model.equilibrium import Equilibrium, spectrum
 from .model.kinemato_statics import KinematoStatics, Singularity, kinemato_statics
@@ -48,6 +53,8 @@ from .version import __version__
 from .viewing.view import view
 
 __all__ = [
+    "CalibrationResult",
+    "CalibrationWarning",
     "CprError",
     "CriticalLoad",
     "DescriptionError",
@@ -62,6 +69,7 @@ __all__ = [
     "KinematoStatics",
     "LegShape",
     "Loads",
+    "Measurement",
     "MotorLimitExceeded",
     "NoForwardSolution",
     "NoInverseSolution",
@@ -71,9 +79,11 @@ __all__ = [
     "ParameterDerivatives",
     "PathEvent",
     "PointForce",
+    "ProposedPoses",
     "Robot",
     "Singularity",
     "Spectrum",
+    "StandardDeviations",
     "StrainLimitExceeded",
     "TimeLimitExceeded",
     "Trace",
@@ -83,6 +93,7 @@ __all__ = [
     "__version__",
     "bending_strains",
     "border_error",
+    "calibrate",
     "choose_modes",
     "continued",
     "critical_load",
@@ -94,6 +105,8 @@ __all__ = [
     "kinemato_statics",
     "leg_shapes",
     "load_robot",
+    "propose_poses",
+    "read_measurements",
     "restore_equilibrium",
     "solve_forward",
     "solve_forward_by_effort",
@@ -103,4 +116,5 @@ __all__ = [
     "trace",
     "trace_through",
     "view",
+    "write_poses",
 ]

@@ -25,6 +25,7 @@ from ..solving.geometrico_statics import solve_forward, solve_inverse
 from ..solving.home import solve_home
 from ..solving.load_robot import load_robot
 from ..version import __version__
+from .calibration_commands import add_calibrate_options, add_measure_options
 from .compile_command import compile_all, show_compilation
 from .modes_command import add_modes_options
 from .path_commands import add_equilibria_options, add_objective, add_trace_options
@@ -139,6 +140,14 @@ def _parser() -> argparse.ArgumentParser:
     workspace = commands.add_parser("workspace", help="a map of what can be reached, with borders")
     _add_common(workspace, None)
     add_workspace_options(workspace)
+
+    measuring = commands.add_parser("measure", help="where to measure, to find parameters")
+    _add_common(measuring, None)
+    add_measure_options(measuring)
+
+    calibrating = commands.add_parser("calibrate", help="parameters from measurements")
+    _add_common(calibrating, None)
+    add_calibrate_options(calibrating)
 
     viewing = commands.add_parser("view", help="look at the robot and move it, in the browser")
     _add_common(viewing, None)

@@ -23,7 +23,14 @@ from ..solving.home import solve_home
 from ..solving.objectives import OBJECTIVES
 from ..solving.trace import Trace, trace
 
-__all__ = ["add_equilibria_options", "add_objective", "add_trace_options"]
+__all__ = [
+    "add_equilibria_options",
+    "add_objective",
+    "add_seed",
+    "add_trace_options",
+    "picture",
+    "progress_bar",
+]
 
 
 def add_trace_options(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +55,7 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
     add_objective(parser)
     parser.add_argument("--past-folds", action="store_true", help="follow the branch around folds")
     parser.add_argument(
-        "--plot", type=_picture, metavar="FILE", help="draw the path (png, svg, pdf)"
+        "--plot", type=picture, metavar="FILE", help="draw the path (png, svg, pdf)"
     )
 
 
@@ -67,11 +74,16 @@ def add_equilibria_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--starts", type=int, default=1000, metavar="N", help="random starts, default 1000"
     )
-    parser.add_argument("--seed", type=_seed, default=0, help="of the random starts, default 0")
-    parser.add_argument("--plot", type=_picture, metavar="FILE", help="draw them (png, svg, pdf)")
+    add_seed(parser, "of the random starts")
+    parser.add_argument("--plot", type=picture, metavar="FILE", help="draw them (png, svg, pdf)")
 
 
-def _picture(text: str) -> Path:
+def add_seed(parser: argparse.ArgumentParser, meaning: str) -> None:
+    """The seed of what is random."""
+    parser.add_argument("--seed", type=_seed, default=0, help=f"{meaning}, default 0")
+
+
+def picture(text: str) -> Path:
     """A file that can be drawn to; told before anything is computed."""
     file = Path(text)
     if file.suffix not in (".png", ".svg", ".pdf"):
@@ -105,7 +117,7 @@ def _trace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tu
             if first is None
             else solve(robot, first, loads=loads)
         )
-    with _progress("of the way") as progress:
+    with progress_bar("of the way") as progress:
         found = trace(
             robot,
             **{options.given: options.last},
@@ -181,7 +193,7 @@ def _numbers(found: Equilibrium) -> str:
 def _equilibria(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
     """Search all equilibria; the text to print, and whether there are any."""
     motors = solve_home(robot).motors if options.motors is None else options.motors
-    with _progress("of the starts") as progress:
+    with progress_bar("of the starts") as progress:
         found = find_equilibria(
             robot,
             motors,
@@ -231,7 +243,7 @@ def _as_dict(found: FoundEquilibrium) -> dict[str, Any]:
 
 
 @contextmanager
-def _progress(description: str) -> Iterator[Callable[[float], None]]:
+def progress_bar(description: str) -> Iterator[Callable[[float], None]]:
     """A progress bar on a terminal, nothing elsewhere."""
     with tqdm(total=100.0, unit="%", desc=description, disable=None, leave=False) as bar:
 

@@ -1,0 +1,284 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Commands ``cpr measure`` and ``cpr calibrate``: where to measure, and what measurements tell."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import warnings
+from pathlib import Path
+from typing import Any, get_args
+
+from ..description.loads import Loads
+from ..errors import InvalidRequest
+from ..identification.calibration import calibrate
+from ..identification.calibration_result import CalibrationResult, CalibrationWarning
+from ..identification.measurement_file import read_measurements, write_poses
+from ..identification.measurements import StandardDeviations
+from ..identification.proposed_poses import ProposedPoses, propose_poses
+from ..identification.robust_loss import Loss
+from ..model.robot import Robot
+from .path_commands import add_seed, picture, progress_bar
+
+__all__ = ["add_calibrate_options", "add_measure_options"]
+
+_KINDS = ("position", "rotation", "motors", "efforts")
+_UNITS = {"position": "m", "rotation": "rad", "motors": "rad or m", "efforts": "N m or N"}
+
+
+def add_calibrate_options(parser: argparse.ArgumentParser) -> None:
+    """Options of ``cpr calibrate``."""
+    parser.set_defaults(run=_calibrate)
+    parser.add_argument("data", type=Path, metavar="DATA", help="CSV file of measurements")
+    _add_parameters(parser)
+    parser.add_argument(
+        "--bound",
+        nargs=3,
+        action="append",
+        default=[],
+        metavar=("PATH", "LOW", "HIGH"),
+        help="lowest and highest value of a parameter; may be given several times",
+    )
+    parser.add_argument(
+        "--loss",
+        choices=get_args(Loss),
+        default="linear",
+        help="how far-off measurements count: as squares (linear, default), or less",
+    )
+    parser.add_argument(
+        "--out", type=_new_file, metavar="FILE", help="write the calibrated description (yaml)"
+    )
+    parser.add_argument(
+        "--plot", type=picture, metavar="FILE", help="draw the residuals (png, svg, pdf)"
+    )
+    parser.add_argument(
+        "--despite-warnings", action="store_true", help="write also where something looks wrong"
+    )
+
+
+def add_measure_options(parser: argparse.ArgumentParser) -> None:
+    """Options of ``cpr measure``."""
+    parser.set_defaults(run=_measure)
+    _add_parameters(parser)
+    parser.add_argument("--count", type=int, default=20, metavar="N", help="poses, default 20")
+    parser.add_argument(
+        "--reach",
+        type=float,
+        default=0.5,
+        metavar="R",
+        help="farthest that motors move from home, radians and rod lengths, default 0.5",
+    )
+    parser.add_argument(
+        "--margin", type=float, default=0.2, metavar="M", help="smallest margin of stability"
+    )
+    add_seed(parser, "of the random candidates")
+    parser.add_argument(
+        "--out", type=_new_file, metavar="FILE", help="write motors and expected poses (csv)"
+    )
+
+
+def _add_parameters(parser: argparse.ArgumentParser) -> None:
+    """What is to be found, and how exact measurements are."""
+    parser.add_argument(
+        "--parameters",
+        nargs="+",
+        required=True,
+        metavar="PATH",
+        help="numbers of the description, such as rod.young_modulus",
+    )
+    parser.add_argument(
+        "--deviations",
+        nargs="+",
+        required=True,
+        type=_deviation,
+        metavar="KIND=VALUE",
+        help="standard deviations of what is measured: "
+        + ", ".join(f"{kind} [{_UNITS[kind]}]" for kind in _KINDS),
+    )
+
+
+def _deviation(text: str) -> tuple[str, float]:
+    kind, _, value = text.partition("=")
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    if kind not in _KINDS or not 0.0 < number < math.inf:
+        raise argparse.ArgumentTypeError(
+            f"expected one of {', '.join(_KINDS)}, =, and a positive number, got {text!r}"
+        )
+    return kind, number
+
+
+def _new_file(text: str) -> Path:
+    """A file that can be written; told before anything is computed."""
+    file = Path(text)
+    if file.is_dir() or not file.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"expected a file in a folder that exists, got {text!r}")
+    return file
+
+
+def _bounds(options: argparse.Namespace) -> dict[str, tuple[float, float]]:
+    """Bounds by path.
+
+    Raises:
+        InvalidRequest: No numbers.
+    """
+    found = {}
+    for path, low, high in options.bound:
+        try:
+            found[path] = float(low), float(high)
+        except ValueError:
+            problem = f"expected two numbers after {path}, got {low} {high}"
+            raise InvalidRequest("--bound", problem) from None
+    return found
+
+
+def _calibrate(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
+    """Calibrate; the text to print, and whether the answer can be used without a second look."""
+    rows = read_measurements(robot, options.data, loads)
+    with progress_bar("of the calibration") as progress, warnings.catch_warnings():
+        warnings.simplefilter("ignore", CalibrationWarning)  # the report has them
+        found = calibrate(
+            robot,
+            rows,
+            options.parameters,
+            StandardDeviations(**dict(options.deviations)),
+            bounds=_bounds(options),
+            loss=options.loss,
+            progress=progress,
+        )
+    usable = not found.doubts or options.despite_warnings
+    written = []
+    if usable and options.out is not None:
+        try:
+            options.out.write_text(found.robot.description.text, encoding="utf-8")
+        except OSError as error:
+            raise InvalidRequest("out", f"{options.out}: cannot be written: {error}") from None
+        written.append(str(options.out))
+    if usable and options.plot is not None:
+        from ..drawing.calibration_plot import plot_calibration
+
+        plot_calibration(found, options.plot)
+        written.append(str(options.plot))
+    if not usable and (options.out is not None or options.plot is not None):
+        print(
+            "cpr: nothing is written: see the warnings, or say --despite-warnings", file=sys.stderr
+        )
+    if options.json:
+        return json.dumps(_result_as_dict(found, written), indent=2, allow_nan=False), usable
+    return _result_as_text(found, written), usable
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _result_as_dict(found: CalibrationResult, written: list[str]) -> dict[str, Any]:
+    """The answer as plain values, SI units."""
+    return {
+        "robot": found.robot.description.name,
+        "rows": len(found.rows),
+        "parameters": {
+            path: {
+                "before": float(before),
+                "value": float(value),
+                "standard_deviation": _finite(deviation),
+            }
+            for path, before, value, deviation in zip(
+                found.parameters, found.start, found.values, found.standard_deviations, strict=True
+            )
+        },
+        "correlations": [[_finite(value) for value in row] for row in found.correlations],
+        "residuals": {
+            kind: {"before": before, "after": after}
+            for kind, before, after in _root_mean_squares(found)
+        },
+        "fit": found.fit,
+        "undetermined": list(found.undetermined),
+        "warnings": list(found.doubts),
+        "written": written,
+    }
+
+
+def _root_mean_squares(found: CalibrationResult) -> list[tuple[str, float, float]]:
+    """Kinds, and the root mean square of their residuals before and after."""
+    before, after = found.differences(calibrated=False), found.differences()
+    return [
+        (kind, float((before[kind] ** 2).mean() ** 0.5), float((after[kind] ** 2).mean() ** 0.5))
+        for kind in after
+    ]
+
+
+def _result_as_text(found: CalibrationResult, written: list[str]) -> str:
+    """The same for people."""
+    width = max(len(path) for path in found.parameters)
+    name = found.robot.description.name
+    lines = [f"{name}: {len(found.parameters)} parameters from {len(found.rows)} rows"]
+    lines.append(f"  {'':{width}}  {'before':>13}  {'value':>13}  standard deviation")
+    each = zip(found.parameters, found.start, found.values, found.standard_deviations, strict=True)
+    for path, before, value, deviation in each:
+        shown = f"{deviation:18.3g}" if math.isfinite(deviation) else "    not determined"
+        lines.append(f"  {path:{width}}  {before:13.7g}  {value:13.7g}  {shown}")
+    for kind, before, after in _root_mean_squares(found):
+        lines.append(f"  {kind:<9} root mean square {before:.3g} -> {after:.3g} {_UNITS[kind]}")
+    lines.append(f"  residuals over what the standard deviations say: {found.fit:.2f}")
+    lines += [f"  {line}" for line in found.undetermined]
+    lines += [f"  WARNING: {line}" for line in found.doubts]
+    lines += [f"  written: {file}" for file in written]
+    return "\n".join(lines)
+
+
+def _measure(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
+    """Propose poses; the text to print, and that there are some."""
+    with progress_bar("of the candidates") as progress:
+        found = propose_poses(
+            robot,
+            options.parameters,
+            StandardDeviations(**dict(options.deviations)),
+            options.count,
+            loads=() if loads is None else (loads,),
+            reach=options.reach,
+            margin=options.margin,
+            seed=options.seed,
+            progress=progress,
+        )
+    if options.out is not None:
+        write_poses(options.out, found.equilibria)
+    if options.json:
+        return json.dumps(_poses_as_dict(found), indent=2, allow_nan=False), True
+    return _poses_as_text(found), True
+
+
+def _poses_as_dict(found: ProposedPoses) -> dict[str, Any]:
+    """Proposed poses as plain values, SI units."""
+    return {
+        "motors": [each.motors.tolist() for each in found.equilibria],
+        "platform_positions": [each.platform_position.tolist() for each in found.equilibria],
+        "platform_quaternions_wxyz": [
+            each.platform_quaternion.tolist() for each in found.equilibria
+        ],
+        "standard_deviations": {
+            path: {"proposed": _finite(own), "random": _finite(other)}
+            for path, own, other in zip(
+                found.parameters, found.standard_deviations, found.random, strict=True
+            )
+        },
+        "undetermined": list(found.undetermined),
+    }
+
+
+def _poses_as_text(found: ProposedPoses) -> str:
+    """The same for people."""
+    robot = found.equilibria[0].robot
+    lines = [f"{robot.description.name}: {len(found.equilibria)} poses", f"  {robot.motor_list}"]
+    lines += ["  " + " ".join(f"{value:9.5f}" for value in e.motors) for e in found.equilibria]
+    lines.append("  standard deviations after them, and after as many random ones:")
+    each = zip(found.parameters, found.standard_deviations, found.random, strict=True)
+    lines += [f"  {path:<24} {own:10.3g} {other:10.3g}" for path, own, other in each]
+    lines += [f"  {line}" for line in found.undetermined]
+    return "\n".join(lines)

@@ -1,0 +1,184 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Numbers of a description from measurements: nonlinear least squares on equilibria.
+
+The derivation is in docs/derivations.md, "Calibration"; docs/calibration.md shows the use.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from ..blas_threads import on_one_blas_thread
+from ..description.changed_description import named_parameters
+from ..description.parameters import checked_paths
+from ..errors import InvalidRequest
+from ..model.equilibrium import Equilibrium
+from ..model.residual_rates import parameter_scale
+from ..model.robot import Robot, checked_robot
+from ..validation import checked_vector
+from .calibration_result import CalibrationResult, CalibrationWarning
+from .compared import compared_row
+from .doubts import check_measured, fit_doubts, measured_doubts
+from .measured_equilibria import first_equilibria
+from .measurements import Measurement, StandardDeviations, checked_measurements
+from .parameter_problem import TRIED, ParameterProblem, solution
+from .robust_loss import Loss, checked_loss, variance_factor
+from .undetermined import unseen_directions, unseen_in_words
+
+__all__ = ["calibrate"]
+
+Floats = NDArray[np.float64]
+
+#: Coefficient of a direction above which a parameter is in it.
+_IN = 1e-3
+
+
+@on_one_blas_thread
+def calibrate(
+    robot: Robot,
+    measurements: Sequence[Measurement],
+    parameters: str | Sequence[str],
+    deviations: StandardDeviations,
+    *,
+    bounds: Mapping[str, Sequence[float]] | None = None,
+    loss: Loss = "linear",
+    start: Equilibrium | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> CalibrationResult:
+    """Parameters with which a robot does what was measured.
+
+    The weighted sum of squares of all that was measured is made least, from the values of the
+    description on. What the measurements do not tell stays as it is.
+
+    Args:
+        robot: The robot as it is described.
+        measurements: What was measured.
+        parameters: Paths of the numbers to find, see ``Robot.parameter_values``.
+        deviations: Standard deviations of the measurements, in SI units.
+        bounds: Lowest and highest value by path, for those that have any.
+        loss: ``linear`` for least squares; ``soft_l1``, ``huber`` or ``cauchy`` where some measurements
+            may be grossly wrong.
+        start: Equilibrium of this robot whose branch is followed; default home.
+        progress: Called with the fraction of what is to be done, roughly.
+
+    Raises:
+        InvalidRequest: Measurements that do not fit the robot, that have no equilibrium, that look like
+            other units or another order of numbers, or that are fewer numbers than parameters.
+        UnknownParameter: There is no such number.
+        DescriptionError: No robot is near the described one in a number.
+
+    Warns:
+        CalibrationWarning: The answer can be used, but something looks like a mistake.
+    """
+    checked_robot(robot)
+    paths = checked_paths(parameters)
+    rows = checked_measurements(robot, measurements)
+    loss = checked_loss(loss)
+    values = robot.parameter_values(paths)
+    limits = _checked_bounds(bounds, paths, values)
+    check_measured(robot, rows)
+    tell = progress if progress is not None else _silent
+    before = first_equilibria(robot, rows, start, lambda done: tell(0.5 * done))
+    check_measured(robot, rows, before)
+    compared = tuple(
+        compared_row(row, equilibrium, deviations)
+        for row, equilibrium in zip(rows, before, strict=True)
+    )
+    numbers = sum(len(row.places) for row in compared)
+    if numbers < len(paths):
+        expected = f"expected at least as many measured numbers as parameters, {len(paths)}"
+        raise InvalidRequest("measurements", f"{expected}, got {numbers}")
+    scales = _scales(before[0], paths)
+    problem = ParameterProblem(robot, paths, values, scales, compared, before, tell)
+    answer = solution(problem, limits, loss)
+    found = _result(problem, answer, loss, measured_doubts(compared, before))
+    tell(1.0)
+    for doubt in found.doubts:
+        warnings.warn(doubt, CalibrationWarning, stacklevel=3)
+    return found
+
+
+def _silent(_: float) -> None:
+    """Tell nobody."""
+
+
+def _checked_bounds(
+    bounds: Mapping[str, Sequence[float]] | None, paths: Sequence[str], values: Floats
+) -> Floats:
+    """Bounds of all parameters, (2, P).
+
+    Raises:
+        InvalidRequest: Of no parameter, not two numbers, or a value is not between them.
+    """
+    found = np.tile([[-np.inf], [np.inf]], len(paths))
+    if bounds is not None and not isinstance(bounds, Mapping):
+        raise InvalidRequest("bounds", f"expected two numbers by path, got {bounds!r:.80}")
+    for path, both in (bounds or {}).items():
+        if path not in paths:
+            raise InvalidRequest("bounds", f"{path!r:.80} is none of the parameters to be found")
+        low, high = checked_vector(f"bounds[{path!r}]", both, 2, "lowest and highest value")
+        column = list(paths).index(path)
+        if not low < values[column] < high:
+            problem = (
+                f"expected the described value {values[column]:g} between, got {low:g}, {high:g}"
+            )
+            raise InvalidRequest(f"bounds[{path!r}]", problem)
+        found[:, column] = low, high
+    return found
+
+
+def _scales(equilibrium: Equilibrium, paths: Sequence[str]) -> Floats:
+    """Changes of the parameters that mean about as much as a natural unit, (P,)."""
+    parameters = named_parameters(equilibrium.robot.description, paths)
+    each = [(parameter_scale(equilibrium, parameter), parameter.size) for parameter in parameters]
+    return np.array([scale or size or 1.0 for scale, size in each])
+
+
+def _result(
+    problem: ParameterProblem, change: Floats, loss: Loss, doubts: tuple[str, ...]
+) -> CalibrationResult:
+    """What was found, and how exact it is."""
+    residual, rates = problem.residual(change), problem.rates(change)
+    unseen = unseen_directions(rates)
+    count = len(problem.paths)
+    seen = linalg.null_space(unseen) if len(unseen) else np.eye(count)
+    known = rates @ seen
+    covariance = np.zeros((count, count))
+    if known.size:
+        covariance = seen @ linalg.inv(known.T @ known) @ seen.T
+    freedom = len(residual) - known.shape[1]
+    covariance *= variance_factor(loss, residual, known.shape[1])
+    covariance *= np.outer(problem.scales, problem.scales)
+    for column in np.flatnonzero(np.abs(unseen).max(axis=0, initial=0.0) > _IN):
+        covariance[column] = covariance[:, column] = 0.0
+        covariance[column, column] = np.inf
+    fit = 1.0
+    if freedom > 0 and loss == "linear":
+        fit = float(np.sqrt(residual @ residual / freedom))
+    elif freedom > 0:
+        fit = float(np.median(np.abs(residual)) / 0.6745 * np.sqrt(len(residual) / freedom))
+    equilibria, values = problem.equilibria(change), problem.values_at(change)
+    if not problem.settled:
+        text = f"no least sum of squares is found with {TRIED} robots: these are the last values"
+        doubts = (*doubts, text)
+    words = unseen_in_words(unseen, problem.scales, problem.paths, values)
+    return CalibrationResult(
+        equilibria[0].robot,
+        problem.paths,
+        problem.values,
+        values,
+        covariance,
+        words,
+        (*doubts, *fit_doubts(fit, freedom)),
+        fit,
+        problem.rows,
+        tuple(problem.before),
+        tuple(equilibria),
+    )

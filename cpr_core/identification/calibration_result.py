@@ -1,0 +1,104 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a calibration found, and how far it can be trusted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
+from .compared import ComparedRow
+
+__all__ = ["CalibrationResult", "CalibrationWarning"]
+
+Floats = NDArray[np.float64]
+
+#: Half the width of an interval that holds the truth 95 times of 100, in standard deviations.
+_95_PERCENT = 1.959963984540054
+_KINDS = ("position", "rotation", "motors", "efforts")
+
+
+class CalibrationWarning(UserWarning):
+    """Measurements that can be used, but of which something looks like a mistake."""
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationResult:
+    """Parameters of a robot from measurements.
+
+    Attributes:
+        robot: The robot with the parameters found; ``robot.description.text`` is a file that loads.
+        parameters: Their paths.
+        start: Values before, (P,), in SI units.
+        values: Values found, (P,), in SI units.
+        covariance: Of the values, (P, P); infinite variances, and no covariances, of parameters in
+            which something is not determined.
+        undetermined: What the measurements do not tell, one line each; it stays as it was.
+        doubts: What looks like a mistake in the measurements, one line each.
+        fit: Root mean square of the weighted residual, per degree of freedom: 1 where the standard
+            deviations are right. With a robust loss from the median.
+        rows: How every measurement was compared.
+        before: Equilibria of the rows with the parameters before.
+        after: Equilibria of the rows with the parameters found.
+    """
+
+    robot: Robot
+    parameters: tuple[str, ...]
+    start: Floats
+    values: Floats
+    covariance: Floats
+    undetermined: tuple[str, ...]
+    doubts: tuple[str, ...]
+    fit: float
+    rows: tuple[ComparedRow, ...]
+    before: tuple[Equilibrium, ...]
+    after: tuple[Equilibrium, ...]
+
+    @cached_property
+    def standard_deviations(self) -> Floats:
+        """Of the values, (P,); infinite where the measurements do not tell."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @cached_property
+    def intervals(self) -> Floats:
+        """Intervals that hold the truth with a probability of 95 %, (P, 2)."""
+        half = _95_PERCENT * self.standard_deviations
+        return np.column_stack([self.values - half, self.values + half])
+
+    @cached_property
+    def correlations(self) -> Floats:
+        """Correlations of the values, (P, P); NaN where a variance is infinite."""
+        sizes = self.standard_deviations
+        known = np.where(np.isfinite(sizes), sizes, np.nan)
+        found: Floats = self.covariance / np.outer(known, known)
+        return found
+
+    @cached_property
+    def by_path(self) -> dict[str, float]:
+        """The values by their paths, as ``Robot.with_parameters`` takes them."""
+        return dict(zip(self.parameters, self.values.tolist(), strict=True))
+
+    def differences(self, calibrated: bool = True) -> dict[str, Floats]:
+        """Predicted minus measured in SI units, by kind: position, rotation, motors, efforts.
+
+        Args:
+            calibrated: With the parameters found, else with those before.
+        """
+        found: dict[str, list[Floats]] = {kind: [] for kind in _KINDS}
+        equilibria = self.after if calibrated else self.before
+        for row, equilibrium in zip(self.rows, equilibria, strict=True):
+            each, count = row.differences(equilibrium), equilibrium.robot.motor_count
+            edges = (0, 3, 6, 6 + count, 6 + 2 * count)
+            for kind, first, last in zip(_KINDS, edges[:-1], edges[1:], strict=True):
+                found[kind].append(each[(row.places >= first) & (row.places < last)])
+        return {
+            kind: np.concatenate(parts)
+            for kind, parts in found.items()
+            if any(part.size for part in parts)
+        }

@@ -1,0 +1,170 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Measurements that look like other units, another order of numbers, or a sensor that is stuck."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description.plausibility import quaternion_order_doubt, request_doubt
+from ..errors import InvalidRequest
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
+from .compared import ComparedRow
+from .measurements import Measurement
+
+__all__ = ["check_measured", "fit_doubts", "measured_doubts"]
+
+Floats = NDArray[np.float64]
+
+#: Ratios of measured to predicted numbers between which one unit is taken for another.
+_THOUSAND = (200.0, 5000.0)
+#: Fewest rows of which something can be said together.
+_FEW = 3
+#: A sensor that shows the same is stuck where predictions differ by so many standard deviations.
+_DIFFERENT = 10.0
+#: Residuals over stated deviations, either way, that are beyond chance; fewest degrees of freedom.
+_BEYOND, _FREE = 1.6, 8
+
+
+def check_measured(
+    robot: Robot, rows: Sequence[Measurement], predicted: Sequence[Equilibrium] | None = None
+) -> None:
+    """Whether measurements are in the units and the order that are expected.
+
+    Args:
+        robot: The robot as it is described.
+        rows: Checked measurements.
+        predicted: Equilibria of the rows; without them only what needs none is looked at.
+
+    Raises:
+        InvalidRequest: They are not; names the first such row.
+    """
+    for row in rows:
+        motors = row.motors if row.motors is not None and np.isfinite(row.motors).all() else None
+        position = row.position
+        if position is not None and not np.isfinite(position).all():
+            position = None
+        doubt = request_doubt(robot.description, motors, position)
+        if doubt:
+            raise InvalidRequest(row.label, doubt)
+    if predicted is None:
+        return
+    pairs = [
+        (row, quaternion_order_doubt(row.quaternion_wxyz, equilibrium.platform_quaternion))
+        for row, equilibrium in zip(rows, predicted, strict=True)
+        if row.quaternion_wxyz is not None
+    ]
+    doubtful = [(row, doubt) for row, doubt in pairs if doubt]
+    if 2 * len(doubtful) > len(pairs):
+        row, doubt = doubtful[0]
+        more = f", as in {len(doubtful)} of {len(pairs)} rows" if len(pairs) > 1 else ""
+        raise InvalidRequest(row.named("quaternion_wxyz"), f"{doubt}{more}")
+    for name, unit, predictions in (
+        ("position", "m", [found.platform_position for found in predicted]),
+        ("efforts", "N m or N", [found.efforts for found in predicted]),
+    ):
+        ratio = _ratio([getattr(row, name) for row in rows], predictions)
+        for seen in (ratio, 1.0 / ratio):
+            if _THOUSAND[0] < seen < _THOUSAND[1]:
+                many = "times as large as" if seen is ratio else "times smaller than"
+                problem = f"about {seen:.0f} {many} predicted: another unit? expected {unit}"
+                raise InvalidRequest(f"measurements: {name}", problem)
+
+
+def _ratio(measured: Sequence[Floats | None], predicted: Sequence[Floats]) -> float:
+    """Typical size of what was measured over that of what was predicted; 1 where neither tells."""
+    sizes = [
+        (abs(value), abs(other))
+        for row, prediction in zip(measured, predicted, strict=True)
+        if row is not None
+        for value, other in zip(row, prediction, strict=True)
+        if np.isfinite(value)
+    ]
+    if not sizes:
+        return 1.0
+    seen, foretold = np.median(np.array(sizes), axis=0)
+    return float(seen / foretold) if seen > 0.0 and foretold > 0.0 else 1.0
+
+
+def measured_doubts(
+    rows: Sequence[ComparedRow], predicted: Sequence[Equilibrium]
+) -> tuple[str, ...]:
+    """Sensors and motors that seem to be stuck, one line each."""
+    robot, found = predicted[0].robot, []
+    for name, place, values, foretold, deviation in _columns(rows, predicted):
+        if len(values) < _FEW or np.ptp(values) > 0.0:
+            continue
+        if np.ptp(foretold) > _DIFFERENT * deviation:
+            found.append(
+                f"{name}{place} is {values[0]:g} in all {len(values)} rows, though it should vary by "
+                f"{np.ptp(foretold):.3g}: a sensor that is stuck?"
+            )
+    driven = [
+        row.measurement.motors
+        for row in rows
+        if row.problem == "motors" and row.measurement.motors is not None
+    ]
+    if len(driven) >= _FEW:
+        ranges = np.ptp(np.array(driven), axis=0)
+        for number in np.flatnonzero(ranges == 0.0) if ranges.any() else ():
+            found.append(
+                f"motors: {robot.motor_names[number]} is {driven[0][number]:g} in all {len(driven)} "
+                "rows, while others move: a reading that is stuck?"
+            )
+    return tuple(found)
+
+
+def _columns(
+    rows: Sequence[ComparedRow], predicted: Sequence[Equilibrium]
+) -> Iterator[tuple[str, str, Floats, Floats, float]]:
+    """What was compared column by column: its name, measured, predicted, standard deviation."""
+    robot, count = predicted[0].robot, predicted[0].robot.motor_count
+    names = [("position ", axis) for axis in "xyz"] + [("", "")] * 3
+    names += [("motors: ", name) for name in robot.motor_names]
+    names += [("efforts: ", name) for name in robot.motor_names]
+    for place in (*range(3), *range(6, 6 + 2 * count)):
+        values, foretold, deviations = [], [], [0.0]
+        for row, equilibrium in zip(rows, predicted, strict=True):
+            if place not in row.places:
+                continue
+            at = int(np.searchsorted(row.places, place))
+            all_of = (equilibrium.platform_position, np.zeros(3), equilibrium.motors)
+            foretold.append(float(np.concatenate([*all_of, equilibrium.efforts])[place]))
+            values.append(foretold[-1] - float(row.differences(equilibrium)[at]))
+            deviations.append(float(row.deviations[at]))
+        rounded = np.round(np.array(values), 14)
+        yield (*names[place], rounded, np.array(foretold), max(deviations))
+    turned = [row for row in rows if row.measurement.rotation is not None and 3 in row.places]
+    if turned:
+        poses = [
+            (row.measurement.quaternion_wxyz, equilibrium.platform_quaternion)
+            for row, equilibrium in zip(rows, predicted, strict=True)
+            if row.measurement.quaternion_wxyz is not None
+        ]
+        own, other = np.array(poses).transpose(1, 0, 2)
+        for axis, name in enumerate("wxyz"):
+            yield "quaternion ", name, own[:, axis], other[:, axis], float(turned[0].deviations[-1])
+
+
+def fit_doubts(fit: float, freedom: int) -> tuple[str, ...]:
+    """What residuals say of the standard deviations that were stated.
+
+    Args:
+        fit: Root mean square of the residuals in standard deviations.
+        freedom: Degrees of freedom.
+    """
+    if freedom < _FREE or 1.0 / _BEYOND < fit < _BEYOND:
+        return ()
+    if fit > 1.0:
+        return (
+            f"residuals are {fit:.3g} times as large as the standard deviations say: outliers, standard "
+            "deviations that are too small, or a robot that differs in more than these parameters",
+        )
+    return (
+        f"residuals are {fit:.2g} times what the standard deviations say: these may be too large",
+    )

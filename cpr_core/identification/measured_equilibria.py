@@ -1,0 +1,154 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The equilibria at which measurements were made: found once, then followed as the robot changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description.inherited_loads import inherited_loads
+from ..description.loads import Loads
+from ..errors import CprError, InvalidRequest
+from ..kernels.square_problem import Tolerances
+from ..model.equilibrium import Equilibrium, corrected
+from ..model.robot import Robot
+from ..solving.continued import continued
+from ..solving.home import solve_home
+from ..solving.limits import margins, violated
+from ..solving.near_request import solve_near
+from ..solving.not_reached import NotReached
+from ..solving.solve_from import solve_from
+from ..solving.targets import MotorTarget, ProblemName
+from .measurements import Drive, Measurement, driven_by
+
+__all__ = ["first_equilibria", "followed"]
+
+Floats = NDArray[np.float64]
+
+#: Rows without an equilibrium that an error names one by one.
+_NAMED = 5
+
+
+def first_equilibria(
+    robot: Robot,
+    rows: Sequence[Measurement],
+    start: Equilibrium | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Equilibrium]:
+    """The equilibrium of every row, on the branch of a start; each from the nearest one known.
+
+    Args:
+        robot: The robot as it is described.
+        rows: Checked measurements.
+        start: Equilibrium whose branch is followed; default home.
+        progress: Called with the fraction of rows that are done.
+
+    Raises:
+        InvalidRequest: Rows have no equilibrium on the branch; names them.
+    """
+    home = solve_home(robot) if start is None else start
+    known, found = [home], []
+    failures: list[str] = []
+    for number, row in enumerate(rows):
+        try:
+            found.append(_solved(known, row))
+            known.append(found[-1])
+        except CprError as error:
+            failures.append(f"{row.label}: {error}")
+        if progress is not None:
+            progress((number + 1) / len(rows))
+    if failures:
+        more = f"; and {len(failures) - _NAMED} more" if len(failures) > _NAMED else ""
+        text = "; ".join(failures[:_NAMED])
+        counted = (
+            f"{len(failures)} of {len(rows)} rows have no equilibrium near the described robot"
+        )
+        raise InvalidRequest("measurements", f"{counted}: {text}{more}")
+    return found
+
+
+def _solved(known: Sequence[Equilibrium], row: Measurement) -> Equilibrium:
+    """The equilibrium of a row, from the nearest of some; from the first one where that fails.
+
+    Raises:
+        CprError: There is none.
+    """
+    robot = known[0].robot
+    drive = driven_by(robot, row)
+    loads = robot.default_loads if row.loads is None else row.loads
+    nearest = min(known, key=lambda other: _distance(other, drive))
+    if drive.problem == "motors" and (found := _one_step(nearest, drive.values, loads)) is not None:
+        return found
+    try:
+        return solve_from(nearest, drive.problem, drive.values, loads=loads)
+    except NotReached:
+        if nearest is known[0]:
+            raise
+        return solve_from(known[0], drive.problem, drive.values, loads=loads)
+
+
+def _distance(equilibrium: Equilibrium, drive: Drive) -> float:
+    """How far an equilibrium is from what drives another one, in what that is measured in."""
+    own = {"motors": equilibrium.motors, "efforts": equilibrium.efforts, "pose": equilibrium.pose}
+    return float(np.linalg.norm(own[drive.problem] - drive.values))
+
+
+def _one_step(start: Equilibrium, motors: Floats, loads: Loads) -> Equilibrium | None:
+    """The equilibrium of a row in two single steps, of motors and of loads; None: a walk has to tell."""
+    robot = start.robot
+    if not start.loads.conservative(robot.planar) or not loads.conservative(robot.planar):
+        return None
+    moved = solve_near(start, MotorTarget(motors), stable_only=False)
+    if moved is None or moved.loads is loads:
+        return moved
+    return _under(moved, robot, loads)
+
+
+def _under(before: Equilibrium, robot: Robot, loads: Loads) -> Equilibrium | None:
+    """The equilibrium at the same motors in one step; None where something may happen on it."""
+    found = corrected(robot, loads, robot.load_arrays(loads), before.record, Tolerances())
+    if not found.converged or found.index_locked != before.index_locked:
+        return None
+    if violated(robot, margins(found)):
+        return None
+    return found
+
+
+def followed(
+    before: Sequence[Equilibrium], robot: Robot, problems: Sequence[ProblemName]
+) -> list[Equilibrium]:
+    """The same equilibria of a robot with other parameters, on their branches.
+
+    Args:
+        before: Equilibria of the robot as it was.
+        robot: The robot as it is.
+        problems: What every one of them is driven by.
+
+    Raises:
+        NotReached: A branch ends between the two, or the robots are too far from each other.
+    """
+    own: dict[int, Loads] = {}  # one for all rows that share them: what is found for loads is kept
+    for equilibrium in before:
+        loads, first = equilibrium.loads, equilibrium.robot
+        if id(loads) not in own:
+            own[id(loads)] = inherited_loads(loads, first.default_loads, robot.default_loads)
+    return [
+        _followed(equilibrium, robot, problem, own[id(equilibrium.loads)])
+        for equilibrium, problem in zip(before, problems, strict=True)
+    ]
+
+
+def _followed(before: Equilibrium, robot: Robot, problem: ProblemName, loads: Loads) -> Equilibrium:
+    """One of them, with the motors held in one step: whoever tries robots tries one that is nearer."""
+    if before.robot is robot:
+        return before
+    if problem == "motors" and loads.conservative(robot.planar):
+        found = _under(before, robot, loads)
+        if found is None:
+            raise NotReached("no equilibrium is near the one of another robot", 0.0, before)
+        return found
+    return continued(before, robot, problem)

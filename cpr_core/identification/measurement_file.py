@@ -1,0 +1,189 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Measurements in CSV files: a header with names of columns, a row for every equilibrium.
+
+docs/calibration.md has the columns. SI units; an empty cell was not measured.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..description.loads import Loads
+from ..errors import InvalidRequest
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
+from .measurements import Measurement, driven_by
+
+__all__ = ["read_measurements", "write_poses"]
+
+_POSITION = ("x", "y", "z")
+_QUATERNION = ("qw", "qx", "qy", "qz")
+#: In the order of ``Loads.wrench_world``.
+_WRENCH = ("mx", "my", "mz", "fx", "fy", "fz")
+#: Mistakes that an error names one by one.
+_NAMED = 8
+
+
+def read_measurements(
+    robot: Robot, file: str | Path, loads: Loads | None = None
+) -> tuple[Measurement, ...]:
+    """Measurements of a robot from a CSV file.
+
+    Args:
+        robot: The robot; its motors name columns.
+        file: The file.
+        loads: Loads in force where a row has no wrench of its own; default those of the description.
+
+    Raises:
+        InvalidRequest: A file that cannot be read, columns that are not known or there twice, or rows
+            that are no measurements; names lines and columns.
+    """
+    place = Path(file)
+    try:
+        with place.open(newline="", encoding="utf-8-sig") as opened:
+            lines = list(_lines(opened.read().splitlines()))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidRequest("measurements", f"{place}: cannot be read: {error}") from None
+    if len(lines) < 2:
+        raise InvalidRequest("measurements", f"{place}: expected a header and at least one row")
+    header = [name.strip() for name in lines[0][1]]
+    _check_header(robot, place, header)
+    found, problems = [], []
+    for number, cells in lines[1:]:
+        try:
+            found.append(_measurement(robot, header, number, cells, loads))
+        except InvalidRequest as error:
+            problems.append(str(error))
+    if problems:
+        more = f"; and {len(problems) - _NAMED} more" if len(problems) > _NAMED else ""
+        raise InvalidRequest("measurements", f"{place}: {'; '.join(problems[:_NAMED])}{more}")
+    return tuple(found)
+
+
+def _lines(texts: Sequence[str]) -> list[tuple[int, list[str]]]:
+    """Lines that are neither empty nor comments, with their numbers."""
+    return [
+        (number, next(csv.reader([text])))
+        for number, text in enumerate(texts, start=1)
+        if text.strip().strip(",") and not text.lstrip().startswith("#")
+    ]
+
+
+def _columns(robot: Robot) -> tuple[str, ...]:
+    """Names that columns can have."""
+    efforts = tuple(f"effort:{name}" for name in robot.motor_names)
+    return (*robot.motor_names, *_POSITION, *_QUATERNION, *efforts, *_WRENCH)
+
+
+def _check_header(robot: Robot, place: Path, header: Sequence[str]) -> None:
+    """Whether all columns are known.
+
+    Raises:
+        InvalidRequest: One is not, or is there twice.
+    """
+    known = _columns(robot)
+    for name in header:
+        if name not in known:
+            nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+            meant = f", did you mean {nearest[0]}?" if nearest else ""
+            raise InvalidRequest(
+                "measurements",
+                f"{place}: line 1: no column is called {name!r:.60}{meant}; "
+                f"expected some of {', '.join(known)}",
+            )
+        if list(header).count(name) > 1:
+            raise InvalidRequest("measurements", f"{place}: line 1: column {name} is there twice")
+
+
+def _measurement(
+    robot: Robot, header: Sequence[str], number: int, cells: Sequence[str], loads: Loads | None
+) -> Measurement:
+    """A row.
+
+    Raises:
+        InvalidRequest: It is none; names line and column.
+    """
+    line = f"line {number}"
+    if len(cells) != len(header):
+        raise InvalidRequest(line, f"expected {len(header)} cells, got {len(cells)}")
+    values: dict[str, float] = {}
+    for name, cell in zip(header, cells, strict=True):
+        text = cell.strip()
+        if not text:
+            continue
+        try:
+            value = float(text)
+        except ValueError:
+            expected = "expected a number, or nothing where nothing was measured"
+            raise InvalidRequest(
+                f"{line}, column {name}", f"{expected}, got {text!r:.60}"
+            ) from None
+        if not math.isfinite(value):
+            raise InvalidRequest(f"{line}, column {name}", f"expected a finite number, got {text}")
+        values[name] = value
+
+    def some(names: Sequence[str]) -> list[float | None] | None:
+        each = [values.get(name) for name in names]
+        return each if any(value is not None for value in each) else None
+
+    wrench = some(_WRENCH)
+    if wrench is not None:
+        base = robot.default_loads if loads is None else loads
+        loads = base.with_(wrench_world=[value or 0.0 for value in wrench])
+    row = Measurement(
+        motors=some(robot.motor_names),  # type: ignore[arg-type]
+        position=some(_POSITION),  # type: ignore[arg-type]
+        quaternion_wxyz=some(_QUATERNION),  # type: ignore[arg-type]
+        efforts=some([f"effort:{name}" for name in robot.motor_names]),  # type: ignore[arg-type]
+        loads=loads,
+        label=line,
+    )
+    driven_by(robot, row)
+    return row
+
+
+def write_poses(file: str | Path, equilibria: Sequence[Equilibrium]) -> None:
+    """Write motors, wrench and expected poses: to be measured, and replaced by what is.
+
+    Args:
+        file: CSV file to write, in the format ``read_measurements`` takes.
+        equilibria: What to go to, of one robot.
+
+    Raises:
+        InvalidRequest: The file cannot be written.
+    """
+    robot = equilibria[0].robot
+    loaded = any(equilibrium.loads.wrench_world.any() for equilibrium in equilibria)
+    posed = _POSITION if robot.description.point_platform else (*_POSITION, *_QUATERNION)
+    header = [*robot.motor_names, *posed, *(_WRENCH if loaded else ())]
+    try:
+        with Path(file).open("w", newline="", encoding="utf-8") as opened:
+            writer = csv.writer(opened)
+            writer.writerow(header)
+            for equilibrium in equilibria:
+                values = _values(equilibrium)
+                writer.writerow([f"{values[name]:.9g}" for name in header])
+    except OSError as error:
+        raise InvalidRequest("out", f"{file}: cannot be written: {error}") from None
+
+
+def _values(equilibrium: Equilibrium) -> Mapping[str, float]:
+    """Numbers of an equilibrium by column."""
+    names = (*equilibrium.robot.motor_names, *_POSITION, *_QUATERNION, *_WRENCH)
+    numbers = np.concatenate(
+        [
+            equilibrium.motors,
+            equilibrium.platform_position,
+            equilibrium.platform_quaternion,
+            equilibrium.loads.wrench_world,
+        ]
+    )
+    return dict(zip(names, numbers.tolist(), strict=True))

@@ -1,0 +1,254 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What was measured of a robot, row by row; what is not there was not measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description.loads import Loads
+from ..errors import InvalidRequest, NonFiniteInput
+from ..lie import roll_pitch_yaw, rotation_from_quaternion
+from ..model.robot import Robot
+from ..solving.requests import pose_meaning
+from ..solving.targets import ProblemName
+from ..validation import checked_number
+
+__all__ = ["Drive", "Measurement", "StandardDeviations", "checked_measurements", "driven_by"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """What was measured at one equilibrium; None is what was not, also in place of single numbers.
+
+    Motors drive the equilibrium where all of them are given, and are exact then. Without them the
+    controlled coordinates of the pose drive it, without these the efforts of all motors. All else is
+    compared with what follows.
+
+    Attributes:
+        motors: Motor positions in motor order, (n,) [rad or m].
+        position: Of the platform origin in the world, (3,) [m].
+        quaternion_wxyz: Orientation of the platform in the world, (4,), all or nothing.
+        efforts: Motor efforts on the rods in motor order, (n,) [N m or N].
+        loads: Loads in force; None: those of the description.
+        label: What errors call it, such as ``line 7``; empty: its number.
+    """
+
+    motors: Floats | None = None
+    position: Floats | None = None
+    quaternion_wxyz: Floats | None = None
+    efforts: Floats | None = None
+    loads: Loads | None = None
+    label: str = ""
+
+    def __post_init__(self) -> None:
+        """Make arrays of numbers, with NaN where there is none.
+
+        Raises:
+            InvalidRequest: No numbers, or too few of them.
+            NonFiniteInput: A NaN or an infinity was given.
+            InvalidQuaternion: A quaternion far from unit length.
+        """
+        for name, size in (("motors", 0), ("position", 3), ("quaternion_wxyz", 4), ("efforts", 0)):
+            value = _numbers(self.named(name), getattr(self, name), size)
+            object.__setattr__(self, name, value)
+        if self.loads is not None and not isinstance(self.loads, Loads):
+            raise InvalidRequest(self.named("loads"), f"expected Loads, got {self.loads!r:.80}")
+        _ = self.rotation
+
+    def named(self, field: str) -> str:
+        """What errors call one of its fields."""
+        return f"{self.label}: {field}" if self.label else field
+
+    @cached_property
+    def rotation(self) -> Floats | None:
+        """The orientation as a matrix, (3, 3); None where it was not measured.
+
+        Raises:
+            InvalidQuaternion: A quaternion far from unit length.
+        """
+        if self.quaternion_wxyz is None:
+            return None
+        try:
+            return rotation_from_quaternion(self.quaternion_wxyz)
+        except InvalidRequest as error:
+            raise type(error)(self.named("quaternion_wxyz"), error.problem) from None
+
+
+def _numbers(name: str, value: Any, size: int) -> Floats | None:
+    """Numbers of a field, NaN for None; None where none of them is given.
+
+    Raises:
+        InvalidRequest: Something else, another count, or part of a quaternion.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    if value is None:
+        return None
+    try:
+        entries = list(value)
+        given = [entry for entry in entries if entry is not None]
+        if any(isinstance(entry, str | bytes | bool) for entry in given):
+            raise TypeError
+        found = np.array([math.nan if entry is None else float(entry) for entry in entries])
+    except (TypeError, ValueError):
+        raise InvalidRequest(name, f"expected numbers or None, got {value!r:.200}") from None
+    if size and len(found) != size:
+        raise InvalidRequest(name, f"expected {size} numbers, got {len(found)}")
+    if not np.isfinite(np.array(given, float)).all():
+        problem = f"expected finite numbers, None where nothing was measured, got {found.tolist()}"
+        raise NonFiniteInput(name, problem)
+    if not given:
+        return None
+    if size == 4 and len(given) < size:
+        raise InvalidRequest(name, f"expected all of w x y z or none, got {entries}")
+    found.flags.writeable = False
+    return found
+
+
+@dataclass(frozen=True)
+class StandardDeviations:
+    """How exact measurements are; None: never compared, and an error where it would have to be.
+
+    Attributes:
+        position: Of every coordinate of the platform [m].
+        rotation: Of the orientation about every axis [rad].
+        motors: Of motor positions that do not drive [rad or m].
+        efforts: Of motor efforts that do not drive [N m or N].
+    """
+
+    position: float | None = None
+    rotation: float | None = None
+    motors: float | None = None
+    efforts: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check them.
+
+        Raises:
+            InvalidRequest: One that is not a positive number.
+        """
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is not None and checked_number(f"deviations.{field.name}", value) <= 0.0:
+                problem = f"expected a positive standard deviation, got {value:g}"
+                raise InvalidRequest(f"deviations.{field.name}", problem)
+
+    def of(self, kind: str) -> float:
+        """The one of a kind of measurement.
+
+        Raises:
+            InvalidRequest: It is not given.
+        """
+        value: float | None = getattr(self, kind)
+        if value is None:
+            known = f"expected the standard deviation of {kind}, of which there are measurements"
+            raise InvalidRequest(f"deviations.{kind}", known)
+        return value
+
+
+def checked_measurements(robot: Robot, rows: Sequence[Measurement]) -> tuple[Measurement, ...]:
+    """Measurements that fit a robot, with labels.
+
+    Raises:
+        InvalidRequest: None, numbers of other robots, or a row in which nothing drives the equilibrium.
+    """
+    if not isinstance(rows, Sequence) or not rows:
+        raise InvalidRequest("measurements", f"expected at least one Measurement, got {rows!r:.80}")
+    found = []
+    for number, row in enumerate(rows):
+        if not isinstance(row, Measurement):
+            problem = f"expected a Measurement, got {row!r:.80}"
+            raise InvalidRequest(f"measurements[{number}]", problem)
+        named = row if row.label else _changed(row, label=f"measurements[{number}]")
+        for name in ("motors", "efforts"):
+            value = getattr(row, name)
+            if value is not None and len(value) != robot.motor_count:
+                problem = f"expected {robot.motor_count} numbers ({robot.motor_list})"
+                raise InvalidRequest(named.named(name), f"{problem}, got {len(value)}")
+        driven_by(robot, named)
+        found.append(named)
+    return _with_shared_loads(tuple(found))
+
+
+def _with_shared_loads(rows: tuple[Measurement, ...]) -> tuple[Measurement, ...]:
+    """The same, equal loads being one object: what is found for loads is kept with them."""
+    known: list[Loads] = []
+    found = []
+    for row in rows:
+        if row.loads is None:
+            found.append(row)
+            continue
+        same = next((loads for loads in known if _equal(loads, row.loads)), None)
+        known += [row.loads] if same is None else []
+        found.append(row if same is None else _changed(row, loads=same))
+    return tuple(found)
+
+
+def _equal(first: Loads, second: Loads) -> bool:
+    """Whether loads are the same; those with forces on rods only where they are one object."""
+    if first is second:
+        return True
+    if first.distributed or first.points or second.distributed or second.points:
+        return False
+    names = ("gravity", "rod_force", "wrench_world", "wrench_body")
+    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in names)
+
+
+def _changed(row: Measurement, **fields: Any) -> Measurement:
+    """The same with other fields that need no check."""
+    copied = object.__new__(Measurement)
+    copied.__dict__.update(row.__dict__ | fields)
+    return copied
+
+
+class Drive(NamedTuple):
+    """What an equilibrium follows from.
+
+    Attributes:
+        problem: ``motors``, ``pose`` or ``efforts``.
+        values: As a request has them.
+    """
+
+    problem: ProblemName
+    values: Floats
+
+
+def driven_by(robot: Robot, row: Measurement) -> Drive:
+    """What of a row its equilibrium follows from.
+
+    Raises:
+        InvalidRequest: Nothing does.
+    """
+    if row.motors is not None and np.isfinite(row.motors).all():
+        return Drive("motors", row.motors)
+    if robot.description.controlled and not robot.redundancy:
+        pose = _pose(robot, row)
+        if np.isfinite(pose).all():
+            return Drive("pose", pose)
+    if row.efforts is not None and np.isfinite(row.efforts).all():
+        return Drive("efforts", row.efforts)
+    problem = "expected all motors, else all controlled coordinates, else all efforts"
+    raise InvalidRequest(row.label, f"nothing drives this row: {problem}")
+
+
+def _pose(robot: Robot, row: Measurement) -> Floats:
+    """The controlled coordinates of a row as the inverse problem takes them, NaN where not measured."""
+    values: dict[str, float] = {}
+    if row.position is not None:
+        values |= dict(zip("xyz", row.position.tolist(), strict=True))
+    if row.rotation is not None and row.quaternion_wxyz is not None:
+        rotation = row.rotation
+        values |= dict(zip(("qw", "qx", "qy", "qz"), row.quaternion_wxyz.tolist(), strict=True))
+        values |= dict(zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation), strict=True))
+        values["angle"] = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+    return np.array([values.get(name, math.nan) for name in pose_meaning(robot)])

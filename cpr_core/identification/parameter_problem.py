@@ -1,0 +1,157 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The least sum of squares over robots with other parameters, each with its equilibria."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from ..errors import DescriptionError
+from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
+from ..solving.not_reached import NotReached
+from ..solving.targets import ProblemName
+from .compared import ComparedRow
+from .measured_equilibria import followed
+from .robust_loss import Loss, loss_width
+from .undetermined import unseen_directions
+
+__all__ = ["TRIED", "ParameterProblem", "solution"]
+
+Floats = NDArray[np.float64]
+
+#: Change of the sum of squares, and of the parameters in natural units, at which nothing is left to do.
+_SQUARES, _PARAMETERS = 1e-6, 1e-9
+#: Residual of rows whose robot or equilibrium does not exist: a trial step is never taken there.
+_REFUSED = 1e12
+#: Change of the parameters, in natural units, over which derivatives are taken for constant:
+#: standard deviations differ by less than a hundredth for it.
+_SAME = 1e-2
+#: Robots that are tried at most, by one loss.
+TRIED = 60
+#: Times that what is not determined is looked for again: it may be other directions at the answer.
+_ROUNDS = 3
+
+
+@dataclass(eq=False)
+class ParameterProblem:
+    """What is compared as a function of the parameters' changes in natural units; keeps the last one.
+
+    Attributes:
+        robot: As it is described.
+        paths: Of the parameters, P.
+        values: Of the parameters in the description, (P,).
+        scales: Their natural units, (P,).
+        rows: How rows are compared.
+        before: Equilibria of the rows.
+        tell: Called with the fraction of what is to be done, roughly.
+        settled: Whether the last descent came to its end.
+    """
+
+    robot: Robot
+    paths: tuple[str, ...]
+    values: Floats
+    scales: Floats
+    rows: tuple[ComparedRow, ...]
+    before: list[Equilibrium]
+    tell: Callable[[float], None]
+
+    def __post_init__(self) -> None:
+        self._kept: list[tuple[Floats, list[Equilibrium]]] = [
+            (np.zeros(len(self.paths)), self.before)
+        ]
+        self._problems: list[ProblemName] = [row.problem for row in self.rows]
+        self._robots = 0
+        self.settled = True
+        self._rates: tuple[Floats, Floats] | None = None
+
+    def values_at(self, change: Floats) -> Floats:
+        """Values of the parameters, (P,)."""
+        return self.values + self.scales * change
+
+    def equilibria(self, change: Floats) -> list[Equilibrium]:
+        """Equilibria of all rows.
+
+        Raises:
+            DescriptionError: There is no such robot.
+            NotReached: A branch ends before.
+        """
+        for known, found in self._kept:
+            if np.array_equal(known, change):
+                return found
+        _, nearest = min(self._kept, key=lambda kept: float(np.abs(kept[0] - change).max()))
+        values = dict(zip(self.paths, self.values_at(change).tolist(), strict=True))
+        robot = self.robot.with_parameters(values)
+        found = followed(nearest, robot, self._problems)
+        self._robots += 1
+        self.tell(1.0 - 0.5 * 0.8**self._robots)
+        self._kept = [self._kept[0], *self._kept[1:][-1:], (change.copy(), found)]
+        return found
+
+    def residual(self, change: Floats) -> Floats:
+        """What is compared, in standard deviations, (M,); far off where there is no such robot."""
+        try:
+            pairs = zip(self.rows, self.equilibria(change), strict=True)
+        except (DescriptionError, NotReached):
+            return np.full(sum(len(row.places) for row in self.rows), _REFUSED)
+        return np.concatenate([row.residual(equilibrium) for row, equilibrium in pairs])
+
+    def rates(self, change: Floats) -> Floats:
+        """Its derivatives by the changes, here or next to here, (M, P)."""
+        if self._rates is None or np.abs(self._rates[0] - change).max() > _SAME:
+            pairs = zip(self.rows, self.equilibria(change), strict=True)
+            each = [row.rates(equilibrium, self.paths) for row, equilibrium in pairs]
+            self._rates = change.copy(), np.vstack(each) * self.scales
+        return self._rates[1]
+
+
+def solution(problem: ParameterProblem, limits: Floats, loss: Loss) -> Floats:
+    """Changes of the parameters with the least loss, (P,).
+
+    Directions in which nothing changes are held by residuals of their own, which want them to stay;
+    those are looked for again where they may have changed.
+    """
+    change = np.zeros(len(problem.paths))
+    # Where all residuals are large a robust loss has nearly no curvature, or several minima.
+    losses: dict[Loss, tuple[Loss, ...]] = {"linear": (), "cauchy": ("linear", "soft_l1")}
+    for easier in losses.get(loss, ("linear",)):
+        change = _descended(problem, change, limits, easier)
+    return _descended(problem, change, limits, loss)
+
+
+def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: Loss) -> Floats:
+    """The same by one loss, from changes that are near."""
+    bounds = (limits - problem.values) / problem.scales
+    for _ in range(_ROUNDS):
+        unseen = unseen_directions(problem.rates(change))
+        hold = np.abs(problem.rates(change)).max() * unseen
+
+        def residual(at: Floats, begin: Floats = change, hold: Floats = hold) -> Floats:
+            return np.concatenate([problem.residual(at), hold @ (at - begin)])
+
+        def rates(at: Floats, hold: Floats = hold) -> Floats:
+            return np.vstack([problem.rates(at), hold])
+
+        found = scipy.optimize.least_squares(
+            residual,
+            change,
+            rates,
+            bounds=bounds,
+            loss=loss,
+            f_scale=loss_width(loss),
+            ftol=_SQUARES,
+            xtol=_PARAMETERS,
+            gtol=None,
+            max_nfev=TRIED,
+        )
+        change = np.asarray(found.x)
+        problem.settled = found.status > 0
+        if len(unseen_directions(problem.rates(change))) >= len(unseen):
+            break
+    return change

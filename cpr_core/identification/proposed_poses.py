@@ -1,0 +1,239 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Where to measure, so that parameters become as exact as so many measurements can make them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..blas_threads import on_one_blas_thread
+from ..description.changed_description import named_parameters
+from ..description.loads import Loads
+from ..description.parameters import checked_paths
+from ..errors import InvalidRequest
+from ..model.equilibrium import Equilibrium
+from ..model.residual_rates import parameter_scale
+from ..model.robot import Robot, checked_robot
+from ..solving.geometrico_statics import solve_forward
+from ..solving.home import solve_home
+from ..solving.not_reached import NotReached
+from ..validation import checked_count, checked_number
+from .compared import compared_row
+from .measurements import Measurement, StandardDeviations
+from .undetermined import unseen_directions, unseen_in_words
+
+__all__ = ["ProposedPoses", "propose_poses"]
+
+Floats = NDArray[np.float64]
+
+#: Candidates for every pose that is asked for.
+_CANDIDATES = 20
+#: Motors are tried this far from home, in radians and rod lengths, within their limits.
+_REACH = 0.5
+#: Smallest margin of stability of a pose.
+_MARGIN = 0.2
+#: Information that is there before any measurement, over that of all candidates.
+_BEFORE = 1e-9
+#: Times that all poses are looked at again for better ones.
+_ROUNDS = 10
+
+
+@dataclass(frozen=True, eq=False)
+class ProposedPoses:
+    """Poses to measure.
+
+    Attributes:
+        equilibria: Where to go, in an order in which motors move little.
+        parameters: Paths of the parameters to be found, P.
+        standard_deviations: Of the parameters after these measurements, (P,), in SI units; infinite
+            where they do not tell.
+        random: The same after as many random candidates, the median of many choices, (P,).
+        undetermined: What these measurements would not tell, one line each.
+    """
+
+    equilibria: tuple[Equilibrium, ...]
+    parameters: tuple[str, ...]
+    standard_deviations: Floats
+    random: Floats
+    undetermined: tuple[str, ...]
+
+
+@on_one_blas_thread
+def propose_poses(
+    robot: Robot,
+    parameters: str | Sequence[str],
+    deviations: StandardDeviations,
+    count: int = 20,
+    *,
+    loads: Sequence[Loads] = (),
+    reach: float = _REACH,
+    margin: float = _MARGIN,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> ProposedPoses:
+    """Poses that tell most about parameters: with the least volume of what is left in doubt.
+
+    Among random motor positions that the robot reaches from home, stably and within its limits, those
+    are chosen whose information matrix has the largest determinant (D-optimal), by exchange.
+
+    Args:
+        robot: The robot.
+        parameters: Paths of the numbers that are to be found.
+        deviations: Standard deviations of what will be measured; None is not measured. Motors drive.
+        count: Number of poses.
+        loads: Loads that can be put on, one of which acts on every pose; default the description's.
+        reach: Farthest that motors move from home, in radians and rod lengths.
+        margin: Smallest margin of stability.
+        seed: Of the random candidates.
+        progress: Called with the fraction of candidates that are done.
+
+    Raises:
+        InvalidRequest: No parameters, nothing to be measured, or no candidates.
+        UnknownParameter: There is no such number.
+    """
+    checked_robot(robot)
+    paths = checked_paths(parameters)
+    values = robot.parameter_values(paths)
+    count = checked_count("count", count, 1)
+    if not checked_number("reach", reach) > 0.0:
+        raise InvalidRequest("reach", f"expected a positive distance, got {reach:g}")
+    measured = [deviations.position, deviations.rotation, deviations.efforts]
+    if all(deviation is None for deviation in measured):
+        raise InvalidRequest("deviations", "expected one of position, rotation or efforts")
+    candidates = _candidates(robot, count, tuple(loads), (reach, margin, seed), progress)
+    named = named_parameters(robot.description, paths)
+    scales = np.array([parameter_scale(candidates[0], each) or each.size or 1.0 for each in named])
+    rates = np.array([_rates(each, deviations, paths) for each in candidates]) * scales
+    information = np.einsum("ckp,ckq->cpq", rates, rates)
+    chosen = _chosen(information, count)
+    unseen = unseen_directions(np.vstack(list(rates[chosen])))
+    generator = np.random.default_rng(seed)
+    several = [
+        _deviations(information[generator.choice(len(candidates), count, replace=False)])
+        for _ in range(100)
+    ]
+    hidden = np.abs(unseen).max(axis=0, initial=0.0) > 1e-3
+    after = np.where(hidden, np.inf, _deviations(information[chosen])) * scales
+    order = _short_way([candidates[number] for number in chosen])
+    return ProposedPoses(
+        tuple(order),
+        paths,
+        after,
+        np.where(hidden, np.inf, np.median(several, axis=0)) * scales,
+        unseen_in_words(unseen, scales, paths, values),
+    )
+
+
+def _candidates(
+    robot: Robot,
+    count: int,
+    loads: tuple[Loads, ...],
+    how: tuple[float, float, int],
+    progress: Callable[[float], None] | None,
+) -> list[Equilibrium]:
+    """Equilibria that can be gone to.
+
+    Raises:
+        InvalidRequest: There are fewer than poses asked for.
+    """
+    reach, margin, seed = how
+    home, generator = solve_home(robot), np.random.default_rng(seed)
+    units = robot.motor_units
+    limits = [motor.limits for motor in robot.description.motors]
+    low = np.maximum(home.motors - reach * units, [limit.lower for limit in limits])
+    high = np.minimum(home.motors + reach * units, [limit.upper for limit in limits])
+    wanted, found = _CANDIDATES * count, []
+    for number in range(wanted):
+        acting = loads[number % len(loads)] if loads else None
+        motors = generator.uniform(low, high)
+        try:
+            reached = solve_forward(robot, motors, start=home, loads=acting, stable_only=True)
+        except NotReached:
+            reached = None
+        if reached is not None and reached.margin >= margin:
+            found.append(reached)
+        if progress is not None:
+            progress((number + 1) / wanted)
+    if len(found) < count:
+        raise InvalidRequest(
+            "reach",
+            f"only {len(found)} of {wanted} random motor positions up to {reach:g} rad or rod lengths "
+            f"from home are reached stably with a margin of {margin:g}: expected at least {count}",
+        )
+    return found
+
+
+def _rates(
+    equilibrium: Equilibrium, deviations: StandardDeviations, paths: Sequence[str]
+) -> Floats:
+    """Derivatives by parameters of what would be measured, in standard deviations, (K, P)."""
+    row = Measurement(
+        motors=equilibrium.motors,
+        position=None if deviations.position is None else equilibrium.platform_position,
+        quaternion_wxyz=None if deviations.rotation is None else equilibrium.platform_quaternion,
+        efforts=None if deviations.efforts is None else equilibrium.efforts,
+        loads=equilibrium.loads,
+    )
+    return compared_row(row, equilibrium, deviations).rates(equilibrium, paths)
+
+
+def _chosen(information: Floats, count: int) -> list[int]:
+    """Numbers of candidates whose information together has a large determinant.
+
+    One after the other the best, then exchanged one by one while that helps.
+    """
+    total = information.sum(axis=0)
+    before = _BEFORE * np.trace(total) / len(total) * np.eye(len(total))
+    chosen: list[int] = []
+    known = before.copy()
+    for _ in range(count):
+        best = _best(information, known, chosen)
+        chosen.append(best)
+        known = known + information[best]
+    for _ in range(_ROUNDS):
+        exchanged = False
+        for place, old in enumerate(chosen):
+            others = [number for number in chosen if number != old]
+            without = before + information[others].sum(axis=0)
+            best = _best(information, without, others)
+            if _size(without + information[best]) > _size(without + information[old]) + 1e-9:
+                chosen[place], exchanged = best, True
+        if not exchanged:
+            break
+    return chosen
+
+
+def _best(information: Floats, known: Floats, taken: Sequence[int]) -> int:
+    """The candidate that adds most."""
+    sizes = np.linalg.slogdet(known + information)[1]
+    sizes[list(taken)] = -math.inf
+    return int(np.argmax(sizes))
+
+
+def _size(information: Floats) -> float:
+    """Logarithm of the determinant."""
+    return float(np.linalg.slogdet(information)[1])
+
+
+def _deviations(information: Floats) -> Floats:
+    """Standard deviations in natural units after measurements with information, (K, P, P)."""
+    covariance = np.linalg.pinv(information.sum(axis=0), rcond=1e-14, hermitian=True)
+    found: Floats = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return found
+
+
+def _short_way(equilibria: Sequence[Equilibrium]) -> list[Equilibrium]:
+    """The same from home on, each time to the nearest that is left."""
+    left, found = list(equilibria), []
+    at = solve_home(equilibria[0].robot).motors
+    while left:
+        distances = [float(np.abs(other.motors - at).max()) for other in left]
+        found.append(left.pop(int(np.argmin(distances))))
+        at = found[-1].motors
+    return found

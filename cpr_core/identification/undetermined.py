@@ -1,0 +1,74 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Changes of parameters that no measurement sees, and what to call them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+__all__ = ["unseen_directions", "unseen_in_words"]
+
+Floats = NDArray[np.float64]
+
+#: Singular values below this times the largest are those of rounding.
+_UNSEEN = 1e-7
+#: Coefficients below this are rounding in directions.
+_NOTHING = 1e-3
+
+
+def unseen_directions(rates: Floats) -> Floats:
+    """Directions in which nothing that is compared changes, orthonormal rows (K, P).
+
+    Args:
+        rates: Derivatives of what is compared by parameters in natural units, (M, P).
+    """
+    _, values, rows = linalg.svd(rates, full_matrices=True)
+    seen = int(np.sum(values > _UNSEEN * max(values.max(initial=0.0), np.finfo(float).tiny)))
+    found: Floats = rows[seen:]
+    return found
+
+
+def unseen_in_words(
+    directions: Floats, scales: Floats, paths: Sequence[str], values: Floats
+) -> tuple[str, ...]:
+    """What directions mean, one line each.
+
+    Args:
+        directions: Changes of the parameters that nothing shows, in natural units, rows (K, P).
+        scales: The natural units, (P,).
+        paths: Names of the parameters.
+        values: Of the parameters.
+    """
+    if not len(directions):
+        return ()
+    # As few parameters as possible in each: one is only in the first line, another in the second ...
+    _, upper, order = linalg.qr(directions, mode="economic", pivoting=True)
+    count = len(directions)
+    rows = np.zeros((count, len(paths)))
+    rows[:, order] = linalg.solve_triangular(upper[:, :count], upper)
+    rows[np.abs(rows) < _NOTHING] = 0.0
+    return tuple(_in_words(row * scales, paths, values) for row in rows)
+
+
+def _in_words(change: Floats, paths: Sequence[str], values: Floats) -> str:
+    """A direction in words."""
+    places = np.flatnonzero(change)
+    if len(places) == 1:
+        return f"{paths[places[0]]} is not determined"
+    first = places[0]
+    if len(places) == 2 and values[places].all():
+        last = places[1]
+        relative = change[places] / values[places]
+        power = relative[0] / relative[1]
+        if abs(power - 1.0) < 0.01:
+            return f"{paths[first]} and {paths[last]} are determined only as their ratio"
+        if abs(power + 1.0) < 0.01:
+            return f"{paths[first]} and {paths[last]} are determined only as their product"
+    size = np.abs(change[places]).max()
+    terms = ", ".join(f"{paths[place]} by {change[place] / size:+.3g}" for place in places)
+    return f"not determined, as nothing shows it when these change together: {terms}"

@@ -1,0 +1,154 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Commands ``cpr measure`` and ``cpr calibrate``: from proposed poses to a file that loads."""
+
+import csv
+import json
+
+import pytest
+
+import cpr_core
+from cpr_core.command_line import main
+
+PATHS = ("legs[0].motor.offset", "legs[1].motor.offset")
+DEVIATION = "position=1e-3"
+
+
+def run(capsys, *arguments):
+    status = main([str(argument) for argument in arguments])
+    output = capsys.readouterr()
+    return status, output.out, output.err
+
+
+@pytest.fixture
+def data(tmp_path, capsys):
+    """A file of poses that were proposed, with positions of a robot that has other offsets."""
+    file = tmp_path / "data.csv"
+    status, text, _ = run(
+        capsys, "measure", "rfrfr", "--count", 5, "--reach", 0.1, "--parameters", *PATHS,
+        "--deviations", DEVIATION, "--out", file,
+    )  # fmt: skip
+    assert status == 0 and "rfrfr: 5 poses" in text and "random" in text
+    with file.open(newline="") as opened:
+        rows = list(csv.DictReader(opened))
+    robot = cpr_core.load_robot("rfrfr")
+    truth = robot.with_parameters(dict(zip(PATHS, (0.01, -0.02), strict=True)))
+    home = cpr_core.continued(cpr_core.solve_home(robot), truth)
+    noise = iter((4e-4, -8e-4, -9e-4, 6e-4, 3e-4, 1e-3, -5e-4, -7e-4, 1.1e-3, -9e-4))
+    for row in rows:
+        motors = [float(row[name]) for name in robot.motor_names]
+        at = cpr_core.solve_forward(truth, motors, start=home).platform_position
+        row["x"], row["y"] = at[0] + next(noise), at[1] + next(noise)
+    write(file, rows)
+    return file
+
+
+def write(file, rows):
+    with file.open("w", newline="") as opened:
+        writer = csv.DictWriter(opened, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def read(file):
+    with file.open(newline="") as opened:
+        return list(csv.DictReader(opened))
+
+
+def calibrate(capsys, data, *more):
+    return run(
+        capsys, "calibrate", "rfrfr", data, "--parameters", *PATHS, "--deviations",
+        DEVIATION, "rotation=0.002", *more,
+    )  # fmt: skip
+
+
+def without_rotation(data):
+    rows = [
+        {name: cell for name, cell in row.items() if not name.startswith("q")} for row in read(data)
+    ]
+    write(data, rows)
+
+
+def test_from_poses_to_a_file_that_loads(capsys, data, tmp_path):
+    without_rotation(data)
+    new, picture = tmp_path / "new.yaml", tmp_path / "report.png"
+    status, text, _ = calibrate(capsys, data, "--out", new, "--plot", picture)
+    assert status == 0
+    assert "rfrfr: 2 parameters from 5 rows" in text and f"written: {new}" in text
+    assert "position  root mean square" in text
+    found = cpr_core.load_robot(new).parameter_values(PATHS)
+    assert found == pytest.approx([0.01, -0.02], abs=0.005)
+    assert picture.stat().st_size > 10_000
+
+
+def test_as_json(capsys, data):
+    without_rotation(data)
+    status, text, _ = calibrate(capsys, data, "--json", "--loss", "huber")
+    values = json.loads(text)
+    assert status == 0
+    assert set(values["parameters"]) == set(PATHS)
+    residuals = values["residuals"]["position"]
+    assert residuals["after"] < residuals["before"]
+    assert values["warnings"] == values["undetermined"] == values["written"] == []
+
+
+def test_nothing_is_written_where_something_looks_wrong(capsys, data, tmp_path):
+    without_rotation(data)
+    rows = read(data)
+    write(data, [row | {"x": rows[0]["x"]} for row in rows])
+    new = tmp_path / "new.yaml"
+    status, text, error = calibrate(capsys, data, "--out", new)
+    assert status == 1 and not new.exists()
+    assert "WARNING: position x is" in text and "stuck" in text
+    assert "nothing is written" in error
+    status, text, error = calibrate(capsys, data, "--out", new, "--despite-warnings")
+    assert status == 0 and new.exists() and "nothing is written" not in error
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"x": "nan"}, "line 2, column x: expected a finite number"),
+        ({"x": "800.0"}, "looks like millimetres"),
+        ({"motor1": "150"}, "looks like degrees"),
+        ({"motor1": ""}, "nothing drives this row"),
+    ],
+)
+def test_bad_rows_are_named_and_nothing_is_written(capsys, data, tmp_path, change, text):
+    without_rotation(data)
+    rows = read(data)
+    names = ("x", "y")
+    if "motor1" in change:
+        rows[0] |= dict.fromkeys(names, "") if change["motor1"] == "" else {}
+    write(data, [rows[0] | change, *rows[1:]])
+    new = tmp_path / "new.yaml"
+    status, _, error = calibrate(capsys, data, "--out", new)
+    assert status == 2 and text in error and "line 2" in error
+    assert not new.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["--deviations", "place=1"], "expected one of position"),
+        (["--deviations", "position=-1"], "a positive number"),
+        (["--deviations", "position"], "a positive number"),
+        (["--out", "/nowhere/new.yaml"], "a folder that exists"),
+        (["--plot", "report.txt"], "a name ending in"),
+    ],
+)
+def test_bad_arguments_are_refused_at_once(capsys, arguments, text):
+    with pytest.raises(SystemExit) as stopped:
+        main(["calibrate", "rfrfr", "none.csv", "--parameters", PATHS[0], *arguments])
+    assert stopped.value.code == 2
+    assert text in capsys.readouterr().err
+
+
+def test_bounds_are_numbers(capsys, data):
+    without_rotation(data)
+    status, _, error = calibrate(capsys, data, "--bound", PATHS[0], "low", "high")
+    assert status == 2 and "expected two numbers" in error
+    _, text, _ = calibrate(capsys, data, "--bound", PATHS[0], -0.001, 0.001, "--json")
+    value = json.loads(text)["parameters"][PATHS[0]]["value"]
+    assert value == pytest.approx(0.001, rel=0.05)

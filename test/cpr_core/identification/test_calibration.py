@@ -1,0 +1,231 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Parameters come back from measurements of robots that have them, with honest intervals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.simulated_measurements import (
+    DEVIATIONS,
+    OFFSETS,
+    PATHS,
+    equilibria,
+    measured,
+    payload,
+)
+
+import cpr_core
+from cpr_core import CalibrationWarning, Measurement, StandardDeviations, calibrate
+from cpr_core.identification.compared import compared_row
+from cpr_core.identification.robust_loss import variance_factor
+from cpr_core.lie import quaternion_from_rotation, rotation_exp
+
+TRUTH = (200e9, 0.01, -0.02, 0.015, 0.0, 0.02, -0.01)
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return cpr_core.load_robot("six_rfs")
+
+
+@pytest.fixture(scope="module")
+def home(robot):
+    return cpr_core.solve_home(robot)
+
+
+@pytest.fixture(scope="module")
+def truth(robot):
+    return robot.with_parameters(dict(zip(PATHS, TRUTH, strict=True)))
+
+
+@pytest.fixture(scope="module")
+def loaded(robot, truth, home):
+    return equilibria(truth, home, loads=payload(robot))
+
+
+@pytest.mark.parametrize("loss", ["linear", "soft_l1", "huber", "cauchy"])
+def test_exact_measurements_give_the_truth_back(robot, loaded, loss):
+    with pytest.warns(CalibrationWarning, match="may be too large"):
+        found = calibrate(robot, measured(loaded[:6]), PATHS, DEVIATIONS, loss=loss)
+    assert found.values == pytest.approx(TRUTH, rel=1e-7, abs=1e-7)
+    assert found.undetermined == ()
+    assert found.fit < 1e-3
+    again = cpr_core.load_robot(found.robot.description.text)
+    assert again.parameter_values(PATHS) == pytest.approx(found.values, rel=1e-12, abs=1e-15)
+    assert found.by_path == dict(zip(PATHS, found.values, strict=True))
+    for kind, differences in found.differences().items():
+        assert np.abs(differences).max() < 1e-3 * np.abs(found.differences(False)[kind]).max()
+
+
+def test_what_is_measured_of_a_row_may_be_any_part_of_it(robot, truth, loaded):
+    rows = measured(loaded[:9])
+    deviations = replace(DEVIATIONS, efforts=0.01, motors=1e-3)
+    some = [
+        replace(rows[0], quaternion_wxyz=None),
+        replace(rows[1], position=None),
+        replace(rows[2], position=[None, rows[2].position[1], None]),
+        replace(rows[3], efforts=[None, *loaded[3].efforts[1:]]),
+        replace(rows[4], motors=None, efforts=loaded[4].efforts),
+        replace(rows[5], motors=[*rows[5].motors[:3], None, None, None]),
+        replace(
+            rows[6],
+            motors=None,
+            position=None,
+            quaternion_wxyz=rows[6].quaternion_wxyz,
+            efforts=loaded[6].efforts,
+        ),
+        *rows[7:],
+    ]
+    with pytest.warns(CalibrationWarning, match="may be too large"):
+        found = calibrate(robot, some, PATHS, deviations)
+    assert [row.problem for row in found.rows] == ["motors"] * 4 + ["pose"] * 2 + ["efforts"] + [
+        "motors"
+    ] * 2
+    assert [len(row.places) for row in found.rows] == [3, 3, 4, 11, 6, 3, 3, 6, 6]
+    assert found.values == pytest.approx(TRUTH, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth_as_often_as_they_say(robot, loaded):
+    inside = []
+    for seed in range(40):
+        found = calibrate(robot, measured(loaded, seed=seed), PATHS, DEVIATIONS)
+        low, high = found.intervals.T
+        inside.append((low < TRUTH) & (high > TRUTH))
+    assert 0.90 <= np.mean(inside) <= 0.99
+
+
+def test_a_robust_loss_bears_gross_outliers(robot, loaded):
+    rows = measured(loaded, seed=7)
+    rows[11] = replace(rows[11], position=rows[11].position + [0.1, -0.2, 0.05])
+    found = calibrate(robot, rows, PATHS, DEVIATIONS, loss="cauchy")
+    assert np.all(np.abs(found.values - TRUTH) < 3.0 * found.standard_deviations)
+    clean = calibrate(robot, measured(loaded, seed=7), PATHS, DEVIATIONS)
+    low, high = clean.intervals.T
+    assert np.all((low < found.values) & (found.values < high))
+    with pytest.warns(CalibrationWarning, match="outliers"):
+        squares = calibrate(robot, rows, PATHS, DEVIATIONS)
+    assert not np.all((low < squares.values) & (squares.values < high))
+
+
+def test_a_robust_loss_finds_the_truth_from_far_away(robot, home):
+    far = dict(zip(OFFSETS, (0.2, -0.2, 0.2, -0.2, 0.2, -0.2), strict=True))
+    rows = measured(equilibria(robot.with_parameters(far), home, count=4))
+    with pytest.warns(CalibrationWarning, match="may be too large"):
+        found = calibrate(robot, rows, OFFSETS, DEVIATIONS, loss="cauchy")
+    assert found.values == pytest.approx(list(far.values()), abs=1e-6)
+
+
+def test_descents_that_do_not_end_are_told(robot, loaded, monkeypatch):
+    monkeypatch.setattr("cpr_core.identification.parameter_problem.TRIED", 1)
+    with pytest.warns(CalibrationWarning, match="no least sum of squares is found"):
+        calibrate(robot, measured(loaded[:4], seed=0), PATHS, DEVIATIONS)
+
+
+def test_what_is_not_determined_is_named_and_stays(robot, truth, home):
+    rows = measured(equilibria(truth, home, count=6), seed=1)  # no loads: stiffness moves nothing
+    found = calibrate(robot, rows, PATHS, DEVIATIONS)
+    assert found.undetermined == ("rod.young_modulus is not determined",)
+    assert found.values[0] == pytest.approx(210e9, rel=1e-12)
+    assert found.standard_deviations[0] == np.inf
+    assert np.all(found.intervals[0] == [-np.inf, np.inf])
+    assert np.isnan(found.correlations[0]).all() and np.isnan(found.correlations[:, 0]).all()
+    assert np.diag(found.correlations)[1:] == pytest.approx(1.0)
+    assert np.all(np.abs(found.values - TRUTH)[1:] < 4.0 * found.standard_deviations[1:])
+
+
+def test_ratios_are_told_as_ratios(robot):
+    weighing = robot.with_parameters(
+        {"platform.mass": 0.1, "gravity[2]": -9.81, "rod.density": 0.0}
+    )
+    home = cpr_core.solve_home(weighing)
+    paths = ("rod.young_modulus", "platform.mass")
+    truth = weighing.with_parameters({"rod.young_modulus": 200e9})
+    rows = measured(equilibria(truth, home, count=6), seed=2)
+    found = calibrate(weighing, rows, paths, DEVIATIONS)
+    assert found.undetermined == (
+        "rod.young_modulus and platform.mass are determined only as their ratio",
+    )
+    ratio = found.values[0] / found.values[1] / (200e9 / 0.1)
+    assert ratio == pytest.approx(1.0, abs=0.02)
+    assert np.all(np.isinf(found.standard_deviations))
+    products = calibrate(weighing, rows, ("platform.mass", "gravity[2]"), DEVIATIONS)
+    assert "product" in products.undetermined[0]
+
+
+def test_bounds_hold(robot, loaded):
+    rows = measured(loaded[:6], seed=3)
+    bounds = {"rod.young_modulus": (205e9, 230e9)}
+    found = calibrate(robot, rows, PATHS, DEVIATIONS, bounds=bounds)
+    assert found.values[0] == pytest.approx(205e9, rel=1e-3)
+    assert found.values[0] >= 205e9
+
+
+def test_rates_of_what_is_compared_are_those_of_differences(robot, home, loaded):
+    row = measured(loaded[:1], seed=5)[0]
+    far = rotation_exp([0.3, -0.5, 0.4]) @ row.rotation
+    row = replace(row, quaternion_wxyz=quaternion_from_rotation(far), efforts=loaded[0].efforts)
+    at = cpr_core.solve_forward(robot, row.motors, loads=row.loads)
+    deviations = replace(DEVIATIONS, efforts=0.1, motors=1e-3)
+    compared = compared_row(row, at, deviations)
+    rates = compared.rates(at, PATHS)
+    for column, path in enumerate(PATHS):
+        step = 1e-5 * (210e9 if column == 0 else 1.0)
+        value = robot.parameter_values(path)[0]
+        ahead, behind = (
+            compared.residual(cpr_core.continued(at, robot.with_parameters({path: value + by})))
+            for by in (step, -step)
+        )
+        expected = (ahead - behind) / (2.0 * step)
+        assert rates[:, column] == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+
+
+def test_noise_of_motors_that_drive_widens_what_is_compared(robot, home, loaded):
+    row = measured(loaded[:1])[0]
+    noisy = compared_row(row, loaded[0], replace(DEVIATIONS, motors=5e-3))
+    covariance = np.linalg.inv(noisy.weights.T @ noisy.weights)
+    generator = np.random.default_rng(0)
+    moved = [
+        compared_row(row, loaded[0], DEVIATIONS).differences(
+            cpr_core.solve_forward(
+                loaded[0].robot, row.motors + generator.normal(0.0, 5e-3, 6), start=loaded[0]
+            )
+        )
+        for _ in range(2000)
+    ]
+    own = np.diag([DEVIATIONS.position**2] * 3 + [DEVIATIONS.rotation**2] * 3)
+    expected = np.cov(np.array(moved).T) + own
+    spread = np.sqrt(np.diag(expected))
+    assert covariance / np.outer(spread, spread) == pytest.approx(
+        expected / np.outer(spread, spread), abs=0.1
+    )
+
+
+@pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy"])
+def test_robust_losses_are_nearly_as_exact_as_squares(loss):
+    residuals = np.random.default_rng(0).normal(size=100_000)
+    assert variance_factor(loss, residuals, 7) == pytest.approx(1.0 / 0.95, abs=0.01)
+    assert variance_factor("linear", residuals, 7) == 1.0
+
+
+def test_a_planar_robot():
+    robot = cpr_core.load_robot("rfrfr")
+    home = cpr_core.solve_home(robot)
+    paths = ("legs[0].motor.offset", "legs[1].base.position[0]")
+    values = robot.parameter_values(paths) + [0.01, -0.002]
+    truth = robot.with_parameters(dict(zip(paths, values, strict=True)))
+    found_at = equilibria(truth, home, count=8, reach=0.1)
+    rows = [Measurement(motors=each.motors, position=each.platform_position) for each in found_at]
+    with pytest.warns(CalibrationWarning, match="may be too large"):
+        found = calibrate(robot, rows, paths, StandardDeviations(position=1e-3))
+    assert [len(row.places) for row in found.rows] == [2] * 8
+    assert found.values == pytest.approx(values, rel=1e-6)
+
+
+def test_fractions_are_told_in_order(robot, loaded):
+    told = []
+    calibrate(robot, measured(loaded, seed=1), PATHS[1:], DEVIATIONS, progress=told.append)
+    assert told == sorted(told) and told[-1] == 1.0 and len(told) > 20
+    assert PATHS[1:] == OFFSETS

@@ -1,0 +1,157 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Measurements that cannot be right are refused, or said to be doubtful, in words that help."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.simulated_measurements import DEVIATIONS, OFFSETS, PATHS, equilibria, measured, payload
+
+import cpr_core
+from cpr_core import (
+    CalibrationWarning,
+    InvalidQuaternion,
+    InvalidRequest,
+    Measurement,
+    NonFiniteInput,
+    StandardDeviations,
+    UnknownParameter,
+    calibrate,
+)
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return cpr_core.load_robot("six_rfs")
+
+
+@pytest.fixture(scope="module")
+def rows(robot):
+    truth = robot.with_parameters({"legs[1].motor.offset": 0.01})
+    found = equilibria(truth, cpr_core.solve_home(robot), count=6, loads=payload(robot))
+    return measured(found, seed=0)
+
+
+@pytest.mark.parametrize(
+    ("fields", "error", "text"),
+    [
+        ({"position": [0.0, np.nan, 1.0]}, NonFiniteInput, "position: expected finite"),
+        ({"motors": [0.0, np.inf]}, NonFiniteInput, "motors: expected finite"),
+        ({"position": [0.0, 1.0]}, InvalidRequest, "expected 3 numbers, got 2"),
+        ({"position": ["a", "b", "c"]}, InvalidRequest, "expected numbers or None"),
+        ({"position": 1.0}, InvalidRequest, "expected numbers or None"),
+        ({"quaternion_wxyz": [1.0, 0.0, 0.0, None]}, InvalidRequest, "all of w x y z or none"),
+        ({"quaternion_wxyz": [1.0, 0.1, 0.0, 0.0]}, InvalidQuaternion, "unit length"),
+        ({"quaternion_wxyz": [57.3, 0.0, 0.0, 0.0]}, InvalidQuaternion, "unit length"),
+        ({"loads": 3.0}, InvalidRequest, "expected Loads"),
+    ],
+)
+def test_a_row_that_is_none(fields, error, text):
+    with pytest.raises(error, match=text) as caught:
+        Measurement(**fields, label="line 7")
+    assert caught.value.argument.startswith("line 7: ")
+
+
+def changed(rows, **fields):
+    return [replace(row, **{name: make(row) for name, make in fields.items()}) for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("fields", "text"),
+    [
+        ({"position": lambda row: 1e3 * row.position}, "looks like millimetres"),
+        ({"position": lambda row: 1e-3 * row.position}, "times smaller than predicted"),
+        ({"motors": lambda row: np.degrees(row.motors)}, "looks like degrees"),
+        ({"quaternion_wxyz": lambda row: np.roll(row.quaternion_wxyz, -1)}, "x y z w"),
+        ({"motors": lambda row: row.motors[:4]}, "expected 6 numbers"),
+        ({"motors": lambda row: None, "position": lambda row: None}, "nothing drives this row"),
+    ],
+)
+def test_other_units_and_orders(robot, rows, fields, text):
+    with pytest.raises(InvalidRequest, match=text):
+        calibrate(robot, changed(rows, **fields), PATHS, DEVIATIONS)
+
+
+def test_efforts_in_other_units(robot, rows):
+    found = [
+        replace(
+            row, efforts=1e3 * cpr_core.solve_forward(robot, row.motors, loads=row.loads).efforts
+        )
+        for row in rows
+    ]
+    with pytest.raises(InvalidRequest, match=r"efforts: about .* times as large as predicted"):
+        calibrate(robot, found, PATHS, replace(DEVIATIONS, efforts=0.1))
+
+
+def test_loads_in_other_units_are_told_row_by_row(robot, rows):
+    wrong = changed(rows, loads=lambda row: row.loads.scaled(1e3))
+    with pytest.raises(
+        InvalidRequest, match=r"6 of 6 rows have no equilibrium.*measurements\[0\]: "
+    ):
+        calibrate(robot, wrong, PATHS, DEVIATIONS)
+
+
+@pytest.mark.parametrize(
+    ("fields", "text"),
+    [
+        ({"position": lambda row: [row.position[0], 0.01, row.position[2]]}, "position y is 0.01"),
+        ({"quaternion_wxyz": lambda row: [1.0, 0.0, 0.0, 0.0]}, "quaternion x is 0 in all 6"),
+        ({"motors": lambda row: [5.86, *row.motors[1:]]}, "motors: motor1 is 5.86 in all 6"),
+    ],
+)
+def test_a_sensor_that_is_stuck(robot, rows, fields, text):
+    with pytest.warns(CalibrationWarning) as warned:
+        found = calibrate(robot, changed(rows, **fields), OFFSETS, DEVIATIONS)
+    assert any(
+        text in str(warning.message) and "stuck" in str(warning.message) for warning in warned
+    )
+    assert found.doubts == tuple(str(warning.message) for warning in warned)
+
+
+def test_motors_that_never_move_are_no_doubt(robot, rows):
+    start = cpr_core.solve_home(robot)
+    still = [
+        cpr_core.solve_forward(robot, start.motors, loads=payload(robot, force))
+        for force in (-0.5, -1.0, -1.5)
+    ]
+    found = calibrate(robot, measured(still, seed=1), "rod.young_modulus", DEVIATIONS)
+    assert found.doubts == ()
+
+
+def test_fewer_numbers_than_parameters(robot, rows):
+    with pytest.raises(InvalidRequest, match="as many measured numbers as parameters, 7, got 6"):
+        calibrate(robot, rows[:1], PATHS, DEVIATIONS)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ({"parameters": []}, "at least one path"),
+        ({"parameters": ["rod.length", "rod.length"]}, "named twice"),
+        ({"measurements": []}, "at least one Measurement"),
+        ({"measurements": [1]}, "expected a Measurement"),
+        ({"deviations": StandardDeviations(position=1e-3)}, "the standard deviation of rotation"),
+        ({"loss": "squares"}, "expected one of linear"),
+        ({"bounds": {"rod.density": (0, 1)}}, "none of the parameters"),
+        ({"bounds": {PATHS[0]: (1.0, 2.0)}}, "between, got 1, 2"),
+        ({"bounds": {PATHS[0]: (1.0,)}}, "lowest and highest"),
+        ({"bounds": 3}, "two numbers by path"),
+    ],
+)
+def test_arguments_that_cannot_be(robot, rows, arguments, text):
+    given = {"measurements": rows, "parameters": PATHS, "deviations": DEVIATIONS} | arguments
+    with pytest.raises(InvalidRequest, match=text):
+        calibrate(robot, **given)
+
+
+def test_a_parameter_that_is_not_there(robot, rows):
+    with pytest.raises(UnknownParameter, match=r"rod\.young_modulus"):
+        calibrate(robot, rows, "rod.youngs_modulus", DEVIATIONS)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, "1"])
+def test_standard_deviations_are_positive(value):
+    with pytest.raises(InvalidRequest, match=r"deviations\.efforts"):
+        StandardDeviations(efforts=value)

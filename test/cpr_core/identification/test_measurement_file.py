@@ -1,0 +1,95 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""CSV files of measurements: what is written is read, and every bad row is named."""
+
+import numpy as np
+import pytest
+from helpers.simulated_measurements import payload
+
+import cpr_core
+from cpr_core import InvalidRequest, read_measurements, write_poses
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return cpr_core.load_robot("rfrfr")
+
+
+@pytest.fixture(scope="module")
+def spatial():
+    return cpr_core.load_robot("six_rfs")
+
+
+@pytest.mark.parametrize("loaded", [False, True])
+def test_poses_that_are_written_are_measurements(spatial, tmp_path, loaded):
+    home = cpr_core.solve_home(spatial)
+    loads = payload(spatial) if loaded else None
+    found = [
+        cpr_core.solve_forward(spatial, home.motors + 0.1 * turn, loads=loads)
+        for turn in (-1.0, 0.0, 1.0)
+    ]
+    write_poses(tmp_path / "poses.csv", found)
+    rows = read_measurements(spatial, tmp_path / "poses.csv")
+    for row, each in zip(rows, found, strict=True):
+        assert row.motors == pytest.approx(each.motors, rel=1e-8)
+        assert row.position == pytest.approx(each.platform_position, abs=1e-8)
+        assert row.rotation == pytest.approx(each.platform_rotation, abs=1e-8)
+        assert row.efforts is None
+        force = None if row.loads is None else row.loads.wrench_world.tolist()
+        assert force == ([0, 0, 0, 0, 0, -1] if loaded else None)
+
+
+def test_cells_may_be_empty_and_columns_in_any_order(robot, tmp_path):
+    name, other = robot.motor_names
+    file = tmp_path / "some.csv"
+    file.write_text(
+        f"\ufeff# from the tracker\n\n y , {name},{other},effort:{other},fx\n"
+        "0.5,0.1,0.2,,\n,,,,\n,0.3,0.4,1.5,-2\n",
+        encoding="utf-8",
+    )
+    first, last = read_measurements(robot, file)
+    assert first.motors.tolist() == [0.1, 0.2]
+    assert np.isnan(first.position[[0, 2]]).all() and first.position[1] == 0.5
+    assert first.efforts is None and first.loads is None and first.label == "line 4"
+    assert last.position is None and np.isnan(last.efforts[0]) and last.efforts[1] == 1.5
+    assert last.loads.wrench_world.tolist() == [0, 0, 0, -2, 0, 0]
+    assert last.loads.gravity.tolist() == robot.default_loads.gravity.tolist()
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("", "expected a header and at least one row"),
+        ("motor1,motor2\n", "expected a header and at least one row"),
+        ("motor1,moter2\n1,2\n", "'moter2', did you mean motor2?; expected"),
+        ("motor1,motor1\n1,2\n", "column motor1 is there twice"),
+        ("motor1,motor2\n1,2,3\n", "line 2: expected 2 cells, got 3"),
+        ("motor1,motor2\n1,2\n1,two\n", "line 3, column motor2: expected a number"),
+        ("motor1,motor2\n1,nan\n", "line 2, column motor2: expected a finite number, got nan"),
+        ("motor1,motor2\n1,\n", "line 2: nothing drives this row"),
+        ("motor1,motor2,qw\n1,2,1\n", "line 2: quaternion_wxyz: expected all of w x y z"),
+        ("motor1,motor2,qw,qx,qy,qz\n1,2,1,1,0,0\n", "line 2: quaternion_wxyz: expected unit"),
+    ],
+)
+def test_bad_files(robot, tmp_path, text, problem):
+    file = tmp_path / "bad.csv"
+    names = dict(zip(("motor1", "motor2"), robot.motor_names, strict=True))
+    assert names == {"motor1": "motor1", "motor2": "motor2"}
+    file.write_text(text)
+    with pytest.raises(InvalidRequest) as caught:
+        read_measurements(robot, file)
+    assert problem in str(caught.value) and "bad.csv" in str(caught.value)
+
+
+def test_all_bad_rows_are_named_at_once(robot, tmp_path):
+    (tmp_path / "bad.csv").write_text("motor1,motor2\n1,a\n1,2\nb,2\n" + "c,c\n" * 10)
+    with pytest.raises(InvalidRequest, match=r"line 2, .*line 4, .*and 4 more"):
+        read_measurements(robot, tmp_path / "bad.csv")
+
+
+def test_no_file(robot, tmp_path):
+    with pytest.raises(InvalidRequest, match="cannot be read"):
+        read_measurements(robot, tmp_path / "none.csv")
+    with pytest.raises(InvalidRequest, match="cannot be written"):
+        write_poses(tmp_path / "none" / "poses.csv", [cpr_core.solve_home(robot)])

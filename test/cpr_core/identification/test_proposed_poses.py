@@ -1,0 +1,64 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Proposed poses tell more than random ones, and the robot can be there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.simulated_measurements import DEVIATIONS, PATHS, measured, payload
+
+import cpr_core
+from cpr_core import InvalidRequest, StandardDeviations, calibrate, propose_poses
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return cpr_core.load_robot("six_rfs")
+
+
+@pytest.fixture(scope="module")
+def proposed(robot):
+    return propose_poses(robot, PATHS, DEVIATIONS, 6, loads=[payload(robot)])
+
+
+def test_they_are_within_reach_and_stable(robot, proposed):
+    home = cpr_core.solve_home(robot)
+    assert len(proposed.equilibria) == 6
+    for each in proposed.equilibria:
+        assert np.abs(each.motors - home.motors).max() <= 0.5
+        assert each.stable and each.margin >= 0.2
+
+
+def test_their_standard_deviations_are_those_of_a_calibration(robot, proposed):
+    found = calibrate(robot, measured(proposed.equilibria, seed=0), PATHS, DEVIATIONS)
+    assert proposed.standard_deviations == pytest.approx(found.standard_deviations, rel=0.1)
+
+
+def test_they_tell_more_than_random_ones(proposed):
+    assert np.all(proposed.standard_deviations < 1.05 * proposed.random)
+    assert np.prod(proposed.standard_deviations) < 0.5 * np.prod(proposed.random)
+
+
+def test_what_they_would_not_tell_is_named(robot):
+    found = propose_poses(robot, PATHS[:2], DEVIATIONS, 3)  # without load
+    assert found.undetermined == ("rod.young_modulus is not determined",)
+    assert np.isinf(found.standard_deviations[0]) and found.standard_deviations[1] < 0.01
+    known = propose_poses(robot, PATHS[:2], replace(DEVIATIONS, efforts=0.01), 3)
+    assert known.undetermined == ()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ({"count": 0}, "at least 1"),
+        ({"reach": 0.0}, "positive distance"),
+        ({"deviations": StandardDeviations(motors=1e-3)}, "position, rotation or efforts"),
+        ({"margin": 0.999}, "only 0 of 40 random motor positions"),
+    ],
+)
+def test_arguments_that_cannot_be(robot, arguments, text):
+    given = {"parameters": PATHS, "deviations": DEVIATIONS, "count": 2} | arguments
+    with pytest.raises(InvalidRequest, match=text):
+        propose_poses(robot, **given)

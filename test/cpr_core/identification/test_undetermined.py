@@ -1,0 +1,59 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What measurements do not tell is found, and said with as few parameters as possible."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cpr_core.identification.undetermined import unseen_directions, unseen_in_words
+
+NAMES = ("a", "b", "c", "d")
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 3))
+def test_directions_change_nothing_and_all_others_something(seed, hidden):
+    generator = np.random.default_rng(seed)
+    known = np.linalg.qr(generator.normal(size=(4, 4)))[0]
+    rates = generator.normal(size=(9, 4 - hidden)) @ known[: 4 - hidden]
+    found = unseen_directions(rates)
+    assert found.shape == (hidden, 4)
+    assert np.abs(rates @ found.T).max(initial=0.0) < 1e-10
+    assert found @ found.T == pytest.approx(np.eye(hidden))
+
+
+@pytest.mark.parametrize(
+    ("rows", "values", "words"),
+    [
+        ([[0, 1, 0, 0]], [1, 2, 3, 4], ("b is not determined",)),
+        ([[0, 1, 0, 1]], [1, 2, 3, 2], ("b and d are determined only as their ratio",)),
+        ([[0, 4, 0, -2]], [1, 2, 3, 1], ("b and d are determined only as their product",)),
+        ([[3, 0, 1, 0]], [0, 2, 0, 1], ("a by +1, c by +0.333",)),
+        ([[1, 1, 1, 0]], [1, 1, 1, 1], ("a by +1, b by +1, c by +1",)),
+    ],
+)
+def test_words(rows, values, words):
+    rows = np.array(rows, float)
+    rows /= np.linalg.norm(rows, axis=1)[:, None]
+    found = unseen_in_words(rows, np.ones(4), NAMES, np.array(values, float))
+    assert len(found) == len(words)
+    for line, text in zip(found, words, strict=True):
+        assert line.endswith(text)
+
+
+def test_directions_are_taken_apart():
+    mixed = np.linalg.qr(np.random.default_rng(0).normal(size=(2, 2)))[0]
+    rows = mixed @ [[1, 0, 0, 0], [0, 0.6, 0.8, 0]]
+    found = unseen_in_words(rows, np.ones(4), NAMES, np.array([1.0, 3.0, 4.0, 1.0]))
+    assert set(found) == {
+        "a is not determined",
+        "b and c are determined only as their ratio",
+    }
+
+
+def test_natural_units_do_not_matter_for_words():
+    row = np.array([[0.6, 0.8, 0.0, 0.0]])
+    [line] = unseen_in_words(row, np.array([1e9, 1.0, 1.0, 1.0]), NAMES, np.array([6e9, 8, 1, 1]))
+    assert line == "a and b are determined only as their ratio"
