@@ -5,12 +5,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 import scipy
+from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
 
 from ..description_part import Described, Part
@@ -77,7 +78,7 @@ class Legendre(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of P_0 ... P_{modes-1}, shape (len(sigma), modes)."""
-        return _polynomials(scipy.special.eval_legendre, 2.0 * sigma - 1.0, modes)
+        return legendre.legvander(2.0 * sigma - 1.0, max(modes - 1, 0))[:, :modes]
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class Chebyshev(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of T_0 ... T_{modes-1}, shape (len(sigma), modes)."""
-        return _polynomials(scipy.special.eval_chebyt, 2.0 * sigma - 1.0, modes)
+        return chebyshev.chebvander(2.0 * sigma - 1.0, max(modes - 1, 0))[:, :modes]
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ class Monomials(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of 1, sigma, ..., sigma^(modes-1), shape (len(sigma), modes)."""
-        return _polynomials(lambda degree, at: at**degree, sigma, modes)
+        return np.asarray(sigma[:, None] ** np.arange(modes))
 
     def refined(self) -> Legendre:
         """The same space for as many functions, with functions that stay far from each other."""
@@ -164,12 +165,6 @@ class BSplines(DescribedBasis):
         inside = np.clip(sigma, 0.0, 1.0)
         design = scipy.interpolate.BSpline.design_matrix(inside, knots, self.degree)
         return design.toarray()
-
-
-def _polynomials(
-    evaluate: Callable[..., Any], argument: NDArray[np.float64], modes: int
-) -> NDArray[np.float64]:
-    return np.asarray(evaluate(np.arange(modes), argument[:, None]))
 
 
 #: Bases by the name used in descriptions.
