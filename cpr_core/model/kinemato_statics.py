@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..blas_threads import on_one_blas_thread
+from ..blas_threads import on_one_blas_thread, on_one_numpy_thread
 from ..errors import InvalidRequest
 from ..lie import angle_motions
 from ..validation import checked_vector
@@ -367,6 +367,7 @@ class KinematoStatics:
         controls = len(self.equilibrium.robot.controlled_axes) > 0
         return tuple(p for p in get_args(Problem) if p != "inverse" or controls)
 
+    @on_one_numpy_thread
     def singularity(
         self, problem: Problem, characteristic_length: float | None = None
     ) -> Singularity:
@@ -409,12 +410,13 @@ class KinematoStatics:
                 return found
         return float(self.singular_values(problem, characteristic_length)[0])
 
+    @on_one_numpy_thread
     def singular_values(
         self, problem: Problem, characteristic_length: float | None = None
     ) -> Floats:
         """``singularity(...).singular_values`` without the directions, at a third of the time."""
         matrix, _, _ = self._problem_matrix(problem, characteristic_length)
-        return np.linalg.svd(matrix, compute_uv=False)[::-1]
+        return np.asarray(np.linalg.svd(matrix, compute_uv=False)[::-1], float)
 
     def _check_problem(self, problem: Problem) -> None:
         """Whether this robot has such a problem.

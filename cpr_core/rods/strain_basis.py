@@ -78,7 +78,9 @@ class Legendre(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of P_0 ... P_{modes-1}, shape (len(sigma), modes)."""
-        return legendre.legvander(2.0 * sigma - 1.0, max(modes - 1, 0))[:, :modes]
+        return np.asarray(
+            legendre.legvander(2.0 * sigma - 1.0, max(modes - 1, 0))[:, :modes], float
+        )
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,9 @@ class Chebyshev(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of T_0 ... T_{modes-1}, shape (len(sigma), modes)."""
-        return chebyshev.chebvander(2.0 * sigma - 1.0, max(modes - 1, 0))[:, :modes]
+        return np.asarray(
+            chebyshev.chebvander(2.0 * sigma - 1.0, max(modes - 1, 0))[:, :modes], float
+        )
 
 
 @dataclass(frozen=True)
