@@ -5,13 +5,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 import scipy
-from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
 
 from ..description_part import Described, Part
@@ -78,8 +77,8 @@ class Legendre(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of P_0 ... P_{modes-1}, shape (len(sigma), modes)."""
-        return np.asarray(
-            legendre.legvander(2.0 * sigma - 1.0, max(modes - 1, 0))[:, :modes], float
+        return _polynomials(
+            lambda k: ((2.0 * k - 1.0) / k, (k - 1.0) / k), 2.0 * sigma - 1.0, modes
         )
 
 
@@ -89,9 +88,7 @@ class Chebyshev(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of T_0 ... T_{modes-1}, shape (len(sigma), modes)."""
-        return np.asarray(
-            chebyshev.chebvander(2.0 * sigma - 1.0, max(modes - 1, 0))[:, :modes], float
-        )
+        return _polynomials(lambda k: (2.0, 1.0), 2.0 * sigma - 1.0, modes)
 
 
 @dataclass(frozen=True)
@@ -169,6 +166,20 @@ class BSplines(DescribedBasis):
         inside = np.clip(sigma, 0.0, 1.0)
         design = scipy.interpolate.BSpline.design_matrix(inside, knots, self.degree)
         return design.toarray()
+
+
+def _polynomials(
+    factors: Callable[[int], tuple[float, float]], argument: NDArray[np.float64], modes: int
+) -> NDArray[np.float64]:
+    """Values of 1, x and whatever follows by ``p_k = a_k x p_{k-1} - b_k p_{k-2}``."""
+    # At a single place, where the literal procedure asks, with numbers: arrays take five times as long.
+    single = len(argument) == 1
+    at: Any = argument.item() if single else argument
+    rows = [1.0 if single else np.ones(len(argument)), at]
+    for k in range(2, modes):
+        by_last, by_before = factors(k)
+        rows.append(by_last * at * rows[-1] - by_before * rows[-2])
+    return np.ascontiguousarray(np.array(rows[:modes], float).reshape(modes, len(argument)).T)
 
 
 #: Bases by the name used in descriptions.
