@@ -28,6 +28,7 @@ from typing import Any
 INTERFACES = {
     "loop hint": ("numba.core.typed_passes", ("NativeLowering",)),
     "cache stamp": ("numba.core.caching", ("IndexDataCacheFile",)),
+    "loaded code": ("numba.core.caching", ("CompileResultCacheImpl",)),
     "compile events": ("numba.core.event", ("install_listener",)),
     "_nrt": ("numba.core.cpu", ()),
     "forceinline": ("numba.core.cpu", ()),

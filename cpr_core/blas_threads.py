@@ -10,35 +10,51 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import ExitStack
 from functools import cache, wraps
 from typing import Any, ParamSpec, TypeVar
 
-__all__ = ["on_one_blas_thread"]
+__all__ = ["on_one_blas_thread", "on_one_numpy_thread"]
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 _lock = threading.Lock()
-#: Calls that are under way in all threads of the process, and what the first of them has limited.
+#: Calls that are under way in all threads of the process, the files of libraries that are limited for
+#: them, and what gives these their threads back.
 _under_way = 0
-_limited: Any = None
+_limited: set[str] = set()
+_limits = ExitStack()
 
 
 @cache
-def _controller() -> Any:
-    """Looking for the libraries takes milliseconds."""
-    import scipy.linalg  # noqa: F401  brings its own BLAS, which has to be there to be found
+def _libraries(with_scipy: bool) -> dict[str, Any]:
+    """The libraries by file. Looking for them takes milliseconds."""
     from threadpoolctl import ThreadpoolController
 
-    return ThreadpoolController()
+    found = ThreadpoolController().select(user_api="blas")
+    return {
+        library.filepath: found.select(filepath=library.filepath)
+        for library in found.lib_controllers
+    }
 
 
 def on_one_blas_thread(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
     """Let a function use one thread of BLAS. The number is the process's: the last call restores it."""
+    return _on_one_thread(function, with_scipy=True)
 
+
+def on_one_numpy_thread(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+    """The same of a function that uses numpy only: it does not wait for scipy to be imported."""
+    return _on_one_thread(function, with_scipy=False)
+
+
+def _on_one_thread(
+    function: Callable[Parameters, Result], with_scipy: bool
+) -> Callable[Parameters, Result]:
     @wraps(function)
     def limited(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
-        _begin()
+        _begin(with_scipy)
         try:
             return function(*args, **kwargs)
         finally:
@@ -47,19 +63,22 @@ def on_one_blas_thread(function: Callable[Parameters, Result]) -> Callable[Param
     return limited
 
 
-def _begin() -> None:
-    global _under_way, _limited
+def _begin(with_scipy: bool) -> None:
+    global _under_way
+    if with_scipy:
+        import scipy.linalg  # noqa: F401  brings its own BLAS, which has to be there to be found
     with _lock:
-        if _under_way == 0:
-            _limited = _controller().limit(limits=1, user_api="blas")
-            _limited.__enter__()
+        for path, library in _libraries(with_scipy).items():
+            if path not in _limited:
+                _limits.enter_context(library.limit(limits=1, user_api="blas"))
+                _limited.add(path)
         _under_way += 1
 
 
 def _end() -> None:
-    global _under_way, _limited
+    global _under_way
     with _lock:
         _under_way -= 1
         if _under_way == 0:
-            _limited.__exit__(None, None, None)
-            _limited = None
+            _limited.clear()
+            _limits.close()

@@ -27,6 +27,7 @@ __all__ = [
     "rotation_from_angles",
     "rotation_from_quaternion",
     "rotation_log",
+    "rotations_exp",
     "skew",
 ]
 
@@ -36,6 +37,8 @@ QUATERNION_TOLERANCE = 1e-3
 #: The one direction near which `directions_across` turns quickly: none that descriptions have.
 _POLE = np.array([0.48, -0.64, 0.6])
 _ACROSS_POLE = np.array([[0.8, 0.6, 0.0], [-0.36, 0.48, 0.8]])
+#: e^ for the three unit vectors e.
+_CROSS = -np.cross(np.eye(3)[:, None], np.eye(3)[None])
 
 
 def rotation_exp(vector: ArrayLike) -> NDArray[np.float64]:
@@ -44,6 +47,15 @@ def rotation_exp(vector: ArrayLike) -> NDArray[np.float64]:
     rotation = np.empty((3, 3))
     rotation_exp_into(x, y, z, rotation)
     return rotation
+
+
+def rotations_exp(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotation matrices of many rotation vectors at once: (..., 3) to (..., 3, 3)."""
+    angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
+    cross = np.tensordot(vectors, _CROSS, 1)
+    # sin(a) / a and (1 - cos(a)) / a^2, without loss at small angles.
+    first, second = np.sinc(angle / np.pi), 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
+    return np.eye(3) + first * cross + second * (cross @ cross)
 
 
 def roll_pitch_yaw(rotation: ArrayLike) -> NDArray[np.float64]:

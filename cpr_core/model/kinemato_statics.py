@@ -15,10 +15,10 @@ from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import linalg
 
-from ..blas_threads import on_one_blas_thread
+from ..blas_threads import on_one_blas_thread, on_one_numpy_thread
 from ..errors import InvalidRequest
 from ..lie import angle_motions
 from ..validation import checked_vector
@@ -132,7 +132,7 @@ class KinematoStatics:
         right[platform, len(motors) + np.arange(len(platform))] = 1.0
         unit = robot.arrays.unit[:inner]
         scaled = self.tangent[:inner, :inner] * unit[:, None] * unit
-        moved = unit[:, None] * linalg.solve(scaled, unit[:, None] * right)
+        moved = unit[:, None] * scipy.linalg.solve(scaled, unit[:, None] * right)
         efforts = self.tangent[motors, :inner] @ moved
         efforts[:, : len(motors)] += self.tangent[np.ix_(motors, motors)]
         return moved, efforts
@@ -213,7 +213,7 @@ class KinematoStatics:
                 "platform", "expected a regular inverse problem, this is an inverse singularity"
             )
         rest = controlled @ (wanted - self.platform_by_wrench @ load)
-        motors = scale * linalg.lstsq(jacobian, rest)[0]
+        motors = scale * scipy.linalg.lstsq(jacobian, rest)[0]
         return self.predict_forward(motors, load)
 
     @cached_property
@@ -235,7 +235,7 @@ class KinematoStatics:
         """Rates of the controlled coordinates by the body twist, (controlled, platform)."""
         robot = self.equilibrium.robot
         held = np.isin(robot.platform_axes, robot.controlled_axes)
-        return np.asarray(linalg.inv(self._coordinate_motions())[held])
+        return np.asarray(np.linalg.inv(self._coordinate_motions())[held])
 
     def solve(
         self,
@@ -292,7 +292,7 @@ class KinematoStatics:
         matrix = np.hstack([columns[:, unknown], e])
         if np.linalg.cond(matrix) > 1e12:
             raise InvalidRequest("increments", "these do not determine the others (a singularity)")
-        found = linalg.solve(matrix, -columns[:, ~unknown] @ given[~unknown])
+        found = scipy.linalg.solve(matrix, -columns[:, ~unknown] @ given[~unknown])
         given[unknown] = found[: n + size]
         ends = np.cumsum([n, size, n])
         moved, turned, pushed, loaded = np.split(given * units, ends)
@@ -367,6 +367,7 @@ class KinematoStatics:
         controls = len(self.equilibrium.robot.controlled_axes) > 0
         return tuple(p for p in get_args(Problem) if p != "inverse" or controls)
 
+    @on_one_numpy_thread
     def singularity(
         self, problem: Problem, characteristic_length: float | None = None
     ) -> Singularity:
@@ -380,7 +381,7 @@ class KinematoStatics:
         robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
         matrix, free, moved = self._problem_matrix(problem, characteristic_length)
         unit = problem_units(robot, characteristic_length).states
-        _, values, directions = linalg.svd(matrix, full_matrices=False)
+        _, values, directions = np.linalg.svd(matrix, full_matrices=False)
         null = directions[-1]
         motors = np.zeros(n)
         motors[:moved] = null[:moved] * unit[robot.motor_indices][:moved]
@@ -409,12 +410,13 @@ class KinematoStatics:
                 return found
         return float(self.singular_values(problem, characteristic_length)[0])
 
+    @on_one_numpy_thread
     def singular_values(
         self, problem: Problem, characteristic_length: float | None = None
     ) -> Floats:
         """``singularity(...).singular_values`` without the directions, at a third of the time."""
         matrix, _, _ = self._problem_matrix(problem, characteristic_length)
-        return linalg.svdvals(matrix)[::-1]
+        return np.asarray(np.linalg.svd(matrix, compute_uv=False)[::-1], float)
 
     def _check_problem(self, problem: Problem) -> None:
         """Whether this robot has such a problem.

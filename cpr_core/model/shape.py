@@ -16,6 +16,7 @@ from ..description.chain import ChainJoint, ChainRod, Turn
 from ..description.joints import JOINTS
 from ..description.leg_description import LegDescription
 from ..kernels.rotation_kernel import rotation_steps
+from ..lie import rotations_exp
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid, rod_grid
 from ..rods.rod import StrainModes
 from ..validation import checked_count
@@ -230,8 +231,6 @@ def _element_poses(
 
 def _rods_from_identity(robot: Robot, state: Floats, points: int) -> list[_RodShape]:
     """All rods at once, step by step."""
-    from scipy.spatial.transform import Rotation  # takes as long to import as a robot to load
-
     rods, grid = list(robot.numbers.rods), _grid(points)
     turns, strain = np.empty((len(rods), len(grid.steps), 3)), []
     for number, rod in enumerate(rods):
@@ -239,8 +238,7 @@ def _rods_from_identity(robot: Robot, state: Floats, points: int) -> list[_RodSh
         moments = np.ascontiguousarray(sampled.step_moments @ state[rod.strain])
         rotation_steps(moments, length * grid.steps, turns[number])
         strain.append(sampled.values @ state[rod.strain] / rod.stretch(state))
-    step_turns = Rotation.from_rotvec(turns.reshape(-1, 3)).as_matrix().reshape(*turns.shape, 3)
-    frames = _products(step_turns)
+    frames = _products(rotations_exp(turns))
     tangents = frames[:, 1:-1, :, 0]
     integrals = np.vstack([np.zeros_like(grid.weights), grid.integration, grid.weights])
     beyond, shapes = integrals @ tangents, []

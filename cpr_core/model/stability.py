@@ -11,10 +11,10 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg
 
-from ..blas_threads import on_one_blas_thread
+from ..blas_threads import on_one_blas_thread, on_one_numpy_thread
 from .linearisation import Linearisation
 from .model_state import ModelState
 
@@ -103,7 +103,7 @@ class Spectrum:
 class _Dense:
     """H_r as a matrix, for whoever wants all of it."""
 
-    @on_one_blas_thread
+    @on_one_numpy_thread
     def __init__(self, solution: ModelState, motors_are: MotorReading) -> None:
         robot = solution.robot
         self.solution = solution
@@ -117,7 +117,7 @@ class _Dense:
         hessian = tangent[np.ix_(self.moving, self.moving)]
         self.reduced = self.null_space.T @ (0.5 * (hessian + hessian.T)) @ self.null_space
 
-    @on_one_blas_thread
+    @on_one_numpy_thread
     def modes(self) -> tuple[Floats, Floats]:
         """Eigenvalues and motions."""
         eigenvalues, directions = np.linalg.eigh(self.reduced)  # takes an empty one as well
@@ -132,17 +132,16 @@ class _Dense:
         projected = self.null_space.T @ elastic @ self.null_space
         if not len(projected):
             return math.inf
-        smallest = linalg.eigvalsh(projected, subset_by_index=[0, 0])[0]
+        smallest = scipy.linalg.eigvalsh(projected, subset_by_index=[0, 0])[0]
         if smallest <= 1e-12 * np.trace(projected):
             return math.nan
-        return float(linalg.eigvalsh(self.reduced, projected, subset_by_index=[0, 0])[0])
+        return float(scipy.linalg.eigvalsh(self.reduced, projected, subset_by_index=[0, 0])[0])
 
 
 def null_space_of(matrix: Floats) -> Floats:
     """Orthonormal basis of the null space of a wide matrix, as columns."""
-    orthogonal, triangular, _ = linalg.qr(matrix.T, pivoting=True)
-    diagonal = np.abs(np.diag(triangular))
-    return orthogonal[:, int(np.sum(diagonal > 1e-12 * diagonal[0])) :]
+    _, values, directions = np.linalg.svd(matrix)
+    return directions[int(np.sum(values > 1e-12 * values.max(initial=0.0))) :].T
 
 
 def _elastic_hessian(solution: ModelState) -> Floats:

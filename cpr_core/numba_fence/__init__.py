@@ -10,6 +10,7 @@ says so.
     loop_hint        loops are left as they are written
     known_options    options of the compiler that its documentation does not name
     cache_stamp      machine code on disk is renewed when any kernel changes; without: none is kept there
+    loaded_code      machine code is loaded alone; without: with all that compiling needs
     compile_events   whoever waits is told which kernel is compiled; without: nobody is told
 
 There is no way without the typing extension (``typing_extension``): lanes are a type of their own.
@@ -34,6 +35,10 @@ try:
 except (ImportError, AttributeError):
     cache_stamp = None  # type: ignore[assignment]
 try:
+    from . import loaded_code
+except (ImportError, AttributeError):
+    loaded_code = None  # type: ignore[assignment]
+try:
     from . import compile_events
 except (ImportError, AttributeError):
     compile_events = None  # type: ignore[assignment]
@@ -51,6 +56,7 @@ _PRIVATE_OPTIONS = ("_nrt", "forceinline", "no_cpython_wrapper", "no_cfunc_wrapp
 MISSING = (
     *(("the lowering of its passes",) if loop_hint is None else ()),
     *(("the stamp of its cache",) if cache_stamp is None else ()),
+    *(("the loading of its cache",) if loaded_code is None else ()),
     *(("events of compiling",) if compile_events is None else ()),
     *(f"the option {name}" for name in _PRIVATE_OPTIONS if name not in KNOWN_OPTIONS),
 )
@@ -76,6 +82,8 @@ def compile_kernel(
     )(function)
     if cache_stamp is not None:
         cache_stamp.stamp_cache(dispatcher, stamp)
+        if loaded_code is not None:
+            loaded_code.load_alone(dispatcher)
     return dispatcher
 
 

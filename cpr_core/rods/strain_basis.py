@@ -77,7 +77,9 @@ class Legendre(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of P_0 ... P_{modes-1}, shape (len(sigma), modes)."""
-        return _polynomials(scipy.special.eval_legendre, 2.0 * sigma - 1.0, modes)
+        return _polynomials(
+            lambda k: ((2.0 * k - 1.0) / k, (k - 1.0) / k), 2.0 * sigma - 1.0, modes
+        )
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ class Chebyshev(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of T_0 ... T_{modes-1}, shape (len(sigma), modes)."""
-        return _polynomials(scipy.special.eval_chebyt, 2.0 * sigma - 1.0, modes)
+        return _polynomials(lambda k: (2.0, 1.0), 2.0 * sigma - 1.0, modes)
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ class Monomials(DescribedBasis):
 
     def values(self, sigma: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
         """Values of 1, sigma, ..., sigma^(modes-1), shape (len(sigma), modes)."""
-        return _polynomials(lambda degree, at: at**degree, sigma, modes)
+        return np.asarray(sigma[:, None] ** np.arange(modes))
 
     def refined(self) -> Legendre:
         """The same space for as many functions, with functions that stay far from each other."""
@@ -167,9 +169,17 @@ class BSplines(DescribedBasis):
 
 
 def _polynomials(
-    evaluate: Callable[..., Any], argument: NDArray[np.float64], modes: int
+    factors: Callable[[int], tuple[float, float]], argument: NDArray[np.float64], modes: int
 ) -> NDArray[np.float64]:
-    return np.asarray(evaluate(np.arange(modes), argument[:, None]))
+    """Values of 1, x and whatever follows by ``p_k = a_k x p_{k-1} - b_k p_{k-2}``."""
+    # At a single place, where the literal procedure asks, with numbers: arrays take five times as long.
+    single = len(argument) == 1
+    at: Any = argument.item() if single else argument
+    rows = [1.0 if single else np.ones(len(argument)), at]
+    for k in range(2, modes):
+        by_last, by_before = factors(k)
+        rows.append(by_last * at * rows[-1] - by_before * rows[-2])
+    return np.ascontiguousarray(np.array(rows[:modes], float).reshape(modes, len(argument)).T)
 
 
 #: Bases by the name used in descriptions.

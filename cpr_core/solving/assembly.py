@@ -14,10 +14,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
-from ..blas_threads import on_one_blas_thread
+from ..blas_threads import on_one_numpy_thread
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
 from ..lie import rotation_exp
@@ -171,7 +170,7 @@ def _with_springs(
     return value.energy / arrays.energy_unit + 0.5 * stiffness * float(gaps @ gaps), value
 
 
-@on_one_blas_thread
+@on_one_numpy_thread
 def _descended(
     robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float, moving: NDArray[np.int64]
 ) -> Shape:
@@ -185,8 +184,8 @@ def _descended(
         hessian /= arrays.energy_unit
         slopes = value.tangent[np.ix_(held, moving)] * unit * arrays.unit[held, None]
         slopes /= arrays.energy_unit
-        curvatures, axes = scipy.linalg.eigh(
-            0.5 * (hessian + hessian.T) + stiffness * slopes.T @ slopes, driver="evd"
+        curvatures, axes = np.linalg.eigh(
+            0.5 * (hessian + hessian.T) + stiffness * slopes.T @ slopes
         )
         along = axes.T @ gradient
         if np.abs(along).max() < _FLAT:

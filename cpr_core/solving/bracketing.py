@@ -1,15 +1,22 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Where on a path something happens: the two points next to a change, by bisection."""
+"""Where on a path something happens: the two points next to a change.
+
+Brent's method narrows down what has a sign (the direction of the branch, the margin of a limit),
+bisection what only changes, and whatever else happens there.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 import scipy
 
+from .limits import ROUNDING
 from .path import Path, Point, Tangent
 
 __all__ = [
@@ -69,12 +76,21 @@ def landing(path: Path, point: Point, tangent: Tangent, arc: float, end: float) 
         return None
 
 
-def bracket_by_fraction(path: Path, low: Point, last: float) -> tuple[Point, Point | None]:
+def bracket_by_fraction(
+    path: Path, low: Point, last: float, high: Point
+) -> tuple[Point, Point | None]:
     """The two points around the first change before a fraction, next to each other.
+
+    Args:
+        path: The path.
+        low: Point before the change.
+        last: Fraction behind it.
+        high: The point there.
 
     Returns:
         The point before it and the one behind it; None in its place if no solution is near there.
     """
+    low, high, _, last = _narrowed(path.at, low, high, low.fraction, last)
     while last - low.fraction > LOCATION:
         middle = 0.5 * (low.fraction + last)
         point = path.at(low, middle)
@@ -101,7 +117,11 @@ def bracket_by_arc_length(
         The two points, and one a little farther on, where tangents can be trusted again; None if they
         are not on one branch.
     """
-    low, first = point, 0.0
+
+    def ahead(near: Point, arc: float) -> Point | None:
+        return along(path, point, tangent, arc)
+
+    low, high, first, last = _narrowed(ahead, replace(point, tangent=tangent), high, 0.0, last)
     while last - first > LOCATION:
         middle = 0.5 * (first + last)
         between = along(path, point, tangent, middle)
@@ -119,6 +139,61 @@ def bracket_by_arc_length(
     beyond = along(path, point, tangent, last + ASIDE) or high
     low = replace(low, tangent=before.tangent, sign=before.sign, index=before.index)
     return low, replace(high, tangent=beyond.tangent, sign=beyond.sign, index=beyond.index), beyond
+
+
+def _narrowed(
+    find: Callable[[Point, float], Point | None],
+    low: Point,
+    high: Point,
+    first: float,
+    last: float,
+) -> tuple[Point, Point, float, float]:
+    """Two points around the first change that is found between two points, and where they are.
+
+    Args:
+        find: The point at a place, found from one before; None if there is none.
+        low: Point before a change.
+        high: Point behind it.
+        first: Where the point before it is.
+        last: Where the point behind it is.
+    """
+    value = _signed(low, high)
+    if value is None:
+        return low, high, first, last
+    found = {first: low, last: high}
+
+    def at(place: float) -> float:
+        if place not in found:
+            near = max(
+                before for before in found if before < place and not differ(low, found[before])
+            )
+            point = find(found[near], place)
+            if point is None:
+                raise _Lost
+            found[place] = point
+        return value(found[place])
+
+    # Other things may happen on the way, or the value jump: what was found is looked at in order.
+    with suppress(_Lost, RuntimeError):
+        scipy.optimize.brentq(at, first, last, xtol=LOCATION)
+    places = sorted(found)
+    number = next(k for k, place in enumerate(places) if differ(low, found[place]))
+    first, last = places[number - 1], places[number]
+    return found[first], found[last], first, last
+
+
+class _Lost(Exception):
+    """There is no solution where one was looked for."""
+
+
+def _signed(low: Point, high: Point) -> Callable[[Point], float] | None:
+    """What changes its sign continuously between two points, if there is such a quantity."""
+    if low.forward != high.forward:
+        return lambda point: 1.0 if point.tangent is None else point.tangent.fraction
+    limits = (low.margins >= -ROUNDING) & (high.margins < -ROUNDING)
+    if limits.any():
+        return lambda point: float(point.margins[limits].min()) + ROUNDING
+    return None
 
 
 def distance(low: Point, high: Point) -> float:

@@ -173,7 +173,7 @@ class _Walker:
                 step = 0.5 * (ahead - point.fraction)
                 continue
             elif differ(point, next_point):
-                low, high = bracket_by_fraction(self.path, point, ahead)
+                low, high = bracket_by_fraction(self.path, point, ahead, next_point)
                 regular = self.path.problem == "pose" or high is None or low.index == high.index
                 if high is None or not regular or distance(low, high) > SAME_PLACE:
                     if self._several_cross(low):

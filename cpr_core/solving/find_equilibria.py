@@ -15,7 +15,6 @@ from functools import partial
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import lapack
 
 from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
@@ -219,7 +218,7 @@ def _closed(robot: Robot, forces: LoadArrays, shape: Shape) -> Shape | None:
         slopes = value.tangent[block] * units
         stiffness = slopes @ slopes.T
         stiffness.flat[:: len(held) + 1] += _DAMPING * stiffness.trace()
-        _, pull, failed = lapack.dposv(stiffness, gaps)
+        _, pull, failed = scipy.linalg.lapack.dposv(stiffness, gaps)
         if failed:  # not definite to rounding
             pull = np.linalg.solve(stiffness, gaps)
         change = -pull @ slopes

@@ -17,6 +17,7 @@ from .events import PathEvent
 from .not_reached import MotorLimitExceeded, NotReached, StrainLimitExceeded
 
 __all__ = [
+    "ROUNDING",
     "Limit",
     "check_limits",
     "grazes",
@@ -32,7 +33,7 @@ Floats = NDArray[np.float64]
 #: Steps that change a margin by less are not divided to find out whether its limit is passed within.
 SMALLEST_GRAZE = 1e-3
 #: Overshoot within the accuracy of a solution, of the margins.
-_ROUNDING = 1e-9
+ROUNDING = 1e-9
 
 
 _NONE: Floats = np.zeros(0)
@@ -103,10 +104,10 @@ def grazes(before: Floats, after: Floats) -> bool:
 
 def violated(robot: Robot, margin: Floats) -> frozenset[Limit]:
     """The limits that do not hold."""
-    if not margin.size or margin.min() >= -_ROUNDING:
+    if not margin.size or margin.min() >= -ROUNDING:
         return frozenset()
     limits = limits_of(robot)
-    return frozenset(limits[number] for number in np.flatnonzero(margin < -_ROUNDING))
+    return frozenset(limits[number] for number in np.flatnonzero(margin < -ROUNDING))
 
 
 def limit_error(

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg
 
 from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
@@ -229,7 +229,7 @@ class Path:
     @on_one_blas_thread
     def singular_values(self, point: Point) -> Floats:
         """Of the dimensionless matrix of the problem at a point, ascending."""
-        return np.asarray(linalg.svdvals(self._linearised(point)[0])[::-1])
+        return np.asarray(scipy.linalg.svdvals(self._linearised(point)[0])[::-1])
 
     @on_one_blas_thread
     def tangent(self, point: Point, before: Tangent | None = None) -> Tangent:
@@ -253,7 +253,7 @@ class Path:
             found = np.full(len(last), np.nan)
         if not np.abs(curve @ found).max() < 1e-6 * np.abs(curve).max():
             # The last direction is across the curve (exactly on a fold), or two branches cross.
-            found = linalg.svd(curve)[2][-1]
+            found = scipy.linalg.svd(curve)[2][-1]
             found *= 1.0 if found @ last >= 0.0 else -1.0
         return Tangent(found[:-1], float(found[-1]))
 

@@ -82,8 +82,8 @@ class Controls:
 
     def __init__(self, gui: viser.GuiApi, handled: HandledRobot, do: Do) -> None:
         self._held: int | None = None
-        here, self._do = handled.equilibrium, do
-        self._sliders = MotorSliders(gui, handled.robot, here.motors.tolist(), self._slid)
+        current, self._do = handled.equilibrium, do
+        self._sliders = MotorSliders(gui, handled.robot, current.motors.tolist(), self._slid)
         buttons = gui.add_button_group("robot", ("home", "undo"))
 
         async def pressed(event: Any) -> None:
@@ -104,9 +104,9 @@ class Controls:
 
     def show(self, handled: HandledRobot) -> None:
         """Show where the motors are and what acts."""
-        here, refused = handled.equilibrium, handled.refused
+        current, refused = handled.equilibrium, handled.refused
         waits = refused is not None and refused.asked is not None
-        self._sliders.show(here.motors.tolist(), self._held if waits else None)
+        self._sliders.show(current.motors.tolist(), self._held if waits else None)
         if self._gravity.value != handled.has_gravity:
             self._gravity.value = handled.has_gravity
 
@@ -138,7 +138,7 @@ class Controls:
         field: Any = gui.add_text("numbers", "", hint="SI units, radians, between spaces")
         go = gui.add_button("go there")
 
-        def here(handled: HandledRobot) -> str:
+        def current_numbers(handled: HandledRobot) -> str:
             now = handled.equilibrium
             values = {"motors": now.motors, "pose": now.pose, "wrench": now.loads.wrench_world}
             return numbers_as_text(values[given.value])
@@ -147,7 +147,7 @@ class Controls:
 
         def fill(handled: HandledRobot) -> None:
             nonlocal filled
-            field.value = filled = here(handled)
+            field.value = filled = current_numbers(handled)
 
         def follow(handled: HandledRobot) -> None:
             if field.value == filled:  # nobody has typed there

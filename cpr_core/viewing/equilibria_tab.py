@@ -28,7 +28,7 @@ _SHOWN = 16
 
 
 def search(
-    here: Equilibrium,
+    current: Equilibrium,
     told: Callable[[tuple[FoundEquilibrium, ...]], None],
     stopped: Callable[[], bool],
     starts: int = _STARTS,
@@ -37,7 +37,7 @@ def search(
     """Search equilibria at the motors and under the loads of one, round by round.
 
     Args:
-        here: Where.
+        current: Where to search from: its motors and loads.
         told: Called after every round with all that are known, by energy.
         stopped: Whether to stop after this round.
         starts: Random starts of a round.
@@ -45,7 +45,9 @@ def search(
     """
     known: tuple[FoundEquilibrium, ...] = ()
     for number in range(rounds):
-        new = find_equilibria(here.robot, here.motors, starts=starts, seed=number, loads=here.loads)
+        new = find_equilibria(
+            current.robot, current.motors, starts=starts, seed=number, loads=current.loads
+        )
         known = merged_equilibria(known, new)
         if stopped():
             return
@@ -79,7 +81,7 @@ class EquilibriaTab:
         return button
 
     def _begin(self, handled: HandledRobot) -> None:
-        here = handled.equilibrium
+        current = handled.equilibrium
         self._show((), "searching")
 
         def told(found: tuple[FoundEquilibrium, ...]) -> None:
@@ -87,7 +89,7 @@ class EquilibriaTab:
 
         def work(stopped: Callable[[], bool]) -> None:
             try:
-                search(here, told, stopped)
+                search(current, told, stopped)
             except CprError as error:
                 problem = str(error)
                 self._do("searched", lambda _: self._show((), problem))
@@ -98,7 +100,7 @@ class EquilibriaTab:
 
     def _show(self, found: Sequence[FoundEquilibrium], state: str) -> None:
         self._found = tuple(found)
-        stable = sum(one.stable for one in found)
+        stable = sum(each.stable for each in found)
         self._text.content = as_plain(f"{len(found)} found, {stable} stable; {state}")
         for number, button in enumerate(self._buttons):
             button.visible = number < len(found)
@@ -116,7 +118,7 @@ class EquilibriaTab:
 
 def label_of(found: FoundEquilibrium) -> str:
     """Energy and index of an equilibrium, and how often it was met."""
-    here = found.equilibrium
-    kind = "stable" if found.stable else f"index {here.index_locked}"
+    equilibrium = found.equilibrium
+    kind = "stable" if found.stable else f"index {equilibrium.index_locked}"
     home = ", branch of home" if found.from_home else ""
-    return f"{here.energy:.5g} J, {kind}, met {found.starts} times{home}"
+    return f"{equilibrium.energy:.5g} J, {kind}, met {found.starts} times{home}"

@@ -214,16 +214,16 @@ class HandledRobot:
 
     def choose_modes(self, modes: int) -> bool:
         """The same robot with other strain modes, at the same motors and under the same loads."""
-        here = self.equilibrium
+        current = self.equilibrium
         try:
             count = checked_count("modes", modes, 1)
             if count > 40:
                 raise InvalidRequest("modes", f"expected at most 40, got {count}")
             robot = Robot(self.robot.description.with_modes(count))
-            found = solve_forward(robot, here.motors, loads=here.loads, time_limit=10.0)
+            found = solve_forward(robot, current.motors, loads=current.loads, time_limit=10.0)
         except CprError as error:
             return self._refuse(error, None)
-        apart = np.linalg.norm(found.platform_position - here.platform_position)
+        apart = np.linalg.norm(found.platform_position - current.platform_position)
         if apart > _SAME * robot.mean_length:
             words = (
                 f"{count} modes: not chosen, because the way from home at these motors leads to another "
@@ -254,8 +254,8 @@ class HandledRobot:
         self._refuse(error, None)
 
     def _from_here(self) -> dict:
-        here = self.equilibrium
-        return {"start": here, "stable_only": here.stable, "time_limit": _TIME_LIMIT}
+        current = self.equilibrium
+        return {"start": current, "stable_only": current.stable, "time_limit": _TIME_LIMIT}
 
     def _ask(
         self, hand: str, solve: Callable[[], Equilibrium], asked: Callable[[], Asked | None]

@@ -30,19 +30,19 @@ class Mailbox:
         self._thread = threading.Thread(target=self._work, name="cpr view", daemon=True)
         self._thread.start()
 
-    def ask(self, what: str, work: Callable[[], None], delay: float = 0.0) -> None:
+    def ask(self, task: str, work: Callable[[], None], delay: float = 0.0) -> None:
         """Have something done soon; it takes the place of what was asked under the same name before.
 
         Args:
-            what: The name.
+            task: Its name.
             work: What to do.
             delay: Not before so long [s].
         """
         with self._changed:
             if not self._closed:
                 due = time.monotonic() + delay
-                before, _ = self._waiting.get(what, (due, work))
-                self._waiting[what] = min(before, due), work
+                before, _ = self._waiting.get(task, (due, work))
+                self._waiting[task] = min(before, due), work
                 self._changed.notify_all()
 
     def wait(self, timeout: float) -> bool:
@@ -76,8 +76,8 @@ class Mailbox:
             self._busy = False
             self._changed.notify_all()
             while not self._closed:
-                due, what = min(
-                    ((at, what) for what, (at, _) in self._waiting.items()), default=(None, "")
+                due, task = min(
+                    ((at, task) for task, (at, _) in self._waiting.items()), default=(None, "")
                 )
                 if due is None:
                     self._changed.wait()
@@ -85,5 +85,5 @@ class Mailbox:
                     self._changed.wait(early)
                 else:
                     self._busy = True
-                    return self._waiting.pop(what)[1]
+                    return self._waiting.pop(task)[1]
             return None

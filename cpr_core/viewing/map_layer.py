@@ -84,10 +84,10 @@ def read_layer(robot: Robot, file: str | Path) -> MapLayer:
 
 def go_to_cell(handled: HandledRobot, found: WorkspaceMap, cell: int) -> bool:
     """Walk to what a cell imposes, from where the robot is; whether it was reached."""
-    there = found.equilibrium(cell)
+    reached = found.equilibrium(cell)
     if found.grid.given == "motors" or not handled.robot.description.controlled:
-        return handled.move_motors(there.motors, "map")
-    return handled.move_pose(there.pose, "map")
+        return handled.move_motors(reached.motors, "map")
+    return handled.move_pose(reached.pose, "map")
 
 
 def _spacing(found: WorkspaceMap) -> float:

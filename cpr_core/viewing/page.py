@@ -152,17 +152,17 @@ class Page:
 
     def _draw(self) -> None:
         handled = self._handled
-        here, refused = handled.equilibrium, handled.refused
+        current, refused = handled.equilibrium, handled.refused
         asked = None if refused is None else refused.asked
         # All that is computed first: kernels let go of the interpreter, and what is sent would take it.
-        lines, text = equilibrium_lines(here), status_text(handled)
-        ghost = None if asked is None else ghost_lines(here, asked)
+        lines, text = equilibrium_lines(current), status_text(handled)
+        ghost = None if asked is None else ghost_lines(current, asked)
         with self.server.atomic():
             self._robot.show(lines)
-            self._platform.show(here.platform_position, here.platform_quaternion)
+            self._platform.show(current.platform_position, current.platform_quaternion)
             self._ghost.show_ghost(ghost)
-            self._handle.show(here)
-            self._force.show(here)
+            self._handle.show(current)
+            self._force.show(current)
             self._controls.show(handled)
             if self._status.content != text:
                 self._status.content = text

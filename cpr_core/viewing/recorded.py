@@ -22,24 +22,24 @@ __all__ = ["as_gif", "as_yaml", "screen"]
 
 def screen(handled: HandledRobot) -> dict[str, Any]:
     """What is on screen as plain values, SI units."""
-    here, refused = handled.equilibrium, handled.refused
+    current, refused = handled.equilibrium, handled.refused
     asked = None if refused is None else refused.asked
     shown: dict[str, Any] = {
         "cpr": __version__,
-        "robot": here.robot.description.name,
-        "source": str(here.robot.description.source),
-        "modes": [list(rod.modes.counts) for rod in here.robot.description.rods],
-        "motors": dict(zip(here.robot.motor_names, here.motors.tolist(), strict=True)),
-        "efforts": dict(zip(here.robot.motor_names, here.efforts.tolist(), strict=True)),
+        "robot": current.robot.description.name,
+        "source": str(current.robot.description.source),
+        "modes": [list(rod.modes.counts) for rod in current.robot.description.rods],
+        "motors": dict(zip(current.robot.motor_names, current.motors.tolist(), strict=True)),
+        "efforts": dict(zip(current.robot.motor_names, current.efforts.tolist(), strict=True)),
         "platform": {
-            "position": here.platform_position.tolist(),
-            "quaternion_wxyz": here.platform_quaternion.tolist(),
+            "position": current.platform_position.tolist(),
+            "quaternion_wxyz": current.platform_quaternion.tolist(),
         },
-        "gravity": here.loads.gravity.tolist(),
-        "wrench_world": here.loads.wrench_world.tolist(),
-        "energy": here.energy,
-        "index_locked": here.index_locked,
-        "measures": {bar.name: float(bar.value) for bar in bars(here)},
+        "gravity": current.loads.gravity.tolist(),
+        "wrench_world": current.loads.wrench_world.tolist(),
+        "energy": current.energy,
+        "index_locked": current.index_locked,
+        "measures": {bar.name: float(bar.value) for bar in bars(current)},
     }
     if refused is not None:
         shown["refused"] = {"kind": refused.kind, "reason": refused.reason}
@@ -83,7 +83,7 @@ def as_gif(frames: Sequence[NDArray[np.uint8]], rate: float) -> bytes:
 def _plain(value: Any) -> Any:
     """Numbers of numpy as those of Python."""
     if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
+        return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
+        return [_plain(item) for item in value]
     return value.item() if isinstance(value, np.generic) else value

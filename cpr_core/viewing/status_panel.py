@@ -22,15 +22,15 @@ _COLORS = {"fine": "green", "slow": "yellow", "stop": "red"}
 
 def status_text(handled: HandledRobot) -> str:
     """Stability in a line, then what was refused, or done."""
-    here = handled.equilibrium
-    if not here.spectrum_locked.energy_criterion_applies:
+    current = handled.equilibrium
+    if not current.spectrum_locked.energy_criterion_applies:
         verdict = (
-            f"energy does not decide (index {here.index_locked}): a load without potential acts"
+            f"energy does not decide (index {current.index_locked}): a load without potential acts"
         )
-    elif here.index_locked == 0:
+    elif current.index_locked == 0:
         verdict = "stable with the motors held"
     else:
-        verdict = f"UNSTABLE: index {here.index_locked} with the motors held"
+        verdict = f"UNSTABLE: index {current.index_locked} with the motors held"
     lines = [f"**{verdict}**"]
     if handled.refused is not None:
         lines.append(f"**Refused ({handled.refused.kind})**: {as_plain(handled.refused.reason)}")

@@ -96,12 +96,12 @@ class WayTab:
         self._time.value = 0.0
 
     def _fill(self, handled: HandledRobot) -> None:
-        here = handled.equilibrium
-        values = here.motors if self._given.value == "motors" else here.pose
+        current = handled.equilibrium
+        values = current.motors if self._given.value == "motors" else current.pose
         self._field.value = numbers_as_text(values)
 
     def _begin(self, handled: HandledRobot) -> None:
-        kind, here = self._given.value, handled.equilibrium
+        kind, current = self._given.value, handled.equilibrium
         try:
             values = typed_numbers(kind, self._field.value, self._meanings[kind])
         except CprError as error:
@@ -112,10 +112,10 @@ class WayTab:
         def work(stopped: Callable[[], bool]) -> None:
             try:
                 found = trace(
-                    here.robot,
+                    current.robot,
                     motors=values if kind == "motors" else None,
                     pose=values if kind == "pose" else None,
-                    start=here,
+                    start=current,
                     points=_POINTS,
                 )
             except CprError as error:

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.io import netcdf_file
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
@@ -104,7 +104,7 @@ def write_map(found: WorkspaceMap, file: str | Path) -> None:
     beside = unfinished_file(file, os.getpid())
     variables = _variables(found)
     try:
-        with netcdf_file(beside, "w", version=2) as target:
+        with scipy.io.netcdf_file(beside, "w", version=2) as target:
             for name, value in _attributes(found).items():
                 setattr(target, name, np.int32(value) if isinstance(value, int) else value.encode())
             for name, variable in variables.items():
@@ -284,7 +284,7 @@ def _variables(found: WorkspaceMap) -> dict[str, _Variable]:
 def _read(file: str | Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Attributes and arrays of a file."""
     try:
-        with netcdf_file(file, "r", mmap=False) as source:
+        with scipy.io.netcdf_file(file, "r", mmap=False) as source:
             attributes = {
                 name: value.decode() if isinstance(value, bytes) else value
                 for name, value in source._attributes.items()

@@ -10,9 +10,8 @@ from enum import IntEnum
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
@@ -159,11 +158,11 @@ class WorkspaceMap:
         cell, column = np.nonzero(self.cells.edges == EdgeState.PASSED)
         neighbour = self.grid.neighbours[cell, column]
         both = good[cell] & good[neighbour]
-        graph = coo_array(
+        graph = scipy.sparse.coo_array(
             (np.ones(both.sum(), np.int8), (cell[both], neighbour[both])),
             shape=(len(good), len(good)),
         )
-        labels = connected_components(graph, directed=False)[1]
+        labels = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
         return good & (labels == labels[self.first])
 
     @cached_property

@@ -3,6 +3,10 @@
 
 """Dense matrices are decomposed on one thread, and BLAS has all of its threads again afterwards."""
 
+import json
+import os
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -10,7 +14,7 @@ from helpers.blas_limit import blas_threads_limited
 from threadpoolctl import threadpool_info
 
 import cpr_core
-from cpr_core.blas_threads import on_one_blas_thread
+from cpr_core.blas_threads import on_one_blas_thread, on_one_numpy_thread
 from cpr_core.model import kinemato_statics, stability
 
 
@@ -77,9 +81,57 @@ def test_spectra_and_the_dense_response_are_computed_on_one_thread(before, monke
         return call
 
     monkeypatch.setattr(stability.np.linalg, "eigh", watched(stability.np.linalg.eigh))
-    monkeypatch.setattr(stability.linalg, "qr", watched(stability.linalg.qr))
-    monkeypatch.setattr(kinemato_statics.linalg, "solve", watched(kinemato_statics.linalg.solve))
+    monkeypatch.setattr(stability.np.linalg, "svd", watched(stability.np.linalg.svd))
+    monkeypatch.setattr(
+        kinemato_statics.scipy.linalg, "solve", watched(kinemato_statics.scipy.linalg.solve)
+    )
     assert cpr_core.spectrum(found).eigenvalues.size
     assert cpr_core.kinemato_statics(found)._dense_response[0].size
-    assert {name for name, _ in seen} == {"eigh", "qr", "solve"}
+    assert {name for name, _ in seen} == {"eigh", "svd", "solve"}
     assert all(threads == {1} for _, threads in seen)
+
+
+def test_scipy_is_limited_within_a_call_that_began_with_numpy_alone(before):
+    seen = []
+
+    @on_one_numpy_thread
+    def with_numpy():
+        seen.append(on_one_blas_thread(blas_threads)())
+        seen.append(blas_threads())
+
+    with_numpy()
+    assert [set(threads) for threads in seen] == [{1}, {1}]
+    assert blas_threads() == before
+
+
+#: In a process of its own, as scipy is imported by these tests. Threads of all of BLAS, one by one.
+NUMPY_ALONE = """
+import json, sys
+from threadpoolctl import threadpool_info
+from cpr_core.blas_threads import on_one_blas_thread, on_one_numpy_thread, on_one_numpy_thread
+def threads():
+    return sorted(library["num_threads"] for library in threadpool_info())
+seen = []
+@on_one_blas_thread
+def with_scipy():
+    seen.append([threads(), "scipy.linalg" in sys.modules])
+@on_one_numpy_thread
+def with_numpy():
+    seen.append([threads(), "scipy.linalg" in sys.modules])
+    with_scipy()
+    seen.append([threads(), "scipy.linalg" in sys.modules])
+with_numpy()
+seen.append([threads(), "scipy.linalg" in sys.modules])
+print(json.dumps(seen))
+"""
+
+
+def test_scipy_is_not_imported_for_numpy_and_limited_when_it_comes():
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "2"}
+    done = subprocess.run(
+        [sys.executable, "-c", NUMPY_ALONE], env=environment, stdout=subprocess.PIPE, check=True
+    )
+    alone, within, still, after = json.loads(done.stdout)
+    assert set(alone[0]) == set(within[0]) == set(still[0]) == {1}
+    assert set(after[0]) == {2}
+    assert [imported for _, imported in (within, still, after)] == [True] * 3

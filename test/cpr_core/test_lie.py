@@ -75,6 +75,12 @@ def test_exp_agrees_with_scipy_to_the_last_digits(axis, angle):
     assert_allclose(lie.rotation_exp(angle * axis), expected, rtol=0.0, atol=1e-15)
 
 
+def test_exp_of_many_is_exp_of_each():
+    vectors = np.array([[a * axis for axis in AXES] for a in SMALL + AT_THE_BRANCH + LARGE])
+    expected = [[lie.rotation_exp(vector) for vector in row] for row in vectors]
+    assert_allclose(lie.rotations_exp(vectors), expected, rtol=0.0, atol=1e-15)
+
+
 @pytest.mark.parametrize("axis", AXES)
 @pytest.mark.parametrize("angle", SMALL + AT_THE_BRANCH + LARGE)
 def test_log_undoes_exp(axis, angle):

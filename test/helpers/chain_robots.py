@@ -56,10 +56,12 @@ _ACROSS = tuple(np.array([-0.4, 0.3, 1.0]) / np.linalg.norm([-0.4, 0.3, 1.0]))
 _BENT = rotation_exp([0.3, -0.2, 0.5])
 
 
+_SHIPPED = load_robot("six_rfs").description.legs[0].rod
+
+
 def _rod(length=0.6, counts=(1, 2, 3), stiffer=1.0, motor=None):
-    of_robot = load_robot("six_rfs").description.legs[0].rod
-    modulus = stiffer * of_robot.young_modulus, stiffer * of_robot.shear_modulus
-    described = replace(of_robot, length=length, young_modulus=modulus[0], shear_modulus=modulus[1])
+    modulus = stiffer * _SHIPPED.young_modulus, stiffer * _SHIPPED.shear_modulus
+    described = replace(_SHIPPED, length=length, young_modulus=modulus[0], shear_modulus=modulus[1])
     return ChainRod(described, StrainModes(counts), motor)
 
 

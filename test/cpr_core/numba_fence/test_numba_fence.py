@@ -26,6 +26,7 @@ ROOT = Path(__file__).parents[3]
 WITHOUT = {
     "loop hint": ("pipeline_class", "the lowering of its passes"),
     "cache stamp": ("cache", "the stamp of its cache"),
+    "loaded code": ("", "the loading of its cache"),
     "compile events": ("", "events of compiling"),
     "_nrt": ("_nrt", "the option _nrt"),
     "forceinline": ("forceinline", "the option forceinline"),
@@ -154,6 +155,36 @@ def test_a_numba_without_any_of_them_runs_kernels_with_the_same_results(tmp_path
     assert len(found["warnings"]) == 1
     assert found["named"] == []  # nobody tells
     assert not [path for path in kept if "cpr_core" in path.parent.name]
+
+
+#: A kernel from disk, then one that is made of it and never was there.
+LOADED = """
+import json, sys
+import numpy as np
+from cpr_core.kernels.rotation_matrices import rotation_exp_into
+from cpr_core.numba_fence import hear_compilation, njit
+compiled = []
+with hear_compilation(lambda function: compiled.append(function.__name__)):
+    rotation = np.empty((3, 3))
+    rotation_exp_into(0.1, 0.2, 0.3, rotation)
+filled = "numba.typed.typeddict" in sys.modules
+def first_entry(x, rotation):
+    rotation_exp_into(0.1, 0.2, 0.3, rotation)
+    return rotation[0, 0] * x
+made = njit(first_entry)
+print(json.dumps({
+    "compiled": compiled, "filled": filled, "rotation": rotation.tolist(),
+    "made of it": made(2.0, np.empty((3, 3))),
+}))
+"""
+
+
+def test_machine_code_is_loaded_alone_and_other_kernels_are_made_of_it(tmp_path):
+    first, again = run(LOADED, tmp_path), run(LOADED, tmp_path)
+    assert "rotation_exp_into" in first["compiled"] and first["filled"]
+    assert again["compiled"] == [] and not again["filled"]
+    assert again["rotation"] == first["rotation"]
+    assert again["made of it"] == first["made of it"] == 2.0 * first["rotation"][0][0]
 
 
 def bounds(text):

@@ -172,3 +172,11 @@ def test_projection_of_a_strain_the_modes_have_is_itself():
     coordinates = np.random.default_rng(0).normal(size=10)
     curvature = (modes.values(grid.nodes) * coordinates) @ np.eye(3)[modes.directions]
     assert_allclose(modes.project(curvature, grid), coordinates, atol=1e-13)
+
+
+@pytest.mark.parametrize("kind", POLYNOMIALS)
+@pytest.mark.parametrize("modes", [1, 2, 7])
+def test_a_single_place_has_the_values_it_has_among_others(kind, modes):
+    expected = kind().values(SIGMA, modes)
+    found = [kind().values(SIGMA[k : k + 1], modes)[0] for k in range(len(SIGMA))]
+    assert_allclose(found, expected, rtol=0.0, atol=1e-14)
