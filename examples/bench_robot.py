@@ -7,8 +7,8 @@
     .venv/bin/python examples/bench_robot.py push --seconds 10
 
 It is a six_rfs whose rods are softer than its file says and one of whose motors has another zero.
-`measure` goes to the motors of a CSV file and writes the poses that are measured there, with noise, under
-the loads of the file.
+`measure` goes to the motors of a CSV file, under its loads, and writes the poses that are measured there,
+with noise.
 `push` publishes measured_joint_states for a cpr_node while a hand pushes on the platform, and prints
 what it does beside what the node feels. docs/bench.md walks through both.
 """
@@ -38,6 +38,8 @@ from cpr_core import Equilibrium, load_robot, read_measurements, solve_forward, 
 REALITY = {"rod.young_modulus": 197e9, "legs[2].motor.offset": 0.02}
 #: Noise of the tracker [m, rad], and of an effort, relative.
 POSITION_NOISE, ROTATION_NOISE, EFFORT_NOISE = 0.5e-3, 2e-3, 0.01
+#: At first nobody touches it: what is felt then is not the hand [s].
+ALONE = 2.0
 #: Of the joint states [Hz].
 RATE = 200.0
 
@@ -70,6 +72,8 @@ def turned(quaternion: np.ndarray, turn: np.ndarray) -> np.ndarray:
 
 def hand(seconds: float) -> np.ndarray:
     """Wrench of the hand on the platform: moment, then force in the world, (6,) [N m, N]."""
+    if seconds < ALONE:
+        return np.zeros(6)
     push = math.sin(0.5 * math.pi * seconds)
     return np.array([0.0, 0.0, 0.005 * push, 0.2 * push, 0.1, -0.3])
 
@@ -82,7 +86,7 @@ class BenchRobot:
         self.robot = load_robot("six_rfs").with_parameters(REALITY)
         self.place = solve_home(self.robot)
         self.told: np.ndarray = self.place.motors
-        self.felt: WrenchStamped | None = None
+        self.felt: np.ndarray | None = None
         self._random = np.random.default_rng(seed)
         self.node = rclpy.create_node("bench_robot")
         self.node.create_subscription(
@@ -97,7 +101,8 @@ class BenchRobot:
         self.told = np.array(message.data)
 
     def _on_wrench(self, message: WrenchStamped) -> None:
-        self.felt = message
+        force = message.wrench.force
+        self.felt = np.array([force.x, force.y, force.z])
 
     def tell(self, wrench: np.ndarray) -> None:
         """Publish where the motors are and what they do under a wrench, (6,)."""
@@ -118,18 +123,22 @@ def push(seconds: float, seed: int) -> None:
     enough = threading.Event()
     signal.signal(signal.SIGINT, lambda *_: enough.set())
     bench, begin, printed = BenchRobot(seed), time.monotonic(), 0
+    untouched: list[np.ndarray] = []
     try:
         while not enough.is_set() and (elapsed := time.monotonic() - begin) < (seconds or math.inf):
             wrench = hand(elapsed)
             bench.tell(wrench)
-            if elapsed > printed and bench.felt is not None:
-                force = bench.felt.wrench.force
-                felt = np.array([force.x, force.y, force.z])
+            if elapsed < ALONE and bench.felt is not None:
+                untouched.append(bench.felt)
+            elif elapsed > ALONE + printed and untouched and bench.felt is not None:
+                felt = bench.felt - np.mean(untouched, axis=0)
                 print(f"hand {wrench[3:].round(2)} N, felt {felt.round(2)} N")
                 printed += 1
             pause = begin + elapsed + 1.0 / RATE
             while (left := pause - time.monotonic()) > 0.0:
                 rclpy.spin_once(bench.node, timeout_sec=left)
+        if untouched:
+            print(f"felt without a hand: {np.mean(untouched, axis=0).round(2)} N")
     finally:
         bench.node.destroy_node()
         rclpy.try_shutdown()
@@ -140,7 +149,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     measuring = commands.add_parser("measure", help="poses at the motors of a file, with noise")
-    measuring.add_argument("poses", type=Path, help="CSV file with motors, as cpr measure writes it")
+    measuring.add_argument(
+        "poses", type=Path, help="CSV file with motors, as cpr measure writes it"
+    )
     measuring.add_argument("data", type=Path, help="CSV file to write, as cpr calibrate takes it")
     measuring.set_defaults(run=lambda given: measure(given.poses, given.data, given.seed))
     pushing = commands.add_parser("push", help="joint states with efforts, while a hand pushes")
