@@ -7,7 +7,7 @@
     .venv/bin/python examples/bench_robot.py push --seconds 10
 
 It is a six_rfs whose rods are softer than its file says and one of whose motors has another zero.
-`measure` goes to the motors of a CSV file, under its loads, and writes the poses that are measured there,
+`measure` goes to the motors of a CSV file, under its loads, and writes the poses that are measured,
 with noise.
 `push` publishes measured_joint_states for a cpr_node while a hand pushes on the platform, and prints
 what it does beside what the node feels. docs/bench.md walks through both.
