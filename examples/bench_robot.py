@@ -40,11 +40,13 @@ REALITY = {"rod.young_modulus": 197e9, "legs[2].motor.offset": 0.02}
 POSITION_NOISE, ROTATION_NOISE, EFFORT_NOISE = 0.5e-3, 2e-3, 0.01
 #: At first nobody touches it: what is felt then is not the hand [s].
 ALONE = 2.0
+#: For a node that feels [s].
+LONGEST_WAIT = 60.0
 #: Of the joint states [Hz].
 RATE = 200.0
 
 
-def measure(poses: Path, data: Path, seed: int) -> None:
+def measure(poses: Path, data: Path, seed: int) -> int:
     """Go to the motors of a file and write what the tracker sees."""
     robot = load_robot("six_rfs").with_parameters(REALITY)
     random = np.random.default_rng(seed)
@@ -59,6 +61,7 @@ def measure(poses: Path, data: Path, seed: int) -> None:
             orientation = turned(place.platform_quaternion, random.normal(0.0, ROTATION_NOISE, 3))
             numbers = [place.motors, position, orientation, place.loads.wrench_world]
             writer.writerow(np.concatenate(numbers).tolist())
+    return 0
 
 
 def turned(quaternion: np.ndarray, turn: np.ndarray) -> np.ndarray:
@@ -116,25 +119,30 @@ class BenchRobot:
         self._states.publish(message)
 
 
-def push(seconds: float, seed: int) -> None:
-    """Be the robot under a cpr_node while a hand pushes; 0 seconds: until Ctrl-C."""
+def push(seconds: float, seed: int) -> int:
+    """Be the robot under a cpr_node while a hand pushes; 0 seconds: until Ctrl-C. Returns the status."""
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     # A flag, for an exception could end up anywhere in rclpy, and be lost there.
     enough = threading.Event()
     signal.signal(signal.SIGINT, lambda *_: enough.set())
-    bench, begin, printed = BenchRobot(seed), time.monotonic(), 0
+    bench, started, first, printed = BenchRobot(seed), time.monotonic(), math.inf, 0
     untouched: list[np.ndarray] = []
     try:
-        while not enough.is_set() and (elapsed := time.monotonic() - begin) < (seconds or math.inf):
-            wrench = hand(elapsed)
+        while not enough.is_set() and (now := time.monotonic()) - first < (seconds or math.inf):
+            if bench.felt is None and now - started > LONGEST_WAIT:
+                print("bench_robot: no cpr_node tells what it feels", file=sys.stderr)
+                return 1
+            if bench.felt is not None:
+                first = min(first, now)
+            wrench = hand(now - first)
             bench.tell(wrench)
-            if elapsed < ALONE and bench.felt is not None:
+            if bench.felt is not None and now - first < ALONE:
                 untouched.append(bench.felt)
-            elif elapsed > ALONE + printed and untouched and bench.felt is not None:
+            elif bench.felt is not None and now - first > ALONE + printed:
                 felt = bench.felt - np.mean(untouched, axis=0)
                 print(f"hand {wrench[3:].round(2)} N, felt {felt.round(2)} N")
                 printed += 1
-            pause = begin + elapsed + 1.0 / RATE
+            pause = now + 1.0 / RATE
             while (left := pause - time.monotonic()) > 0.0:
                 rclpy.spin_once(bench.node, timeout_sec=left)
         if untouched:
@@ -142,10 +150,11 @@ def push(seconds: float, seed: int) -> None:
     finally:
         bench.node.destroy_node()
         rclpy.try_shutdown()
+    return 0
 
 
 def main() -> int:
-    """Measure or push."""
+    """Measure or push; exit status 0, or 1 where no node feels anything."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     measuring = commands.add_parser("measure", help="poses at the motors of a file, with noise")
@@ -160,8 +169,8 @@ def main() -> int:
     for command in (measuring, pushing):
         command.add_argument("--seed", type=int, default=0, help="of the noise")
     options = parser.parse_args()
-    options.run(options)
-    return 0
+    status: int = options.run(options)
+    return status
 
 
 if __name__ == "__main__":
