@@ -22,8 +22,8 @@ from std_srvs.srv import SetBool, Trigger
 
 from helpers.node_process import TIMEOUT, Client
 
-#: Depth of subscriptions of tests that look at every message: DDS forgets the oldest of a full queue, and
-#: a process that gets no processor for half a second finds a hundred of the 200 a second.
+#: Depth of subscriptions of tests that look at every message: DDS forgets the oldest of a full queue,
+#: and a process that gets no processor for half a second finds a hundred of the 200 a second.
 EVERY_MESSAGE = 10_000
 
 
