@@ -31,6 +31,8 @@ __all__ = [
 
 #: Events are located to this fraction of the way.
 LOCATION = 1e-9
+#: How far before and behind an event found by Brent's method its neighbours are.
+_BESIDE = 0.49 * LOCATION
 #: Two solutions found by bisection are neighbours on a branch if the state moves less than this between
 #: them, dimensionless. Branches that come nearer to each other are taken to cross.
 SAME_PLACE = 1e-5
@@ -175,7 +177,13 @@ def _narrowed(
 
     # Other things may happen on the way, or the value jump: what was found is looked at in order.
     with suppress(_Lost, RuntimeError):
-        scipy.optimize.brentq(at, first, last, xtol=LOCATION)
+        root = scipy.optimize.brentq(at, first, last, xtol=0.1 * LOCATION)
+        # The way back begins before the event: not where rounding decides on which side of it.
+        for place in (root - _BESIDE, root + _BESIDE):
+            at(min(last, max(first, place)))
+        for place in [each for each in found if abs(each - root) < 0.9 * _BESIDE]:
+            if place not in (first, last):
+                del found[place]
     places = sorted(found)
     number = next(k for k, place in enumerate(places) if differ(low, found[place]))
     first, last = places[number - 1], places[number]
