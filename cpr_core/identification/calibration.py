@@ -12,8 +12,8 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg
 
 from ..blas_threads import on_one_blas_thread
 from ..description.changed_description import named_parameters
@@ -148,11 +148,11 @@ def _result(
     residual, rates = problem.residual(change), problem.rates(change)
     unseen = unseen_directions(rates)
     count = len(problem.paths)
-    seen = linalg.null_space(unseen) if len(unseen) else np.eye(count)
+    seen = scipy.linalg.null_space(unseen) if len(unseen) else np.eye(count)
     known = rates @ seen
     covariance = np.zeros((count, count))
     if known.size:
-        covariance = seen @ linalg.inv(known.T @ known) @ seen.T
+        covariance = seen @ scipy.linalg.inv(known.T @ known) @ seen.T
     freedom = len(residual) - known.shape[1]
     covariance *= variance_factor(loss, residual, known.shape[1])
     covariance *= np.outer(problem.scales, problem.scales)

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg
 
 from ..lie import rotation_log, skew
 from ..model.equilibrium import Equilibrium
@@ -120,8 +120,8 @@ def compared_row(
     if not any(own):
         return ComparedRow(measurement, problem, places, each, np.diag(1.0 / each))
     moved = _moved_by_drive(equilibrium, driving)[places] * own
-    lower = linalg.cholesky(np.diag(each**2) + moved @ moved.T, lower=True)
-    weights = linalg.solve_triangular(lower, np.eye(len(places)), lower=True)
+    lower = scipy.linalg.cholesky(np.diag(each**2) + moved @ moved.T, lower=True)
+    weights = scipy.linalg.solve_triangular(lower, np.eye(len(places)), lower=True)
     return ComparedRow(measurement, problem, places, each, weights)
 
 
@@ -151,5 +151,5 @@ def _moved_by_drive(equilibrium: Equilibrium, driving: NDArray[np.bool_]) -> Flo
             model.efforts_by_motors,
         ]
     )
-    found: Floats = by_motors @ linalg.pinv(by_motors[driving])
+    found: Floats = by_motors @ scipy.linalg.pinv(by_motors[driving])
     return found

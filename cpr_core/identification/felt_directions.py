@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg
 
 from ..model.robot import Robot
 from ..model.world_response import WorldResponse
@@ -146,7 +146,7 @@ def felt_directions(
     answers = measurements.by_wrench(response)
     size = answers.shape[1]
     fewer = len(answers) < size  # than coordinates: some directions are no answer at all
-    left, values, right, _ = linalg.lapack.dgesdd(answers, full_matrices=fewer)
+    left, values, right, _ = scipy.linalg.lapack.dgesdd(answers, full_matrices=fewer)
     if fewer:
         values = np.concatenate([values, np.zeros(size - len(values))])
     if count is None:

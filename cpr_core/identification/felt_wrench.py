@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import gammaincc
 
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
@@ -106,7 +106,7 @@ class WrenchEstimate:
         """Probability of a ``chi_square`` as large, had noise alone made it; 1: nothing to tell."""
         if not self.degrees_of_freedom:
             return 1.0
-        return float(gammaincc(0.5 * self.degrees_of_freedom, 0.5 * self.chi_square))
+        return float(scipy.special.gammaincc(0.5 * self.degrees_of_freedom, 0.5 * self.chi_square))
 
     @property
     def words(self) -> str:

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg
 
 __all__ = ["unseen_directions", "unseen_in_words"]
 
@@ -27,7 +27,7 @@ def unseen_directions(rates: Floats) -> Floats:
     Args:
         rates: Derivatives of what is compared by parameters in natural units, (M, P).
     """
-    _, values, rows = linalg.svd(rates, full_matrices=True)
+    _, values, rows = scipy.linalg.svd(rates, full_matrices=True)
     seen = int(np.sum(values > _UNSEEN * max(values.max(initial=0.0), np.finfo(float).tiny)))
     found: Floats = rows[seen:]
     return found
@@ -47,10 +47,10 @@ def unseen_in_words(
     if not len(directions):
         return ()
     # As few parameters as possible in each: one is only in the first line, another in the second ...
-    _, upper, order = linalg.qr(directions, mode="economic", pivoting=True)
+    _, upper, order = scipy.linalg.qr(directions, mode="economic", pivoting=True)
     count = len(directions)
     rows = np.zeros((count, len(paths)))
-    rows[:, order] = linalg.solve_triangular(upper[:, :count], upper)
+    rows[:, order] = scipy.linalg.solve_triangular(upper[:, :count], upper)
     rows[np.abs(rows) < _NOTHING] = 0.0
     return tuple(_in_words(row * scales, paths, values) for row in rows)
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg
 
 from ..kernels.condensation_kernel import CONDENSED
 from ..kernels.kept_factors import kept_count
@@ -78,7 +78,7 @@ def world_response(equilibrium: Equilibrium) -> WorldResponse:
         return _dense(equilibrium)
     size = len(equilibrium.robot.platform_axes)
     coupling = border[size:, :size]
-    inverse, failed = linalg.lapack.dgesv(border[:size, :size], np.eye(size))[2:]
+    inverse, failed = scipy.linalg.lapack.dgesv(border[:size, :size], np.eye(size))[2:]
     if failed:
         return _dense(equilibrium)
     efforts = coupling @ inverse

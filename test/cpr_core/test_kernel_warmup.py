@@ -26,6 +26,7 @@ HEAVY = (
     "pandas",
     "scipy.integrate",
     "scipy.interpolate",
+    "scipy.linalg",
     "scipy.optimize",
     "scipy.sparse",
     "scipy.spatial",
@@ -43,7 +44,6 @@ class Listener(event.Listener):
     def on_end(self, event):
         pass
 event.register("numba:compile", Listener())
-import scipy.linalg  # what it brings along is its affair, and differs between versions
 brought = set(sys.modules)
 import cpr_core
 print(json.dumps({"compiled": compiled, "modules": sorted(set(sys.modules) - brought)}))
