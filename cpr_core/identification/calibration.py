@@ -16,11 +16,9 @@ import scipy
 from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread
-from ..description.changed_description import named_parameters
 from ..description.parameters import checked_paths
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
-from ..model.residual_rates import parameter_scale
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_vector
 from .calibration_result import CalibrationResult, CalibrationWarning
@@ -28,7 +26,7 @@ from .compared import compared_row
 from .doubts import check_measured, fit_doubts, measured_doubts
 from .measured_equilibria import first_equilibria
 from .measurements import Measurement, StandardDeviations, checked_measurements
-from .parameter_problem import TRIED, ParameterProblem, solution
+from .parameter_problem import TRIED, ParameterProblem, natural_changes, solution
 from .robust_loss import Loss, checked_loss, variance_factor
 from .undetermined import unseen_directions, unseen_in_words
 
@@ -95,7 +93,7 @@ def calibrate(
     if numbers < len(paths):
         expected = f"expected at least as many measured numbers as parameters, {len(paths)}"
         raise InvalidRequest("measurements", f"{expected}, got {numbers}")
-    scales = _scales(before[0], paths)
+    scales = natural_changes(before[0], paths)
     problem = ParameterProblem(robot, paths, values, scales, compared, before, tell)
     answer = solution(problem, limits, loss)
     found = _result(problem, answer, loss, measured_doubts(compared, before))
@@ -132,13 +130,6 @@ def _checked_bounds(
             raise InvalidRequest(f"bounds[{path!r}]", problem)
         found[:, column] = low, high
     return found
-
-
-def _scales(equilibrium: Equilibrium, paths: Sequence[str]) -> Floats:
-    """Changes of the parameters that mean about as much as a natural unit, (P,)."""
-    parameters = named_parameters(equilibrium.robot.description, paths)
-    each = [(parameter_scale(equilibrium, parameter), parameter.size) for parameter in parameters]
-    return np.array([scale or size or 1.0 for scale, size in each])
 
 
 def _result(

@@ -127,15 +127,18 @@ def _columns(
     names = [("position ", axis) for axis in "xyz"] + [("", "")] * 3
     names += [("motors: ", name) for name in robot.motor_names]
     names += [("efforts: ", name) for name in robot.motor_names]
+    differences = [
+        row.differences(equilibrium) for row, equilibrium in zip(rows, predicted, strict=True)
+    ]
     for place in (*range(3), *range(6, 6 + 2 * count)):
         values, foretold, deviations = [], [], [0.0]
-        for row, equilibrium in zip(rows, predicted, strict=True):
+        for row, equilibrium, difference in zip(rows, predicted, differences, strict=True):
             if place not in row.places:
                 continue
             at = int(np.searchsorted(row.places, place))
             all_of = (equilibrium.platform_position, np.zeros(3), equilibrium.motors)
             foretold.append(float(np.concatenate([*all_of, equilibrium.efforts])[place]))
-            values.append(foretold[-1] - float(row.differences(equilibrium)[at]))
+            values.append(foretold[-1] - float(difference[at]))
             deviations.append(float(row.deviations[at]))
         rounded = np.round(np.array(values), 14)
         yield (*names[place], rounded, np.array(foretold), max(deviations))

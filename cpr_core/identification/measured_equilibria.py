@@ -93,8 +93,8 @@ def _solved(known: Sequence[Equilibrium], row: Measurement) -> Equilibrium:
 
 def _distance(equilibrium: Equilibrium, drive: Drive) -> float:
     """How far an equilibrium is from what drives another one, in what that is measured in."""
-    own = {"motors": equilibrium.motors, "efforts": equilibrium.efforts, "pose": equilibrium.pose}
-    return float(np.linalg.norm(own[drive.problem] - drive.values))
+    own: Floats = getattr(equilibrium, drive.problem)
+    return float(np.linalg.norm(own - drive.values))
 
 
 def _one_step(start: Equilibrium, motors: Floats, loads: Loads) -> Equilibrium | None:

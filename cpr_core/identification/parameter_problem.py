@@ -5,15 +5,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..description.changed_description import named_parameters
 from ..errors import DescriptionError
 from ..model.equilibrium import Equilibrium
+from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot
 from ..solving.not_reached import NotReached
 from ..solving.targets import ProblemName
@@ -22,7 +24,7 @@ from .measured_equilibria import followed
 from .robust_loss import Loss, loss_width
 from .undetermined import unseen_directions
 
-__all__ = ["TRIED", "ParameterProblem", "solution"]
+__all__ = ["TRIED", "ParameterProblem", "natural_changes", "solution"]
 
 Floats = NDArray[np.float64]
 
@@ -37,6 +39,14 @@ _SAME = 1e-2
 TRIED = 60
 #: Times that what is not determined is looked for again: it may be other directions at the answer.
 _ROUNDS = 3
+
+
+def natural_changes(equilibrium: Equilibrium, paths: Sequence[str]) -> Floats:
+    """Changes of parameters that mean about as much as a natural unit, (P,); none is zero."""
+    parameters = named_parameters(equilibrium.robot.description, paths)
+    scales = parameter_scales(equilibrium, parameters).tolist()
+    pairs = zip(scales, parameters, strict=True)
+    return np.array([scale or parameter.size or 1.0 for scale, parameter in pairs])
 
 
 @dataclass(eq=False)

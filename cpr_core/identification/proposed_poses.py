@@ -13,12 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread
-from ..description.changed_description import named_parameters
 from ..description.loads import Loads
 from ..description.parameters import checked_paths
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
-from ..model.residual_rates import parameter_scale
 from ..model.robot import Robot, checked_robot
 from ..solving.geometrico_statics import solve_forward
 from ..solving.home import solve_home
@@ -26,6 +24,7 @@ from ..solving.not_reached import NotReached
 from ..validation import checked_count, checked_number
 from .compared import compared_row
 from .measurements import Measurement, StandardDeviations
+from .parameter_problem import natural_changes
 from .undetermined import unseen_directions, unseen_in_words
 
 __all__ = ["ProposedPoses", "propose_poses"]
@@ -107,8 +106,7 @@ def propose_poses(
     if all(deviation is None for deviation in measured):
         raise InvalidRequest("deviations", "expected one of position, rotation or efforts")
     candidates = _candidates(robot, count, tuple(loads), (reach, margin, seed), progress)
-    named = named_parameters(robot.description, paths)
-    scales = np.array([parameter_scale(candidates[0], each) or each.size or 1.0 for each in named])
+    scales = natural_changes(candidates[0], paths)
     rates = np.array([_rates(each, deviations, paths) for each in candidates]) * scales
     information = np.einsum("ckp,ckq->cpq", rates, rates)
     chosen = _chosen(information, count)

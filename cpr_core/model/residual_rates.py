@@ -19,7 +19,7 @@ from .array_rates import ArrayRates, array_rates
 from .equilibrium import Equilibrium
 from .varied_numbers import VariedNumbers
 
-__all__ = ["ResidualRates", "parameter_scale", "residual_rates"]
+__all__ = ["ResidualRates", "parameter_scales", "residual_rates"]
 
 Floats = NDArray[np.float64]
 
@@ -82,9 +82,9 @@ def residual_rates(equilibrium: Equilibrium, parameters: Sequence[Parameter]) ->
     return ResidualRates(rates, count)
 
 
-def parameter_scale(equilibrium: Equilibrium, parameter: Parameter) -> float:
-    """Change of a parameter that means as much as a natural unit; 0 where it means nothing."""
-    return float(_plan(equilibrium, (parameter,)).sizes[0])
+def parameter_scales(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> Floats:
+    """Changes of parameters that mean as much as a natural unit, (P,); 0 where they mean nothing."""
+    return _plan(equilibrium, parameters).sizes
 
 
 def _vary(

@@ -18,7 +18,7 @@ from ..description.parameters import Parameter
 from ..errors import DescriptionError
 from ..lie import rotation_exp
 from ..model.equilibrium import Equilibrium, described
-from ..model.residual_rates import parameter_scale
+from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot
 
 __all__ = ["stability_slopes"]
@@ -71,8 +71,11 @@ def stability_slopes(
     """
     measures = {name: measure for name, measure in _MEASURES.items() if name in wanted}
     found = {name: np.zeros(len(parameters) if name in measures else 0) for name in _MEASURES}
-    for column, parameter in enumerate(parameters if measures else ()):
-        rate, natural = states[:, column], parameter_scale(equilibrium, parameter)
+    if not measures:
+        return found
+    scales = parameter_scales(equilibrium, parameters).tolist()
+    for column, (parameter, natural) in enumerate(zip(parameters, scales, strict=True)):
+        rate = states[:, column]
         if natural == 0.0:
             continue
         response = float(np.abs(rate / equilibrium.robot.arrays.unit).max())

@@ -15,7 +15,7 @@ from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home
 from cpr_core.description.changed_description import named_parameters
 from cpr_core.errors import DescriptionError
 from cpr_core.model.model_state import evaluate
-from cpr_core.model.residual_rates import parameter_scale, residual_rates
+from cpr_core.model.residual_rates import parameter_scales, residual_rates
 
 #: The short form, and chains of every kind of element. Derivatives are tried with all robots.
 ROBOTS = ("six_rfs", "three_prs", "two_rods")
@@ -45,7 +45,7 @@ def test_rates_are_those_of_robots_that_are_built_anew(name):
         try:
             parameter = named_parameters(equilibrium.robot.description, path)[0]
             found = residual_rates(equilibrium, [parameter]).rates[0]
-            scale = parameter_scale(equilibrium, parameter)
+            (scale,) = parameter_scales(equilibrium, (parameter,))
             expected = [
                 np.tensordot(
                     [1.0, -8.0, 8.0, -1.0],

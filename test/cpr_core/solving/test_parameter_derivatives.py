@@ -28,7 +28,7 @@ from cpr_core.description.changed_description import named_parameters
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.condensation_kernel import DELAYED
 from cpr_core.lie import angle_motions
-from cpr_core.model.residual_rates import parameter_scale
+from cpr_core.model.residual_rates import parameter_scales
 
 ROBOTS = list(shipped_robots())
 STATE = ("position", "rotation", "motors", "efforts")
@@ -81,7 +81,7 @@ def compared(equilibrium, path, problem, quantities, tolerance=1e-6):
     of = ("pose", "motors", "efforts", *(name for name in quantities if name not in STATE))
     found = derivatives(equilibrium, path, of, problem)
     (parameter,) = named_parameters(robot.description, path)
-    scale = parameter_scale(equilibrium, parameter)
+    (scale,) = parameter_scales(equilibrium, (parameter,))
     mine = {name: scale * getattr(found, name)[..., 0] / units[name] for name in quantities}
     if scale == 0.0:
         assert not any(np.any(getattr(found, name)) for name in STATE)
