@@ -125,8 +125,9 @@ def push(seconds: float, seed: int) -> int:
     # A flag, for an exception could end up anywhere in rclpy, and be lost there.
     enough = threading.Event()
     signal.signal(signal.SIGINT, lambda *_: enough.set())
-    bench, started, first, printed = BenchRobot(seed), time.monotonic(), math.inf, 0
+    bench, started, first = BenchRobot(seed), time.monotonic(), math.inf
     untouched: list[np.ndarray] = []
+    touched: list[np.ndarray] = []  # of the last second: what the hand did, and what was felt
     try:
         while not enough.is_set() and (now := time.monotonic()) - first < (seconds or math.inf):
             if bench.felt is None and now - started > LONGEST_WAIT:
@@ -138,10 +139,12 @@ def push(seconds: float, seed: int) -> int:
             bench.tell(wrench)
             if bench.felt is not None and now - first < ALONE:
                 untouched.append(bench.felt)
-            elif bench.felt is not None and now - first > ALONE + printed:
-                felt = bench.felt - np.mean(untouched, axis=0)
-                print(f"hand {wrench[3:].round(2)} N, felt {felt.round(2)} N")
-                printed += 1
+            elif bench.felt is not None:
+                touched.append(np.array([wrench[3:], bench.felt - np.mean(untouched, axis=0)]))
+            if len(touched) >= RATE:
+                told, felt = np.mean(touched, axis=0).round(2)
+                print(f"hand {told} N, felt {felt} N")
+                touched.clear()
             pause = now + 1.0 / RATE
             while (left := pause - time.monotonic()) > 0.0:
                 rclpy.spin_once(bench.node, timeout_sec=left)

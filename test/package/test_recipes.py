@@ -38,6 +38,7 @@ COMMANDS = {
     [
         "README.md",
         "docs/api.md",
+        "docs/bench.md",
         "docs/calibration.md",
         "docs/parameters.md",
         "docs/paths.md",

@@ -51,7 +51,8 @@ def calibrated(tmp_path_factory):
 def test_the_calibration_finds_what_the_bench_hides(calibrated, capsys):
     folder, found = calibrated
     values = load_robot(found).parameter_values(PATHS)
-    assert_allclose(values, REALITY, atol=[6e9, *[3e-3] * 6])
+    # Three of the standard deviations it tells.
+    assert np.all(np.abs(values - REALITY) < [6e9, *[3e-3] * 6]), values
     assert main(["calibrate", found, str(folder / "data.csv"), *KNOWN]) == 0
     again = capsys.readouterr().out
     assert re.search(r"standard deviations say: (0\.[89]|1\.[01])", again), again
