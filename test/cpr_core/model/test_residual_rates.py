@@ -74,8 +74,8 @@ def test_a_linear_parameter_is_exact_and_takes_one_residual():
     equilibrium = equilibrium_of("six_rfs")
     paths = ["rod.young_modulus", "legs[1].tip.position[0]", "legs[0].motor.offset"]
     parameters = named_parameters(equilibrium.robot.description, paths)
-    for parameter, needed in zip(parameters, (2, 2, 2), strict=True):
-        assert residual_rates(equilibrium, [parameter]).residuals == needed, parameter.path
+    for parameter in parameters:
+        assert residual_rates(equilibrium, [parameter]).residuals == 2, parameter.path
     assert residual_rates(equilibrium, parameters).residuals == 1 + 1 + 1 + 2
     (idle,) = named_parameters(equilibrium.robot.description, ["rod.shear_modulus"])
     straight = residual_rates(equilibrium, [idle])
