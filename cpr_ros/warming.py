@@ -1,10 +1,11 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Compiling everything a client could ask for before it asks."""
+"""Compiling and importing everything a client could ask for before it asks."""
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterator
 
 from builtin_interfaces.msg import Time
@@ -25,9 +26,14 @@ from .stability_stream import StabilityStream
 
 __all__ = ["warm_up"]
 
+#: The library imports them when they are used first; on a busy machine a request cannot wait for that.
+_USED_LATER = ("scipy.linalg", "scipy.optimize", "scipy.special")
+
 
 def warm_up(session: Session, frames: Frames) -> Iterator[str]:
     """Do one of everything at home; yields the name of each step when it is done."""
+    for module in _USED_LATER:
+        importlib.import_module(module)
     robot, home = session.robot, session.solver.current.equilibrium
     solve_forward(robot, home.motors, start=home)
     solve_forward_by_effort(robot, home.efforts, start=home)
