@@ -172,17 +172,19 @@ class Looker:
         found.evaluate("node => node.click()")
 
     def switch(self, label: str) -> None:
-        """Tick a box, or take its tick away; frames are too rare here to wait until it stands still."""
-        self.page.locator(f'xpath=//label[normalize-space(.)="{label}"]').click(force=True)
+        """Tick a box, or take its tick away."""
+        _click(self.page.locator(f'xpath=//label[normalize-space(.)="{label}"]'))
 
     def choose(self, label: str, option: str) -> None:
         """Choose out of a list."""
-        self.field(label).click(force=True)
-        self.page.get_by_role("option", name=option, exact=True).click(force=True)
+        _click(self.field(label))
+        _click(self.page.get_by_role("option", name=option, exact=True))
 
     def open_tab(self, name: str) -> None:
         """Show a tab."""
-        self.page.get_by_role("tab", name=name, exact=True).click(force=True)
+        tab = self.page.get_by_role("tab", name=name, exact=True)
+        _click(tab)
+        self.until(lambda: tab.get_attribute("aria-selected") == "true")
 
     def click(self, place: np.ndarray) -> None:
         """Click at a place of the scene."""
@@ -192,6 +194,15 @@ class Looker:
         """Keep a picture."""
         SCREENSHOTS.mkdir(parents=True, exist_ok=True)
         self.page.screenshot(path=SCREENSHOTS / f"{name}.png")
+
+
+def _click(found: Any) -> None:
+    """Click on something that stands still: the page comes piece by piece, which moves what is there."""
+    before = None
+    while before != (place := found.bounding_box()):
+        before = place
+        found.page.wait_for_timeout(100)
+    found.click(force=True)
 
 
 def settled(page: Any, looker: Looker) -> None:
