@@ -10,7 +10,10 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,14 +27,17 @@ from cpr_core.solving.discretisation_error import MORE_MODES, embedded
 __all__ = ["MODES", "Compared", "compare", "in_richer_space"]
 
 Floats = NDArray[np.float64]
+Answer = TypeVar("Answer")
 
 MODES = range(3, 9)
 #: Modes of what is taken for the truth.
 TRUE_MODES = 16
 #: Way of the motors from home, in their units [rad or rod lengths].
 RANGE = 0.5
-#: How far away a request near by is, in units of the motors: one step of Newton's method leads there.
-NEAR = 1e-3
+#: How far away a request may be that one step of Newton's method answers, in units of the motors.
+NEAR = (1e-5, 1e-4, 1e-3, 1e-2)
+#: Each time is the smallest of so many.
+REPEATS = 3
 #: Truths below this, in rod lengths and relative to the efforts, are rounding of the solutions.
 ROUNDING = 1e-9
 
@@ -45,7 +51,7 @@ class Compared:
         distances: Estimate over truth of the distance.
         efforts: The same of the largest effort.
         costs: Time of an estimate over that of a step of Newton's method in the richer space, which is
-            that of a request near by over its steps.
+            that of a request that one step answers.
     """
 
     truths: Floats
@@ -88,15 +94,9 @@ def compare(name: str, modes: int, count: int, seed: int = 0) -> Compared:
         last, true = here, in_richer_space(here, exact)
         if true is None:
             continue
-        begin = time.thread_time()
-        estimate = error_of(here)
-        seconds = time.thread_time() - begin
+        estimate, seconds = _timed(partial(error_of, here))
         start = in_richer_space(here, richer)
-        if start is not None:
-            near = motors + NEAR * robot.motor_units
-            begin = time.thread_time()
-            found = solve_forward(richer, near, start=start)
-            step = (time.thread_time() - begin) / max(found.iterations, 1)
+        if start is not None and (step := _step_time(start)) is not None:
             costs.append(seconds / step)
         away = float(np.linalg.norm(true.platform_position - here.platform_position))
         truths.append(away)
@@ -106,6 +106,29 @@ def compare(name: str, modes: int, count: int, seed: int = 0) -> Compared:
         if change > ROUNDING * np.abs(here.efforts).max():
             efforts.append(float(np.abs(estimate.efforts).max()) / change)
     return Compared(*(np.array(numbers) for numbers in (truths, distances, efforts, costs)))
+
+
+def _step_time(start: Equilibrium) -> float | None:
+    """Processor time of a request that one step of Newton's method answers; None where none does."""
+    for near in NEAR:
+        request = start.motors + near * start.robot.motor_units
+        try:
+            found, seconds = _timed(partial(solve_forward, start.robot, request, start=start))
+        except NotReached:
+            return None
+        if found.iterations == 1:
+            return seconds
+    return None
+
+
+def _timed(call: Callable[[], Answer]) -> tuple[Answer, float]:
+    """What a call answers, and its processor time [s]."""
+    samples = []
+    for _ in range(REPEATS):
+        begin = time.thread_time()
+        answer = call()
+        samples.append(time.thread_time() - begin)
+    return answer, min(samples)
 
 
 def main() -> None:
