@@ -6,10 +6,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .cases import Case, OurSolve
 
-__all__ = ["Comparison", "Requirement", "requirements_of"]
+__all__ = ["Comparison", "Requirement", "compared", "requirements_of"]
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -44,6 +50,51 @@ class Comparison:
     def ratio(self) -> float:
         """Its time over ours."""
         return self.seconds / self.ours.seconds
+
+
+class FromBentLegs(Protocol):
+    """What a forward solve from bent legs has found, with finer and finer pieces."""
+
+    @property
+    def finest(self) -> Floats:
+        """Position [m] and efforts with the finest, (3 + n,)."""
+
+    @property
+    def limit(self) -> Floats:
+        """The same in the limit, (3 + n,)."""
+
+    @property
+    def seconds(self) -> float:
+        """Time for all of it."""
+
+    @property
+    def forward_seconds(self) -> float:
+        """Of this, from bent legs to the first equilibrium."""
+
+
+def compared(case: Case, program: str, setting: str, found: FromBentLegs, why: str) -> Comparison:
+    """A program's answer from bent legs beside ours.
+
+    Args:
+        case: The case.
+        program: Its name and version.
+        setting: Pieces, and how the limit was taken.
+        found: Its answer.
+        why: Why the rest of the difference is there.
+    """
+    distance = case.distance(found.limit[:3])
+    return Comparison(
+        case,
+        program,
+        setting,
+        f"bent legs, {found.forward_seconds:.2g} s to the first equilibrium",
+        case.distance(found.finest[:3]),
+        distance,
+        case.effort_difference(found.limit[3:]),
+        found.seconds,
+        case.as_accurate_as(distance),
+        why,
+    )
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 from .cases import Case
-from .comparison import Comparison
+from .comparison import Comparison, compared
 from .mujoco_forward import forward_mujoco
 from .placed_robot import placed
 
@@ -23,19 +23,13 @@ def compare_mujoco(case: Case) -> Comparison:
         NotBalanced: No way is found.
     """
     found = forward_mujoco(placed(case.robot().description, case.motors))
-    distance = case.distance(found.limit[:3])
     # Without twist the error is even in the length of a piece.
     next_power = 2 * found.powers[-1] - found.powers[-2]
     pieces = ", ".join(str(count) for count in found.pieces)
-    return Comparison(
+    return compared(
         case,
         f"MuJoCo {version('mujoco')}",
         f"elasticity.cable, {pieces} pieces a rod, extrapolated; statics ours",
-        f"bent legs, {found.forward_seconds:.2g} s to the first equilibrium",
-        case.distance(found.finest[:3]),
-        distance,
-        case.effort_difference(found.limit[3:]),
-        found.seconds,
-        case.as_accurate_as(distance),
+        found,
         f"pieces (l/n)^{next_power}, central differences",
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 from .cases import Case
-from .comparison import Comparison
+from .comparison import Comparison, compared
 from .placed_robot import placed
 from .pyelastica_forward import forward_pyelastica
 
@@ -25,17 +25,11 @@ def compare_pyelastica(case: Case) -> Comparison:
         NotRelaxed: It does not come to rest.
     """
     found = forward_pyelastica(placed(case.robot().description, case.motors))
-    distance = case.distance(found.limit[:3])
     elements = ", ".join(str(count) for count in found.elements)
-    return Comparison(
+    return compared(
         case,
         f"PyElastica {version('pyelastica')}",
         f"CosseratRod, {elements} elements a rod, as thick as they are long, extrapolated",
-        f"bent legs, {found.forward_seconds:.2g} s to the first equilibrium",
-        case.distance(found.finest[:3]),
-        distance,
-        case.effort_difference(found.limit[3:]),
-        found.seconds,
-        case.as_accurate_as(distance),
+        found,
         WHY,
     )

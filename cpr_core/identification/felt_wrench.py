@@ -183,7 +183,7 @@ class _Search:
         """Nothing is found yet; ``arrays`` are those of the loads that are known."""
         self.robot, self.measured = place.robot, measured
         self.known, self.arrays = known, arrays
-        self.units, self.deadline = wrench_units(place), time.perf_counter() + time_limit
+        self.units, self.deadline = wrench_units(self.robot), time.perf_counter() + time_limit
 
     def from_afar(self, start: Equilibrium) -> WrenchEstimate:
         """From the measured motors without a wrench."""

@@ -12,13 +12,9 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..kernels.continuation_kernel import UNPREDICTED
-from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.natural_units import LONGEST_STEP
-from ..kernels.prepared_robot import continue_prepared
-from ..kernels.problems import PROBLEMS
-from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL
-from ..model.equilibrium import Equilibrium, new_record
+from ..model.equilibrium import Equilibrium, stepped
 
 __all__ = ["pushed_equilibrium"]
 
@@ -57,21 +53,5 @@ def pushed_equilibrium(
         platform["moment_world"][0] += wrench_world[:3]
         platform["force_world"][0] += wrench_world[3:]
         arrays = arrays._replace(platform=platform)
-    records, factors = new_record(robot, 1), kept_factors(robot.arrays)
-    if not continue_prepared(
-        robot.prepared,
-        arrays,
-        PROBLEMS["motors"],
-        motors[None, :],
-        UNPREDICTED,
-        RESIDUAL,
-        ITERATIONS,
-        CONTRACTION,
-        start.record,
-        start.factors,
-        records,
-        factors,
-    ):
-        return None
-    found = Equilibrium(robot, loads, arrays, records[0], factors)
-    return None if found.index_locked > start.index_locked else found
+    found = stepped(start, robot, loads, arrays, "motors", motors[None, :], UNPREDICTED)
+    return None if found is None or found.index_locked > start.index_locked else found

@@ -29,8 +29,8 @@ from ..kernels.record_layout import (
     SIGNS,
     STEPS,
 )
+from ..kernels.square_problem import CONTRACTION, ITERATIONS, Tolerances
 from ..kernels.square_problem import RESIDUAL as RESIDUAL_TOLERANCE
-from ..kernels.square_problem import Tolerances
 from ..lie import quaternion_from_rotation, roll_pitch_yaw
 from .linearisation import Linearisation, linearised
 from .model_state import ModelState
@@ -47,6 +47,7 @@ __all__ = [
     "new_record",
     "record_of",
     "spectrum",
+    "stepped",
     "tangent_at",
 ]
 
@@ -265,6 +266,45 @@ def record_of(robot: Robot, state: Floats, rotation: Floats, position: Floats) -
     record[size + ROTATION : size + POSITION] = np.ravel(rotation)
     record[size + POSITION : size + ENERGY] = position
     return record
+
+
+def stepped(
+    start: Equilibrium,
+    robot: Robot,
+    loads: Loads,
+    load_arrays: LoadArrays,
+    problem: str,
+    given: Floats,
+    mode: int,
+) -> Equilibrium | None:
+    """The equilibrium one step from another one, limits not looked at; None where there is none.
+
+    Args:
+        start: Where the step begins.
+        robot: The robot at its end: that of the start, or a relative with as many numbers.
+        loads: Loads at its end.
+        load_arrays: The same as the kernels see them.
+        problem: ``motors``, ``pose`` or ``efforts``: what is imposed.
+        given: What is imposed, one row, as ``continue_equilibria`` takes it.
+        mode: Of ``continue_equilibria``; other robots and loads than at the start: UNPREDICTED.
+    """
+    records, factors = new_record(robot, 1), kept_factors(robot.arrays)
+    if not continue_prepared(
+        robot.prepared,
+        load_arrays,
+        PROBLEMS[problem],
+        given,
+        mode,
+        RESIDUAL_TOLERANCE,
+        ITERATIONS,
+        CONTRACTION,
+        start.record,
+        factors if mode == UNPREDICTED else start.factors,
+        records,
+        factors,
+    ):
+        return None
+    return Equilibrium(robot, loads, load_arrays, records[0], factors)
 
 
 def corrected(

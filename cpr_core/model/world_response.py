@@ -48,14 +48,9 @@ class WorldResponse:
     efforts_by_motors: Floats
 
 
-def wrench_units(equilibrium: Equilibrium) -> Floats:
+def wrench_units(robot: Robot) -> Floats:
     """Natural units of a wrench on the platform, (b,) [N m, N]."""
-    robot = equilibrium.robot
-
-    def find() -> Floats:
-        return np.asarray(robot.arrays.energy_unit / twist_units(robot))
-
-    return robot.kept("wrench units", find)
+    return robot.kept("wrench units", lambda: robot.arrays.energy_unit / twist_units(robot))
 
 
 def effort_units(robot: Robot) -> Floats:
@@ -107,7 +102,7 @@ def _dense(equilibrium: Equilibrium) -> WorldResponse:
     robot, model = equilibrium.robot, kinemato_statics(equilibrium)
     axes, energy = robot.platform_axes, robot.arrays.energy_unit
     turn = np.kron(np.eye(2), equilibrium.platform_rotation)[np.ix_(axes, axes)]
-    lengths, motors = robot.arrays.unit[robot.platform_indices], robot.motor_units
+    lengths, motors = twist_units(robot), robot.motor_units
     # Of natural wrenches, and to natural twists.
     pushed, moved = turn.T * (energy / lengths), turn / lengths[:, None]
     return WorldResponse(

@@ -21,12 +21,8 @@ from ..description.loads import Loads
 from ..description.robot_description import RobotDescription
 from ..errors import DescriptionError, InvalidRequest
 from ..kernels.continuation_kernel import UNPREDICTED
-from ..kernels.kept_factors import kept_factors
 from ..kernels.natural_units import LONGEST_STEP
-from ..kernels.prepared_robot import continue_prepared
-from ..kernels.problems import PROBLEMS
-from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL
-from ..model.equilibrium import Equilibrium, check_equilibrium, new_record
+from ..model.equilibrium import Equilibrium, check_equilibrium, stepped
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_time
 from .events import EventKind, PathEvent
@@ -155,25 +151,10 @@ class _Walk:
             self.start.loads, self.start.robot.default_loads, robot.default_loads
         )
         load_arrays = robot.load_arrays(loads)
-        records, factors = new_record(robot, 1), kept_factors(robot.arrays)
         target = held(self.start, self.problem)
-        if not continue_prepared(
-            robot.prepared,
-            load_arrays,
-            PROBLEMS[self.problem],
-            target.given(self.start),
-            UNPREDICTED,
-            RESIDUAL,
-            ITERATIONS,
-            CONTRACTION,
-            before.record,
-            factors,
-            records,
-            factors,
-        ):
-            return None
-        found = Equilibrium(robot, loads, load_arrays, records[0], factors)
-        return self._point(fraction, found) if _near(before, found) else None
+        given = target.given(self.start)
+        found = stepped(before, robot, loads, load_arrays, self.problem, given, UNPREDICTED)
+        return self._point(fraction, found) if found is not None and _near(before, found) else None
 
     def _robot(self, fraction: float) -> Robot | None:
         """The robot part of the way; None where there is none."""

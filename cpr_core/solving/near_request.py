@@ -6,11 +6,7 @@
 from __future__ import annotations
 
 from ..kernels.continuation_kernel import WATCHED
-from ..kernels.kept_factors import kept_factors
-from ..kernels.prepared_robot import continue_prepared
-from ..kernels.problems import PROBLEMS
-from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL
-from ..model.equilibrium import Equilibrium, new_record
+from ..model.equilibrium import Equilibrium, stepped
 from .limits import grazes, margins, violated
 from .targets import Target
 
@@ -29,23 +25,11 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
         return None
     if stable_only and (start.index_free if target.problem == "efforts" else start.index_locked):
         return None
-    records, factors = new_record(robot, 1), kept_factors(robot.arrays)
-    if not continue_prepared(
-        robot.prepared,
-        start.load_arrays,
-        PROBLEMS[target.problem],
-        target.given(start),
-        WATCHED,
-        RESIDUAL,
-        ITERATIONS,
-        CONTRACTION,
-        start.record,
-        start.factors,
-        records,
-        factors,
-    ):
+    found = stepped(
+        start, robot, start.loads, start.load_arrays, target.problem, target.given(start), WATCHED
+    )
+    if found is None:
         return None
-    found = Equilibrium(robot, start.loads, start.load_arrays, records[0], factors)
     return found if not robot.limited or _within_limits(start, found) else None
 
 

@@ -25,7 +25,7 @@ def pushed(name, size=0.2, seed=3):
     robot = load_robot(name)
     home = solve_home(robot)
     rng, wrench = np.random.default_rng(seed), np.zeros(6)
-    units = wrench_units(home)
+    units = wrench_units(home.robot)
     wrench[robot.platform_axes] = size * units * rng.uniform(-1.0, 1.0, len(units))
     loads = robot.default_loads.with_(wrench_world=robot.default_loads.wrench_world + wrench)
     at = home.motors + 0.3 * np.array(STEPS[name])

@@ -23,7 +23,7 @@ def loaded(name):
     robot = load_robot(name)
     home = solve_home(robot)
     wrench = np.zeros(6)
-    units = wrench_units(home)
+    units = wrench_units(home.robot)
     wrench[robot.platform_axes] = 0.1 * units * np.linspace(-1.0, 1.0, len(units))
     loads = robot.default_loads.with_(wrench_world=robot.default_loads.wrench_world + wrench)
     return solve_forward(robot, home.motors + 0.2 * np.array(STEPS[name]), loads=loads)
@@ -43,7 +43,7 @@ def test_it_is_that_of_the_kinemato_static_model(name):
 def test_it_is_that_of_full_solves(name):
     equilibrium = loaded(name)
     robot, response = equilibrium.robot, world_response(equilibrium)
-    units, axes = wrench_units(equilibrium), robot.platform_axes
+    units, axes = wrench_units(equilibrium.robot), robot.platform_axes
     lengths, step = robot.arrays.unit[robot.platform_indices], 1e-5
 
     def beside(wrench, motors):
