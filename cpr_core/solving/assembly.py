@@ -87,7 +87,8 @@ def assemble(robot: Robot, start: Shape, loads: Loads, platform_held: bool) -> E
         platform_held: Hold the platform until the rods are in their joints, then let it go.
 
     Returns:
-        The equilibrium, converged or not, stable or not: the caller has to look.
+        The equilibrium, converged or not, stable or not: the caller has to look. What has not converged
+        is the robot held by the springs alone.
     """
     shape, forces = start, robot.load_arrays(loads)
     if platform_held:
@@ -134,16 +135,24 @@ def turned_over(equilibrium: Equilibrium) -> str | None:
 def _closed(
     robot: Robot, loads: Loads, forces: LoadArrays, shape: Shape, stiffness: float
 ) -> Equilibrium:
-    """Newton's method on the model from a shape with small gaps."""
-    return refine(
-        robot,
-        loads,
-        _spring_state(robot, forces, shape, stiffness),
-        shape.platform_rotation.copy(),
-        shape.platform_position.copy(),
-        iterations=100,
-        contraction=1.0,
-    )
+    """Newton's method on the model from a shape with small gaps; where it fails, the shape itself.
+
+    Where gaps cannot be closed Newton's method ends anywhere, which rounding decides: the shape of least
+    energy tells where the robot does not fit.
+    """
+    for iterations in (100, 0):
+        found = refine(
+            robot,
+            loads,
+            _spring_state(robot, forces, shape, stiffness),
+            shape.platform_rotation.copy(),
+            shape.platform_position.copy(),
+            iterations=iterations,
+            contraction=1.0,
+        )
+        if found.converged:
+            break
+    return found
 
 
 def _spring_state(robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float) -> Floats:

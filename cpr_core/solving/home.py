@@ -34,11 +34,15 @@ __all__ = ["solve_home"]
 
 Floats = NDArray[np.float64]
 
-#: Eigenvalue of H_r, relative to the largest one, that counts as no stiffness, and how much of a motion
-#: without stiffness the platform has at least for it to be its own.
-_NO_STIFFNESS, _LOOSE = 1e-9, 0.1
+#: Eigenvalue of H_r, relative to the largest one, that counts as no stiffness: in equilibrium, and where
+#: springs hold the robot, at rest to 1e-6 only.
+_NO_STIFFNESS, _NO_STIFFNESS_HELD = 1e-9, 1e-6
+#: How much of a motion without stiffness the platform has at least for it to be its own.
+_LOOSE = 0.1
 #: Distance from the rough pose to the home found that is no roughness any more, in rod lengths.
 _ROUGH = 0.5
+#: Misfit of a tip [rod lengths and rad] below which springs have closed its joint.
+_FITS = 0.01
 
 
 def solve_home(robot: Robot) -> Equilibrium:
@@ -115,11 +119,17 @@ def _assembled(robot: Robot, guess: HomeGuess) -> Equilibrium:
     if not found.converged:
         raise NoForwardSolution(
             f"{robot.description.source}: home: the robot cannot be assembled at these motors: "
-            f"{_loose_motion(found) or _worst_gap(robot, _shape_of(found))}",
+            f"{_what_keeps_it_open(found)}",
             0.0,
             None,
         )
     return found
+
+
+def _what_keeps_it_open(held: Equilibrium) -> str:
+    """Why a robot that only springs hold cannot be assembled, in words."""
+    size, text = _worst_gap(held.robot, _shape_of(held))
+    return (size < _FITS and _loose_motion(held)) or text
 
 
 def _settled(robot: Robot, unloaded: Equilibrium) -> Equilibrium | None:
@@ -155,7 +165,7 @@ def _from_strain(robot: Robot, guess: HomeGuess) -> Equilibrium:
         return found
     raise NoForwardSolution(
         f"{robot.description.source}: home: the strain given leads to no equilibrium: "
-        f"{_worst_gap(robot, rough)}; "
+        f"{_worst_gap(robot, rough)[1]}; "
         + (
             "a leg is straight, or some motion is held by nothing"
             if found.iterations == 0
@@ -173,7 +183,8 @@ def _loose_motion(found: Equilibrium) -> str:
     sizes = np.abs(whole.eigenvalues)
     if not len(sizes):
         return ""
-    loose = whole.motions[:, sizes < _NO_STIFFNESS * sizes.max()]
+    negligible = _NO_STIFFNESS if found.converged else _NO_STIFFNESS_HELD
+    loose = whole.motions[:, sizes < negligible * sizes.max()]
     motions = loose[robot.platform_indices]
     lengths = robot.arrays.unit[robot.platform_indices]
     moved = np.linalg.norm(motions / lengths[:, None], axis=0)
@@ -205,8 +216,8 @@ def _shape_of(found: Equilibrium) -> Shape:
     return Shape(found.state, found.platform_rotation, found.platform_position)
 
 
-def _worst_gap(robot: Robot, shape: Shape) -> str:
-    """Where a shape fits worst."""
+def _worst_gap(robot: Robot, shape: Shape) -> tuple[float, str]:
+    """Where a shape fits worst: how badly [rod lengths and rad], and in words."""
     residual = evaluate(
         robot,
         robot.load_arrays(Loads.none()),
@@ -223,4 +234,4 @@ def _worst_gap(robot: Robot, shape: Shape) -> str:
             text = f"there {leg.name} misses its tip joint by {gap:.3g} m"
             if len(leg.joint.orientation(robot.planar)):
                 text += f" and {turn:.3g} rad"
-    return text
+    return worst, text
