@@ -3,7 +3,8 @@
 
 """How the arrays of the kernels answer to a number of the description, number by number.
 
-A robot near by is built for every parameter, or two; after that a residual near by only needs some
+A robot near by is built for every parameter, or two; for parameters of different legs together, as each
+changes numbers of its own legs only. After that a residual near by only needs some
 numbers written into arrays that are there. The robot of which this one is a change may know the rates
 already: then one robot that is beside this one in all parameters at once tells whether they still hold.
 """
@@ -12,26 +13,23 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.changed_description import shifted, shifted_together
 from ..description.inherited_loads import inheritance, inherited_loads, overridden_loads
 from ..description.loads import Loads
 from ..description.parameters import Parameter
 from ..errors import DescriptionError, InvalidRequest
+from .nearby_robots import Nearby, change_of, nearby, nearby_ahead, robot_beside
 from .robot import RELATIVES, Robot
-from .varied_numbers import are_floats, array_starts, numbers_of
+from .varied_numbers import are_floats, array_starts, legs_of_numbers, numbers_of
 
 __all__ = ["ArrayRates", "array_rates"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Changes by which rates are found, of the size of a number: their square is lost in rounding.
-_CHANGE = 1e-5
 #: Part of a change by which rates that are known may miss it: rounding, over the change.
 _MISSED = 1e-9
 #: How far from the change of another one that of a parameter is, so that no two misses cancel.
@@ -53,18 +51,6 @@ class ArrayRates:
 
     places: Integers
     rates: Floats
-
-
-class _Nearby(NamedTuple):
-    """Robots beside one in a parameter.
-
-    Attributes:
-        robots: The robots.
-        weights: What adds up to the rate of anything: its values there times these.
-    """
-
-    robots: tuple[Robot, ...]
-    weights: tuple[float, ...]
 
 
 def array_rates(
@@ -123,12 +109,12 @@ def _hold(
 ) -> bool:
     """Whether rates tell the numbers of a robot beside this one in all these parameters."""
     changes = [
-        -_change(parameter) * (0.5 + _GOLDEN * number % 1.0)
+        -change_of(parameter) * (0.5 + _GOLDEN * number % 1.0)
         for number, parameter in enumerate(parameters)
     ]
     try:
         pairs = tuple(zip(parameters, changes, strict=True))
-        beside = Robot(shifted_together(robot.description, pairs), robot.held_motors)
+        beside = robot_beside(robot, pairs)
     except DescriptionError:
         return False
     middle, true = _numbers(robot, loads), _numbers_beside(robot, beside, loads)
@@ -154,23 +140,72 @@ def _found(robot: Robot, loads: Loads, parameters: Sequence[Parameter]) -> dict[
             been given in place of those it is of.
         DescriptionError: There are no robots.
     """
-    weights = [(1.0 / _change(parameter), -1.0 / _change(parameter)) for parameter in parameters]
-    near = [
-        _Nearby((_ahead(robot, parameter), robot), own)
-        for parameter, own in zip(parameters, weights, strict=True)
-    ]
-    rates = [
-        _rates(robot, loads, parameter, beside)
-        for parameter, beside in zip(parameters, near, strict=True)
-    ]
+    found: dict[str, ArrayRates] = {}
+    for apart in _of_different_legs(parameters):
+        found |= _rates_apart(robot, loads, apart) or {
+            parameter.path: _rates(robot, loads, parameter, nearby_ahead(robot, parameter))
+            for parameter in apart
+        }
+    rates = [found[parameter.path] for parameter in parameters]
     held = _holding(robot, loads, parameters, rates)
     return {
-        parameter.path: own or _rates(robot, loads, parameter, _nearby(robot, parameter))
+        parameter.path: own or _rates(robot, loads, parameter, nearby(robot, parameter))
         for parameter, own in zip(parameters, held, strict=True)
     }
 
 
-def _rates(robot: Robot, loads: Loads, parameter: Parameter, near: _Nearby) -> ArrayRates:
+def _of_different_legs(parameters: Sequence[Parameter]) -> list[list[Parameter]]:
+    """Parameters in sets within which no two are of the same leg; what is of no leg is alone."""
+    sets: list[tuple[set[int], list[Parameter]]] = []
+    for parameter in parameters:
+        legs = _legs_of(parameter)
+        fitting = (others for others in sets if legs and others[0] and not legs & others[0])
+        known, members = next(fitting, (set(), []))
+        if not members:
+            sets.append((known, members))
+        known |= legs
+        members.append(parameter)
+    return [members for _, members in sets]
+
+
+def _legs_of(parameter: Parameter) -> set[int]:
+    """Legs in whose fields a parameter is; none where it is elsewhere too."""
+    legs = {int(place[1]) for place in parameter.places if place[0] == "legs"}
+    return legs if all(place[0] == "legs" for place in parameter.places) else set()
+
+
+def _rates_apart(
+    robot: Robot, loads: Loads, parameters: Sequence[Parameter]
+) -> dict[str, ArrayRates] | None:
+    """Rates of parameters of different legs from one robot ahead in all of them.
+
+    None where they have to be asked one by one: there is no such robot, loads have been given in place
+    of what a parameter is of, or other numbers change than those of the legs.
+    """
+    if len(parameters) == 1:
+        return None
+    changes = [change_of(parameter) for parameter in parameters]
+    try:
+        pairs = tuple(zip(parameters, changes, strict=True))
+        beside = robot_beside(robot, pairs)
+    except DescriptionError:
+        return None
+    if overridden_loads(loads, robot.default_loads, beside.default_loads):
+        return None
+    middle, ahead = _numbers(robot, loads), _numbers_beside(robot, beside, loads)
+    if len(ahead) != len(middle):
+        return None
+    legs = legs_of_numbers(robot, robot.load_arrays(loads))
+    changed = (ahead != middle) & _kinds(robot, loads)[0]
+    found, told = {}, np.zeros(len(middle), np.bool_)
+    for parameter, change in pairs:
+        places = np.flatnonzero(changed & np.isin(legs, list(_legs_of(parameter))))
+        told[places] = True
+        found[parameter.path] = ArrayRates(places, (ahead - middle)[places] / change)
+    return found if np.array_equal(told, changed) else None
+
+
+def _rates(robot: Robot, loads: Loads, parameter: Parameter, near: Nearby) -> ArrayRates:
     """Rates from some robots.
 
     Raises:
@@ -214,53 +249,3 @@ def _numbers_beside(robot: Robot, beside: Robot, loads: Loads) -> Floats:
         return _numbers(robot, loads)
     theirs = inherited_loads(loads, robot.default_loads, beside.default_loads)
     return numbers_of(beside.arrays, beside.load_arrays(theirs))
-
-
-def _change(parameter: Parameter) -> float:
-    """By how much a parameter is changed.
-
-    Raises:
-        InvalidRequest: The number is not finite.
-    """
-    change = _CHANGE * (parameter.size or 1.0)
-    if not np.isfinite(change):
-        problem = f"{parameter.path} is not given: expected a number to vary, got {change}"
-        raise InvalidRequest("parameters", problem)
-    return change
-
-
-def _ahead(robot: Robot, parameter: Parameter) -> Robot:
-    """The robot beside one in a parameter, on the one side.
-
-    Raises:
-        InvalidRequest: The number is not finite.
-        DescriptionError: There is none.
-    """
-    return robot.kept(
-        f"ahead in {parameter.path}", lambda: _beside(robot, parameter, _change(parameter))
-    )
-
-
-def _nearby(robot: Robot, parameter: Parameter) -> _Nearby:
-    """Robots beside one on both sides, or on one where there are none on the other.
-
-    Raises:
-        InvalidRequest: The number is not finite.
-        DescriptionError: There are none.
-    """
-
-    def found() -> _Nearby:
-        change = _change(parameter)
-        ahead = _ahead(robot, parameter)
-        try:
-            behind = _beside(robot, parameter, -change)
-        except DescriptionError:
-            weights = (2.0 / change, -0.5 / change, -1.5 / change)
-            return _Nearby((ahead, _beside(robot, parameter, 2.0 * change), robot), weights)
-        return _Nearby((ahead, behind), (0.5 / change, -0.5 / change))
-
-    return robot.kept(f"beside in {parameter.path}", found)
-
-
-def _beside(robot: Robot, parameter: Parameter, change: float) -> Robot:
-    return Robot(shifted(robot.description, parameter, change), robot.held_motors)

@@ -19,7 +19,7 @@ from ..kernels.kernel_arrays import Element, LoadArrays, RobotArrays
 from ..kernels.prepared_robot import PreparedRobot
 from .robot import Robot
 
-__all__ = ["VariedNumbers", "are_floats", "array_starts", "numbers_of"]
+__all__ = ["VariedNumbers", "are_floats", "array_starts", "legs_of_numbers", "numbers_of"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -39,6 +39,8 @@ _MECHANICS = (
     "steps",
 )
 _LOADS = ("gravity", "distributed", "point", "platform", "on_rods")
+#: Of these, what the rods have one by one.
+_ROD_LOADS = ("distributed", "point")
 #: Arrays begin where cache lines do [numbers].
 _LINE = 8
 
@@ -61,6 +63,27 @@ def array_starts(robot: RobotArrays, loads: LoadArrays) -> Integers:
     counts = [len(_words(array)) for array in arrays]
     lengths = [count + -count % _LINE for count in counts]
     return np.concatenate([[0], np.cumsum(lengths[:-1])])
+
+
+def legs_of_numbers(robot: Robot, loads: LoadArrays) -> Floats:
+    """Which leg a number is of, -1: of none, or of all; in the order of ``numbers_of``."""
+    arrays = robot.arrays
+    # A lane without leg repeats the last leg of its group.
+    lanes = np.where(arrays.lane_leg < 0, arrays.lane_leg.max(1, keepdims=True), arrays.lane_leg)
+    own = {name: np.zeros_like(getattr(arrays, name)) for name in _MECHANICS}
+    for array in own.values():
+        if array.dtype.names is None:
+            array[:] = -1.0
+        for name in array.dtype.names or ():
+            if array.dtype[name].base.kind == "f":
+                np.moveaxis(array[name], 0, -2)[:] = lanes  # (..., groups, lanes)
+    others = {name: np.zeros_like(getattr(loads, name)) for name in _LOADS}
+    for name, array in others.items():
+        if name in _ROD_LOADS:
+            array[:] = np.array([rod.leg for rod in robot.numbers.rods])[:, None, None]
+        else:
+            _words(array)[:] = -1.0
+    return numbers_of(arrays._replace(**own), loads._replace(**others))
 
 
 def _robot_numbers(arrays: RobotArrays) -> Floats:

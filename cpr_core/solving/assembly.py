@@ -193,27 +193,42 @@ def _descended(
         hessian /= arrays.energy_unit
         slopes = value.tangent[np.ix_(held, moving)] * unit * arrays.unit[held, None]
         slopes /= arrays.energy_unit
-        curvatures, axes = np.linalg.eigh(
-            0.5 * (hessian + hessian.T) + stiffness * slopes.T @ slopes
-        )
-        along = axes.T @ gradient
-        if np.abs(along).max() < _FLAT:
-            if curvatures[0] > -_FLAT:
-                break
-            along[0] = -abs(curvatures[0])  # on a saddle: to one side
-        step = -along / np.maximum(np.abs(curvatures), 1e-6)
+        hessian = 0.5 * (hessian + hessian.T) + stiffness * slopes.T @ slopes
+        step = _downhill(hessian, gradient)
+        if step is None:
+            break
         step *= min(1.0, _LONGEST_DESCENT / float(np.linalg.norm(step)))
-        change, factor = axes @ step, 1.0
+        factor = 1.0
         while factor > 1e-6:
-            trial = moved_shape(robot, shape, moving, factor * change)
+            trial = moved_shape(robot, shape, moving, factor * step)
             trial_energy, trial_value = _with_springs(robot, forces, trial, stiffness)
-            if trial_energy < energy + 1e-4 * factor * float(along @ step):
+            if trial_energy < energy + 1e-4 * factor * float(gradient @ step):
                 break
             factor *= 0.25
         else:
             break
         shape, energy, value = trial, trial_energy, trial_value
     return shape
+
+
+def _downhill(hessian: Floats, gradient: Floats) -> Floats | None:
+    """Newton's step, turned downhill along every axis; None in a minimum."""
+    flat = float(np.abs(gradient).max()) < _FLAT
+    try:
+        np.linalg.cholesky(hessian)
+    except np.linalg.LinAlgError:
+        pass
+    else:
+        if flat:
+            return None
+        return -np.asarray(np.linalg.solve(hessian, gradient))  # downhill as it is, and sooner
+    curvatures, axes = np.linalg.eigh(hessian)
+    along = axes.T @ gradient
+    if flat:
+        if curvatures[0] > -_FLAT:
+            return None
+        along[0] = -abs(curvatures[0])  # on a saddle: to one side
+    return axes @ (-along / np.maximum(np.abs(curvatures), 1e-6))
 
 
 def moved_shape(robot: Robot, shape: Shape, moving: NDArray[np.int64], change: Floats) -> Shape:

@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+import yaml
 from helpers.parameter_kinds import parameter_kinds, with_loads
 from helpers.shipped_steps import STEPS
 from numpy.testing import assert_allclose
@@ -19,7 +20,9 @@ from cpr_core import (
     solve_home,
 )
 from cpr_core.description.changed_description import named_parameters
+from cpr_core.description.description_file import shipped_robots
 from cpr_core.model import array_rates as module
+from cpr_core.model import nearby_robots
 from cpr_core.model.array_rates import array_rates
 
 #: Alone in what they change, together in it, and no straight way at all.
@@ -60,24 +63,98 @@ def test_rates_of_a_changed_robot_are_those_it_finds_alone(paths, changed):
         assert_allclose(found / size, expected / size, rtol=0.0, atol=1e-9)
 
 
+def robots_built(monkeypatch):
+    """Lists that grow with every robot beside another: in several parameters, in one."""
+    several, single, beside = [], [], module.robot_beside
+
+    def counted(robot, changes):
+        (several if len(changes) > 1 else single).append(1)
+        return beside(robot, changes)
+
+    for place in (module, nearby_robots):
+        monkeypatch.setattr(place, "robot_beside", counted)
+    return several, single
+
+
+def test_one_robot_tells_the_rates_of_parameters_of_different_legs(monkeypatch):
+    robot = load_robot("six_rfs")
+    start = solve_home(robot)
+    several, single = robots_built(monkeypatch)
+    derivatives(start, APART)
+    # All offsets ahead, the modulus ahead, all of them behind.
+    assert (len(several), len(single)) == (2, 1)
+
+
+#: Two sets of different legs, places in several legs, what some legs lack, and what needs two sides.
+OF_LEGS = {
+    "six_rfs": (
+        *(f"legs[{leg}].motor.offset" for leg in (4, 0, 3)),
+        *(f"legs[{leg}].base.tangent[1]" for leg in (0, 1, 4)),
+        "legs[*].tip.position[2]",
+        "legs[2].tip.position[0]",
+    ),
+    "six_rus": (
+        *(f"legs[{leg}].base.position[0]" for leg in (5, 2, 3)),
+        *(f"legs[{leg}].chain[1].link[1]" for leg in (0, 2)),
+        "legs[1].chain[1].mass",
+    ),
+    "two_rods": (
+        "legs[0].base.position[0]",
+        "legs[1].base.position[0]",
+        "legs[0].base.position[1]",
+    ),
+    "delta": tuple(f"legs[{leg}].base.position[{axis}]" for axis in (0, 2) for leg in (2, 0)),
+}
+
+
+@pytest.mark.parametrize("name", OF_LEGS)
+def test_rates_asked_together_are_those_asked_one_by_one(name):
+    robot = with_loads(load_robot(name))
+    paths = OF_LEGS[name]
+    found = whole(robot, asked(robot, paths))
+    expected = np.zeros_like(found)
+    for row, path in enumerate(paths):
+        alone = whole(robot, asked(Robot(robot.description), [path]))[0]
+        expected[row, : len(alone)] = alone
+    size = np.abs(expected).max(axis=1, keepdims=True)
+    assert np.all(size > 0.0)
+    assert_allclose(found / size, expected / size, rtol=0.0, atol=1e-9)
+
+
+def test_rods_of_different_legs_carry_loads_of_their_own(monkeypatch):
+    """What a rod of its own weighs is in the loads, rod by rod."""
+    content = yaml.safe_load(shipped_robots()["six_rfs"].read_text())
+    for leg in content["legs"][1:4]:
+        leg["rod"] = dict(content["rod"])
+    robot = load_robot(content | {"gravity": [0.0, 0.0, -9.81]})
+    assert robot.default_loads.gravity[2] == -9.81
+    paths = [f"legs[{leg}].rod.density" for leg in (1, 2, 3)]
+    several, single = robots_built(monkeypatch)
+    found = whole(robot, asked(robot, paths))
+    assert (len(several), len(single)) == (2, 0)
+    assert np.all(np.abs(found).max(axis=1) > 0.0)
+    for row, path in enumerate(paths):
+        alone = whole(robot, asked(Robot(robot.description), [path]))[0]
+        assert_allclose(found[row, : len(alone)], alone, rtol=1e-9, atol=1e-9 * np.abs(alone).max())
+
+
+def asked(robot, paths):
+    return array_rates(robot, robot.default_loads, named_parameters(robot.description, paths))
+
+
 def test_nothing_but_one_robot_is_built_where_rates_hold(monkeypatch):
     robot = load_robot("six_rfs")
     start = solve_home(robot)
     derivatives(start, APART)
-    single, together = [], []
-    one, several = module.shifted, module.shifted_together
-    monkeypatch.setattr(module, "shifted", lambda *all: (single.append(1), one(*all))[1])
-    monkeypatch.setattr(
-        module, "shifted_together", lambda *all: (together.append(1), several(*all))[1]
-    )
+    together, single = robots_built(monkeypatch)
     robot = robot.with_parameters(other_numbers(robot, APART, 1))
     start = continued(start, robot)
     derivatives(start, APART)
-    assert (len(single), len(together)) == (0, 1)
+    assert (len(together), len(single)) == (1, 0)
     for force in (1.0, 2.0):  # other loads, and again other ones, which change alike
         loads = robot.default_loads.with_(wrench_world=[0, 0, 0, force, 0, 0])
         derivatives(solve_forward(robot, start.motors, loads=loads), APART)
-        assert (len(single), len(together)) == (0, 2)
+        assert (len(together), len(single)) == (2, 0)
     derivatives(start, TOGETHER)
     assert len(single) >= len(TOGETHER) - 1
 
