@@ -87,16 +87,18 @@ def skew(vector: ArrayLike) -> NDArray[np.float64]:
 
 def rotation_log(rotation: ArrayLike) -> NDArray[np.float64]:
     """Rotation vector, shape (3,), of norm at most pi, of a rotation matrix."""
-    w, x, y, z = quaternion_from_rotation(rotation)
-    axis = np.array([x, y, z])
-    sine = float(np.linalg.norm(axis))
-    if sine < 1e-12:
-        return 2.0 * axis
-    return 2.0 * math.atan2(sine, w) / sine * axis
+    w, x, y, z = _unit_quaternion(rotation)
+    sine = math.hypot(x, y, z)
+    scale = 2.0 if sine < 1e-12 else 2.0 * math.atan2(sine, w) / sine
+    return np.array([scale * x, scale * y, scale * z])
 
 
 def quaternion_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
     """Unit quaternion (w, x, y, z) with w >= 0 of a rotation matrix."""
+    return np.array(_unit_quaternion(rotation))
+
+
+def _unit_quaternion(rotation: ArrayLike) -> tuple[float, float, float, float]:
     (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation, float).tolist()
     # Squares of 2w, 2x, 2y, 2z; the largest is divided by, so no digit is lost.
     squares = (1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i)
@@ -108,7 +110,7 @@ def quaternion_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
         (d - b, c + g, f + h, squares[3]),
     )[largest]
     scale = (-1.0 if w < 0.0 else 1.0) / math.sqrt(w * w + x * x + y * y + z * z)
-    return np.array([scale * w, scale * x, scale * y, scale * z])
+    return scale * w, scale * x, scale * y, scale * z
 
 
 def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
@@ -120,12 +122,13 @@ def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
         InvalidQuaternion: The norm differs from 1 by more than ``QUATERNION_TOLERANCE``.
     """
     quaternion = checked_vector("quaternion", quaternion_wxyz, 4, "w x y z")
-    norm = float(np.linalg.norm(quaternion))
+    w, x, y, z = quaternion.tolist()
+    norm = math.hypot(w, x, y, z)
     if abs(norm - 1.0) > QUATERNION_TOLERANCE:
         raise InvalidQuaternion(
             "quaternion", f"expected unit length, got norm {norm:g} of {quaternion.tolist()}"
         )
-    w, x, y, z = quaternion / norm
+    w, x, y, z = w / norm, x / norm, y / norm, z / norm
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

@@ -164,7 +164,7 @@ def estimate_wrench(
     else:
         before, arrays = None, robot.load_arrays(known)
     search = _Search(place, measured, known, arrays, checked_time(time_limit))
-    if before is None or len(before.directions.gain.T) != len(measured.residual(place)):
+    if before is None or before.directions.gain.shape[1] != measured.rows:
         return search.from_afar(place)
     return search.from_last(before)
 

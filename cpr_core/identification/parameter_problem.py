@@ -30,6 +30,9 @@ Floats = NDArray[np.float64]
 
 #: Change of the sum of squares, and of the parameters in natural units, at which nothing is left to do.
 _SQUARES, _PARAMETERS = 1e-6, 1e-9
+#: How far from the least sum of squares is next to it, in standard deviations; of measurements that fit
+#: better than a tenth of theirs the less. Nearer, rounding hides whether the squares fall.
+_DEVIATIONS, _FITS = 1e-3, 0.1
 #: Residual of rows whose robot or equilibrium does not exist: a trial step is never taken there.
 _REFUSED = 1e12
 #: Change of the parameters, in natural units, over which derivatives are taken for constant:
@@ -37,7 +40,8 @@ _REFUSED = 1e12
 _SAME = 1e-2
 #: Robots that are tried at most, by one loss.
 TRIED = 60
-#: Times that what is not determined is looked for again: it may be other directions at the answer.
+#: Times that a descent is begun again: what is not determined may be other directions at the answer, and
+#: measurements may turn out to be more exact than they are said to be.
 _ROUNDS = 3
 
 
@@ -137,31 +141,39 @@ def solution(problem: ParameterProblem, limits: Floats, loss: Loss) -> Floats:
 
 def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: Loss) -> Floats:
     """The same by one loss, from changes that are near."""
-    bounds = (limits - problem.values) / problem.scales
+    bounds, near = (limits - problem.values) / problem.scales, _DEVIATIONS
     for _ in range(_ROUNDS):
         unseen = unseen_directions(problem.rates(change))
         hold = np.abs(problem.rates(change)).max() * unseen
+        # Unknowns are counted in the deviations they have where the others are known.
+        deviation = 1.0 / np.linalg.norm(np.vstack([problem.rates(change), hold]), axis=0)
 
-        def residual(at: Floats, begin: Floats = change, hold: Floats = hold) -> Floats:
-            return np.concatenate([problem.residual(at), hold @ (at - begin)])
+        def residual(
+            at: Floats, begin: Floats = change, hold: Floats = hold, unit: Floats = deviation
+        ) -> Floats:
+            return np.concatenate([problem.residual(unit * at), hold @ (unit * at - begin)])
 
-        def rates(at: Floats, hold: Floats = hold) -> Floats:
-            return np.vstack([problem.rates(at), hold])
+        def rates(at: Floats, hold: Floats = hold, unit: Floats = deviation) -> Floats:
+            return np.vstack([problem.rates(unit * at), hold]) * unit
 
         found = scipy.optimize.least_squares(
             residual,
-            change,
+            change / deviation,
             rates,
-            bounds=bounds,
+            bounds=bounds / deviation,
+            x_scale=1.0 / deviation,
             loss=loss,
             f_scale=loss_width(loss),
             ftol=_SQUARES,
             xtol=_PARAMETERS,
-            gtol=None,
+            gtol=near,
             max_nfev=TRIED,
         )
-        change = np.asarray(found.x)
+        change = deviation * found.x
         problem.settled = found.status > 0
-        if len(unseen_directions(problem.rates(change))) >= len(unseen):
+        same = len(unseen_directions(problem.rates(change))) >= len(unseen)
+        fit = float(np.sqrt(2.0 * found.cost / len(found.fun)))
+        before, near = near, _DEVIATIONS * min(1.0, fit / _FITS)
+        if same and near > 0.5 * before:
             break
     return change

@@ -26,6 +26,8 @@ Floats = NDArray[np.float64]
 _NONE, _NO_TURN = np.zeros(0), np.eye(3)
 #: A factor of efforts that looks like a thousand; what such efforts are large and small beside.
 _IS_THOUSAND, _LARGE, _SMALL = (200.0, 5000.0), 10.0, 0.01
+#: Trace of a turn by a right angle: less is farther, and only there an order of numbers is doubted.
+_FAR_TRACE = 1.0
 _POSE = "x y z in the world, qw qx qy qz"
 
 
@@ -50,6 +52,11 @@ class WrenchMeasurements:
     rotation: Floats
     pose_weights: Floats
     count: int
+
+    @property
+    def rows(self) -> int:
+        """M: how many numbers are compared, without weight or not."""
+        return len(self.effort_weights) + len(self.pose_weights)
 
     def residual(self, equilibrium: Equilibrium) -> Floats:
         """Measured less modelled, in standard deviations, (M,)."""
@@ -149,7 +156,9 @@ def wrench_measurements(
     if pose is not None:
         given = checked_vector("pose", pose, 7, _POSE)
         position, rotation = given[:3], rotation_from_quaternion(given[3:])
-        doubt = quaternion_order_doubt(given[3:], seen_from.platform_quaternion)
+        doubt = ""
+        if np.vdot(rotation, seen_from.platform_rotation) < _FAR_TRACE:
+            doubt = quaternion_order_doubt(given[3:], seen_from.platform_quaternion)
         if math.dist(position, seen_from.platform_position) > robot.mean_length:
             doubt = doubt or request_doubt(robot.description, None, position)
         if doubt:

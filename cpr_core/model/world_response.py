@@ -90,7 +90,7 @@ def _border(equilibrium: Equilibrium) -> Floats | None:
     """Tangent of platform and motors, the legs eliminated, (b + n, b + n); None: not kept."""
     arrays = equilibrium.robot.arrays
     kept = equilibrium.factors["lane"]
-    if kept[0, 0] != CONDENSED or arrays.one_slot_a_motor == 0:
+    if kept[0, 0] != CONDENSED:
         return None
     count = len(arrays.border_indices)
     first = kept_count(len(arrays.groups), arrays.slots, 0, 1)
