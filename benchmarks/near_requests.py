@@ -20,7 +20,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from cpr_core import Equilibrium, NotReached, Robot, load_robot
+from cpr_core import Equilibrium, NotReached, Robot, kinemato_statics, load_robot
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.solving.requests import target_of
 from cpr_core.kernels.natural_units import EFFORT_UNIT
@@ -35,8 +35,11 @@ Floats = NDArray[np.float64]
 
 MODES = range(3, 13)
 #: How far a request is from the equilibrium before: motors in their units [rad or rod lengths], poses in
-#: radians and rod lengths, efforts in those of a motor's radian.
-SMALL_STEPS = {"forward": 1e-3, "inverse": 3e-3, "by effort": 5e-3}
+#: radians and rod lengths.
+SMALL_STEPS = {"forward": 1e-3, "inverse": 3e-3}
+#: By effort: how far the motors go to first order, in their units, and how much the efforts change, in
+#: those of a motor's radian. What hangs in cranks goes far by small efforts, a column hardly by large.
+SMALL_WAY, SMALL_EFFORTS = 1e-2, 5e-3
 #: Requests from home on, before a walk begins anew.
 WALK = 25
 #: Each is solved so many times, the smallest time counts: what else the machine does is not asked for.
@@ -109,26 +112,31 @@ def walk_near(
         count: Steps.
         solve: Called with start and request; returns the equilibrium there, if it is reached.
     """
-    random, size, units = np.random.default_rng(0), SMALL_STEPS[problem], _units(robot, problem)
+    random = np.random.default_rng(0)
     last: Equilibrium | None = None
     for number in range(count):
         start = solve_home(robot) if last is None or number % WALK == 0 else last
         given = getattr(start, PROBLEMS[problem])
-        request = given + size * units * random.uniform(-1.0, 1.0, len(given))
+        change = random.uniform(-1.0, 1.0, len(given))
+        request = given + _small(start, problem, change)
         if problem == "inverse" and "orientation" in robot.description.controlled:
             request[-4:] /= np.linalg.norm(request[-4:])  # a quaternion
         last = solve(start, request)
 
 
-def _units(robot: Robot, problem: str) -> Floats:
-    """What counts as a radian in a request."""
+def _small(start: Equilibrium, problem: str, change: Floats) -> Floats:
+    """A small step of a request in a direction of numbers up to 1."""
+    robot, motor_units = start.robot, start.robot.motor_units
     if problem == "forward":
-        return robot.motor_units
-    if problem == "by effort":
-        return EFFORT_UNIT * robot.arrays.energy_unit / robot.motor_units
-    controlled = robot.description.controlled
-    units = [robot.mean_length if name in "xyz" else 1.0 for name in controlled]
-    return np.array([*units, *[1.0] * (len(solve_home(robot).pose) - len(units))])
+        return SMALL_STEPS[problem] * motor_units * change
+    if problem == "inverse":
+        controlled = robot.description.controlled
+        units = [robot.mean_length if name in "xyz" else 1.0 for name in controlled]
+        units += [1.0] * (len(change) - len(units))
+        return np.asarray(SMALL_STEPS[problem] * np.array(units) * change)
+    efforts = kinemato_statics(start).efforts_by_motors @ (SMALL_WAY * motor_units * change)
+    natural = efforts * motor_units / (EFFORT_UNIT * robot.arrays.energy_unit)
+    return np.asarray(efforts * min(1.0, SMALL_EFFORTS / np.abs(natural).max()))
 
 
 def times_of(robot: Robot, problem: str, count: int) -> Times:

@@ -18,9 +18,11 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
 
     Returns:
         None where a walk has to tell: farther away, where Newton's method does not contract, a sign
-        changes, or a limit may be passed.
+        changes, or a limit may be passed; and where a pose leaves redundant motors free.
     """
     robot = start.robot
+    if target.problem == "pose" and robot.redundancy > 0:
+        return None
     if not start.loads.conservative(robot.planar):
         return None
     if stable_only and (start.index_free if target.problem == "efforts" else start.index_locked):
