@@ -23,7 +23,7 @@ from ..model.robot import Robot, checked_robot
 from ..validation import checked_vector
 from .calibration_result import CalibrationResult, CalibrationWarning
 from .compared import compared_row
-from .doubts import check_measured, fit_doubts, measured_doubts
+from .doubts import bound_doubts, check_measured, fit_doubts, measured_doubts
 from .measured_equilibria import first_equilibria
 from .measurements import Measurement, StandardDeviations, checked_measurements
 from .parameter_problem import TRIED, ParameterProblem, natural_changes, solution
@@ -96,7 +96,7 @@ def calibrate(
     scales = natural_changes(before[0], paths)
     problem = ParameterProblem(robot, paths, values, scales, compared, before, tell)
     answer = solution(problem, limits, loss)
-    found = _result(problem, answer, loss, measured_doubts(compared, before))
+    found = _result(problem, answer, limits, loss, measured_doubts(compared, before))
     tell(1.0)
     for doubt in found.doubts:
         warnings.warn(doubt, CalibrationWarning, stacklevel=3)
@@ -133,7 +133,11 @@ def _checked_bounds(
 
 
 def _result(
-    problem: ParameterProblem, change: Floats, loss: Loss, doubts: tuple[str, ...]
+    problem: ParameterProblem,
+    change: Floats,
+    limits: Floats,
+    loss: Loss,
+    doubts: tuple[str, ...],
 ) -> CalibrationResult:
     """What was found, and how exact it is."""
     residual, rates = problem.residual(change), problem.rates(change)
@@ -159,6 +163,8 @@ def _result(
     if not problem.settled:
         text = f"no least sum of squares is found with {TRIED} robots: these are the last values"
         doubts = (*doubts, text)
+    deviations = np.sqrt(np.diag(covariance))
+    doubts = (*doubts, *bound_doubts(problem.paths, values, deviations, limits))
     words = unseen_in_words(unseen, problem.scales, problem.paths, values)
     return CalibrationResult(
         equilibria[0].robot,

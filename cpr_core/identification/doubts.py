@@ -17,7 +17,7 @@ from ..model.robot import Robot
 from .compared import ComparedRow
 from .measurements import Measurement
 
-__all__ = ["check_measured", "fit_doubts", "measured_doubts"]
+__all__ = ["bound_doubts", "check_measured", "fit_doubts", "measured_doubts"]
 
 Floats = NDArray[np.float64]
 
@@ -29,6 +29,8 @@ _FEW = 3
 _DIFFERENT = 10.0
 #: Residuals over stated deviations, either way, that are beyond chance; fewest degrees of freedom.
 _BEYOND, _FREE = 1.6, 8
+#: How near to a bound, in standard deviations, is at it.
+_AT_BOUND = 1e-2
 
 
 def check_measured(
@@ -170,4 +172,23 @@ def fit_doubts(fit: float, freedom: int) -> tuple[str, ...]:
         )
     return (
         f"residuals are {fit:.2g} times what the standard deviations say: these may be too large",
+    )
+
+
+def bound_doubts(
+    paths: Sequence[str], values: Floats, deviations: Floats, bounds: Floats
+) -> tuple[str, ...]:
+    """Parameters that ended at a bound, one line each.
+
+    Args:
+        paths: Of the parameters, P.
+        values: What was found, (P,).
+        deviations: Their standard deviations, (P,).
+        bounds: Lowest and highest values, (2, P).
+    """
+    near = np.abs(values - bounds) <= _AT_BOUND * deviations
+    return tuple(
+        f"{paths[column]} ends at its bound {bounds[side, column]:g}: the measurements fit better "
+        "beyond it, and standard deviations are those without bounds"
+        for side, column in np.argwhere(near & np.isfinite(bounds))
     )

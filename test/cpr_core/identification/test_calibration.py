@@ -155,10 +155,12 @@ def test_ratios_are_told_as_ratios(robot):
     assert "product" in products.undetermined[0]
 
 
-def test_bounds_hold(robot, loaded):
+def test_bounds_hold_and_are_told_where_they_do(robot, loaded):
     rows = measured(loaded[:6], seed=3)
-    bounds = {"rod.young_modulus": (205e9, 230e9)}
-    found = calibrate(robot, rows, PATHS, DEVIATIONS, bounds=bounds)
+    bounds = {"rod.young_modulus": (205e9, 230e9), PATHS[1]: (-1.0, 1.0)}
+    with pytest.warns(CalibrationWarning, match="rod.young_modulus ends at its bound 2.05e"):
+        found = calibrate(robot, rows, PATHS, DEVIATIONS, bounds=bounds)
+    assert len(found.doubts) == 1
     assert found.values[0] == pytest.approx(205e9, rel=1e-3)
     assert found.values[0] >= 205e9
 
