@@ -31,8 +31,8 @@ sys.dont_write_bytecode = False
 settings.register_profile("any machine", deadline=None, derandomize=True)
 settings.load_profile("any machine")
 
-#: Folders whose files begin with what takes long: a node, a page, or kernels that are compiled.
-_TOGETHER = ("over_dds", "viewing", "kernels")
+#: Folders whose files begin with what takes long: a node, a page, compiled kernels, references.
+_TOGETHER = ("over_dds", "viewing", "kernels", "verification")
 #: Processor time of a slow test that does not say it [s].
 _SLOW = 10.0
 
