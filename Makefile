@@ -12,7 +12,7 @@ export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
 # Nodes of other people on the network stay out of tests and demonstration.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
-# Tests run in one process more than there are cores; PYTEST_ARGS="-n 0" runs them in one.
+# Tests run in two processes more than there are cores; PYTEST_ARGS="-n 0" runs them in one.
 PYTEST := -m pytest -n logical --maxprocesses 4
 
 .PHONY: help setup demo test test-oldest lint paper bench verify colcon clean

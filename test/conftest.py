@@ -31,8 +31,10 @@ sys.dont_write_bytecode = False
 settings.register_profile("any machine", deadline=None, derandomize=True)
 settings.load_profile("any machine")
 
-#: Folders whose files begin with what takes long: a node, or entries into kernels that are compiled.
-_TOGETHER = ("over_dds", "kernels")
+#: Folders whose files begin with what takes long: a node, a page, compiled kernels, references.
+_TOGETHER = ("over_dds", "viewing", "kernels", "verification")
+#: Processor time of a slow test that does not say it [s].
+_SLOW = 10.0
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -59,21 +61,26 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """One more than cores: tests of nodes wait for most of their time."""
-    return len(os.sched_getaffinity(0)) + 1
+    """Two more than cores: tests of nodes and pages wait for most of their time."""
+    return len(os.sched_getaffinity(0)) + 2
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with tests that are to be alone, go on with what takes long."""
+    """Begin with tests that are to be alone, go on with what takes long, the longest first."""
     alone = {item.path for item in items if item.get_closest_marker("alone")}
     items.sort(
         key=lambda item: (
             item.path not in alone,
             item.path.parent.name not in _TOGETHER,
-            item.get_closest_marker("slow") is None,
+            -_seconds(item.get_closest_marker("slow")),
         )
     )
+
+
+def _seconds(slow: pytest.Mark | None) -> float:
+    """Processor time of a test, roughly."""
+    return slow.kwargs.get("seconds", _SLOW) if slow else 0.0
 
 
 @pytest.hookimpl(optionalhook=True)

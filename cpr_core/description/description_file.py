@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
-from functools import cache
+from copy import deepcopy
+from functools import cache, lru_cache
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -48,16 +49,15 @@ def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:
     Raises:
         DescriptionError: Names the file, the field, what was found and what was expected.
     """
-    text = ""
     if not isinstance(robot, str | Path | Mapping):
         raise DescriptionError(
             "description", "", f"expected a name, a file or its content, got {robot!r:.200}"
         )
+    text = ""
     if isinstance(robot, Mapping):
-        source, content = str(robot.get("name", "description")), dict(robot)
+        source = str(robot.get("name", "description"))
     elif isinstance(robot, str) and ("\n" in robot or robot.startswith("{")):
         source, text = "description", robot
-        content = _parsed(source, text)
     else:
         path = _find(robot)
         source = str(path)
@@ -65,14 +65,26 @@ def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:
             text = path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise DescriptionError(source, "", f"cannot be read: {error}") from None
-        content = _parsed(source, text)
     try:
-        if not text:
-            content = _with_numbers(content)
-        check_schema(source, content)
+        if isinstance(robot, Mapping):
+            content = _with_numbers(dict(robot))
+            check_schema(source, content)
+        else:
+            content = deepcopy(_checked(source, text, _kinds()))
     except RecursionError:
         raise DescriptionError(source, "", "is nested too deeply, or refers to itself") from None
     return described_robot(source, content, text)
+
+
+@lru_cache(maxsize=32)
+def _checked(source: str, text: str, kinds: tuple[tuple[str, type[Described]], ...]) -> Any:
+    """Content of a YAML text, which keeps to the schema of these kinds.
+
+    Kept: that takes most of the time to load a robot, and robots are loaded again and again.
+    """
+    content = _parsed(source, text)
+    check_schema(source, content)
+    return content
 
 
 def _parsed(source: str, text: str) -> Any:

@@ -72,19 +72,18 @@ class JacobiFields:
 
     def at(self, u: float) -> tuple[Floats, Floats]:
         """Y = b(u) and Z at a section, dimensionless, (n, n) each."""
-        places, wrenches = [], []
-        for number, rod in enumerate(self.rods):
-            state = rod.at(1.0 - u)
-            fields = transition(state) @ self.terminal[12 * number : 12 * number + 12]
-            # - dtheta x m / 2 = m x dtheta / 2
-            couple = fields[6:9] + 0.5 * skew(moment(state)) @ fields[3:6]
-            length, stiffness = abs(rod.length), self.units[number]
-            place = np.vstack([fields[:3] / length, fields[3:6]])
-            wrench = np.vstack([fields[9:] * length, couple]) / stiffness
-            # A common unit of work keeps Y and Z conjugate where rods differ.
-            places.append(place[self.position_rows])
-            wrenches.append(wrench[self.position_rows] * (stiffness / self.units[0]))
-        return np.vstack(places), np.vstack(wrenches)
+        states = np.array([rod.at(1.0 - u) for rod in self.rods])
+        own = self.terminal.reshape(len(self.rods), 12, self.size)
+        fields = np.array([transition(state) for state in states]) @ own
+        # - dtheta x m / 2 = m x dtheta / 2
+        moments = np.array([skew(moment(state)) for state in states])
+        couples = fields[:, 6:9] + 0.5 * moments @ fields[:, 3:6]
+        lengths = np.array([abs(rod.length) for rod in self.rods])[:, None, None]
+        places = np.concatenate([fields[:, :3] / lengths, fields[:, 3:6]], axis=1)
+        # A common unit of work keeps Y and Z conjugate where rods differ.
+        wrenches = np.concatenate([fields[:, 9:] * lengths, couples], axis=1) / self.units[0]
+        shape, rows = (-1, self.size), self.position_rows
+        return places[:, rows].reshape(shape), wrenches[:, rows].reshape(shape)
 
     def determinant(self, u: float) -> float:
         """Determinant of b(u), positive near the tip: negative after an odd number of zeros."""

@@ -98,9 +98,13 @@ def _integrate(leg: LegDescription, motor: float, strain: Floats) -> _Tip:
     phi = np.zeros((3, count))
     each = np.arange(count)
     twists = np.zeros((6, count))
+    place = -1.0
 
     def rates(s: float, y: Floats) -> Floats:
-        phi[directions, each] = leg.modes.values(np.array([s / length]))[0]
+        nonlocal place
+        if s != place:  # the last two stages of a step are at the same place
+            phi[directions, each] = leg.modes.values(np.array([s / length]))[0]
+            place = s
         kx, ky, kz = (phi @ strain).tolist()
         w, x, y_, z = y[:4].tolist()
         rotation = _rotation(y[:4])
@@ -120,7 +124,7 @@ def _integrate(leg: LegDescription, motor: float, strain: Floats) -> _Tip:
         rate[4:7] = rotation[:, 0]
         rate[first_j3:first_change] = twists.ravel()
         j3 = y[first_j3:first_change].reshape(6, count)
-        rate[first_change:] = (_ad(j3) @ twists).ravel()
+        rate[first_change:] = (_ad(j3).reshape(-1, 6) @ twists).ravel()  # one product, not m
         return rate
 
     start = np.zeros(7 + 6 * count + 6 * count * count)

@@ -106,9 +106,9 @@ def uniform(rigidities: ArrayLike, distributed: ArrayLike) -> RodProperties:
     """
     compliance, force = 1.0 / np.array(rigidities, float), np.array(distributed, float)
     return RodProperties(
-        lambda sigma: np.tile(compliance, (len(sigma), 1)),
+        lambda sigma: np.full((len(sigma), 3), compliance),
         lambda sigma: np.zeros((len(sigma), 3)),
-        lambda sigma: np.tile(force, (len(sigma), 1)),
+        lambda sigma: np.full((len(sigma), 3), force),
     )
 
 

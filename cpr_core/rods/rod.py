@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -54,6 +55,11 @@ class StrainModes:
         """Strain component of every coordinate: 0 torsion, 1 and 2 bending."""
         return np.repeat(np.arange(3), self.counts)
 
+    @cached_property
+    def _columns(self) -> NDArray[np.int64]:
+        """Shape function of every coordinate."""
+        return np.concatenate([np.arange(count) for count in self.counts])
+
     @property
     def identity(self) -> Hashable:
         """What tells modes from others: themselves if their basis, anybody's, has a hash."""
@@ -84,7 +90,7 @@ class StrainModes:
     def values(self, sigma: Floats) -> Floats:
         """Value of every coordinate's shape function, shape (len(sigma), total)."""
         most = self.basis.values(sigma, max(self.counts))
-        return np.hstack([most[:, :count] for count in self.counts])
+        return most.take(self._columns, axis=1)
 
     def gram(self, grid: RodGrid, weight: Floats | float = 1.0) -> Floats:
         """``int_0^1 weight Phi^T Phi dsigma``; weight by node and component (K, 3), or a number."""

@@ -27,7 +27,7 @@ from ..kernels.natural_units import EFFORT_UNIT
 from ..kernels.prepared_robot import continue_prepared, evaluate_prepared
 from ..kernels.problems import PROBLEMS
 from ..kernels.square_problem import CONTRACTION, ITERATIONS
-from ..lie import angle_motions, rotation_exp
+from ..lie import angle_motions, rotation_exp, rotation_log
 from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
 from .limits import Limit, grazes, margins, violated
 from .targets import Imposed, Target, pose_row
@@ -43,6 +43,8 @@ PREDICTION = 0.25
 POLISHED = 1e-14
 #: Step of the fraction by which the rate of the residual is found, central differences.
 _RATE_STEP = 1e-5
+#: The same for what changes evenly along the whole way: less than a quarter turn.
+_EVEN_STEP = 0.25
 
 
 class OutOfTime(Exception):
@@ -140,6 +142,7 @@ class Path:
         self._columns, self._rows = robot.problems[target.problem]
         self._angles = target.problem == "pose" and robot.controls_angles
         self._residual = np.empty(len(robot.arrays.unit))
+        self._even_rates: tuple[Floats, Floats] | None = None
 
     @cached_property
     def _tangent(self) -> Floats:
@@ -370,8 +373,11 @@ class Path:
 
     def _scaled_residual(self, efforts: Floats) -> Floats:
         """Dimensionless residual of the problem, legs first."""
+        return self._scaled(self._residual.copy(), efforts)
+
+    def _scaled(self, residual: Floats, efforts: Floats) -> Floats:
+        """A residual less the efforts, in natural units, of the equations of the problem."""
         arrays = self._robot.arrays
-        residual = self._residual.copy()
         residual[arrays.motor_index :] -= efforts
         residual *= arrays.unit / arrays.energy_unit
         return np.concatenate([residual[: arrays.platform_index], residual[self._rows]])
@@ -394,23 +400,47 @@ class Path:
     def _linearised(self, point: Point) -> tuple[Floats, Floats]:
         """Matrix of the problem at a point and rate of its residual with the fraction."""
         state, rotation, position, _ = self._imposed(point.equilibrium, point.fraction)
-        rate = self._rate(state, rotation, position, point.fraction)
         self._evaluate(state, rotation, position, point.equilibrium.load_arrays)
-        return self._scaled_tangent(rotation), rate
+        matrix = self._scaled_tangent(rotation)
+        return matrix, self._rate(state, rotation, position, point.fraction)
 
     def _rate(self, state: Floats, rotation: Floats, position: Floats, fraction: float) -> Floats:
         """Rate of the dimensionless residual with the fraction, the unknowns held.
 
-        Central differences of what is imposed: exact where it is linear in the residual (loads,
-        efforts), good to 1e-9 elsewhere; only predictions and directions depend on it.
+        Needs the tangent there, along which what is imposed moves. Where loads change too, central
+        differences: exact where it is linear in the residual (loads, efforts), good to 1e-9 elsewhere;
+        only predictions and directions depend on it.
         """
+        if not self._loads_change:
+            whole, efforts = self._imposed_rates(state, rotation, position, fraction)
+            return self._scaled(self._tangent @ whole, efforts)
         sides = []
         for change in (_RATE_STEP, -_RATE_STEP):
             parts = state.copy(), rotation.copy(), position.copy()
-            efforts = self._impose(*parts, fraction + change)
+            imposed = self._impose(*parts, fraction + change)
             self._evaluate(*parts, self._loads_at(fraction + change))
-            sides.append(self._scaled_residual(efforts))
+            sides.append(self._scaled_residual(imposed))
         return (sides[0] - sides[1]) / (2.0 * _RATE_STEP)
+
+    def _imposed_rates(
+        self, state: Floats, rotation: Floats, position: Floats, fraction: float
+    ) -> tuple[Floats, Floats]:
+        """Rates of state and efforts with the fraction; only single angles do not change evenly."""
+        if self._even_rates is not None:
+            return self._even_rates
+        step = _RATE_STEP if self._angles else _EVEN_STEP
+        ends = []
+        for change in (step, -step):
+            parts = state.copy(), rotation.copy(), position.copy()
+            ends.append((*parts, self._impose(*parts, fraction + change)))
+        (state, rotation, position, efforts), before = ends
+        twist = np.concatenate([rotation_log(rotation @ before[1].T), position - before[2]])
+        whole = state - before[0]
+        whole[self._robot.platform_indices] += twist[self._robot.platform_axes]
+        rates = whole / (2.0 * step), (efforts - before[3]) / (2.0 * step)
+        if not self._angles:
+            self._even_rates = rates
+        return rates
 
     def _move(self, state: Floats, rotation: Floats, position: Floats, change: Floats) -> None:
         """Add a dimensionless change of the unknowns, in place."""

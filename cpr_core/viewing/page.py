@@ -23,7 +23,7 @@ from .controls import Controls
 from .dragged import ForceArrow, PlatformHandle
 from .equilibria_tab import EquilibriaTab
 from .handled_robot import HandledRobot
-from .landmarks import Landmarks, PlatformNode, aim_camera
+from .landmarks import Landmarks, PlatformNode, aim_camera, light
 from .mailbox import Mailbox
 from .map_tab import MapTab
 from .record_tab import RecordTab
@@ -79,6 +79,7 @@ class Page:
         scene, gui, size = self.server.scene, self.server.gui, robot.mean_length
         legs = equilibrium_lines(self._handled.equilibrium).legs
         aim_camera(self.server, robot, np.concatenate(legs))
+        light(self.server)
         self._landmarks = Landmarks(scene, robot)
         self._platform = PlatformNode(scene, robot)
         self._robot = RobotScene(scene, "/robot", size)

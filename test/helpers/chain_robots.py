@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import yaml
 
 from cpr_core import Robot, load_robot
 from cpr_core.description import joints
@@ -19,6 +18,7 @@ from cpr_core.description.chain import ChainElement, ChainRod, Link, Shift, Turn
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import rotation_exp
 from cpr_core.rods.rod import StrainModes
+from helpers.yaml_content import yaml_content
 
 _NOWHERE = {"link": [0.0, 0.0, 0.0]}
 
@@ -27,7 +27,7 @@ def as_chains(robot: str | dict[str, Any], links: bool) -> dict[str, Any]:
     """A robot with its motors spelt as chains, and links of length zero about its rods."""
     described = load_robot(robot).description
     content = (
-        yaml.safe_load(shipped_robots()[robot].read_text())
+        yaml_content(shipped_robots()[robot].read_text())
         if isinstance(robot, str)
         else deepcopy(robot)
     )

@@ -8,14 +8,13 @@ from __future__ import annotations
 import functools
 from dataclasses import replace
 
-import yaml
-
 import cpr_core
 from cpr_core import solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.model.assessment import Assessment, Threshold
 from cpr_ros.setpoint_following import SetpointFollower, Settings
 from cpr_ros.supervision import State
+from helpers.yaml_content import yaml_content
 
 PERIOD = 0.005
 THRESHOLDS = {
@@ -36,7 +35,7 @@ def robot(name: str) -> cpr_core.Robot:
 
 def changed_robot(name: str, change) -> cpr_core.Robot:
     """A shipped robot with a changed description."""
-    content = yaml.safe_load(shipped_robots()[name].read_text())
+    content = yaml_content(shipped_robots()[name].read_text())
     for modulus in ("young_modulus", "shear_modulus"):
         content["rod"][modulus] = float(content["rod"][modulus])
     change(content)

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 import yaml
+from helpers.yaml_content import yaml_content
 
 from cpr_core import DescriptionError, load_robot, solve_home
 from cpr_core.description.chain import ChainRod, DescribedJoint, Link, Shift, Turn
@@ -41,7 +42,7 @@ tip: {type: spherical, position: [0.03, -0.09, 0]}
 
 
 def content(name):
-    return yaml.safe_load(shipped_robots()[name].read_text())
+    return yaml_content(shipped_robots()[name].read_text())
 
 
 def with_leg(name, leg):

@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-import yaml
+from helpers.yaml_content import yaml_content
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -37,7 +37,7 @@ FAMILIES = {"motor": MOTORS, "tip": JOINTS, "section": SECTIONS, "strain": STRAI
 
 
 def content_of(name):
-    return yaml.safe_load(shipped_robots()[name].read_text())
+    return yaml_content(shipped_robots()[name].read_text())
 
 
 # The schema and the documentation.

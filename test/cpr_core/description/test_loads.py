@@ -8,7 +8,7 @@ from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pytest
-import yaml
+from helpers.yaml_content import yaml_content
 from numpy.testing import assert_allclose
 
 from cpr_core.description.description_file import shipped_robots
@@ -27,7 +27,7 @@ def point_robot():
 
 @pytest.fixture(scope="module")
 def planar_body():
-    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text())
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
     content["rod"].update(young_modulus=210.0e9, shear_modulus=82.0e9)
     content["platform"] = {"shape": "body", "mass": 0.5, "center_of_mass": [0.1, 0.2, 0.0]}
     content["legs"][0]["tip"]["position"] = [-0.05, 0.0, 0.0]
@@ -227,7 +227,7 @@ def test_weight_is_that_of_what_hangs_beyond_and_of_the_platform(planar_body):
 
 
 def test_default_loads_are_the_gravity_of_the_description():
-    content = yaml.safe_load(shipped_robots()["six_rfs"].read_text())
+    content = yaml_content(shipped_robots()["six_rfs"].read_text())
     content["rod"].update(young_modulus=210.0e9, shear_modulus=82.0e9)
     content["gravity"] = [0.0, 0.0, -9.81]
     loads = load_robot(copy.deepcopy(content)).default_loads

@@ -4,14 +4,14 @@
 """What motors can do, as descriptions say it: limits that make no sense are refused by name."""
 
 import pytest
-import yaml
+from helpers.yaml_content import yaml_content
 
 from cpr_core import DescriptionError, load_robot
 from cpr_core.description.description_file import shipped_robots
 
 
 def with_limits(name, limits):
-    content = yaml.safe_load(shipped_robots()[name].read_text())
+    content = yaml_content(shipped_robots()[name].read_text())
     content["legs"][1]["motor"]["limits"] = limits
     return load_robot(content)
 

@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-import yaml
+from helpers.yaml_content import yaml_content
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,7 +14,7 @@ from cpr_core.description.description_file import read_description, shipped_robo
 
 
 def with_platform(name, **platform):
-    content = yaml.safe_load(shipped_robots()[name].read_text())
+    content = yaml_content(shipped_robots()[name].read_text())
     content["platform"] = content.get("platform", {}) | platform
     return content
 

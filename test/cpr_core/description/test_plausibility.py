@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from helpers.shipped_steps import CHAINS
+from helpers.yaml_content import yaml_content
 
 from cpr_core import (
     DescriptionError,
@@ -36,7 +37,7 @@ MILLIMETRES, DEGREES = "looks like millimetres, expected metres", "looks like de
 
 
 def content_of(name):
-    return yaml.safe_load(shipped_robots()[name].read_text())
+    return yaml_content(shipped_robots()[name].read_text())
 
 
 def put(content, path, value):
@@ -136,7 +137,7 @@ def test_what_looks_like_another_unit_is_said(path, value, says):
 
 
 def chained(name="six_rus"):
-    return yaml.safe_load(shipped_robots()[name].read_text())
+    return yaml_content(shipped_robots()[name].read_text())
 
 
 @pytest.mark.parametrize(
@@ -346,7 +347,7 @@ def test_texts_that_are_no_description_are_refused_shortly(text):
 
 @pytest.mark.parametrize("name", shipped_robots())
 def test_shipped_files_are_numbers_in_every_yaml(name):
-    content = yaml.safe_load(shipped_robots()[name].read_text())
+    content = yaml_content(shipped_robots()[name].read_text())
     assert isinstance(content["rod"]["young_modulus"], float)
     stiff = 210e9
     for word in ("210e9", "2.1e11", "2.1E11", "+21.e10"):

@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-import yaml
+from helpers.yaml_content import yaml_content
 
 from cpr_core import (
     DescriptionError,
@@ -20,7 +20,7 @@ from cpr_core.rods.sections import AnnularSection, CircularSection, GivenSection
 
 
 def content_of(name):
-    return yaml.safe_load(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
+    return yaml_content(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
 
 
 @pytest.mark.parametrize("name", shipped_robots())

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import yaml
 from helpers.shipped_steps import REDUNDANT, STEPS
+from helpers.yaml_content import yaml_content
 from scipy.integrate import quad
 
 from cpr_core import (
@@ -163,7 +163,7 @@ def test_a_robot_turned_and_shifted_with_its_loads_does_the_same(robot):
 @pytest.mark.parametrize("name", sorted(STEPS))
 @pytest.mark.parametrize("basis", ["chebyshev", "monomials", "bsplines"])
 def test_the_basis_does_not_matter_for_the_same_polynomials(name, basis):
-    content = yaml.safe_load(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
+    content = yaml_content(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
     content["strain"] |= {"basis": basis}
     if basis == "bsplines":  # without knots: Bernstein polynomials
         content["strain"] |= {"degree": 4, "knots": []}
@@ -171,7 +171,7 @@ def test_the_basis_does_not_matter_for_the_same_polynomials(name, basis):
             content["strain"]["torsion"] = 5
     reference = load_robot(name)
     if content["strain"].get("torsion") == 5:
-        legendre = yaml.safe_load(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
+        legendre = yaml_content(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
         legendre["strain"]["torsion"] = 5
         reference = load_robot(legendre)
     found, expected = moved(load_robot(content)), moved(reference)
@@ -313,7 +313,7 @@ def test_homes_that_do_not_fit_say_where():
 
 
 def content_of(name):
-    return yaml.safe_load(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
+    return yaml_content(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
 
 
 def cantilever(**rod):

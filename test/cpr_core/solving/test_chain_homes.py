@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from helpers.random_chains import random_chain_robot, rough_joints, rough_pose, sides
+from helpers.yaml_content import yaml_content
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -21,7 +22,7 @@ from cpr_core.solving.rough_shape import rough_platforms, rough_state
 
 
 def content(name):
-    return yaml.safe_load(shipped_robots()[name].read_text())
+    return yaml_content(shipped_robots()[name].read_text())
 
 
 KNOWN = {

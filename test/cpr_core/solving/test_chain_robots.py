@@ -10,6 +10,7 @@ import pytest
 import yaml
 from helpers.chain_robots import as_chains
 from helpers.shipped_steps import CHAINS, SHORT_FORM, STEPS
+from helpers.yaml_content import yaml_content
 from numpy.polynomial.legendre import leggauss
 
 from cpr_core import (
@@ -36,7 +37,7 @@ from cpr_core.workspace.store import read_map, write_map
 
 
 def content(name):
-    return yaml.safe_load(shipped_robots()[name].read_text())
+    return yaml_content(shipped_robots()[name].read_text())
 
 
 def assert_same(found, expected, atol=1e-12):
@@ -79,7 +80,7 @@ OFFSETS = {
 def test_the_zero_of_a_motor_is_that_of_its_joint(kind):
     """As in a chain with the same offset, and as without offset where the joints are."""
     name, motor = OFFSETS[kind]
-    plain = yaml.safe_load(shipped_robots()[name].read_text())
+    plain = yaml_content(shipped_robots()[name].read_text())
     if motor is not None:
         plain["home"]["motors"] = [0.0] * len(plain["legs"])
         for leg in plain["legs"]:
@@ -98,7 +99,7 @@ def test_the_zero_of_a_motor_is_that_of_its_joint(kind):
 
 
 def test_a_rod_that_is_fed_has_no_offset():
-    content = yaml.safe_load(shipped_robots()["gough_stewart"].read_text())
+    content = yaml_content(shipped_robots()["gough_stewart"].read_text())
     content["legs"][0]["motor"]["offset"] = 0.1
     with pytest.raises(DescriptionError, match=r"legs\[0\]\.motor: unknown field 'offset'"):
         load_robot(content)

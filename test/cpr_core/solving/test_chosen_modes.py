@@ -9,6 +9,7 @@ import pickle
 import numpy as np
 import pytest
 import yaml
+from helpers.yaml_content import yaml_content
 
 from benchmarks.chosen_modes import compare_with_tolerance
 from cpr_core import (
@@ -33,7 +34,7 @@ ROBOTS = list(shipped_robots())
 
 
 def content_of(name):
-    return yaml.safe_load(shipped_robots()[name].read_text(encoding="utf-8"))
+    return yaml_content(shipped_robots()[name].read_text(encoding="utf-8"))
 
 
 def counts_of(robot):

@@ -86,7 +86,7 @@ def test_bad_questions_are_refused():
         find_equilibria(load_robot("rfrfr"), [2.59])
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=45)
 def test_the_six_rfs_robot_has_dozens_of_equilibria_and_few_stable_ones():
     robot = load_robot("six_rfs")
     searches = [find_equilibria(robot, SIX, starts=4000, seed=seed) for seed in (0, 1)]

@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-import yaml
+from helpers.yaml_content import yaml_content
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -23,7 +23,7 @@ from cpr_core.solving.assembly import turned_over
 
 
 def content_of(name):
-    return yaml.safe_load(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
+    return yaml_content(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
 
 
 @pytest.mark.parametrize("modes", [3, 5, 8, 12])

@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-import yaml
+from helpers.yaml_content import yaml_content
 
 from cpr_core import MotorLimitExceeded, load_robot, solve_home, solve_inverse
 from cpr_core.description.description_file import shipped_robots
@@ -13,7 +13,7 @@ from cpr_core.solving.limits import check_limits, margins
 
 
 def limited(motor, **limits):
-    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text())
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
     content["legs"][motor]["motor"]["limits"] = limits
     return load_robot(content)
 

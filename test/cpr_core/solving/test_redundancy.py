@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-import yaml
+from helpers.yaml_content import yaml_content
 from scipy.optimize import minimize
 
 from cpr_core import (
@@ -27,7 +27,7 @@ TARGET = np.array([-0.06, 0.03, 0.1])
 
 
 def without_limits(name="four_rfr"):
-    content = yaml.safe_load(shipped_robots()[name].read_text())
+    content = yaml_content(shipped_robots()[name].read_text())
     for leg in content["legs"]:
         leg["chain"][0].pop("limits", None)
     return load_robot(content)
@@ -41,7 +41,7 @@ def point_robot():
         tip = {"type": "revolute", "position": [0.0, 0.0, 0.0]}
         motor = {"type": "revolute", "axis": [0, 0, 1]}
         legs.append({"base": base, "motor": motor, "tip": tip})
-    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text())
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
     content |= {"legs": legs, "controlled": ["x", "y"]}
     content["rod"] = {**content["rod"], "length": 0.7}
     content["home"] = {"motors": [1.0, 1.0, 1.0, 1.0], "bow": "left"}
@@ -190,7 +190,7 @@ def test_what_is_out_of_reach_is_told():
 
 
 def test_limits_stop_the_way_and_bound_what_is_best():
-    content = yaml.safe_load(shipped_robots()["four_rfr"].read_text())
+    content = yaml_content(shipped_robots()["four_rfr"].read_text())
     home = solve_home(without_limits())
     free = solve_inverse(without_limits(), home.pose + TARGET)
     far = int(np.argmax(np.abs(free.motors - home.motors)))

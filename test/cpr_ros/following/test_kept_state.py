@@ -11,6 +11,7 @@ import sys
 import numpy as np
 import pytest
 import yaml
+from helpers.yaml_content import yaml_content
 
 from cpr_core import load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
@@ -73,7 +74,7 @@ def test_half_a_slot_counts_for_nothing(file, byte):
 
 def test_another_robot_or_description_is_told(file):
     KeptState(file, ROBOT).close()
-    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text())
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
     content["rod"]["length"] *= 1.01
     for other in (load_robot("rfrfr", modes=6), load_robot(yaml.safe_dump(content))):
         kept = KeptState(file, ROBOT)

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-import yaml
+from helpers.yaml_content import yaml_content
 
 from cpr_core import leg_shapes, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
@@ -110,7 +110,7 @@ def test_a_motor_that_feeds_a_rod_moves_along_it():
 
 
 def test_a_joint_with_a_ratio_and_an_offset_follows_its_motor():
-    content = yaml.safe_load(shipped_robots()["delta"].read_text())
+    content = yaml_content(shipped_robots()["delta"].read_text())
     for modulus in ("young_modulus", "shear_modulus"):
         content["rod"][modulus] = float(content["rod"][modulus])
     for leg in content["legs"][:2]:
@@ -126,7 +126,7 @@ def test_a_joint_with_a_ratio_and_an_offset_follows_its_motor():
 
 
 def test_a_motor_behind_a_passive_joint_has_no_place_in_the_tree():
-    content = yaml.safe_load(shipped_robots()["delta"].read_text())
+    content = yaml_content(shipped_robots()["delta"].read_text())
     for modulus in ("young_modulus", "shear_modulus"):
         content["rod"][modulus] = float(content["rod"][modulus])
     hinge = {"joint": "revolute", "axis": [0, 0, 1], "stiffness": 5.0}

@@ -9,6 +9,7 @@ from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import SolveForward
 from helpers.driver import Driver
 from helpers.node_process import Client, NodeProcess, Running, free_domain
+from helpers.yaml_content import yaml_content
 from sensor_msgs.msg import JointState
 
 from cpr_core.description.description_file import shipped_robots
@@ -18,7 +19,7 @@ NAMES = [f"motor{number}" for number in range(1, 7)]
 
 @pytest.fixture(scope="module")
 def unlimited(tmp_path_factory):
-    content = yaml.safe_load(shipped_robots()["gough_stewart"].read_text().replace("e9", ".0e+9"))
+    content = yaml_content(shipped_robots()["gough_stewart"].read_text().replace("e9", ".0e+9"))
     for leg in content["legs"]:
         del leg["motor"]["limits"]
     folder, domain = tmp_path_factory.mktemp("unlimited"), free_domain()

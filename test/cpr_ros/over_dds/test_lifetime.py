@@ -93,7 +93,7 @@ def test_a_node_that_ends_leaves_nothing_in_shared_memory(how, robot, status):
     assert (done.returncode, done.stdout) == (status, "left:\n"), done.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=70)
 def test_signals_at_random_times_from_the_very_start_end_the_node_cleanly():
     """Some without compiled kernels, some with two signals; seeds of what fails are printed."""
     done = subprocess.run(
