@@ -89,7 +89,9 @@ class BenchRobot:
         self.robot = load_robot("six_rfs").with_parameters(REALITY)
         self.place = solve_home(self.robot)
         self.told: np.ndarray = self.place.motors
-        self.felt: np.ndarray | None = None
+        #: What the hand did and what the node felt of it, as rows, (2, 3) [N], since somebody looked.
+        self.felt: list[np.ndarray] = []
+        self._hands: dict[tuple[int, int], np.ndarray] = {}  # by the stamp of the joint states
         self._random = np.random.default_rng(seed)
         self.node = rclpy.create_node("bench_robot")
         self.node.create_subscription(
@@ -104,8 +106,10 @@ class BenchRobot:
         self.told = np.array(message.data)
 
     def _on_wrench(self, message: WrenchStamped) -> None:
-        force = message.wrench.force
-        self.felt = np.array([force.x, force.y, force.z])
+        force, stamp = message.wrench.force, message.header.stamp
+        told = self._hands.pop((stamp.sec, stamp.nanosec), None)
+        if told is not None:
+            self.felt.append(np.array([told, [force.x, force.y, force.z]]))
 
     def tell(self, wrench: np.ndarray) -> None:
         """Publish where the motors are and what they do under a wrench, (6,)."""
@@ -116,7 +120,15 @@ class BenchRobot:
         message.header.stamp = self.node.get_clock().now().to_msg()
         message.position = self.place.motors.tolist()
         message.effort = (self.place.efforts * noise).tolist()
+        self._hands[message.header.stamp.sec, message.header.stamp.nanosec] = wrench[3:]
         self._states.publish(message)
+
+    def hear(self, until: float) -> None:
+        """Take what has come, and what comes up to a time of the monotonic clock."""
+        left = 0.0
+        while left >= 0.0:
+            left = until - time.monotonic()
+            rclpy.spin_once(self.node, timeout_sec=max(0.0, left))
 
 
 def push(seconds: float, seed: int) -> int:
@@ -125,29 +137,28 @@ def push(seconds: float, seed: int) -> int:
     # A flag, for an exception could end up anywhere in rclpy, and be lost there.
     enough = threading.Event()
     signal.signal(signal.SIGINT, lambda *_: enough.set())
-    bench, started, first = BenchRobot(seed), time.monotonic(), math.inf
+    bench, started, ticks = BenchRobot(seed), time.monotonic(), 0
     untouched: list[np.ndarray] = []
-    touched: list[np.ndarray] = []  # of the last second: what the hand did, and what was felt
     try:
-        while not enough.is_set() and (now := time.monotonic()) - first < (seconds or math.inf):
-            if bench.felt is None and now - started > LONGEST_WAIT:
+        while not enough.is_set() and ticks < (RATE * seconds or math.inf):
+            now = time.monotonic()
+            if not bench.felt and ticks == 0 and now - started > LONGEST_WAIT:
                 print("bench_robot: no cpr_node tells what it feels", file=sys.stderr)
                 return 1
-            if bench.felt is not None:
-                first = min(first, now)
-            wrench = hand(now - first)
-            bench.tell(wrench)
-            if bench.felt is not None and now - first < ALONE:
-                untouched.append(bench.felt)
-            elif bench.felt is not None:
-                touched.append(np.array([wrench[3:], bench.felt - np.mean(untouched, axis=0)]))
-            if len(touched) >= RATE:
-                told, felt = np.mean(touched, axis=0).round(2)
-                print(f"hand {told} N, felt {felt} N")
-                touched.clear()
-            pause = now + 1.0 / RATE
-            while (left := pause - time.monotonic()) > 0.0:
-                rclpy.spin_once(bench.node, timeout_sec=left)
+            # Its own time, by which a busy computer takes longer.
+            bench.tell(hand(ticks / RATE))
+            bench.hear(now + 1.0 / RATE)
+            ticks += ticks > 0 or bool(bench.felt)
+            if ticks % RATE or not bench.felt:
+                continue
+            told, felt = np.mean(bench.felt, axis=0)
+            bench.felt.clear()
+            if ticks <= ALONE * RATE:
+                untouched.append(felt)
+            else:
+                print(
+                    f"hand {told.round(2)} N, felt {(felt - np.mean(untouched, axis=0)).round(2)} N"
+                )
         if untouched:
             print(f"felt without a hand: {np.mean(untouched, axis=0).round(2)} N")
     finally:
