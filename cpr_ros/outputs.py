@@ -22,6 +22,7 @@ from visualization_msgs.msg import MarkerArray
 
 from cpr_core import CprError, Equilibrium, solve_home
 
+from .command_message import CommandMessage
 from .conversions import joint_state, platform_pose
 from .diagnostics import diagnostic_array, wrench_status
 from .dropped_messages import DroppedMessages
@@ -93,6 +94,7 @@ class Outputs:
         self._home = publisher(JointState, "~/home", LATCHED)
         self._home_pose = publisher(PoseStamped, "~/home_pose", LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._command: CommandMessage | None = None
         self._clock = node.get_clock()
         self._joints_heard = Listeners(self._joint_states)
         self._pose_heard = Listeners(self._platform_pose)
@@ -110,6 +112,7 @@ class Outputs:
         names = self._parameters.base_frame, self._parameters.platform_frame
         self._urdf.publish(String(data=robot_urdf(robot, *names)))
         home = solve_home(robot)
+        self._command = CommandMessage(robot.motor_count)
         self._home.publish(joint_state(home, frames, stamp))
         self._home_pose.publish(platform_pose(home, frames, stamp))
 
@@ -162,7 +165,8 @@ class Outputs:
 
     def motor_commands(self, commands: NDArray[np.float64]) -> None:
         """Motor positions in motor order, (n,), as forward position controllers take them."""
-        self._motor_commands.publish(Float64MultiArray(data=commands.tolist()))
+        assert self._command is not None  # made when the node became active
+        self._motor_commands.publish(self._command.of(commands))
 
     def stability(self, session: Session, now: float) -> None:
         """The message for the supervisor."""
