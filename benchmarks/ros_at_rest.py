@@ -5,9 +5,10 @@
 
     .venv/bin/python benchmarks/ros_at_rest.py --seconds 20 --setpoints 300
 
-Processor time of a node with the 6-RFS robot while nobody listens, and while its streams are heard. Then
-setpoints near by, each sent at rest: the time until the motor command arrives, beside that of
-a bare node which publishes whatever it receives. Both take turns, so that they see the same machine.
+Processor time of a node with the 6-RFS robot while nobody listens, and while its streams are heard,
+beside that of a bare node which publishes as many empty messages of the same kinds. Then setpoints near
+by, each sent at rest: the time until the motor command arrives, beside that of the bare node, which
+publishes whatever it receives. Both take turns, so that they see the same machine.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +33,7 @@ from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import PoseStamped
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
@@ -40,17 +44,41 @@ STEP = 0.002
 PAUSE = 0.1
 
 
+#: What the node publishes at rest, and how often [Hz].
+STREAMS = (
+    (JointState, "/joint_states", 50.0),
+    (PoseStamped, "/cpr_node/platform_pose", 50.0),
+    (StabilityMetrics, "/cpr_node/stability", 20.0),
+)
+
+
+def of_echo(topic: str) -> str:
+    """Where the bare node publishes what the node publishes to a topic."""
+    return f"/echo/{topic.rsplit('/', 1)[1]}"
+
+
 def echo() -> None:
-    """A node that publishes what it receives, until it is killed."""
+    """A node that publishes what it receives, and streams if they are heard, until it is killed."""
     rclpy.init()
     node, executor = Node("echo"), EventsExecutor()
+    streams = [
+        (node.create_publisher(kind, of_echo(topic), 10), serialize_message(kind()), 1.0 / rate)
+        for kind, topic, rate in STREAMS
+    ]
+    due = [time.monotonic()] * len(streams)
     publisher = node.create_publisher(Float64MultiArray, "/echo/out", 10)
     node.create_subscription(
         Float64MultiArray, "/echo/in", lambda message: publisher.publish(message), 1
     )
     executor.add_node(node)
     while True:
-        executor.spin_once(timeout_sec=0.1)
+        executor.spin_once(timeout_sec=max(0.0, min(due) - time.monotonic()))
+        heard = streams[0][0].get_subscription_count() > 0
+        for number, (stream, message, period) in enumerate(streams):
+            if due[number] <= time.monotonic():
+                due[number] += period if heard else 0.1
+                if heard:
+                    stream.publish(message)
 
 
 class Sender(Node):
@@ -61,7 +89,7 @@ class Sender(Node):
         self.executor_ = EventsExecutor()
         self.executor_.add_node(self)
         self.came = 0.0
-        self.messages = 0
+        self.messages: Counter[str] = Counter()
         self._newest: dict[str, list[float]] = {}
 
     def pair(self, sent: str, received: str) -> Any:
@@ -73,15 +101,15 @@ class Sender(Node):
 
     def listen(self) -> None:
         """To the streams."""
-        for kind, topic in (
-            (JointState, "/joint_states"),
-            (PoseStamped, "/cpr_node/platform_pose"),
-            (StabilityMetrics, "/cpr_node/stability"),
-        ):
-            self.create_subscription(kind, topic, self._on_stream, 10)
+        for kind, topic, _ in STREAMS:
+            self.create_subscription(kind, topic, self._counting("node"), 10)
+            self.create_subscription(kind, of_echo(topic), self._counting("bare node"), 10)
 
-    def _on_stream(self, _message: Any) -> None:
-        self.messages += 1
+    def _counting(self, whose: str) -> Callable[[Any], None]:
+        def count(_message: Any) -> None:
+            self.messages[whose] += 1
+
+        return count
 
     def _on_answer(self, topic: str, message: Float64MultiArray) -> None:
         numbers = list(message.data)
@@ -112,16 +140,20 @@ def processor_time(process: subprocess.Popen[bytes]) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def load(process: subprocess.Popen[bytes], node: Sender, seconds: float) -> str:
-    """Processor time of a process, in words."""
-    begin, used, node.messages = time.perf_counter(), processor_time(process), 0
+def load(processes: dict[str, subprocess.Popen[bytes]], node: Sender, seconds: float) -> str:
+    """Processor time of processes, in words."""
+    begin, node.messages = time.perf_counter(), Counter()
+    used = {name: processor_time(process) for name, process in processes.items()}
     node.spin(seconds)
     took = time.perf_counter() - begin
-    share = (processor_time(process) - used) / took
-    return f"{100.0 * share:5.2f} % of a core, {node.messages / took:.0f} messages/s received"
+    return "; ".join(
+        f"{name} {100.0 * (processor_time(process) - used[name]) / took:5.2f} % of a core, "
+        f"{node.messages[name] / took:.0f} messages/s"
+        for name, process in processes.items()
+    )
 
 
-def measure(process: subprocess.Popen[bytes], seconds: float, setpoints: int) -> None:
+def measure(processes: dict[str, subprocess.Popen[bytes]], seconds: float, setpoints: int) -> None:
     """Print what was found."""
     rclpy.init()
     node = Sender()
@@ -130,10 +162,10 @@ def measure(process: subprocess.Popen[bytes], seconds: float, setpoints: int) ->
     while not (robot.get_subscription_count() and bare.get_subscription_count()):
         node.spin(0.1)
     node.spin(3.0)  # discovery, and the first ticks
-    print(f"at rest, nobody listens:  {load(process, node, seconds)}")
+    print(f"at rest, nobody listens:  {load(processes, node, seconds)}")
     node.listen()
     node.spin(2.0)
-    print(f"at rest, streams heard:   {load(process, node, seconds)}")
+    print(f"at rest, streams heard:   {load(processes, node, seconds)}")
     random = np.random.default_rng(0)
     times: dict[str, list[float]] = {"setpoint to command": [], "bare echo": []}
     for number in range(setpoints):
@@ -168,7 +200,7 @@ def main() -> int:
         [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", "-p", "start_from:=home"]
     )
     try:
-        measure(process, options.seconds, options.setpoints)
+        measure({"node": process, "bare node": bare}, options.seconds, options.setpoints)
     finally:
         bare.kill()
         process.send_signal(signal.SIGINT)

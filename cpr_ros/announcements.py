@@ -13,6 +13,8 @@ __all__ = ["Announcements"]
 #: A halt that comes back within this time has not ended [s].
 _SETTLED = 0.5
 _HELD = (State.HALTED, State.STALE, State.LOST)
+#: A way home does not end with them.
+_ON_THE_WAY_HOME = (State.RETURNING, State.HALTED, State.ALIGNING)
 
 
 class Announcements:
@@ -23,6 +25,7 @@ class Announcements:
         self._halted = False
         self._free_since: float | None = None
         self._state = State.IDLE
+        self._returning = False
 
     def after_tick(self, outcome: Outcome, now: float) -> tuple[str, str]:
         """What to log after a tick: a warning and an information; empty: nothing.
@@ -55,13 +58,16 @@ class Announcements:
     def _changed(self, state: State) -> str:
         """That a pause or a way home begins or ends."""
         before, self._state = self._state, state
+        known, self._returning = self._returning, state == State.RETURNING
+        if known and state in _ON_THE_WAY_HOME:
+            self._returning = True
         if state == before:
             return ""
         if state == State.PAUSED:
             return "paused: holds, and takes no setpoints"
         if before == State.PAUSED:
             return "released: takes setpoints again"
-        if state == State.RETURNING and before != State.HALTED:
+        if state == State.RETURNING and not known:
             return "on the way home"
         if before == State.RETURNING and state == State.IDLE:
             return "the way home has ended"

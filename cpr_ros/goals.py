@@ -61,12 +61,14 @@ class MotorGoal:
             NonFiniteInput: A NaN or an infinity.
         """
         wanted = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
-        self.motors = wanted.copy()
-        for number, motor in robot.limited_motors:
-            self.motors[number] = np.clip(wanted[number], motor.limits.lower, motor.limits.upper)
+        values, beyond = wanted.tolist(), []
+        for number, motor in robot.limited_motors:  # numpy takes longer on so few numbers
+            within = min(max(values[number], motor.limits.lower), motor.limits.upper)
+            if within != values[number]:
+                values[number] = within
+                beyond.append(robot.motor_names[number])
+        self.motors, self.clipped = np.array(values), tuple(beyond)
         check_rod_lengths(robot, self.motors)
-        beyond = np.flatnonzero(self.motors != wanted)
-        self.clipped = tuple(robot.motor_names[motor] for motor in beyond)
 
     def remaining(self, start: Equilibrium) -> float:
         """Largest way of a motor."""

@@ -37,6 +37,7 @@ class MotorCommands:
         """
         self.robot, self.period = robot, period
         self.newest: Floats | None = None
+        self._speed, self._steps = np.nan, np.empty(0)
 
     def place(self, motors: Floats | None) -> None:
         """Take note of where the motors are, (n,): measured, or commanded before."""
@@ -44,7 +45,8 @@ class MotorCommands:
 
     def there(self, motors: Floats) -> bool:
         """Whether the last command was to these motors, (n,); holds of any while none is known."""
-        return self.newest is None or bool(np.array_equal(self.newest, motors))
+        # In lists: this is asked whenever anything has come, and numpy takes several times as long.
+        return self.newest is None or self.newest.tolist() == motors.tolist()
 
     def step_to(self, motors: Floats, max_speed: float) -> Floats:
         """The next command on the straight way to motors, (n,).
@@ -56,7 +58,12 @@ class MotorCommands:
         command = np.array(motors, float)
         if self.newest is not None:
             way = command - self.newest
-            ticks = float(np.max(np.abs(way) / motor_steps(self.robot, max_speed, self.period)))
+            if max_speed != self._speed:
+                self._speed, self._steps = (
+                    max_speed,
+                    motor_steps(self.robot, max_speed, self.period),
+                )
+            ticks = float(np.max(np.abs(way) / self._steps))
             if ticks > 1.0 + _SLACK:
                 command = self.newest + way / ticks
         self.newest = command

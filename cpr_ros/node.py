@@ -10,13 +10,11 @@ import sys
 import time
 import traceback
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import rclpy
 from numpy.typing import NDArray
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
@@ -31,6 +29,7 @@ from .node_arguments import closest, files_of_others
 from .outputs import Outputs
 from .parameter_calls import answer_parameter_calls
 from .parameters import LiveParameters, declare, live_parameters, live_problem, undeclared
+from .periodic import Periodic
 from .session import Session
 from .stop_signal import Stopped, StopSignal
 from .ticking import Ticking
@@ -63,11 +62,10 @@ class CprNode(LifecycleNode):
             raise CprError(problem)
         self.problem, self._started = "", time.monotonic()
         self._stop = stop
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._session: Session | None = None
         self._whereabouts: Whereabouts | None = None
         self._active = False
-        self._periodic: list[Any] = []
+        self._streams, self._health = Periodic(), Periodic()
         self._last_state = 0.0
         self._ticking = Ticking(
             1.0 / self.parameters.tick_rate,
@@ -84,7 +82,9 @@ class CprNode(LifecycleNode):
         self._announcements = Announcements()
         self.add_on_set_parameters_callback(self._on_parameters)
         self.add_post_set_parameters_callback(self._log_parameters)
-        self._timer(self.parameters.diagnostics_rate, self._publish_diagnostics)
+        diagnostics = self._guarded(self._publish_diagnostics)
+        self._health.begin(self._started)
+        self._health.add(self.parameters.diagnostics_rate, diagnostics)
         answer_impossible_transitions(self)
         answer_parameter_calls(self)
         for name in undeclared(self):
@@ -120,13 +120,17 @@ class CprNode(LifecycleNode):
         """The robot in operation; None while the node is not active."""
         return self._session if self._active else None
 
-    def tick_if_due(self) -> None:
-        """Tick if it is time to; whoever spins calls it after every callback, and when a tick is due."""
+    def do_what_is_due(self) -> None:
+        """Tick and publish; whoever spins calls it after every callback, and when something is due."""
         self._ticking.look(time.monotonic())
+        now = time.monotonic()
+        self._streams.look(now)
+        self._health.look(now)
 
-    def until_tick(self) -> float:
-        """Time until a tick is due [s]; infinite at rest."""
-        return max(0.0, self._ticking.due - time.monotonic())
+    def until_due(self) -> float:
+        """Time until something is due [s]."""
+        due = min(self._ticking.due, self._streams.due, self._health.due)
+        return max(0.0, due - time.monotonic())
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the robot, find its home and compile the kernels."""
@@ -219,16 +223,17 @@ class CprNode(LifecycleNode):
         if self._whereabouts is not None:
             self._whereabouts.look()
         self._active = True
-        self._ticking.start(time.monotonic())
-        self._periodic = [
-            self._timer(rate, callback)
-            for rate, callback in (
-                (self.parameters.state_rate, self._publish_state),
-                (self.parameters.stability_rate, self._publish_stability),
-                (self.parameters.marker_rate, self._publish_markers),
-                (_REPEAT_RATE, self._repeat_commands),
-            )
-        ]
+        now = time.monotonic()
+        self._ticking.start(now)
+        self._streams.begin(now)
+        outputs, rates = self.outputs, self.parameters
+        for rate, say, wanted in (
+            (rates.state_rate, self._publish_state, outputs.state_wanted),
+            (rates.stability_rate, self._publish_stability, outputs.stability_wanted),
+            (rates.marker_rate, self._publish_markers, outputs.markers_wanted),
+            (_REPEAT_RATE, self._repeat_commands, lambda now: True),
+        ):
+            self._streams.add(rate, self._guarded(say), wanted)
         self.outputs.description(session)
         self.get_logger().info("ready")
 
@@ -237,9 +242,7 @@ class CprNode(LifecycleNode):
             self.interfaces.stop_motions(self._session)
         self._active = False
         self._ticking.stop()
-        for timer in self._periodic:
-            self.destroy_timer(timer)
-        self._periodic = []
+        self._streams.begin(0.0)
 
     def _forget(self) -> None:
         self._deactivate()
@@ -284,16 +287,18 @@ class CprNode(LifecycleNode):
 
     def _tick(self, now: float) -> None:
         session = self._required_session()
-        outcome = session.tick(now)
-        self._announce(*self._announcements.after_tick(outcome, now))
+        outcome = session.move(now)
         command = session.next_command()
         if self._whereabouts is not None and (outcome.moved or command is not None):
             self._whereabouts.keep()  # before anybody hears of it
         if command is not None:
             self.outputs.motor_commands(command)
+        # The motors are on their way; nobody waits for the rest.
+        session.take_note(now)
+        self._announce(*self._announcements.after_tick(outcome, now))
         if outcome.moved:
             self._last_state = now
-            self.outputs.state(session)
+            self.outputs.step(session, now)
         if outcome.home_missed:
             self.get_logger().error(
                 "the motors are at home, but this is another equilibrium than home"
@@ -314,8 +319,9 @@ class CprNode(LifecycleNode):
             self.outputs.motor_commands(session.commands.newest)
 
     def _publish_state(self) -> None:
-        if time.monotonic() - self._last_state > 0.5 / self.parameters.state_rate:
-            self.outputs.state(self._required_session())
+        now = time.monotonic()
+        if now - self._last_state > 0.5 / self.parameters.state_rate:
+            self.outputs.state(self._required_session(), now)
 
     def _publish_stability(self) -> None:
         self.outputs.stability(self._required_session(), time.monotonic())
@@ -336,8 +342,8 @@ class CprNode(LifecycleNode):
             raise CprError("the node is not configured")
         return self._session
 
-    def _timer(self, rate: float, callback: Callable[[], None]) -> Any:
-        """A timer on the steady clock whose callback cannot raise."""
+    def _guarded(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """The same, but it cannot raise."""
 
         def guarded() -> None:
             try:
@@ -346,7 +352,7 @@ class CprNode(LifecycleNode):
                 if rclpy.ok():
                     self.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
 
-        return self.create_timer(1.0 / rate, guarded, clock=self._steady)
+        return guarded
 
     def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         """Take over new values, all of one call together."""

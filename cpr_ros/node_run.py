@@ -83,8 +83,8 @@ def _spin(node: CprNode, executor: Executor, stop: StopSignal) -> None:
     """Spin until a signal comes; no message of a client may end the node."""
     while rclpy.ok() and not stop.requested:
         try:
-            executor.spin_once(timeout_sec=min(0.1, node.until_tick()))
-            node.tick_if_due()
+            executor.spin_once(timeout_sec=min(0.1, node.until_due()))
+            node.do_what_is_due()
         except ExternalShutdownException:
             return
         except Exception:  # rclpy raises for malformed parameter messages, for one

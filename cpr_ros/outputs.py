@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import time
-from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -23,14 +22,16 @@ from visualization_msgs.msg import MarkerArray
 
 from cpr_core import CprError, Equilibrium, solve_home
 
+from .command_message import CommandMessage
 from .conversions import joint_state, platform_pose
 from .diagnostics import diagnostic_array, wrench_status
 from .dropped_messages import DroppedMessages
 from .leg_markers import leg_markers
+from .listeners import Listeners
 from .motor_messages import measured_motors
 from .parameters import Parameters
 from .platform_messages import measurement_delay
-from .repeated_message import RepeatedMessage
+from .repeated_message import RepeatedMessage, Stamp
 from .session import Session
 from .stability_stream import StabilityStream
 from .transforms import Transforms
@@ -93,6 +94,12 @@ class Outputs:
         self._home = publisher(JointState, "~/home", LATCHED)
         self._home_pose = publisher(PoseStamped, "~/home_pose", LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._command: CommandMessage | None = None
+        self._clock = node.get_clock()
+        self._joints_heard = Listeners(self._joint_states)
+        self._pose_heard = Listeners(self._platform_pose)
+        self._stability_heard = Listeners(self._stability)
+        self._markers_heard = Listeners(self._markers)
         self._stream = StabilityStream()
         self._about: tuple[Equilibrium, NDArray[np.float64]] | None = None
         self._state = (RepeatedMessage(JointState()), RepeatedMessage(PoseStamped()))
@@ -105,21 +112,42 @@ class Outputs:
         names = self._parameters.base_frame, self._parameters.platform_frame
         self._urdf.publish(String(data=robot_urdf(robot, *names)))
         home = solve_home(robot)
+        self._command = CommandMessage(robot.motor_count)
         self._home.publish(joint_state(home, frames, stamp))
         self._home_pose.publish(platform_pose(home, frames, stamp))
 
-    def state(self, session: Session) -> None:
+    def state_wanted(self, now: float) -> bool:
+        """Whether anybody listens to the state, at a steady time [s]."""
+        joints = self._joints_heard.lately(now)
+        return self._pose_heard.lately(now) or joints or self._transforms.available
+
+    def stability_wanted(self, now: float) -> bool:
+        """Whether anybody listens to the stability stream."""
+        return self._stability_heard.lately(now)
+
+    def markers_wanted(self, now: float) -> bool:
+        """Whether anybody looks at the legs."""
+        return self._markers_heard.lately(now)
+
+    def step(self, session: Session, now: float) -> None:
+        """The state after a step, which nobody who listens may miss."""
+        self._joints_heard.now(now)
+        self._pose_heard.now(now)
+        self.state(session, now)
+
+    def state(self, session: Session, now: float) -> None:
         """Joint states, platform pose and, with tf2_ros, the platform frame."""
-        joints_heard = self._joint_states.get_subscription_count() > 0
-        pose_heard = self._platform_pose.get_subscription_count() > 0 or self._transforms.available
+        joints_heard = self._joints_heard.lately(now)
+        pose_heard = self._pose_heard.lately(now) or self._transforms.available
         if not joints_heard and not pose_heard:
             return
-        (joints, pose), stamp = self._state_of(session), self._stamp()
+        (joints, pose), stamp = self._state_of(session), self._now()
         if joints_heard:
             self._joint_states.publish(joints.at(stamp))
         if pose_heard:
             self._platform_pose.publish(pose.at(stamp))
-            self._transforms.send(pose.message)
+            if self._transforms.available:
+                self._transforms.send(pose.stamped(stamp))
 
     def _state_of(self, session: Session) -> tuple[RepeatedMessage, RepeatedMessage]:
         """Messages of the state; at rest those of before."""
@@ -137,17 +165,16 @@ class Outputs:
 
     def motor_commands(self, commands: NDArray[np.float64]) -> None:
         """Motor positions in motor order, (n,), as forward position controllers take them."""
-        self._motor_commands.publish(Float64MultiArray(data=commands.tolist()))
+        assert self._command is not None  # made when the node became active
+        self._motor_commands.publish(self._command.of(commands))
 
     def stability(self, session: Session, now: float) -> None:
         """The message for the supervisor."""
-        if not self._stability.get_subscription_count():
-            return
         message = self._stream.message(
             session.outcome,
             session.follower.settings.thresholds,
             self._transforms.frames,
-            self._stamp(),
+            self._now(),
             now=now,
             setpoint_age=session.input_watchdog.age(now),
             wrench_age=session.wrench.watchdog.age(now),
@@ -199,11 +226,9 @@ class Outputs:
             self._felt_well.publish(told)
 
     def markers(self, session: Session, by: str) -> None:
-        """Legs for rviz, if anybody looks."""
-        if self._markers.get_subscription_count():
-            self._markers.publish(
-                leg_markers(session.outcome, by, self._transforms.frames, self._stamp())
-            )
+        """Legs for rviz."""
+        frames = self._transforms.frames
+        self._markers.publish(leg_markers(session.outcome, by, frames, self._stamp()))
 
     def diagnostics(
         self, life: str, session: Session | None, dropped: DroppedMessages | None, late_ticks: int
@@ -217,5 +242,10 @@ class Outputs:
             array.status.append(wrench_status(name, session, time.monotonic()))
         self._diagnostics.publish(array)
 
-    def _stamp(self) -> Any:
-        return self._node.get_clock().now().to_msg()
+    def _stamp(self) -> Time:
+        seconds, nanoseconds = self._now()
+        return Time(sec=seconds, nanosec=nanoseconds)
+
+    def _now(self) -> Stamp:
+        """ROS time. Not by way of rclpy.time.Time, which takes several times as long."""
+        return divmod(self._clock.handle.get_now().nanoseconds, 1_000_000_000)

@@ -79,7 +79,7 @@ class Session:
         self.follower.corrected = self.loop.corrected
         self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
         self.commands = MotorCommands(robot, self.period)
-        home = self.solver.current
+        self._before = home = self.solver.current
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
         self.unplaced = False
@@ -146,8 +146,14 @@ class Session:
         )
 
     def tick(self, now: float) -> Outcome:
-        """Move on by one tick."""
-        before = self.solver.current
+        """Move on by one tick, and take note of it; who sends commands does so in between."""
+        outcome = self.move(now)
+        self.take_note(now)
+        return outcome
+
+    def move(self, now: float) -> Outcome:
+        """The first half of a tick, all that its motor command needs."""
+        self._before = before = self.solver.current
         self.trajectories.before_tick(before, now)
         if self.jogger.drives(self.follower.goal):
             here = before.equilibrium
@@ -163,13 +169,15 @@ class Session:
             mover = self.follower if self.tracker is None else self.tracker
             self.outcome = mover.tick(before, loads, now)
         self.solver.current = self.outcome.assessment
-        after = self.outcome.assessment.equilibrium
-        state = self.outcome.state
+        return self.outcome
+
+    def take_note(self, now: float) -> None:
+        """The second half of a tick: what follows from where the robot is now, at the time of `move`."""
+        after, state = self.outcome.assessment.equilibrium, self.outcome.state
         arrived = state == State.IDLE or self.follower.arrived(after)
         self.loop.note(after, self.follower.goal, state, arrived, now)
-        self.velocity = (after.motors - before.equilibrium.motors) / self.period
+        self.velocity = (after.motors - self._before.equilibrium.motors) / self.period
         self.trajectories.after_tick(self.outcome, now)
-        return self.outcome
 
     def next_command(self) -> NDArray[np.float64] | None:
         """The motor command of this tick, (n,) [rad or m]; None where there is nothing new.

@@ -117,6 +117,7 @@ class SetpointFollower:
     @settings.setter
     def settings(self, settings: Settings) -> None:
         self._settings, self._stirred = settings, True
+        self._motor_steps = motor_steps(self.robot, settings.max_speed, self.period)
         self.watchdog.timeout = settings.setpoint_timeout
 
     @property
@@ -280,9 +281,9 @@ class SetpointFollower:
         """Solve where the motors are after a tick at a fraction of their speed."""
         start = current.equilibrium
         if isinstance(goal, TrajectoryGoal):
-            return attempt(current, goal.aim(start, factor, self._motor_steps()), 1.0, start.loads)
+            return attempt(current, goal.aim(start, factor, self._motor_steps), 1.0, start.loads)
         if isinstance(goal, MotorGoal):
-            ways = np.abs(goal.motors - start.motors) / self._motor_steps()
+            ways = np.abs(goal.motors - start.motors) / self._motor_steps
             return attempt(current, goal, _whole(factor / float(ways.max())), start.loads)
         remaining = goal.remaining(start)
         per_way = self._motor_steps_per_way
@@ -347,12 +348,9 @@ class SetpointFollower:
         ]
         return max(CREEP, min([1.0, *(level for level in levels if not math.isnan(level))]))
 
-    def _motor_steps(self) -> np.ndarray:
-        return motor_steps(self.robot, self.settings.max_speed, self.period)
-
     def _steps_between(self, first: Equilibrium, last: Equilibrium) -> float:
         """Ticks at full speed the motors need from one equilibrium to another."""
-        return float((np.abs(last.motors - first.motors) / self._motor_steps()).max(initial=0.0))
+        return float((np.abs(last.motors - first.motors) / self._motor_steps).max(initial=0.0))
 
     def _misses_home(self, current: Equilibrium) -> bool:
         """Whether this is another equilibrium than home, though nothing else acts."""

@@ -6,9 +6,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
-from builtin_interfaces.msg import Time
 from cpr_msgs.msg import Singularity as SingularityMessage
 from cpr_msgs.msg import StabilityMetrics
 from std_msgs.msg import Header
@@ -19,11 +19,14 @@ from .analysis import message_matrix, singularity_message
 from .conversions import Frames
 from .model_error import estimated_error, warned_error
 from .pose_loop import LoopStatus
+from .repeated_message import RepeatedMessage, Stamp
 from .setpoint_following import Outcome
 
 __all__ = ["StabilityStream"]
 
 _OPEN = LoopStatus()
+#: What changes while the robot rests.
+_AGES = ("margin_trend", "setpoint_age", "wrench_age", "measured_pose_age")
 
 
 class StabilityStream:
@@ -32,20 +35,20 @@ class StabilityStream:
     def __init__(self) -> None:
         """Start without a trend."""
         self._last: tuple[float, float] | None = None
-        self._known: tuple[Outcome, Thresholds, StabilityMetrics] | None = None
+        self._known: tuple[Outcome, Thresholds, LoopStatus, float, RepeatedMessage] | None = None
 
     def message(
         self,
         outcome: Outcome,
         thresholds: Thresholds,
         frames: Frames,
-        stamp: Time,
+        stamp: Stamp,
         *,
         now: float,
         setpoint_age: float,
         wrench_age: float,
         loop: LoopStatus = _OPEN,
-    ) -> StabilityMetrics:
+    ) -> StabilityMetrics | bytes:
         """Metrics of the equilibrium after a tick, and what they ask for.
 
         Args:
@@ -57,23 +60,31 @@ class StabilityStream:
             setpoint_age: Age of the newest setpoint [s], -1 without.
             wrench_age: Age of the external wrench [s], -1 without.
             loop: Whether the measured pose corrects the setpoint.
+
+        Returns:
+            The message, as bytes where nothing but time has gone on since the last one.
         """
-        message = self._of_tick(outcome, thresholds, frames)
-        message.header.stamp = stamp
-        message.margin_trend = self._trend(message.margin, now)
-        message.setpoint_age, message.wrench_age = setpoint_age, wrench_age
-        message.loop, message.loop_text = int(loop.loop), loop.text
-        message.measured_pose_age = loop.age
-        message.position_error, message.rotation_error = loop.position_error, loop.rotation_error
-        return message
+        message, margin = self._of_tick(outcome, thresholds, frames, loop)
+        return message.at(stamp, self._trend(margin, now), setpoint_age, wrench_age, loop.age)
 
     def _of_tick(
-        self, outcome: Outcome, thresholds: Thresholds, frames: Frames
-    ) -> StabilityMetrics:
-        """All but what changes with time alone; between ticks the message of before."""
-        if self._known is None or self._known[0] is not outcome or self._known[1] is not thresholds:
-            self._known = outcome, thresholds, _metrics(outcome, thresholds, frames)
-        return self._known[2]
+        self, outcome: Outcome, thresholds: Thresholds, frames: Frames, loop: LoopStatus
+    ) -> tuple[RepeatedMessage, float]:
+        """All but what changes with time alone, and the margin; between ticks the message of before."""
+        known, ageless = self._known, replace(loop, age=0.0)
+        if (
+            known is None
+            or known[0] is not outcome
+            or known[1] is not thresholds
+            or known[2] != ageless
+        ):
+            message = _metrics(outcome, thresholds, frames)
+            message.loop, message.loop_text = int(loop.loop), loop.text
+            message.position_error = loop.position_error
+            message.rotation_error = loop.rotation_error
+            repeated = RepeatedMessage(message, _AGES)
+            self._known = known = outcome, thresholds, ageless, message.margin, repeated
+        return known[4], known[3]
 
     def _trend(self, margin: float, now: float) -> float:
         """Change of the margin since the last message [1/s]."""

@@ -63,8 +63,8 @@ def falls(first: float, last: float) -> bool:
 def change_between(first: Equilibrium, last: Equilibrium) -> float:
     """Largest change of a leg coordinate [1/rod length] and of the platform [rod lengths, radians]."""
     robot = first.robot
-    legs = np.abs(last.leg_coordinates - first.leg_coordinates)
-    scaled = legs / robot.arrays.unit[robot.elastic_indices]
+    changes = (last.state - first.state) / robot.arrays.unit
+    scaled = np.abs(changes[robot.elastic_indices])
     position = np.abs(last.platform_position - first.platform_position) / robot.mean_length
     rotation = np.abs(last.platform_rotation - first.platform_rotation)
     return float(max(scaled.max(initial=0.0), position.max(), rotation.max()))

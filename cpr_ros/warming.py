@@ -46,7 +46,7 @@ def warm_up(session: Session, frames: Frames) -> Iterator[str]:
         session.outcome,
         session.follower.settings.thresholds,
         frames,
-        Time(),
+        (0, 0),
         now=0.0,
         setpoint_age=-1.0,
         wrench_age=-1.0,

@@ -84,3 +84,22 @@ def test_pauses_and_returns_are_said_once(log):
         "on the way home",
         "the way home has ended",
     ]
+
+
+def test_a_halted_robot_that_is_sent_home_is_said_to_be_on_its_way(log):
+    """It was not: only a tick at which it was idle in between made a way home of it."""
+    log.ticks(5, State.HALTED, HALT)
+    log.ticks(5, State.RETURNING, FREE)
+    log.ticks(5, State.IDLE, FREE)
+    assert log.informations == ["on the way home", "the way home has ended"]
+
+
+def test_a_way_home_with_halts_is_one_way_home(log):
+    log.ticks(5, State.RETURNING, FREE)
+    for _ in range(3):
+        log.ticks(5, State.HALTED, HALT)
+        log.ticks(5, State.RETURNING, FREE)
+    log.ticks(5, State.FOLLOWING, FREE)
+    log.ticks(5, State.HALTED, HALT)
+    log.ticks(5, State.RETURNING, FREE)
+    assert log.informations == ["on the way home"] * 2

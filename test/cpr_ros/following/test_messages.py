@@ -46,7 +46,7 @@ FRAMES = Frames("base", "platform")
 def metrics_of(outcome):
     """The message of the stream after a tick, without setpoint and wrench."""
     return StabilityStream().message(
-        outcome, SETTINGS.thresholds, FRAMES, Time(), now=0.0, setpoint_age=-1.0, wrench_age=-1.0
+        outcome, SETTINGS.thresholds, FRAMES, (0, 0), now=0.0, setpoint_age=-1.0, wrench_age=-1.0
     )
 
 

@@ -187,3 +187,19 @@ def test_a_robot_waits_for_a_measurement_until_it_moves(bench):
     session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
     bench.tick()
     assert not session.unplaced
+
+
+def test_the_command_of_a_tick_is_there_before_note_is_taken_of_it(bench):
+    session = bench.session
+    session.commands.place(session.solver.current.equilibrium.motors)
+    session.follow(MotorGoal(session.robot, [2.60, 0.56]), bench.now)
+    bench.tick()
+    before, places = session.velocity, session.loop._history.newest
+    bench.now += PERIOD
+    assert session.move(bench.now).moved
+    np.testing.assert_array_equal(session.next_command(), session.solver.current.equilibrium.motors)
+    assert session.velocity is before and session.loop._history.newest is places
+    session.take_note(bench.now)
+    way = session.solver.current.equilibrium.motors - bench.commands[-1]
+    np.testing.assert_allclose(session.velocity, way / PERIOD)
+    assert session.loop._history.newest.equilibrium is session.solver.current.equilibrium

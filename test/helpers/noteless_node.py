@@ -1,0 +1,23 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A cpr_node in which all that a tick has to do besides its motor command fails."""
+
+from cpr_ros import node
+from cpr_ros.announcements import Announcements
+from cpr_ros.node_run import run
+from cpr_ros.outputs import Outputs
+from cpr_ros.session import Session
+
+
+def fail(*_arguments, **_options):
+    raise ArithmeticError("forced by a test")
+
+
+Session.take_note = fail
+Announcements.after_tick = fail
+Outputs.step = fail
+node.CprNode._repeat_commands = lambda self: None  # a command that was late would be said after all
+
+if __name__ == "__main__":
+    run(node.CprNode)
