@@ -121,12 +121,12 @@ def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
         NonFiniteInput: A component is NaN or infinite.
         InvalidQuaternion: The norm differs from 1 by more than ``QUATERNION_TOLERANCE``.
     """
-    quaternion = checked_vector("quaternion", quaternion_wxyz, 4, "w x y z")
-    w, x, y, z = quaternion.tolist()
-    norm = math.hypot(w, x, y, z)
+    quaternion = checked_vector("quaternion", quaternion_wxyz, 4, "w x y z").tolist()
+    w, x, y, z = quaternion
+    norm = math.hypot(*quaternion)
     if abs(norm - 1.0) > QUATERNION_TOLERANCE:
         raise InvalidQuaternion(
-            "quaternion", f"expected unit length, got norm {norm:g} of {quaternion.tolist()}"
+            "quaternion", f"expected unit length, got norm {norm:g} of {quaternion}"
         )
     w, x, y, z = w / norm, x / norm, y / norm, z / norm
     return np.array(

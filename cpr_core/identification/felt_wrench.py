@@ -34,7 +34,7 @@ __all__ = ["WrenchEstimate", "estimate_wrench"]
 Floats = NDArray[np.float64]
 
 #: A step this small in natural units is the last: its own error is of the order of its square.
-_LAST_STEP = 1e-5
+_LAST_STEP = 2e-5
 #: Longest step, in natural units.
 _LONGEST = LONGEST_STEP * EFFORT_UNIT
 #: Steps of Newton's method, and halvings of one, before it is given up.

@@ -42,6 +42,7 @@ class WrenchMeasurements:
         position: Of the platform in the world, (3,) [m]; None: no pose is measured.
         rotation: Of the platform in the world, (3, 3).
         pose_weights: One over standard deviations of the platform coordinates, (b,).
+        natural_weights: The same of efforts and pose, as far as measured, in natural units, (M,).
         count: How many numbers are measured at all.
     """
 
@@ -51,6 +52,7 @@ class WrenchMeasurements:
     position: Floats | None
     rotation: Floats
     pose_weights: Floats
+    natural_weights: Floats
     count: int
 
     @property
@@ -76,7 +78,8 @@ class WrenchMeasurements:
         The rotation's residual is the logarithm of a product. That its own derivative is taken as one
         moves no solution: across the axis of the residual it differs from one, along it does not.
         """
-        return self._weighed(response, response.efforts_by_wrench, response.twist_by_wrench)
+        rows = self._measured(response.efforts_by_wrench, response.twist_by_wrench)
+        return np.asarray(rows * self.natural_weights[:, None])
 
     def by_way(self, response: WorldResponse) -> Floats:
         """What the way from the motors of an equilibrium to the measured ones changes, to first order.
@@ -85,19 +88,14 @@ class WrenchMeasurements:
         """
         robot = response.equilibrium.robot
         way = (self.motors - response.equilibrium.motors) / robot.motor_units
-        turned = response.twist_by_motors @ way
-        return self._weighed(response, response.efforts_by_motors @ way, turned)
+        rows = self._measured(response.efforts_by_motors @ way, response.twist_by_motors @ way)
+        return rows * self.natural_weights
 
-    def _weighed(self, response: WorldResponse, efforts: Floats, twists: Floats) -> Floats:
-        """Rows of efforts and twists in natural units, in standard deviations."""
-        parts = []
-        if self.efforts is not None:
-            weights = self.effort_weights * effort_units(response.equilibrium.robot)
-            parts.append((efforts.T * weights).T)
-        if self.position is not None:
-            weights = self.pose_weights * twist_units(response.equilibrium.robot)
-            parts.append((twists.T * weights).T)
-        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+    def _measured(self, efforts: Floats, twists: Floats) -> Floats:
+        """Of rows of efforts and twists those that are compared."""
+        if self.efforts is None:
+            return twists
+        return efforts if self.position is None else np.concatenate([efforts, twists])
 
     def doubt(self, equilibrium: Equilibrium) -> str:
         """What looks like other units in the efforts, seen from those of the model; empty: nothing."""
@@ -159,7 +157,7 @@ def wrench_measurements(
         doubt = ""
         if np.vdot(rotation, seen_from.platform_rotation) < _FAR_TRACE:
             doubt = quaternion_order_doubt(given[3:], seen_from.platform_quaternion)
-        if math.dist(position, seen_from.platform_position) > robot.mean_length:
+        if math.dist(position.tolist(), seen_from.platform_position.tolist()) > robot.mean_length:
             doubt = doubt or request_doubt(robot.description, None, position)
         if doubt:
             raise InvalidRequest("pose", doubt)
@@ -170,8 +168,20 @@ def wrench_measurements(
     measured = int(np.count_nonzero(effort_weights) + np.count_nonzero(pose_weights))
     if not measured:
         raise InvalidRequest("effort_deviation", "expected a finite one at least, all are infinite")
+    natural = []
+    if pushed is not None:
+        natural.append(effort_weights * effort_units(robot))
+    if position is not None:
+        natural.append(pose_weights * twist_units(robot))
     return WrenchMeasurements(
-        at, pushed, effort_weights, position, rotation, pose_weights, measured
+        at,
+        pushed,
+        effort_weights,
+        position,
+        rotation,
+        pose_weights,
+        np.concatenate(natural),
+        measured,
     )
 
 
@@ -184,6 +194,8 @@ def _weights(name: str, deviation: ArrayLike | None, size: int, meaning: str) ->
     """
     if deviation is None:
         raise InvalidRequest(name, f"expected standard deviations ({meaning}), got none")
+    if isinstance(deviation, float) and name == "effort_deviation" and deviation > 0.0:
+        return np.full(size, 1.0 / deviation)
     given = np.asarray(deviation)
     if given.ndim == 0 and name == "effort_deviation":
         given = np.full(size, given)
