@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from .identification.felt_wrench import estimate_wrench
 from .kernels.kernel_sources import kernel_modules, read_sources
 from .model.kinemato_statics import kinemato_statics
 from .numba_fence import hear_compilation
@@ -53,6 +54,7 @@ def compile_kernels() -> Iterator[str]:
     solve_forward(robot, home.motors, start=home)
     kinemato_statics(home).smallest_singular_value("forward")
     error_of(home)
+    estimate_wrench(robot, home.motors, efforts=home.efforts, effort_deviation=1.0)
     yield "solver"
     from .workspace import map_workspace, pose_grid
 

@@ -272,7 +272,7 @@ class _Search:
         doubt: str,
     ) -> WrenchEstimate:
         """What was found; the last step counts to first order."""
-        free = self.measured.count - felt.count
+        free = self.measured.weights.count - felt.count
         world = self._world(wrench)
         world.flags.writeable = False
         return WrenchEstimate(

@@ -6,29 +6,52 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..description.plausibility import quaternion_order_doubt, request_doubt
 from ..errors import InvalidRequest, NonFiniteInput
-from ..lie import rotation_from_quaternion, rotation_log
+from ..lie import rotation_from_quaternion
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..model.world_response import WorldResponse, effort_units, twist_units
 from ..validation import checked_vector
+from .residual_kernel import residual_into
 
 __all__ = ["WrenchMeasurements", "wrench_measurements"]
 
 Floats = NDArray[np.float64]
 
-_NONE, _NO_TURN = np.zeros(0), np.eye(3)
+#: What is not measured, of the same types for the kernel: read-only, but for the turn.
+_NO_EFFORTS, _NO_PLACE, _NO_TURN = np.zeros(0), np.zeros(3), np.eye(3)
+_NO_EFFORTS.flags.writeable = _NO_PLACE.flags.writeable = False
 #: A factor of efforts that looks like a thousand; what such efforts are large and small beside.
 _IS_THOUSAND, _LARGE, _SMALL = (200.0, 5000.0), 10.0, 0.01
 #: Trace of a turn by a right angle: less is farther, and only there an order of numbers is doubted.
 _FAR_TRACE = 1.0
+#: So many weights are kept: a camera may send other deviations with every pose.
+_KEPT = 100
+_OF_EFFORTS, _OF_POSE = "N m or N", "m of the position, rad of the rotation"
 _POSE = "x y z in the world, qw qx qy qz"
+
+
+@dataclass(frozen=True, eq=False)
+class WrenchWeights:
+    """One over the standard deviations of measured numbers: efforts, then platform coordinates; M rows.
+
+    Attributes:
+        rows: (M,) [1/(N m), 1/N, 1/rad, 1/m]; 0 for what is not measured, a motor without a sensor.
+        natural: The same in natural units, (M,).
+        count: How many numbers are measured at all.
+    """
+
+    rows: Floats
+    natural: Floats
+    count: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,39 +61,37 @@ class WrenchMeasurements:
     Attributes:
         motors: Motor positions, taken as exact, (n,) [rad or m].
         efforts: Motor efforts, (n,) [N m or N]; None: not measured.
-        effort_weights: One over their standard deviations, (n,); 0 where a motor has no sensor.
         position: Of the platform in the world, (3,) [m]; None: no pose is measured.
         rotation: Of the platform in the world, (3, 3).
-        pose_weights: One over standard deviations of the platform coordinates, (b,).
-        natural_weights: The same of efforts and pose, as far as measured, in natural units, (M,).
-        count: How many numbers are measured at all.
+        weights: Of efforts and pose, as far as measured.
     """
 
     motors: Floats
     efforts: Floats | None
-    effort_weights: Floats
     position: Floats | None
     rotation: Floats
-    pose_weights: Floats
-    natural_weights: Floats
-    count: int
+    weights: WrenchWeights
 
     @property
     def rows(self) -> int:
         """M: how many numbers are compared, without weight or not."""
-        return len(self.effort_weights) + len(self.pose_weights)
+        return len(self.weights.rows)
 
     def residual(self, equilibrium: Equilibrium) -> Floats:
         """Measured less modelled, in standard deviations, (M,)."""
-        parts = []
-        if self.efforts is not None:
-            parts.append((self.efforts - equilibrium.efforts) * self.effort_weights)
-        if self.position is not None:
-            error = np.empty(6)
-            error[:3] = rotation_log(self.rotation @ equilibrium.platform_rotation.T)
-            error[3:] = self.position - equilibrium.platform_position
-            parts.append(error[equilibrium.robot.platform_axes] * self.pose_weights)
-        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+        residual, robot = np.empty(self.rows), equilibrium.robot
+        residual_into(
+            _NO_EFFORTS if self.efforts is None else self.efforts,
+            _NO_PLACE if self.position is None else self.position,
+            self.rotation,
+            robot.platform_axes,
+            self.weights.rows,
+            equilibrium.record,
+            robot.state_size,
+            np.empty((2, 3, 3)),
+            residual,
+        )
+        return residual
 
     def by_wrench(self, response: WorldResponse) -> Floats:
         """What is modelled, in standard deviations, by a world wrench in natural units, (M, b).
@@ -79,17 +100,17 @@ class WrenchMeasurements:
         moves no solution: across the axis of the residual it differs from one, along it does not.
         """
         rows = self._measured(response.efforts_by_wrench, response.twist_by_wrench)
-        return np.asarray(rows * self.natural_weights[:, None])
+        return np.asarray(rows * self.weights.natural[:, None])
 
     def by_way(self, response: WorldResponse) -> Floats:
         """What the way from the motors of an equilibrium to the measured ones changes, to first order.
 
         In standard deviations, (M,).
         """
-        robot = response.equilibrium.robot
-        way = (self.motors - response.equilibrium.motors) / robot.motor_units
-        rows = self._measured(response.efforts_by_motors @ way, response.twist_by_motors @ way)
-        return rows * self.natural_weights
+        start = response.equilibrium
+        way = (self.motors - start.motors) / start.robot.motor_units
+        efforts, twist = response.by_way(way)
+        return self._measured(efforts, twist) * self.weights.natural
 
     def _measured(self, efforts: Floats, twists: Floats) -> Floats:
         """Of rows of efforts and twists those that are compared."""
@@ -144,13 +165,12 @@ def wrench_measurements(
     """
     if efforts is None and pose is None:
         raise InvalidRequest("efforts", "expected efforts, a pose or both, got neither")
-    count, axes = robot.motor_count, robot.platform_axes
+    count = robot.motor_count
     at = checked_vector("motors", motors, count, robot.motor_list)
-    pushed, effort_weights = None, _NONE
+    pushed = None
     if efforts is not None:
         pushed = checked_vector("efforts", efforts, count, robot.motor_list)
-        effort_weights = _weights("effort_deviation", effort_deviation, count, "N m or N")
-    position, rotation, pose_weights = None, _NO_TURN, _NONE
+    position, rotation = None, _NO_TURN
     if pose is not None:
         given = checked_vector("pose", pose, 7, _POSE)
         position, rotation = given[:3], rotation_from_quaternion(given[3:])
@@ -161,49 +181,70 @@ def wrench_measurements(
             doubt = doubt or request_doubt(robot.description, None, position)
         if doubt:
             raise InvalidRequest("pose", doubt)
-        two = _weights(
-            "pose_deviation", pose_deviation, 2, "m of the position, rad of the rotation"
-        )
-        pose_weights = np.where(axes < 3, two[1], two[0])
-    measured = int(np.count_nonzero(effort_weights) + np.count_nonzero(pose_weights))
-    if not measured:
-        raise InvalidRequest("effort_deviation", "expected a finite one at least, all are infinite")
-    natural = []
-    if pushed is not None:
-        natural.append(effort_weights * effort_units(robot))
-    if position is not None:
-        natural.append(pose_weights * twist_units(robot))
-    return WrenchMeasurements(
-        at,
-        pushed,
-        effort_weights,
-        position,
-        rotation,
-        pose_weights,
-        np.concatenate(natural),
-        measured,
+    deviations = (
+        None if efforts is None else _numbers("effort_deviation", effort_deviation, _OF_EFFORTS),
+        None if pose is None else _numbers("pose_deviation", pose_deviation, _OF_POSE),
     )
+    # By value, as the arrays are others' own: mostly they are those of the sample before.
+    key = tuple(
+        each is not None and (each.dtype.str, each.shape, each.tobytes()) for each in deviations
+    )
+    known: dict[Hashable, WrenchWeights] = robot.kept("wrench weights", dict)
+    if key not in known:
+        if len(known) >= _KEPT:
+            known.clear()
+        known[key] = _weights(robot, *deviations)
+    return WrenchMeasurements(at, pushed, position, rotation, known[key])
 
 
-def _weights(name: str, deviation: ArrayLike | None, size: int, meaning: str) -> Floats:
-    """One over standard deviations, (size,).
+def _numbers(name: str, deviation: ArrayLike | None, meaning: str) -> NDArray[Any]:
+    """Standard deviations as they are handed in.
 
     Raises:
-        InvalidRequest: None, another number of them, or one that is not positive.
-        NonFiniteInput: A NaN.
+        InvalidRequest: None, or no numbers.
     """
     if deviation is None:
         raise InvalidRequest(name, f"expected standard deviations ({meaning}), got none")
-    if isinstance(deviation, float) and name == "effort_deviation" and deviation > 0.0:
-        return np.full(size, 1.0 / deviation)
-    given = np.asarray(deviation)
-    if given.ndim == 0 and name == "effort_deviation":
-        given = np.full(size, given)
-    if given.shape == (size,) and given.dtype.kind in "fiu":
-        values = given.astype(float)
-        numbers = values.tolist()  # of so few quicker than numpy
-        if not all(number > 0.0 for number in numbers):
-            error = NonFiniteInput if any(map(math.isnan, numbers)) else InvalidRequest
-            raise error(name, f"expected numbers above 0, got {numbers}")
-        return np.asarray(1.0 / values)
-    return checked_vector(name, deviation, size, meaning)  # says what is wrong
+    try:
+        given = np.asarray(deviation)
+    except ValueError:  # rows of different lengths
+        given = np.zeros(0, object)
+    if given.dtype.kind not in "fiu":
+        raise InvalidRequest(name, f"expected numbers ({meaning}), got {deviation!r:.200}")
+    return given
+
+
+def _weights(
+    robot: Robot, of_efforts: NDArray[Any] | None, of_pose: NDArray[Any] | None
+) -> WrenchWeights:
+    """Weights from standard deviations, as far as measured.
+
+    Raises:
+        InvalidRequest: Another number of them, one that is not positive, or all infinite.
+        NonFiniteInput: A NaN.
+    """
+    rows, natural, count = [], [], robot.motor_count
+    if of_efforts is not None:
+        given = of_efforts if of_efforts.ndim else np.full(count, of_efforts)
+        rows.append(_reciprocals("effort_deviation", given, count, _OF_EFFORTS))
+        natural.append(rows[-1] * effort_units(robot))
+    if of_pose is not None:
+        position, rotation = _reciprocals("pose_deviation", of_pose, 2, _OF_POSE)
+        rows.append(np.where(robot.platform_axes < 3, rotation, position))
+        natural.append(rows[-1] * twist_units(robot))
+    joined = np.concatenate(rows)
+    measured = int(np.count_nonzero(joined))
+    if not measured:
+        raise InvalidRequest("effort_deviation", "expected a finite one at least, all are infinite")
+    return WrenchWeights(joined, np.concatenate(natural), measured)
+
+
+def _reciprocals(name: str, deviation: NDArray[Any], size: int, meaning: str) -> Floats:
+    """One over standard deviations, (size,)."""
+    if deviation.shape != (size,):
+        checked_vector(name, deviation, size, meaning)  # says what is wrong
+    values = deviation.astype(float)
+    if not np.all(values > 0.0):
+        error = NonFiniteInput if np.any(np.isnan(values)) else InvalidRequest
+        raise error(name, f"expected numbers above 0, got {values.tolist()}")
+    return np.asarray(1.0 / values)

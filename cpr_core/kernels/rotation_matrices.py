@@ -69,13 +69,32 @@ def rotation_exp_into(x, y, z, rotation):
 
 @kernel
 def rotation_log_into(rotation, vector):
-    """Rotation vector of a rotation by less than a right angle, into an array (3,)."""
+    """Rotation vector, of norm at most pi, of a rotation matrix, into an array (3,)."""
     x = 0.5 * (rotation[2, 1] - rotation[1, 2])
     y = 0.5 * (rotation[0, 2] - rotation[2, 0])
     z = 0.5 * (rotation[1, 0] - rotation[0, 1])
     sine = math.sqrt(x * x + y * y + z * z)
-    scale = 1.0 if sine < 1e-8 else math.asin(min(1.0, sine)) / sine
-    vector[0], vector[1], vector[2] = scale * x, scale * y, scale * z
+    cosine = 0.5 * (rotation[0, 0] + rotation[1, 1] + rotation[2, 2] - 1.0)
+    if cosine > 0.0:
+        scale = 1.0 if sine < 1e-8 else math.asin(min(1.0, sine)) / sine
+        vector[0], vector[1], vector[2] = scale * x, scale * y, scale * z
+        return
+    # Near half a turn nothing is left of the sine: the axis is any column of (R + R^T) / 2 - cos I.
+    longest = 0
+    for axis in range(1, 3):
+        if rotation[axis, axis] > rotation[longest, longest]:
+            longest = axis
+    squared = 0.0
+    for axis in range(3):
+        vector[axis] = 0.5 * (rotation[axis, longest] + rotation[longest, axis])
+        if axis == longest:
+            vector[axis] -= cosine
+        squared += vector[axis] * vector[axis]
+    scale = math.atan2(sine, cosine) / math.sqrt(squared)
+    if x * vector[0] + y * vector[1] + z * vector[2] < 0.0:
+        scale = -scale
+    for axis in range(3):
+        vector[axis] *= scale
 
 
 @kernel

@@ -37,15 +37,23 @@ class WorldResponse:
         equilibrium: Where.
         twist_by_wrench: World twist, motors held, (b, b).
         efforts_by_wrench: Motors held, (n, b).
-        twist_by_motors: (b, n).
-        efforts_by_motors: (n, n).
+        wrench_by_motors: That holds the platform where it is, (b, n).
+        held_by_motors: Efforts while the platform is held where it is, (n, n).
     """
 
     equilibrium: Equilibrium
     twist_by_wrench: Floats
     efforts_by_wrench: Floats
-    twist_by_motors: Floats
-    efforts_by_motors: Floats
+    wrench_by_motors: Floats
+    held_by_motors: Floats
+
+    def by_way(self, way: Floats) -> tuple[Floats, Floats]:
+        """Efforts, (n,), and twist, (b,), of a way of the motors, (n,): held, then let go."""
+        wrench = self.wrench_by_motors @ way
+        return (
+            self.held_by_motors @ way - self.efforts_by_wrench @ wrench,
+            -self.twist_by_wrench @ wrench,
+        )
 
 
 def wrench_units(robot: Robot) -> Floats:
@@ -81,8 +89,8 @@ def world_response(equilibrium: Equilibrium) -> WorldResponse:
         equilibrium=equilibrium,
         twist_by_wrench=inverse,
         efforts_by_wrench=efforts,
-        twist_by_motors=-inverse @ coupling.T,
-        efforts_by_motors=border[size:, size:] - efforts @ coupling.T,
+        wrench_by_motors=coupling.T,
+        held_by_motors=border[size:, size:],
     )
 
 
@@ -105,10 +113,14 @@ def _dense(equilibrium: Equilibrium) -> WorldResponse:
     lengths, motors = twist_units(robot), robot.motor_units
     # Of natural wrenches, and to natural twists.
     pushed, moved = turn.T * (energy / lengths), turn / lengths[:, None]
+    yielding = moved @ model.platform_by_wrench @ pushed
+    efforts = motors[:, None] / energy * (model.efforts_by_wrench @ pushed)
+    wrench = -np.linalg.solve(yielding, moved @ model.jacobian * motors)
     return WorldResponse(
         equilibrium=equilibrium,
-        twist_by_wrench=moved @ model.platform_by_wrench @ pushed,
-        efforts_by_wrench=motors[:, None] / energy * (model.efforts_by_wrench @ pushed),
-        twist_by_motors=moved @ model.jacobian * motors,
-        efforts_by_motors=motors[:, None] / energy * model.efforts_by_motors * motors,
+        twist_by_wrench=yielding,
+        efforts_by_wrench=efforts,
+        wrench_by_motors=wrench,
+        held_by_motors=motors[:, None] / energy * model.efforts_by_motors * motors
+        + efforts @ wrench,
     )

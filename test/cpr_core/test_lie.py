@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from cpr_core import lie
 from cpr_core.errors import CprError, InvalidQuaternion, NonFiniteInput
-from cpr_core.kernels.rotation_matrices import multiply
+from cpr_core.kernels.rotation_matrices import multiply, rotation_log_into
 
 settings.register_profile("lie", deadline=None, derandomize=True, max_examples=100)
 FAST = settings(settings.get_profile("lie"))
@@ -73,6 +73,14 @@ def test_exp_of_several_turns_agrees_with_scipy(direction, angle):
 def test_exp_agrees_with_scipy_to_the_last_digits(axis, angle):
     expected = Rotation.from_rotvec(angle * axis).as_matrix()
     assert_allclose(lie.rotation_exp(angle * axis), expected, rtol=0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("angle", [*SMALL, *AT_THE_BRANCH, 0.5 * math.pi, *LARGE])
+def test_log_of_the_kernels_is_the_log(axis, angle):
+    rotation, found = lie.rotation_exp(angle * axis), np.full(3, np.nan)
+    rotation_log_into(rotation, found)
+    assert_allclose(found, lie.rotation_log(rotation), rtol=0.0, atol=1e-15 + 2e-15 * angle)
 
 
 def test_exp_of_many_is_exp_of_each():

@@ -16,6 +16,8 @@ from cpr_core import (
     solve_forward,
     solve_home,
 )
+from cpr_core.identification.wrench_measurements import wrench_measurements
+from cpr_core.lie import quaternion_from_rotation, rotation_exp
 
 HOME = solve_home(load_robot("six_rfs"))
 TRUE = solve_forward(HOME.robot, HOME.motors + 0.1)
@@ -32,6 +34,40 @@ GIVEN = {
 def estimate(**changed):
     given = {**GIVEN, **changed}
     return estimate_wrench(TRUE.robot, given.pop("motors"), **given)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 0.3, 1.6, 3.0])
+def test_what_is_left_is_measured_less_modelled_in_deviations(angle):
+    efforts, position = TRUE.efforts + np.arange(6.0), TRUE.platform_position + [0.01, -0.02, 0.03]
+    turn = angle * np.array([2.0, -3.0, 6.0]) / 7.0
+    rotation = rotation_exp(turn) @ TRUE.platform_rotation
+    pose = np.concatenate([position, quaternion_from_rotation(rotation)])
+    of_efforts, of_pose = np.linspace(0.1, 0.6, 6), (1e-4, 1e-3)
+
+    def left(efforts, pose):
+        given = (TRUE.motors, efforts, of_efforts, pose, of_pose, TRUE)
+        return wrench_measurements(TRUE.robot, *given).residual(TRUE)
+
+    pushed = np.arange(6.0) / of_efforts
+    seen = np.concatenate([turn / 1e-3, np.array([0.01, -0.02, 0.03]) / 1e-4])
+    np.testing.assert_allclose(left(efforts, None), pushed, rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(left(None, pose), seen, rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(left(efforts, pose), [*pushed, *seen], rtol=1e-12, atol=1e-9)
+
+
+def test_deviations_count_as_they_are_now_whoever_holds_their_array():
+    deviations = np.full(6, 0.01)
+    before = estimate(effort_deviation=deviations)
+    deviations[:] = 0.02
+    after = estimate(effort_deviation=deviations)
+    assert np.all(np.diag(after.covariance) > np.diag(before.covariance))
+    np.testing.assert_array_equal(after.covariance, estimate(effort_deviation=0.02).covariance)
+
+
+@pytest.mark.parametrize("deviation", ["0.01", True, [0.1, "0.1"], [[0.1], 0.1], [None] * 6])
+def test_deviations_are_numbers(deviation):
+    with pytest.raises(InvalidRequest, match=r"effort_deviation: expected numbers .*, got"):
+        estimate(effort_deviation=deviation)
 
 
 @pytest.mark.parametrize("name", ["motors", "efforts", "pose"])

@@ -15,7 +15,7 @@ from cpr_core.lie import rotation_log
 from cpr_core.model import world_response as module
 from cpr_core.model.world_response import world_response, wrench_units
 
-MATRICES = ("twist_by_wrench", "efforts_by_wrench", "twist_by_motors", "efforts_by_motors")
+MATRICES = ("twist_by_wrench", "efforts_by_wrench", "wrench_by_motors", "held_by_motors")
 
 
 def loaded(name):
@@ -70,7 +70,5 @@ def test_it_is_that_of_full_solves(name):
     for column in range(count):
         way = step * np.eye(count)[column]
         slope = (beside(np.zeros(size), way) - beside(np.zeros(size), -way)) / (2.0 * step)
-        expected = np.concatenate(
-            [response.twist_by_motors[:, column], response.efforts_by_motors[:, column]]
-        )
+        expected = np.concatenate(response.by_way(np.eye(count)[column])[::-1])
         assert_allclose(slope, expected, rtol=0, atol=3e-5 * (1.0 + np.abs(expected).max()))
