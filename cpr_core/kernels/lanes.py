@@ -15,6 +15,7 @@ explicit vectors they need neither luck with the compiler's vectoriser nor sums 
 
 from __future__ import annotations
 
+import math
 import operator
 from functools import cache
 from typing import Any
@@ -75,7 +76,7 @@ def lanes_dtype(width: int) -> np.dtype[Any]:
 
 def empty_lanes(width: int, *shape: int) -> NDArray[np.void]:
     """Memory of lanes, aligned; ``array["lane"]`` is its view as numbers, the legs last."""
-    count = int(np.prod(shape)) * width
+    count = math.prod(shape) * width
     numbers = np.empty(count + _ALIGNMENT // 8)
     first = (-numbers.ctypes.data % _ALIGNMENT) // 8
     return numbers[first : first + count].view(lanes_dtype(width)).reshape(shape)

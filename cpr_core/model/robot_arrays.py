@@ -133,6 +133,7 @@ class _Builder:
         self.position_axes = np.array([0, 1] if self.planar else [0, 1, 2])
         self.groups = leg_groups(self.described)
         self.values: dict[tuple[int, Hashable], _RodValues] = {}
+        self.mode_slots: dict[tuple[int, int, tuple[int, ...]], Integers] = {}
 
     def build(self) -> RobotArrays:
         """All arrays."""
@@ -281,7 +282,7 @@ class _Builder:
         arrays.rods[group, rod]["length"][lane] = element.rod.length
         own, functions = (
             self._rod_values(element),
-            arrays.function[group, _mode_slots(arrays, element, group, rod)],
+            arrays.function[group, self._mode_slots(arrays, element, group, rod)],
         )
         arrays.functions["lane"][group, functions, :, lane] = own.functions
         arrays.step_functions["lane"][group, :, functions, :, lane] = own.step_functions
@@ -304,7 +305,7 @@ class _Builder:
         arrays.slot_index[group, first + multipliers, lane] = index
         before = sum(len(other.rods) for other in self.described[:number])
         for rod, (element, own) in enumerate(zip(leg.rods, numbers.rods, strict=True)):
-            slots, row = _mode_slots(arrays, element, group, rod), arrays.rods[group, rod]
+            slots, row = self._mode_slots(arrays, element, group, rod), arrays.rods[group, rod]
             row["loads"][lane] = before + rod
             values = self._rod_values(element)
             row["rest_energy"][lane] = values.rest_energy
@@ -340,10 +341,11 @@ class _Builder:
             arrays.motor_ratio["lane"][group, slot - slots.first_motor, lane] = element.ratio
             arrays.units["lane"][group, slot, lane] = element.ratio * self.numbers.unit[index]
 
-
-def _mode_slots(arrays: _SlotArrays, element: ChainRod, group: int, rod: int) -> Integers:
-    """Slots of the strain modes of a rod."""
-    starts = arrays.rods[group, rod]["component_start"][:3]
-    return np.concatenate(
-        [start + np.arange(n) for start, n in zip(starts, element.modes.counts, strict=True)]
-    )
+    def _mode_slots(self, arrays: _SlotArrays, element: ChainRod, group: int, rod: int) -> Integers:
+        """Slots of the strain modes of a rod, found once for all legs of a group."""
+        key = group, rod, tuple(element.modes.counts)
+        if key not in self.mode_slots:
+            starts = arrays.rods[group, rod]["component_start"][:3]
+            pairs = zip(starts, element.modes.counts, strict=True)
+            self.mode_slots[key] = np.concatenate([start + np.arange(n) for start, n in pairs])
+        return self.mode_slots[key]

@@ -120,7 +120,7 @@ def _dense(equilibrium: Equilibrium) -> WorldResponse:
         equilibrium=equilibrium,
         twist_by_wrench=yielding,
         efforts_by_wrench=efforts,
-        wrench_by_motors=wrench,
+        wrench_by_motors=np.asarray(wrench),
         held_by_motors=motors[:, None] / energy * model.efforts_by_motors * motors
         + efforts @ wrench,
     )
