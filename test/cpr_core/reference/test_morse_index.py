@@ -220,6 +220,16 @@ def test_columns_with_springs_and_rigid_ends_buckle_at_their_loads(chain, equati
             assert morse_index(column) == (index, index)
 
 
+@pytest.mark.parametrize("first", [0.1, 0.15, 0.3])
+def test_a_column_of_two_rods_is_cut_where_that_of_one_is(first):
+    """Sections count along the rods of a leg, whichever of them they are in."""
+    parts = [{"rod": {"length": first}}, {"rod": {"length": LENGTH - first}}]
+    load = 1.05 * STIFFNESS * (2.5 * np.pi / LENGTH) ** 2
+    whole, cut = straight([ROD], load), straight(parts, load)
+    assert len(index_falls(whole)) == 6
+    assert_allclose(index_falls(cut), index_falls(whole), rtol=0.0, atol=1e-8)
+
+
 def test_gravity_on_links_counts():
     """A pendulum that stands is unstable about both axes of its joint."""
     heavy, free = {"link": [0.2, 0, 0], "mass": 0.5}, SPRUNG | {"stiffness": 0.0}
