@@ -70,6 +70,12 @@ def test_the_factor_is_the_force_over_the_one_that_acts():
     assert found.value == pytest.approx(5.0, rel=1e-6)
 
 
+def test_of_a_direction_only_where_it_points_counts():
+    home = solve_home(column(motors.Welded(), joints.Fixed(AT_TIP), modes=6))
+    forces = [critical_load(home, [-size, 0.0, 0.0]).value for size in (0.2, 1.0, 30.0)]
+    np.testing.assert_allclose(forces, forces[1], rtol=1e-7)
+
+
 def test_pulling_never_buckles():
     made = column(motors.Welded(), joints.Fixed(AT_TIP))
     assert critical_load(solve_home(made), [1.0, 0.0, 0.0], limit=20.0 * CLAMPED_FREE) is None
