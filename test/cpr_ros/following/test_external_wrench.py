@@ -39,3 +39,15 @@ def test_a_wrench_out_of_the_plane_is_refused_and_the_last_one_stays():
         wrench.take(good.with_(wrench_world=[0, 0, 0, 0, 0, 1.0]), 1.0)
     assert wrench.loads(good, 2.0) is good
     assert wrench.watchdog.age(2.0) == 2.0
+
+
+@pytest.mark.parametrize("name", ["wrench_world", "wrench_body"])
+def test_a_wrench_that_is_too_old_acts_in_neither_frame(name):
+    six = robot("six_rfs")
+    wrench, gravity = ExternalWrench(six, timeout=0.5), [0.0, 1.0, -9.0]
+    here = six.default_loads.with_(gravity=gravity)
+    wrench.take(here.with_(**{name: [0.1, 0, 0, 1.0, 0, 0]}), 1.0)
+    released = wrench.loads(here, 1.6)
+    for other in ("wrench_world", "wrench_body"):
+        np.testing.assert_array_equal(getattr(released, other), getattr(six.default_loads, other))
+    np.testing.assert_array_equal(released.gravity, gravity)
