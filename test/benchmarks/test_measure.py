@@ -4,6 +4,7 @@
 """How cases are measured: turns, repeats, spread."""
 
 import gc
+import time
 
 import pytest
 
@@ -27,6 +28,19 @@ def test_cases_take_turns_and_slow_ones_are_repeated_less():
     assert calls.count("two") >= 7
     assert found["one"].clock == "processor"
     assert found["two"].median > 0.0
+
+
+def test_figures_are_those_of_one_operation(monkeypatch):
+    """By a clock that only the case moves on."""
+    passed = [0.0]
+    monkeypatch.setattr(time, "thread_time", lambda: passed[0])
+
+    def work():
+        passed[0] += 1e-3
+
+    found = measure([Case("one", work), Case("many", work, count=4)], 3, 1)
+    assert found["one"].median == pytest.approx(1e-3)
+    assert found["many"].median == pytest.approx(0.25e-3)
 
 
 def test_the_garbage_collector_rests_only_during_samples():
