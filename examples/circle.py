@@ -7,7 +7,8 @@
     .venv/bin/python examples/circle.py --radius 0.05 --turns 2
 
 The circle lies in the plane z = constant (planar robots: in their plane) around where the platform is,
-with the orientation it has. Setpoints go out at 100 Hz; the node follows the newest within its limits.
+with the orientation it has. Setpoints go out at 100 Hz, or as fast as the robot comes along; the node
+follows the newest within its limits.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 RATE = 100.0
+#: So long without a pose is no busy computer any more [s].
+SILENCE = 10.0
 
 
 class Circle(Node):
@@ -39,6 +42,7 @@ class Circle(Node):
         self.pose: PoseStamped | None = None
         self.halted = False
         self.largest_error = 0.0
+        self._posed = 0
         self._target: PoseStamped | None = None
         self._setpoint = self.create_publisher(PoseStamped, "cpr_node/platform_setpoint", 1)
         self.create_subscription(PoseStamped, "cpr_node/platform_pose", self._on_pose, 10)
@@ -57,25 +61,38 @@ class Circle(Node):
             rclpy.spin_once(self, timeout_sec=0.1)
             if time.monotonic() > end:
                 raise TimeoutError("no cpr_node publishes its platform pose")
-        start, begin = self.pose, time.monotonic()
-        while (elapsed := time.monotonic() - begin) < turns * self.period:
-            if self.halted or enough.is_set():
-                return
-            angle = 2.0 * math.pi * elapsed / self.period
+        start = self.pose
+        for number in range(round(turns * self.period * RATE)):
+            angle = 2.0 * math.pi * number / (self.period * RATE)
             target = PoseStamped()
             target.header.frame_id = start.header.frame_id
             target.pose.orientation = start.pose.orientation
             target.pose.position.x = start.pose.position.x + self.radius * (math.cos(angle) - 1.0)
             target.pose.position.y = start.pose.position.y + self.radius * math.sin(angle)
             target.pose.position.z = start.pose.position.z
-            self._setpoint.publish(target)
             self._target = target
-            pause = begin + elapsed + 1.0 / RATE
-            while (left := pause - time.monotonic()) > 0.0:
-                rclpy.spin_once(self, timeout_sec=left)
+            self._hear_after(target)
+            if self.halted or enough.is_set():
+                return
+
+    def _hear_after(self, target: PoseStamped) -> None:
+        """Send a setpoint and listen for a while, and until a pose of later comes.
+
+        Where the computer is busy the circle waits for the robot, and does not run away from it.
+
+        Raises:
+            TimeoutError: No pose comes.
+        """
+        sent, begin = self.get_clock().now().nanoseconds, time.monotonic()
+        self._setpoint.publish(target)
+        while (left := begin + 1.0 / RATE - time.monotonic()) > 0.0 or self._posed <= sent:
+            if left < -SILENCE:
+                raise TimeoutError("cpr_node publishes its platform pose no more")
+            rclpy.spin_once(self, timeout_sec=left if left > 0.0 else 0.1)
 
     def _on_pose(self, pose: PoseStamped) -> None:
         self.pose = pose
+        self._posed = 10**9 * pose.header.stamp.sec + pose.header.stamp.nanosec
         if self._target is not None:
             here, there = pose.pose.position, self._target.pose.position
             error = math.dist((here.x, here.y, here.z), (there.x, there.y, there.z))
