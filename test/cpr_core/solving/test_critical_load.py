@@ -26,7 +26,8 @@ CLAMPED_FREE = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2
 )
 def test_columns_carry_their_classical_load(factor, motor, joint, robot):
     made = column(motor, joint, modes=12, **({"robot": robot} if robot else {}))
-    found = critical_load(solve_home(made), [-1.0, 0.0, 0.0])
+    direction = [-7.0, 0.0, 0.0]  # it counts where it points, not how far
+    found = critical_load(solve_home(made), direction)
     assert found.value == pytest.approx(np.pi**2 * BENDING / (factor * LENGTH) ** 2, rel=1e-6)
     assert found.kind == "crossing"
     assert found.equilibrium.index_locked == 0
@@ -68,12 +69,6 @@ def test_the_factor_is_the_force_over_the_one_that_acts():
     loads = Loads.none().with_(wrench_world=[0, 0, 0, -0.2 * CLAMPED_FREE, 0, 0])
     found = critical_load_factor(solve_forward(made, [], loads=loads))
     assert found.value == pytest.approx(5.0, rel=1e-6)
-
-
-def test_of_a_direction_only_where_it_points_counts():
-    home = solve_home(column(motors.Welded(), joints.Fixed(AT_TIP), modes=6))
-    forces = [critical_load(home, [-size, 0.0, 0.0]).value for size in (0.2, 1.0, 30.0)]
-    np.testing.assert_allclose(forces, forces[1], rtol=1e-7)
 
 
 def test_pulling_never_buckles():
