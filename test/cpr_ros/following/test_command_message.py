@@ -36,11 +36,3 @@ def test_where_numbers_are_written_otherwise_it_is_an_ordinary_message(monkeypat
     monkeypatch.setattr(command_message, "_LITTLE_ENDIAN", b"\x00\x00")
     sent = CommandMessage(2).of(np.array([1.0, 2.0]))
     assert sent == Float64MultiArray(data=[1.0, 2.0])
-
-
-def test_where_the_numbers_are_not_found_it_is_an_ordinary_message(monkeypatch):
-    monkeypatch.setattr(
-        command_message, "serialize_message", lambda message: bytes([0, 1] + [0] * 40)
-    )
-    sent = CommandMessage(2).of(np.array([1.0, 2.0]))
-    assert sent == Float64MultiArray(data=[1.0, 2.0])
