@@ -328,7 +328,7 @@ def test_the_motor_part_of_a_null_direction_is_in_rad_and_m(name):
 
 
 @pytest.mark.parametrize("motor", [0, 1])
-def test_motors_do_not_push_with_what_pushes_them(motor):
+def test_no_motor_has_a_negative_stiffness(motor):
     model = kinemato_statics(placed("rfrfr"))
     stiffness = np.full(2, 3.0)
     stiffness[motor] = -1e-3

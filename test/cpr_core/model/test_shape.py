@@ -88,8 +88,6 @@ def test_legs_without_links_have_no_rigid_pieces_and_feeds_are_joints():
 
 def test_a_leg_that_ends_in_a_joint_ends_where_its_rod_does():
     content = yaml_content(shipped_robots()["delta"].read_text())
-    for modulus in ("young_modulus", "shear_modulus"):
-        content["rod"][modulus] = float(content["rod"][modulus])
     joint = {"joint": "revolute", "axis": [1, 0, 0], "stiffness": 1.0}
     content["legs"][0]["chain"].append(joint)
     shape = leg_shapes(solve_home(load_robot(content)))[0]
