@@ -76,7 +76,7 @@ class FiniteDifferenceEquilibrium:
         """Curvature of every element, (L, N) [1/m]."""
         count, elements = len(self.motors), self.model.elements
         angles = self.unknowns[: count * elements].reshape(count, elements)
-        base = self.model.base_angles + self.motors
+        base = self.model.base_angles + self.model.turns * self.motors
         steps = np.diff(np.column_stack([base, angles]), axis=1)
         return steps / self.model.steps[:, None] / self.model.length
 

@@ -4,6 +4,7 @@
 """How cases are measured: turns, repeats, spread."""
 
 import gc
+import time
 
 import pytest
 
@@ -27,6 +28,18 @@ def test_cases_take_turns_and_slow_ones_are_repeated_less():
     assert calls.count("two") >= 7
     assert found["one"].clock == "processor"
     assert found["two"].median > 0.0
+
+
+def test_figures_are_those_of_one_operation():
+    def work():
+        end = time.thread_time() + 1e-3
+        while time.thread_time() < end:
+            pass
+
+    found = measure([Case("one", work), Case("many", work, count=4)], 5, 1)
+    # Never less than it takes; what else there is to do takes far less.
+    assert 1e-3 <= found["one"].smallest < 1.2e-3
+    assert 0.25e-3 <= found["many"].smallest < 0.3e-3
 
 
 def test_the_garbage_collector_rests_only_during_samples():

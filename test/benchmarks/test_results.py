@@ -56,6 +56,13 @@ def test_tables_show_ratios_and_requirements():
     assert "| warm forward solve, 6-RFS, 5 modes: below 0.1 ms | 90 µs | yes |" in text
 
 
+@pytest.mark.parametrize("cores", [0.0, 2.5])
+def test_a_machine_that_was_busy_is_told(cores):
+    about = surroundings() | {"busy cores before": cores}
+    said = "2.5 cores busy before the run" in report(about, {"other": figure(1.0)}, {})
+    assert said == (cores > 1.0)
+
+
 def test_requirements_are_met_or_not():
     good = {
         "forward/six_rfs/5": figure(9e-5),

@@ -39,6 +39,7 @@ QUESTIONS = {
     "pose": lambda value: solve_inverse(ROBOT, value),
     "starts": lambda value: find_equilibria(ROBOT, HOME.motors, starts=value),
     "seed": lambda value: find_equilibria(ROBOT, HOME.motors, starts=1, seed=value),
+    "time limit": lambda value: solve_forward(ROBOT, HOME.motors, time_limit=value),
     "points of a path": lambda value: trace(ROBOT, motors=HOME.motors, points=value),
     "points of a leg": lambda value: leg_shapes(HOME, value),
     "equilibrium": spectrum,

@@ -36,8 +36,6 @@ def robot(name: str) -> cpr_core.Robot:
 def changed_robot(name: str, change) -> cpr_core.Robot:
     """A shipped robot with a changed description."""
     content = yaml_content(shipped_robots()[name].read_text())
-    for modulus in ("young_modulus", "shear_modulus"):
-        content["rod"][modulus] = float(content["rod"][modulus])
     change(content)
     return cpr_core.load_robot(content)
 

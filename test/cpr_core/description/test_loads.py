@@ -12,7 +12,7 @@ from helpers.yaml_content import yaml_content
 from numpy.testing import assert_allclose
 
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.description.loads import Loads, checked_vector
+from cpr_core.description.loads import DistributedForce, Loads, PointForce, checked_vector
 from cpr_core.errors import CprError, InvalidRequest, NonFiniteInput
 from cpr_core.kernels.kernel_arrays import PLATFORM_LOADS, interpolated_loads
 from cpr_core.solving.load_robot import load_robot
@@ -252,3 +252,19 @@ def test_loads_between_are_those_of_what_is_given_between(spatial_robot, fractio
         assert_allclose(found.platform[name], expected.platform[name], rtol=0.0, atol=1e-14)
     assert_allclose(found.distributed, expected.distributed, rtol=0.0, atol=1e-14)
     assert_allclose(found.point, expected.point, rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("fraction", [0.25, 0.5])
+def test_forces_on_rods_are_weighed_between_loads(fraction):
+    """Loads on a way hold the forces of both ends."""
+    first, last = (
+        Loads.none().with_(
+            distributed=[DistributedForce(leg, [0.0, 1.0], force * np.ones((2, 3)))],
+            points=[PointForce(leg, 0.35, [force, 0.0, -force])],
+        )
+        for leg, force in (("leg1", 0.2), ("leg2", -0.3))
+    )
+    between = first.toward(last, fraction)
+    total = {"leg1": (1.0 - fraction) * 0.2, "leg2": -fraction * 0.3}
+    assert {force.leg: force.force[0] for force in between.points} == pytest.approx(total)
+    assert {force.leg: force.force[0, 0] for force in between.distributed} == pytest.approx(total)

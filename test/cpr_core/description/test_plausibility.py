@@ -293,6 +293,9 @@ def test_quaternions_are_doubted_where_the_other_order_is_near():
         assert quaternion_order_doubt(sign * np.array([x, y, z, w]), start)
     assert not quaternion_order_doubt(start, start)
     assert not quaternion_order_doubt(np.array([0.0, 1.0, 0.0, 0.0]), start)
+    # A third of a turn about the diagonal has four equal numbers, in any order; of either sign.
+    diagonal = np.full(4, 0.5)
+    assert not quaternion_order_doubt(-diagonal, diagonal)
 
 
 def test_a_pitch_in_degrees_is_refused_in_radians():

@@ -5,9 +5,12 @@
 
 import numpy as np
 import pytest
+from helpers.yaml_content import yaml_content
 from numpy.testing import assert_array_equal
 
-from cpr_core.drawing.robot_lines import segments, shades
+from cpr_core import load_robot
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.drawing.robot_lines import platform_outline, segments, shades
 
 
 @pytest.mark.parametrize(
@@ -23,3 +26,17 @@ def test_pieces_join_neighbours_of_a_line_and_no_two_lines(counts):
     lines = [np.random.default_rng(count).normal(size=(count, 3)) for count in counts]
     expected = [[line[k], line[k + 1]] for line in lines for k in range(len(line) - 1)]
     assert_array_equal(segments(*lines), np.reshape(expected, (-1, 2, 3)))
+
+
+@pytest.mark.parametrize("shift", [0.0, 1.0, -0.3])
+def test_the_outline_of_a_platform_does_not_depend_on_its_origin(shift):
+    content = yaml_content(shipped_robots()["six_rfs"].read_text())
+    around = platform_outline(load_robot(content))
+    assert sorted(around[:-1]) == list(range(6))
+    assert around[0] == around[-1]
+    for leg in content["legs"]:
+        x, y, z = leg["tip"]["position"]
+        leg["tip"]["position"] = [x + shift, y - 2.0 * shift, z]
+    moved = platform_outline(load_robot(content))
+    first = moved.index(around[0])
+    assert [*moved[first:-1], *moved[:first], around[0]] == around

@@ -74,6 +74,13 @@ def test_other_units_and_orders(robot, rows, fields, text):
         calibrate(robot, changed(rows, **fields), PATHS, DEVIATIONS)
 
 
+@pytest.mark.parametrize("wrong", [4, 5])
+def test_an_order_that_most_rows_have_wrong_is_told_with_how_many(robot, rows, wrong):
+    rolled = changed(rows[:wrong], quaternion_wxyz=lambda row: np.roll(row.quaternion_wxyz, -1))
+    with pytest.raises(InvalidRequest, match=f"x y z w.*as in {wrong} of 6 rows"):
+        calibrate(robot, [*rolled, *rows[wrong:]], PATHS, DEVIATIONS)
+
+
 def test_efforts_in_other_units(robot, rows):
     found = [
         replace(

@@ -311,3 +311,26 @@ def test_motors_may_be_of_any_stiffness_side_by_side():
     np.testing.assert_allclose(
         model.stiffness(np.where(free, 1e-300, 1e300)) @ mixed, np.eye(6), atol=1e-9
     )
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "gough_stewart", "three_prs"])
+def test_the_motor_part_of_a_null_direction_is_in_rad_and_m(name):
+    """It is that of the dimensionless matrix, of either sign, in the units of the motors."""
+    here = placed(name)
+    model, robot = kinemato_statics(here), here.robot
+    for length in (robot.mean_length, 0.3 * robot.mean_length):
+        a, _, e, w = model.matrices(length)
+        matrix = np.hstack([a, e, -w[:, robot.motor_count :]])
+        null = np.linalg.svd(matrix)[2][-1, : robot.motor_count]
+        expected = null * problem_units(robot, length).states[robot.motor_indices]
+        found = model.singularity("inverse_by_effort", length).motors
+        close(found * np.sign(found @ expected), expected)
+
+
+@pytest.mark.parametrize("motor", [0, 1])
+def test_no_motor_has_a_negative_stiffness(motor):
+    model = kinemato_statics(placed("rfrfr"))
+    stiffness = np.full(2, 3.0)
+    stiffness[motor] = -1e-3
+    with pytest.raises(InvalidRequest, match="motor_stiffness: expected numbers of at least 0"):
+        model.compliance(stiffness)

@@ -6,8 +6,10 @@
 import numpy as np
 import pytest
 from helpers.shipped_steps import CHAINS
+from helpers.yaml_content import yaml_content
 
 from cpr_core import InvalidRequest, leg_shapes, load_robot, solve_forward, solve_home
+from cpr_core.description.description_file import shipped_robots
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
@@ -82,3 +84,14 @@ def test_legs_without_links_have_no_rigid_pieces_and_feeds_are_joints():
     shape = leg_shapes(solve_home(load_robot("gough_stewart")))[0]
     assert shape.rigid_pieces == ()
     assert [joint[:2] for joint in shape.joints] == [("feed", "motor1"), ("fixed", None)]
+
+
+def test_a_leg_that_ends_in_a_joint_ends_where_its_rod_does():
+    content = yaml_content(shipped_robots()["delta"].read_text())
+    joint = {"joint": "revolute", "axis": [1, 0, 0], "stiffness": 1.0}
+    content["legs"][0]["chain"].append(joint)
+    shape = leg_shapes(solve_home(load_robot(content)))[0]
+    np.testing.assert_array_equal(shape.rod[-2:], [0, -1])
+    np.testing.assert_allclose(shape.position[-1], shape.position[-2], atol=1e-12)
+    assert shape.arc_length[-1] == shape.arc_length[-2]
+    assert np.all(np.diff(shape.arc_length) >= 0.0)

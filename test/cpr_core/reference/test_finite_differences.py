@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from helpers.reference_paths import numbers, read
 from helpers.rough_homes import continuous_home
+from helpers.yaml_content import yaml_content
 from numpy.testing import assert_allclose
 
 from cpr_core import InvalidRequest, Loads, NoForwardSolution, load_robot
+from cpr_core.description.description_file import shipped_robots
 from cpr_core.reference.finite_differences import (
     follow_finite_differences,
     solve_finite_differences,
@@ -63,6 +65,16 @@ def test_curvature_follows_the_moment(home):
     assert_allclose(found.curvatures[:, -1], 0.0, atol=1e-8)  # hinged tips
     rigidity = home.robot.description.legs[0].rod.rigidities[2]
     assert_allclose(found.curvatures[:, 0], home.base_wrenches[:, 2] / rigidity, rtol=5e-3)
+
+
+def test_motors_that_turn_the_other_way_make_the_same_robot(home):
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content["legs"][1]["motor"]["axis"] = [0, 0, -1]
+    content["home"]["motors"][1] *= -1.0
+    expected = solve_finite_differences(home, 50)
+    found = solve_finite_differences(continuous_home(load_robot(content)), 50)
+    assert_allclose(found.platform_position, expected.platform_position, atol=1e-12)
+    assert_allclose(found.curvatures, expected.curvatures, atol=1e-9)
 
 
 def test_what_it_does_not_cover_is_refused(home):

@@ -220,6 +220,18 @@ def test_columns_with_springs_and_rigid_ends_buckle_at_their_loads(chain, equati
             assert morse_index(column) == (index, index)
 
 
+@pytest.mark.parametrize("first", [0.1, 0.3])
+def test_beyond_a_section_of_two_rods_is_a_shorter_column(first):
+    """Sections count along the rods of a leg, whichever of them they are in."""
+    waves = 2.6 * np.pi
+    parts = [{"rod": {"length": first}}, {"rod": {"length": LENGTH - first}}]
+    column = straight(parts, STIFFNESS * (waves / LENGTH) ** 2)
+    for number in range(1, 4):
+        section = 1.0 - (number - 0.5) * np.pi / waves  # Euler: clamped here, free at the tip
+        assert index_beyond(column, section - 1e-7) == 2 * number
+        assert index_beyond(column, section + 1e-7) == 2 * number - 2
+
+
 def test_gravity_on_links_counts():
     """A pendulum that stands is unstable about both axes of its joint."""
     heavy, free = {"link": [0.2, 0, 0], "mass": 0.5}, SPRUNG | {"stiffness": 0.0}

@@ -89,6 +89,17 @@ def test_left_and_right_are_the_mirror_images_of_each_other():
     np.testing.assert_allclose(right.platform_rotation, left.platform_rotation.T, atol=1e-8)
 
 
+@pytest.mark.parametrize("side", ["outward", "inward"])
+def test_rods_bow_away_from_the_middle_of_the_bases_or_to_it(side):
+    content = content_of("rfrfr")
+    content["home"] = {"motors": [0.9, 2.2], "bow": side}
+    description = load_robot(content).description
+    middle = np.mean([leg.base_position for leg in description.legs], axis=0)
+    for leg, bow in zip(description.legs, description.home.bow, strict=True):
+        assert np.sign(bow @ (leg.base_position - middle)) == (1.0 if side == "outward" else -1.0)
+        assert np.linalg.norm(bow) == pytest.approx(1.0)
+
+
 def test_the_other_side_is_another_equilibrium():
     content = content_of("rfrfr")
     content["home"] = {"motors": [0.9, 2.2], "bow": ["left", "right"]}

@@ -9,7 +9,7 @@ from helpers.yaml_content import yaml_content
 
 from cpr_core import MotorLimitExceeded, load_robot, solve_home, solve_inverse
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.solving.limits import check_limits, margins
+from cpr_core.solving.limits import check_limits, grazes, margins
 
 
 def limited(motor, **limits):
@@ -48,3 +48,20 @@ def test_the_nearer_end_of_a_range_counts(interval):
     found = solve_home(limited(0, position=interval))
     nearest = min(found.motors[0] - interval[0], interval[1] - found.motors[0])
     np.testing.assert_allclose(margins(found), [nearest])
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "asked"),
+    [
+        ([0.3], [0.01], True),  # it goes on as fast: beyond the limit and back in one more step
+        ([0.01], [0.3], True),
+        ([0.3], [0.25], False),
+        ([0.3, 0.3], [0.25, 0.01], True),
+        ([1e-5], [1e-6], False),  # the step is short enough
+        ([], [], False),
+    ],
+)
+def test_a_limit_may_be_passed_within_a_step_that_changes_its_margin_by_as_much(
+    before, after, asked
+):
+    assert grazes(np.array(before), np.array(after)) == asked

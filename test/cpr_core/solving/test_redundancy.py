@@ -168,6 +168,24 @@ def test_paths_are_loops_of_inverse_solutions(robot):
     np.testing.assert_allclose(straight.fractions, np.linspace(0.0, 1.0, 6))
 
 
+@pytest.mark.parametrize("points", [2, 6])
+@pytest.mark.parametrize(
+    "made",
+    [point_robot, without_limits, lambda: load_robot("four_rfr")],
+    ids=["point", "without limits", "with limits"],
+)
+def test_the_fraction_of_an_event_is_where_the_platform_is_then(made, points):
+    """The way is straight in the coordinates, in however many parts it is gone."""
+    robot = made()
+    start = solve_home(robot).pose
+    goal = start + 12.0 * TARGET[: len(start)]
+    found = trace(robot, pose=goal, points=points)
+    assert not found.reached
+    for event in found.events:
+        place = start + event.fraction * (goal - start)
+        np.testing.assert_allclose(event.equilibrium.pose, place, rtol=0.0, atol=1e-9)
+
+
 def test_loads_change_on_the_way(robot):
     loads = robot.default_loads.with_(wrench_world=[0, 0, 0, 0.5, -0.3, 0])
     found = solve_inverse(robot, moved(robot), loads=loads)

@@ -7,6 +7,7 @@ import itertools
 
 import numpy as np
 import pytest
+from helpers.turntable import turntable
 
 from benchmarks.robustness import distance
 from cpr_core import (
@@ -102,6 +103,14 @@ def test_quaternions_do_not_jump():
     )
     changes = np.abs(np.diff(found.platform_quaternions, axis=0)).max()
     assert changes < 0.5
+
+
+def test_quaternions_go_on_over_whole_turns():
+    """Beyond half a turn w would change its sign, once or back and forth."""
+    found = trace(turntable(), motors=[14.0], points=40)
+    half = 0.5 * found.motors[:, 0]
+    expected = np.column_stack([np.cos(half), np.zeros((40, 2)), np.sin(half)])
+    np.testing.assert_allclose(found.platform_quaternions, expected, atol=1e-9)
 
 
 @pytest.mark.parametrize(

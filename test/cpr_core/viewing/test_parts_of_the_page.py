@@ -209,6 +209,14 @@ def test_pictures_become_a_gif():
     assert (picture.format, picture.n_frames, picture.size) == ("GIF", 4, (30, 20))
 
 
+@pytest.mark.parametrize(
+    ("rate", "milliseconds"), [(10.0, 100), (30.0, 30), (2.0, 500), (500.0, 20)]
+)
+def test_a_gif_is_as_fast_as_its_pictures_were_taken(rate, milliseconds):
+    frames = [np.full((20, 30, 3), 60 * number, np.uint8) for number in range(4)]
+    assert Image.open(io.BytesIO(as_gif(frames, rate))).info["duration"] == milliseconds
+
+
 def test_the_page_says_whether_the_robot_is_stable_and_what_was_refused(planar):
     handled = HandledRobot(planar)
     assert "stable with the motors held" in status_text(handled)

@@ -29,7 +29,14 @@ from cpr_core import (
 )
 from cpr_core.lie import quaternion_from_rotation, roll_pitch_yaw, rotation_exp
 from cpr_core.solving.limits import margins
-from cpr_core.workspace import EdgeState, flooding, map_workspace, motor_grid, pose_grid
+from cpr_core.workspace import (
+    EdgeState,
+    flooding,
+    map_workspace,
+    motor_grid,
+    pose_grid,
+    summary_of,
+)
 
 
 def test_cells_are_the_equilibria_of_direct_solves():
@@ -228,6 +235,9 @@ def test_limits_are_flags_and_have_borders():
         np.testing.assert_allclose(found.limit_margins[cell], here, atol=1e-12)
     assert 0 < found.within_limits.sum() < found.reached.sum()
     assert found.usable.sum() <= found.within_limits.sum()
+    beyond = np.sum((found.limit_margins < 0.0).any(axis=1) & found.reached)
+    assert summary_of(found, 0.0).beyond_limits == beyond
+    assert summary_of(small_map(), 0.0).beyond_limits == 0  # cells that are not reached are none
     border = {border.kind: border for border in found.borders}["limits"]
     assert len(border.points)
     for point, (cell, _) in zip(border.points, border.cells, strict=True):

@@ -9,7 +9,7 @@ from helpers.workspace_cases import just_beyond, rfrfr, small_grid, small_map
 from scipy.optimize import brentq
 
 from cpr_core import InvalidRequest, NoInverseSolution, load_robot, solve_inverse
-from cpr_core.workspace import map_workspace, pose_grid
+from cpr_core.workspace import EdgeState, map_workspace, pose_grid
 from cpr_core.workspace.borders import Border
 
 
@@ -82,6 +82,25 @@ def test_the_branch_ends_at_the_singular_border():
             solve_inverse(found.robot, last, start=found.equilibrium(cell))
         exact = first + failure.value.fraction * (last - first)
         np.testing.assert_allclose(point, exact, atol=1e-4)
+
+
+def test_the_singular_border_crosses_the_ways_that_a_branch_ends_on():
+    """All of them but those that are passed the other way."""
+    robot = rfrfr(3)
+    grid = pose_grid(robot, {"x": [-0.6, 0.6], "y": [-0.6, 0.7]}, resolution=0.1)
+    found = map_workspace(robot, grid, workers=0)
+    ways = {
+        (cell, int(grid.neighbours[cell, column])): state
+        for (cell, column), state in np.ndenumerate(found.cells.edges)
+    }
+    expected = {
+        way
+        for way, state in ways.items()
+        if state in (EdgeState.BLOCKED, EdgeState.FLIPPED) and ways[way[::-1]] != EdgeState.PASSED
+    }
+    border = of_kind(found, "singularity")
+    assert {(cell, other) for cell, other in border.cells.tolist()} == expected
+    assert len(border.cells) == len(expected) > 10
 
 
 def test_borders_converge_when_the_grid_is_refined_twice():

@@ -86,6 +86,15 @@ def test_a_resolution_is_kept_or_bettered():
     assert [values[-1] for values in grid.values] == [0.25, 0.3]
 
 
+def test_a_resolution_that_divides_an_axis_is_kept_whatever_rounding_says():
+    for cells in range(2, 40):
+        for step in (0.1, 0.3, 0.7):
+            grid = pose_grid(
+                rfrfr(), {"x": [0.0, cells * step], "y": [-step, step]}, resolution=step
+            )
+            assert grid.shape == (cells + 1, 3)
+
+
 def test_neighbours_know_each_other():
     grid = pose_grid(rfrfr(), AXES, resolution=0.25)
     cell, column = np.nonzero(grid.neighbours >= 0)

@@ -131,6 +131,16 @@ def test_the_newest_motion_wins_and_a_twist_of_zero_is_none(planar):
     np.testing.assert_allclose(planar.model.pose, [0.0, 0.75], rtol=0.0, atol=1e-8)
 
 
+@pytest.mark.parametrize("timeout", [0.1, 1.0])
+def test_another_timeout_of_twists_holds_at_once(planar, timeout):
+    planar.session.apply(live(twist_timeout=timeout), planar.now)
+    first = planar.model.pose
+    planar.session.jog(twisted(linear=(0.05, 0.0, 0.0)), planar.now)
+    planar.run(1.5)
+    way = planar.model.pose - first
+    np.testing.assert_allclose(way, [0.05 * timeout, 0.0], atol=0.05 * 1.01 * PERIOD)
+
+
 def test_a_paused_node_takes_no_twist(planar):
     planar.session.pause(True)
     with pytest.raises(RequestError, match="paused"):

@@ -66,6 +66,18 @@ def test_a_wrench_in_a_third_frame_is_turned_if_somebody_knows_the_frame():
         assert caught.value.val == ErrorCode.FRAME_TRANSFORM_FAILURE
 
 
+@pytest.mark.parametrize("frames", [("base", "platform"), ("platform", "base")])
+def test_a_wrench_replaces_the_one_before_also_in_the_other_frame(frames):
+    loads = robot("six_rfs").default_loads
+    for frame, size in zip(frames, (1.0, 2.0), strict=True):
+        message = WrenchStamped()
+        message.header.frame_id, message.wrench.force.x = frame, size
+        loads = with_wrench(loads, message, FRAMES)
+    found = {"base": loads.wrench_world, "platform": loads.wrench_body}
+    np.testing.assert_array_equal(found[frames[0]], 0.0)
+    np.testing.assert_array_equal(found[frames[1]], [0, 0, 0, 2.0, 0, 0])
+
+
 def test_the_platform_frame_is_its_pose():
     pose = platform_pose(solve_home(robot("six_rfs")), FRAMES, Time(sec=5))
     transform = transform_of(pose, "platform")

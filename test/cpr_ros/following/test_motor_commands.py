@@ -51,3 +51,15 @@ def test_where_nothing_is_known_commands_begin_anywhere():
     assert commands.there(np.zeros(6))
     np.testing.assert_array_equal(commands.step_to(np.ones(6), SPEED), np.ones(6))
     np.testing.assert_allclose(commands.step_to(np.zeros(6), SPEED), np.ones(6) - STEPS.min())
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.floats(1e-3, 2.0 * SPEED), min_size=2, max_size=6))
+def test_another_speed_holds_from_the_next_step_on(speeds):
+    """Slower or faster, up to the motors' own: it is a parameter that changes while the robot moves."""
+    commands = MotorCommands(ROBOT, PERIOD)
+    commands.place(np.zeros(6))
+    for speed in speeds:
+        before = commands.newest
+        step = commands.step_to(np.full(6, 1e3), speed) - before
+        np.testing.assert_allclose(step, motor_steps(ROBOT, speed, PERIOD), rtol=1e-9)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode
 from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, Drive, robot
+from helpers.pendulum import pendulum
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -144,6 +145,27 @@ def test_a_stall_delays_it_and_skips_nothing(rfrfr):
     assert rfrfr.steps.max() <= 1.0 + 1e-6
 
 
+@pytest.mark.parametrize("ticks", [3, 100])
+def test_a_stall_is_made_up_for_by_four_ticks_at_most(rfrfr, ticks):
+    _, endings = rfrfr.begin([1.0], [[0.1, 0.1]])
+    for _ in range(20):
+        rfrfr.tick()
+    rfrfr.tick(late=(ticks - 1) * PERIOD)
+    behind = rfrfr.until_ended(endings).time - 1.0 - max(0, ticks - 4) * PERIOD
+    assert -0.1 * PERIOD < behind < 1.1 * PERIOD  # rounding may ask for a last tick
+
+
+def test_two_ticks_behind_at_the_end_are_within_every_tolerance(rfrfr):
+    """At the speed limit nothing makes up for a tick that was late."""
+    _, endings = rfrfr.begin([1.0], [[0.999, 0.0]], goal_time_tolerance=0.0)
+    for _ in range(195):
+        rfrfr.tick()
+    rfrfr.tick(late=1.5 * PERIOD)
+    ending = rfrfr.until_ended(endings)
+    assert ending.val == ErrorCode.SUCCESS
+    assert 1.0 + PERIOD < ending.time < 1.0 + 2.0 * PERIOD
+
+
 way = st.floats(-0.4, 0.4)
 
 
@@ -253,6 +275,39 @@ def test_one_into_the_instability_is_refused_before_its_first_step(rfrfr):
         for time in (ending.time - 1.001 * PERIOD, ending.time)
     )
     assert after < THRESHOLDS["margin"].stop <= before
+
+
+def test_what_dips_below_its_threshold_between_two_looks_is_refused(rfrfr):
+    """There and a little back in fewer ticks than lie between two looks at the margin."""
+    there = rfrfr.motors + [0.2, -0.2]
+    margins = [
+        solve_forward(rfrfr.robot, rfrfr.motors + part * (there - rfrfr.motors)).margin
+        for part in (1.0, 0.95, 0.9)
+    ]
+    assert margins == sorted(margins)
+    for stop, refused in ((margins[1], True), (margins[0] - 1e-3, False)):
+        plan = TrajectoryPlan(
+            MotorPath.through(
+                [0.0, 0.2, 0.22], [rfrfr.motors, there, 0.9 * there + 0.1 * rfrfr.motors]
+            ),
+            rfrfr.current,
+            PERIOD,
+            THRESHOLDS | {"margin": Threshold(0.999, stop)},
+            WATCHED,
+        )
+        plan.advance()
+        assert plan.done != refused
+        assert (plan.refused is not None) == refused
+
+
+def test_one_along_which_a_measure_is_not_defined_is_refused():
+    """What nobody can compare with its threshold may be anything."""
+    swinging = Follower(pendulum())
+    assert np.isnan(swinging.current.margin)
+    _, endings = swinging.take([1.0], [[0.1]])
+    ending = swinging.until_ended(endings)
+    assert (ending.val, ending.measure) == (ErrorCode.INVALID_MOTION_PLAN, "margin")
+    np.testing.assert_array_equal(swinging.motors, [0.0])
 
 
 def test_a_refused_one_changes_nothing_for_the_one_that_runs(rfrfr):

@@ -111,8 +111,6 @@ def test_a_motor_that_feeds_a_rod_moves_along_it():
 
 def test_a_joint_with_a_ratio_and_an_offset_follows_its_motor():
     content = yaml_content(shipped_robots()["delta"].read_text())
-    for modulus in ("young_modulus", "shear_modulus"):
-        content["rod"][modulus] = float(content["rod"][modulus])
     for leg in content["legs"][:2]:
         leg["chain"][0] |= {"ratio": -2.0, "offset": 0.1}
         del leg["chain"][0]["limits"]
@@ -125,10 +123,29 @@ def test_a_joint_with_a_ratio_and_an_offset_follows_its_motor():
         np.testing.assert_allclose(rotation, expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("ratio", [-2.0, 0.5])
+def test_limits_of_a_joint_are_those_of_its_motor_by_the_ratio(ratio):
+    """The joint goes the ratio times the motor's way, and bears as much power."""
+    content = yaml_content(shipped_robots()["delta"].read_text())
+    limits = {"position": [-0.4, 1.2], "speed": 3.0, "effort": 5.0}
+    for leg in content["legs"][:2]:  # they share a motor
+        leg["chain"][0] |= {"ratio": ratio, "limits": limits}
+    tree = Tree(robot_urdf(load_robot(content), "base", "platform"))
+    motor, follower = tree.joints["motor1"], tree.joints["leg1.1.joint"]
+    assert follower.find("mimic").get("joint") == "motor1"
+    own, led = (
+        {name: float(value) for name, value in joint.find("limit").attrib.items()}
+        for joint in (motor, follower)
+    )
+    assert own == {"lower": -0.4, "upper": 1.2, "velocity": 3.0, "effort": 5.0}
+    ends = [ratio * -0.4, ratio * 1.2]
+    assert [led["lower"], led["upper"]] == pytest.approx([min(ends), max(ends)])
+    assert led["velocity"] == pytest.approx(abs(ratio) * own["velocity"])
+    assert led["effort"] * led["velocity"] == pytest.approx(own["effort"] * own["velocity"])
+
+
 def test_a_motor_behind_a_passive_joint_has_no_place_in_the_tree():
     content = yaml_content(shipped_robots()["delta"].read_text())
-    for modulus in ("young_modulus", "shear_modulus"):
-        content["rod"][modulus] = float(content["rod"][modulus])
     hinge = {"joint": "revolute", "axis": [0, 0, 1], "stiffness": 5.0}
     for leg in content["legs"][:2]:
         leg["chain"].insert(0, hinge)
