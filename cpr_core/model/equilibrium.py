@@ -150,7 +150,7 @@ class Equilibrium:
         """Whether the residual is below ``RESIDUAL_TOLERANCE``; solvers return nothing else."""
         return self.residual < RESIDUAL_TOLERANCE
 
-    @property
+    @cached_property
     def motors(self) -> Floats:
         """Motor positions q_a, (n,) [rad or m]."""
         return self.state[self.robot.arrays.motor_index :]
