@@ -3,12 +3,14 @@
 
 """What the node costs at rest, and how soon it acts on what comes then.
 
-    .venv/bin/python benchmarks/ros_at_rest.py --seconds 20 --setpoints 300
+    .venv/bin/python -m benchmarks.ros_at_rest --seconds 20 --setpoints 300
 
 Processor time of a node with the 6-RFS robot while nobody listens, and while its streams are heard,
 beside that of a bare node which publishes as many empty messages of the same kinds. Then setpoints near
 by, each sent at rest: the time until the motor command arrives, beside that of the bare node, which
-publishes whatever it receives. Both take turns, so that they see the same machine.
+publishes whatever it receives, and of the floor, which does so with bytes and without an executor. Each
+is asked by an ordinary client of rclpy, and by one that is as quick as rclpy and DDS can be. All take
+turns, so that they see the same machine.
 """
 
 from __future__ import annotations
@@ -37,6 +39,8 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
+from .quick_client import QuickClient
+
 HOME = np.array([5.86, 5.56, 5.86, 5.46, 5.86, 5.26])
 #: Of a motor from setpoint to setpoint [rad].
 STEP = 0.002
@@ -44,6 +48,12 @@ STEP = 0.002
 PAUSE = 0.1
 
 
+#: Where setpoints go, and where what answers them comes from.
+PAIRS = {
+    "setpoint to command": ("/cpr_node/commands", "/cpr_node/motor_commands"),
+    "bare echo": ("/echo/in", "/echo/out"),
+    "floor": ("/floor/in", "/floor/out"),
+}
 #: What the node publishes at rest, and how often [Hz].
 STREAMS = (
     (JointState, "/joint_states", 50.0),
@@ -79,6 +89,16 @@ def echo() -> None:
                 due[number] += period if heard else 0.1
                 if heard:
                     stream.publish(message)
+
+
+def floor() -> None:
+    """Publishes the bytes it receives until it is killed: what rclpy and DDS take at least."""
+    rclpy.init()
+    client = QuickClient(Node("floor"), "/floor/out", "/floor/in", depth=1)
+    while True:
+        client.wait(1.0)
+        if message := client.take():
+            client.publisher.publish(message)
 
 
 class Sender(Node):
@@ -157,9 +177,11 @@ def measure(processes: dict[str, subprocess.Popen[bytes]], seconds: float, setpo
     """Print what was found."""
     rclpy.init()
     node = Sender()
-    robot = node.pair("/cpr_node/commands", "/cpr_node/motor_commands")
-    bare = node.pair("/echo/in", "/echo/out")
-    while not (robot.get_subscription_count() and bare.get_subscription_count()):
+    publishers = {name: node.pair(*topics) for name, topics in PAIRS.items()}
+    quick = Node("quick_client")
+    clients = {name: QuickClient(quick, *topics) for name, topics in PAIRS.items()}
+    all_publishers = [*publishers.values(), *(client.publisher for client in clients.values())]
+    while not all(publisher.get_subscription_count() for publisher in all_publishers):
         node.spin(0.1)
     node.spin(3.0)  # discovery, and the first ticks
     print(f"at rest, nobody listens:  {load(processes, node, seconds)}")
@@ -167,35 +189,50 @@ def measure(processes: dict[str, subprocess.Popen[bytes]], seconds: float, setpo
     node.spin(2.0)
     print(f"at rest, streams heard:   {load(processes, node, seconds)}")
     random = np.random.default_rng(0)
-    times: dict[str, list[float]] = {"setpoint to command": [], "bare echo": []}
+    times: dict[str, list[float]] = {}
     for number in range(setpoints):
         positions = HOME.copy()
         positions[0] += STEP * (1 + number % 2)
-        for name, publisher in (("setpoint to command", robot), ("bare echo", bare)):
+        for name in PAIRS:
             node.spin(PAUSE + (0.02 * random.random()))
-            times[name].append(node.latency(publisher, positions.tolist()))
+            took = node.latency(publishers[name], positions.tolist())
+            times.setdefault(f"{name}, ordinary client", []).append(took)
+        positions[1] += STEP
+        for name in PAIRS:
+            node.spin(PAUSE + (0.02 * random.random()))
+            took = clients[name].latency(positions.tolist())
+            times.setdefault(f"{name}, quick client", []).append(took)
     for name, values in times.items():
-        median, high, largest = 1e3 * np.percentile(values[10:], [50, 99, 100])
-        print(f"{name:20} median {median:5.2f} ms, p99 {high:5.2f} ms, largest {largest:5.1f} ms")
+        least, median, high, largest = 1e3 * np.percentile(values[10:], [10, 50, 99, 100])
+        print(
+            f"{name:36} p10 {least:5.2f} ms, median {median:5.2f} ms, p99 {high:5.2f} ms, "
+            f"largest {largest:5.1f} ms"
+        )
     node.executor_.shutdown()
     node.destroy_node()
+    quick.destroy_node()
     rclpy.try_shutdown()
 
 
 def main() -> int:
-    """Run the benchmark, or, with --echo, the bare node."""
+    """Run the benchmark, or, with --echo and --floor, what it is measured beside."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--setpoints", type=int, default=300)
     parser.add_argument("--echo", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--floor", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.echo:
         echo()
+    if options.floor:
+        floor()
     os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     folder = tempfile.TemporaryDirectory()
     os.environ["ROS_HOME"] = folder.name  # the node begins at home, whatever was done before
-    bare = subprocess.Popen([sys.executable, __file__, "--echo"])
+    program = [sys.executable, "-m", "benchmarks.ros_at_rest"]
+    bare = subprocess.Popen([*program, "--echo"])
+    least = subprocess.Popen([*program, "--floor"])
     process = subprocess.Popen(
         [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", "-p", "start_from:=home"]
     )
@@ -203,6 +240,7 @@ def main() -> int:
         measure({"node": process, "bare node": bare}, options.seconds, options.setpoints)
     finally:
         bare.kill()
+        least.kill()
         process.send_signal(signal.SIGINT)
         status = process.wait(timeout=20)
     return status

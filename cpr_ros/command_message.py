@@ -1,9 +1,10 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The message of the motor commands, ready but for its numbers.
+"""The message of the motor commands, ready but for its numbers, and what is received of its kind.
 
-Made and translated anew, a command takes half as long again to publish, and the motors wait for it.
+Made and translated anew, a command takes half as long again to publish, and the motors wait for it; a
+received one made into a message first takes 0.05 ms more.
 """
 
 from __future__ import annotations
@@ -11,14 +12,19 @@ from __future__ import annotations
 import struct
 
 import numpy as np
-from numpy.typing import NDArray
-from rclpy.serialization import serialize_message
+from numpy.typing import ArrayLike, NDArray
+from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Float64MultiArray
+
+from cpr_core import InvalidRequest
 
 __all__ = ["CommandMessage"]
 
 #: How DDS says that numbers are written little-endian.
 _LITTLE_ENDIAN = b"\x00\x01"
+#: Bytes up to the count of the numbers, which are aligned behind it: who writes them leaves in between
+#: what is there.
+_HEAD = 16
 
 
 class CommandMessage:
@@ -41,3 +47,18 @@ class CommandMessage:
             return Float64MultiArray(data=commands.tolist())
         self._numbers.pack_into(self._bytes, self._place, *commands.tolist())
         return bytes(self._bytes)
+
+    def numbers(self, received: bytes) -> ArrayLike:
+        """Numbers of a message as it came over the network, however many.
+
+        Raises:
+            InvalidRequest: It is no such message.
+        """
+        known = self._bytes[:2] == _LITTLE_ENDIAN and self._place >= _HEAD
+        same = len(received) == len(self._bytes) and received[:_HEAD] == self._bytes[:_HEAD]
+        if known and same:
+            return np.frombuffer(received, "<f8", offset=self._place)
+        try:
+            return deserialize_message(received, Float64MultiArray).data
+        except Exception as error:  # of rclpy, by the middleware
+            raise InvalidRequest("data", f"expected a Float64MultiArray: {error}") from None

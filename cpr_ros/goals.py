@@ -53,14 +53,19 @@ class MotorGoal:
         clipped: Names of the motors whose setpoint was beyond its limits.
     """
 
-    def __init__(self, robot: Robot, motors: ArrayLike) -> None:
+    def __init__(self, robot: Robot, motors: ArrayLike, where: str = "motors") -> None:
         """Take the nearest motor positions within the limits.
+
+        Args:
+            robot: The robot.
+            motors: (n,) [rad or m].
+            where: Name of the field in error messages.
 
         Raises:
             InvalidRequest: Not as many numbers as motors, or a rod length of zero or less.
             NonFiniteInput: A NaN or an infinity.
         """
-        wanted = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
+        wanted = checked_vector(where, motors, robot.motor_count, " ".join(robot.motor_names))
         values, beyond = wanted.tolist(), []
         for number, motor in robot.limited_motors:  # numpy takes longer on so few numbers
             within = min(max(values[number], motor.limits.lower), motor.limits.upper)
@@ -68,16 +73,20 @@ class MotorGoal:
                 values[number] = within
                 beyond.append(robot.motor_names[number])
         self.motors, self.clipped = np.array(values), tuple(beyond)
+        self._positions = values
         check_rod_lengths(robot, self.motors)
 
     def remaining(self, start: Equilibrium) -> float:
         """Largest way of a motor."""
-        ways = np.abs(self.motors - start.motors) / start.robot.motor_units
-        return float(ways.max(initial=0.0))
+        here, units = start.motors.tolist(), start.robot.motor_units.tolist()
+        ways = zip(self._positions, here, units, strict=True)
+        return max((abs(there - now) / unit for there, now, unit in ways), default=0.0)
 
     def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """Forward problem at the motor positions on the way."""
-        motors = (1.0 - fraction) * start.motors + fraction * self.motors
+        motors = self.motors
+        if fraction != 1.0:
+            motors = (1.0 - fraction) * start.motors + fraction * motors
         return solve_forward(start.robot, motors, start=start, loads=loads)
 
 

@@ -23,8 +23,8 @@ from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
 from cpr_core import CprError, Robot
-from cpr_core.validation import checked_vector
 
+from .command_message import CommandMessage
 from .conversions import (
     Frames,
     pose_from_message,
@@ -101,6 +101,8 @@ class Inputs:
         self._place, self._feel = place, feel
         self.dropped = DroppedMessages()
         self._node, self._frames, self._session, self._clock = node, frames, session, clock
+        #: By number of motors.
+        self._ready: dict[int, CommandMessage] = {}
         for kind, topic, take, qos in (
             (JointState, "~/motor_setpoint", self._motor_setpoint, SOME),
             (Float64MultiArray, "~/commands", self._commands, NEWEST),
@@ -116,7 +118,8 @@ class Inputs:
             ),
             (TwistStamped, "~/platform_twist", self._platform_twist, NEWEST),
         ):
-            node.create_subscription(kind, topic, self._guarded(topic, take), qos)
+            as_bytes = kind is Float64MultiArray  # read by ourselves, see CommandMessage
+            node.create_subscription(kind, topic, self._guarded(topic, take), qos, raw=as_bytes)
 
     def _guarded(
         self, topic: str, take: Callable[[Session, Any, float], None]
@@ -149,10 +152,12 @@ class Inputs:
         motors = motor_setpoint(session.robot, message, others)
         session.follow(MotorGoal(session.robot, motors), now)
 
-    def _commands(self, session: Session, message: Float64MultiArray, now: float) -> None:
-        names = session.robot.motor_names
-        motors = checked_vector("data", message.data, len(names), " ".join(names))
-        session.follow(MotorGoal(session.robot, motors), now)
+    def _commands(self, session: Session, message: bytes, now: float) -> None:
+        count = session.robot.motor_count
+        if count not in self._ready:
+            self._ready[count] = CommandMessage(count)
+        motors = self._ready[count].numbers(message)
+        session.follow(MotorGoal(session.robot, motors, "data"), now)
 
     def _platform_setpoint(self, session: Session, message: PoseStamped, now: float) -> None:
         pose = pose_from_message(session.robot, message, [], self._frames)

@@ -107,9 +107,7 @@ class KeptState:
         loads = equilibrium.loads
         numbers = np.concatenate(
             [
-                equilibrium.state,
-                equilibrium.platform_rotation.ravel(),
-                equilibrium.platform_position,
+                equilibrium.configuration,
                 loads.gravity,
                 loads.wrench_world,
                 loads.wrench_body,

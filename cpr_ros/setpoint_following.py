@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Loads, Robot, solve_home
 from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
@@ -29,6 +30,8 @@ from .watchdog import Watchdog
 
 __all__ = ["Outcome", "SetpointFollower", "Settings"]
 
+Floats = NDArray[np.float64]
+
 #: Speed that is left just above a stop threshold, so that the halt is reached in finite time.
 CREEP = 0.02
 #: Smallest part of a step that is tried; when it is refused, the robot is halted.
@@ -40,6 +43,8 @@ LARGEST_CHANGE = 0.5
 SLACK = 1e-6
 #: A goal nearer than this is reached [rad, rod lengths].
 ARRIVED = 1e-9
+#: Measures that count on the way to motor setpoints.
+_OF_MOTOR_SETPOINTS = tuple(name for name in MEASURES if name != "inverse_singularity")
 
 
 @dataclass(frozen=True)
@@ -118,6 +123,7 @@ class SetpointFollower:
     def settings(self, settings: Settings) -> None:
         self._settings, self._stirred = settings, True
         self._motor_steps = motor_steps(self.robot, settings.max_speed, self.period)
+        self._steps_of_motors = self._motor_steps.tolist()
         self.watchdog.timeout = settings.setpoint_timeout
 
     @property
@@ -247,11 +253,9 @@ class SetpointFollower:
         self._action = told.action
         return told
 
-    def _watched(self) -> Iterable[str]:
+    def _watched(self) -> tuple[str, ...]:
         """Measures that count: the inverse problem matters to platform setpoints only."""
-        if isinstance(self._goal, PoseGoal):
-            return MEASURES
-        return [name for name in MEASURES if name != "inverse_singularity"]
+        return MEASURES if isinstance(self._goal, PoseGoal) else _OF_MOTOR_SETPOINTS
 
     def _move(self, current: Assessment, goal: Goal) -> Assessment:
         """One step towards the goal, or the same equilibrium if it is refused."""
@@ -266,9 +270,9 @@ class SetpointFollower:
                 return current
             self._worsening = self._worse(current, ahead)
             allowed = self._speed_scale(current, self._worsening)
-            if self._steps_between(current.equilibrium, ahead.equilibrium) <= allowed * (
-                1.0 + SLACK
-            ):
+            if self._ticks_between(
+                current.equilibrium.motors, ahead.equilibrium.motors
+            ) <= allowed * (1.0 + SLACK):
                 self._reach = min(1.0, 2.0 * self._reach)
                 self._refusal = None
                 if isinstance(goal, TrajectoryGoal):
@@ -283,8 +287,8 @@ class SetpointFollower:
         if isinstance(goal, TrajectoryGoal):
             return attempt(current, goal.aim(start, factor, self._motor_steps), 1.0, start.loads)
         if isinstance(goal, MotorGoal):
-            ways = np.abs(goal.motors - start.motors) / self._motor_steps
-            return attempt(current, goal, _whole(factor / float(ways.max())), start.loads)
+            ticks = self._ticks_between(start.motors, goal.motors)
+            return attempt(current, goal, _whole(factor / ticks), start.loads)
         remaining = goal.remaining(start)
         per_way = self._motor_steps_per_way
         if math.isnan(per_way):  # not known yet: feel the way
@@ -297,7 +301,7 @@ class SetpointFollower:
             ahead = attempt(current, goal, fraction, start.loads)
             if isinstance(ahead, Refusal):
                 return ahead
-            steps = self._steps_between(start, ahead.equilibrium)
+            steps = self._ticks_between(start.motors, ahead.equilibrium.motors)
             # Motor steps per step of the platform: the platform is as fast as the motors allow.
             self._motor_steps_per_way = steps * length / (fraction * remaining)
             if steps <= factor * (1.0 + SLACK):
@@ -341,16 +345,17 @@ class SetpointFollower:
 
     def _speed_scale(self, current: Assessment, worsening: Iterable[str]) -> float:
         """Factor on the speed of a motion that worsens these measures."""
-        thresholds = self.settings.thresholds
-        watched = set(self._watched())
+        thresholds, watched = self.settings.thresholds, self._watched()
         levels = [
             thresholds[name].level(current.value(name)) for name in worsening if name in watched
         ]
         return max(CREEP, min([1.0, *(level for level in levels if not math.isnan(level))]))
 
-    def _steps_between(self, first: Equilibrium, last: Equilibrium) -> float:
-        """Ticks at full speed the motors need from one equilibrium to another."""
-        return float((np.abs(last.motors - first.motors) / self._motor_steps).max(initial=0.0))
+    def _ticks_between(self, first: Floats, last: Floats) -> float:
+        """Ticks at full speed the motors need from one place to another, (n,) each."""
+        # Not with numpy, which takes several times as long on so few numbers when it has not run lately.
+        ways = zip(first.tolist(), last.tolist(), self._steps_of_motors, strict=True)
+        return max((abs(after - before) / step for before, after, step in ways), default=0.0)
 
     def _misses_home(self, current: Equilibrium) -> bool:
         """Whether this is another equilibrium than home, though nothing else acts."""

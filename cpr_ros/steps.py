@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cpr_core import (
     CprError,
@@ -15,6 +16,7 @@ from cpr_core import (
     Loads,
     MotorLimitExceeded,
     NotReached,
+    Robot,
     StrainLimitExceeded,
 )
 from cpr_core.model.assessment import Assessment
@@ -63,8 +65,12 @@ def falls(first: float, last: float) -> bool:
 def change_between(first: Equilibrium, last: Equilibrium) -> float:
     """Largest change of a leg coordinate [1/rod length] and of the platform [rod lengths, radians]."""
     robot = first.robot
-    changes = (last.state - first.state) / robot.arrays.unit
-    scaled = np.abs(changes[robot.elastic_indices])
-    position = np.abs(last.platform_position - first.platform_position) / robot.mean_length
-    rotation = np.abs(last.platform_rotation - first.platform_rotation)
-    return float(max(scaled.max(initial=0.0), position.max(), rotation.max()))
+    units = robot.kept("units of changes", lambda: _units_of_changes(robot))
+    return float(np.abs((last.configuration - first.configuration) / units).max())
+
+
+def _units_of_changes(robot: Robot) -> NDArray[np.float64]:
+    """Units of a configuration, (N + 12,); infinite where a change does not count."""
+    state, rotation = np.full(robot.state_size, np.inf), np.ones(9)
+    state[robot.elastic_indices] = robot.arrays.unit[robot.elastic_indices]
+    return np.concatenate([state, rotation, np.full(3, robot.mean_length)])

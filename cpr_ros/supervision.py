@@ -164,6 +164,7 @@ def verdict(
         worsening: Measures that fell in the last motion.
         stale: Whether the setpoint is too old.
     """
+    equilibrium = assessment.equilibrium
     levels = {name: thresholds[name].level(assessment.value(name)) for name in watched}
     # NaN comes before every number.
     nearest = min(levels, key=lambda name: (not math.isnan(levels[name]), levels[name]))
@@ -190,7 +191,7 @@ def verdict(
         text = _compared(assessment, nearest, "warning", thresholds[nearest])
     else:
         status, text = Status.NO_WARNING, "stable"
-    if not assessment.equilibrium.spectrum_locked.energy_criterion_applies:
+    if not equilibrium.loads.conservative(equilibrium.robot.planar):
         # No energy decides: be as careful as the numbers say, but never call it stable.
         text = f"non-conservative load, energy does not decide stability ({text})"
         if status == Status.NO_WARNING:

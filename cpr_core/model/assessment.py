@@ -146,7 +146,7 @@ class Assessment:
     @property
     def margin(self) -> float:
         """Smallest eigenvalue of H_r relative to the elastic stiffness, motors held."""
-        return self.equilibrium.spectrum_locked.margin
+        return self.equilibrium.margin
 
     @cached_property
     def forward_singularity(self) -> float:

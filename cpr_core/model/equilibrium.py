@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -103,6 +104,12 @@ class Equilibrium:
         size = self.robot.state_size
         return self._part(-size, size)
 
+    @property
+    def configuration(self) -> Floats:
+        """State, R_p row by row and p_p, read-only, (N + 12,): where the robot is, in one piece."""
+        size = self.robot.state_size
+        return self._part(-size, size + ENERGY)
+
     @cached_property
     def platform_rotation(self) -> Floats:
         """R_p in the world, (3, 3)."""
@@ -143,7 +150,7 @@ class Equilibrium:
         """Whether the residual is below ``RESIDUAL_TOLERANCE``; solvers return nothing else."""
         return self.residual < RESIDUAL_TOLERANCE
 
-    @property
+    @cached_property
     def motors(self) -> Floats:
         """Motor positions q_a, (n,) [rad or m]."""
         return self.state[self.robot.arrays.motor_index :]
@@ -250,7 +257,8 @@ class Equilibrium:
         Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless. It takes some
         milliseconds where legs are straight or have passive joints, or one motor moves several joints.
         """
-        return self.spectrum_locked.margin
+        found = self.linearisation.margin
+        return self.spectrum_locked.margin if math.isnan(found) else found
 
 
 def new_record(robot: Robot, count: int | None = None) -> Floats:

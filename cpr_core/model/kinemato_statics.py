@@ -41,6 +41,8 @@ Floats = NDArray[np.float64]
 #:   more columns than rows, and is singular where it loses rank;
 #: - ``inverse_by_effort``: whole platform motion and efforts given, [A E W_p] of Eq. (46).
 Problem = Literal["forward", "inverse", "inverse_by_effort"]
+_PROBLEMS: tuple[Problem, ...] = get_args(Problem)
+_WITHOUT_INVERSE = tuple(problem for problem in _PROBLEMS if problem != "inverse")
 
 
 @dataclass(frozen=True, eq=False)
@@ -364,8 +366,7 @@ class KinematoStatics:
     @property
     def problems(self) -> tuple[Problem, ...]:
         """Linear problems of this robot: ``inverse`` where coordinates are controlled."""
-        controls = len(self.equilibrium.robot.controlled_axes) > 0
-        return tuple(p for p in get_args(Problem) if p != "inverse" or controls)
+        return _PROBLEMS if len(self.equilibrium.robot.controlled_axes) else _WITHOUT_INVERSE
 
     @on_one_numpy_thread
     def singularity(
@@ -424,9 +425,9 @@ class KinematoStatics:
         Raises:
             InvalidRequest: It has not.
         """
-        if not isinstance(problem, str) or problem not in get_args(Problem):
+        if not isinstance(problem, str) or problem not in _PROBLEMS:
             raise InvalidRequest(
-                "problem", f"expected {', '.join(get_args(Problem))}, got {problem!r:.200}"
+                "problem", f"expected {', '.join(_PROBLEMS)}, got {problem!r:.200}"
             )
         if problem not in self.problems:
             raise InvalidRequest(
