@@ -53,6 +53,7 @@ def _save(figure: Any, folder: Path, name: str) -> None:
     import matplotlib.pyplot as plt
 
     figure.savefig(folder / f"{name}.png", dpi=110)
+    figure.set_layout_engine(None)  # it has been laid out, which takes longer than drawing it
     figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
     plt.close(figure)
 

@@ -32,11 +32,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg, optimize
 
+from ..blas_threads import on_one_blas_thread
 from ..errors import InvalidRequest
 from ..lie import skew
 from .continuous_equilibrium import ContinuousEquilibrium
 from .morse_index import index_falls
-from .rod_integration import STEPS, RodTrajectory, force, integrate, moment, transition
+from .rod_integration import STEPS, RodTrajectory, force, integrate, moment, transitions
 from .shooting_robot import balance_rows, check_robot, compiled, force_per_length
 
 __all__ = ["JacobiFields", "conjugate_points", "robot_fields", "rod_fields"]
@@ -74,16 +75,20 @@ class JacobiFields:
         """Y = b(u) and Z at a section, dimensionless, (n, n) each."""
         states = np.array([rod.at(1.0 - u) for rod in self.rods])
         own = self.terminal.reshape(len(self.rods), 12, self.size)
-        fields = np.array([transition(state) for state in states]) @ own
+        fields, lengths = transitions(states) @ own, self._lengths
         # - dtheta x m / 2 = m x dtheta / 2
         moments = np.array([skew(moment(state)) for state in states])
         couples = fields[:, 6:9] + 0.5 * moments @ fields[:, 3:6]
-        lengths = np.array([abs(rod.length) for rod in self.rods])[:, None, None]
         places = np.concatenate([fields[:, :3] / lengths, fields[:, 3:6]], axis=1)
         # A common unit of work keeps Y and Z conjugate where rods differ.
         wrenches = np.concatenate([fields[:, 9:] * lengths, couples], axis=1) / self.units[0]
         shape, rows = (-1, self.size), self.position_rows
         return places[:, rows].reshape(shape), wrenches[:, rows].reshape(shape)
+
+    @cached_property
+    def _lengths(self) -> Floats:
+        """Of the rods, (L, 1, 1) [m]."""
+        return np.array([abs(rod.length) for rod in self.rods])[:, None, None]
 
     def determinant(self, u: float) -> float:
         """Determinant of b(u), positive near the tip: negative after an odd number of zeros."""
@@ -114,9 +119,9 @@ class JacobiFields:
 
 
 def _phases(b: Floats, z: Floats) -> Floats:
-    orthonormal = linalg.qr(np.vstack([b, z]), mode="economic")[0]
+    orthonormal = np.linalg.qr(np.vstack([b, z]))[0]
     unitary = orthonormal[: len(b)] + 1j * orthonormal[len(b) :]
-    return np.angle(linalg.eigvals(unitary @ unitary.T))
+    return np.asarray(np.angle(np.linalg.eigvals(unitary @ unitary.T)), np.float64)
 
 
 def robot_fields(solution: ContinuousEquilibrium) -> JacobiFields:
@@ -208,6 +213,7 @@ def rod_fields(
     return JacobiFields((rod,), (np.eye(12) * unit)[:, list(free)], np.array([couple]), rows)
 
 
+@on_one_blas_thread
 def conjugate_points(solution: ContinuousEquilibrium | JacobiFields) -> tuple[float, ...]:
     """Conjugate points in (0, 1), ascending; double ones twice.
 

@@ -9,9 +9,11 @@ beyond falls as u goes from the base to the tip, by one at every conjugate point
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from scipy import optimize
 
 from ..blas_threads import on_one_blas_thread
 from ..errors import InvalidRequest
@@ -121,6 +123,7 @@ def _cuts(parts: list[ChainStep], section: float, longest: float) -> dict[int, l
     return cuts
 
 
+@on_one_blas_thread
 def index_falls(solution: ContinuousEquilibrium) -> tuple[float, ...]:
     """Sections from 0 to 1 where the index of what lies beyond falls, each as often as it falls by one.
 
@@ -136,6 +139,8 @@ def index_falls(solution: ContinuousEquilibrium) -> tuple[float, ...]:
     def between(low: float, high: float, at_low: int, at_high: int) -> list[float]:
         if at_low == at_high:
             return []
+        if at_low - at_high == 1:
+            return [optimize.brentq(_more_than(solution, at_high), low, high, xtol=_LOCATED)]
         if high - low < _LOCATED:
             return [0.5 * (low + high)] * (at_low - at_high)
         middle = 0.5 * (low + high)
@@ -145,3 +150,8 @@ def index_falls(solution: ContinuousEquilibrium) -> tuple[float, ...]:
     last = 1.0 - SHORTEST
     ends = [index_beyond(solution, u) for u in (0.0, last)]
     return (*between(0.0, last, *ends), *[1.0] * ends[1])
+
+
+def _more_than(solution: ContinuousEquilibrium, count: int) -> Callable[[float], float]:
+    """Of a section: negative where the index of what lies beyond is larger than a count."""
+    return lambda u: energy_form(solution, u).beyond(count, motors_free=False)

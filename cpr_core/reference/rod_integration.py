@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +34,7 @@ __all__ = [
     "moment",
     "position",
     "transition",
+    "transitions",
     "uniform",
 ]
 
@@ -97,6 +99,28 @@ class RodTables(NamedTuple):
     tableau: Tableau
 
 
+class _Uniform(RodProperties):
+    """A rod that is the same all along; no function has to be asked everywhere."""
+
+    def tables(self, begin: float, end: float, steps: int, tableau: Tableau) -> RodTables:
+        """What the integrator needs of the part from ``begin`` to ``end`` (sigma)."""
+        compliance, rest, force_per_length = self._everywhere
+        shape = steps, len(tableau.outer), 3
+        return RodTables(
+            begin,
+            (end - begin) / steps,
+            np.full(shape, compliance),
+            np.full(shape, rest),
+            np.full(shape, force_per_length),
+            tableau,
+        )
+
+    @cached_property
+    def _everywhere(self) -> tuple[Floats, Floats, Floats]:
+        begin = np.zeros(1)
+        return self.compliance(begin)[0], self.rest_curvature(begin)[0], self.force(begin)[0]
+
+
 def uniform(rigidities: ArrayLike, distributed: ArrayLike) -> RodProperties:
     """A rod that is the same all along, straight at rest.
 
@@ -105,7 +129,7 @@ def uniform(rigidities: ArrayLike, distributed: ArrayLike) -> RodProperties:
         distributed: Force per length, fixed in the world, (3,) [N/m].
     """
     compliance, force = 1.0 / np.array(rigidities, float), np.array(distributed, float)
-    return RodProperties(
+    return _Uniform(
         lambda sigma: np.full((len(sigma), 3), compliance),
         lambda sigma: np.zeros((len(sigma), 3)),
         lambda sigma: np.full((len(sigma), 3), force),
@@ -169,9 +193,15 @@ def force(state: Floats) -> Floats:
 
 def transition(state: Floats) -> Floats:
     """Transition matrix of (b) for (dp, dtheta, dm, dn) from the start of the rod, (12, 12)."""
-    matrix = np.eye(12)
-    matrix[:, 3:] = state[FIRST:].reshape(13, COLUMNS)[:12, :9]
-    return matrix
+    return transitions(state[None])[0]
+
+
+def transitions(states: Floats) -> Floats:
+    """The same of many states, (K, 175): (K, 12, 12)."""
+    matrices = np.zeros((len(states), 12, 12))
+    matrices[:, range(3), range(3)] = 1.0
+    matrices[:, :, 3:] = states[:, FIRST:].reshape(-1, 13, COLUMNS)[:, :12, :9]
+    return matrices
 
 
 class LengthVariation(NamedTuple):

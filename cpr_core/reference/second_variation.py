@@ -50,6 +50,8 @@ Integers = NDArray[np.int64]
 _NEAR = 0.8
 #: Eigenvalues smaller than this times the largest are those of neutral motions.
 _NEUTRAL = 1e-14
+#: (dp, dtheta, dm, dn) with dn before dm; its own inverse.
+_EXCHANGE: Floats = np.eye(12)[[*range(6), 9, 10, 11, 6, 7, 8]]
 
 
 class PartTooLong(Exception):
@@ -72,11 +74,19 @@ class SecondVariation:
 
     def index(self, *, motors_free: bool) -> int:
         """Negative directions of the energy; eigenvalues that vanish to rounding are not counted."""
+        return int(np.sum(self._values(motors_free) < 0.0)) - self.multipliers
+
+    def beyond(self, count: int, *, motors_free: bool) -> float:
+        """A number that is negative where ``index`` is larger than a count, and seldom jumps."""
+        return float(self._values(motors_free)[self.multipliers + count])
+
+    def _values(self, motors_free: bool) -> Floats:
+        """Eigenvalues, ascending, moved so that none that vanishes to rounding is negative."""
         matrix = self.matrix
         if not motors_free:
             matrix = np.delete(np.delete(matrix, self.motors, 0), self.motors, 1)
-        values = linalg.eigvalsh(matrix)
-        return int(np.sum(values < -_NEUTRAL * np.abs(values).max())) - self.multipliers
+        values: Floats = linalg.eigvalsh(matrix)
+        return values + _NEUTRAL * np.abs(values).max()
 
 
 def second_variation(model: ChainRobot, point: ChainPoint, sections: Floats) -> SecondVariation:
@@ -127,10 +137,15 @@ def _held(steps: list[ChainStep], section: float) -> int:
 
 def _conjugate(moment: Floats) -> Floats:
     """From (dp, dtheta, dm, dn) to (x, y), (12, 12)."""
-    matrix = np.zeros((12, 12))
-    matrix[:6, :6] = np.eye(6)
-    matrix[6:9, 9:] = matrix[9:, 6:9] = np.eye(3)
+    matrix = _EXCHANGE.copy()
     matrix[9:, 3:6] = 0.5 * skew(moment)  # -dtheta x m / 2
+    return matrix
+
+
+def _from_conjugate(moment: Floats) -> Floats:
+    """Back from (x, y), (12, 12)."""
+    matrix = _EXCHANGE.copy()
+    matrix[6:9, 3:6] = -0.5 * skew(moment)
     return matrix
 
 
@@ -197,8 +212,9 @@ class _LegForm:
         turning = plane[plane >= 3]
         if np.linalg.norm(transition[np.ix_(turning, turning)] - np.eye(len(turning)), 2) > _NEAR:
             raise PartTooLong
-        end, start = self.free + np.arange(count), self.free + count + np.arange(count)
-        self.free += 2 * count
+        end = slice(self.free, self.free + count)
+        start = slice(end.stop, end.stop + count)
+        self.free = start.stop
         inverse = np.array(np.linalg.inv(a), float)
         self._symmetric(end, end, c @ inverse)
         self._symmetric(start, start, -inverse @ b)
@@ -208,16 +224,16 @@ class _LegForm:
         moved = self.column.get(-1 if step.index is None else step.index)
         if moved is not None:
             e, f, r = column[plane], column[6 + plane], row[plane]
-            at = np.array([moved])
+            at = slice(moved, moved + 1)
             self._coupled(end, at, (f - c @ inverse @ e)[:, None])
             self._coupled(start, at, (-inverse @ e)[:, None])
             self.matrix[moved, moved] += stiffness - r @ inverse @ e
         self.x = np.zeros_like(self.x)
-        self.x[plane, end] = 1.0
+        self.x[plane, np.arange(end.start, end.stop)] = 1.0
 
     def _natural(self, step: ChainStep) -> tuple[Floats, Floats, Floats, float]:
         """T, t, r and kappa of a step, in x and y and natural units."""
-        to_y, from_y = _conjugate(step.after.moment), np.linalg.inv(_conjugate(step.before.moment))
+        to_y, from_y = _conjugate(step.after.moment), _from_conjugate(step.before.moment)
         scale = np.concatenate([self.x_unit, self.y_unit])
         transition = to_y @ step.transition @ from_y * scale / scale[:, None]
         if step.index is None:
@@ -251,9 +267,9 @@ class _LegForm:
         """The form motion . matrix motion / 2."""
         self.matrix += motion.T @ (0.5 * (matrix + matrix.T)) @ motion
 
-    def _symmetric(self, rows: Integers, columns: Integers, block: Floats) -> None:
-        self.matrix[np.ix_(rows, columns)] += 0.5 * (block + block.T)
+    def _symmetric(self, rows: slice, columns: slice, block: Floats) -> None:
+        self.matrix[rows, columns] += 0.5 * (block + block.T)
 
-    def _coupled(self, rows: Integers, columns: Integers, block: Floats) -> None:
-        self.matrix[np.ix_(rows, columns)] += block
-        self.matrix[np.ix_(columns, rows)] += block.T
+    def _coupled(self, rows: slice, columns: slice, block: Floats) -> None:
+        self.matrix[rows, columns] += block
+        self.matrix[columns, rows] += block.T

@@ -100,18 +100,19 @@ class StrainModes:
         return np.where(directions[:, None] == directions, gram, 0.0)
 
     def project(self, curvature: Floats, grid: RodGrid) -> Floats:
-        """Strain coordinates (total,) of the strain nearest to one given at the nodes, (K, 3).
+        """Strain coordinates (..., total) of the strains nearest to those at the nodes, (..., K, 3).
 
         Nearest in the mean square along the rod; components without modes are left out.
         """
         root = np.sqrt(grid.weights)
         values, directions = root[:, None] * self.values(grid.nodes), self.directions
-        coordinates = np.zeros(self.total)
+        coordinates = np.zeros((*curvature.shape[:-2], self.total))
         for component in range(3):
             mine = np.flatnonzero(directions == component)
             if len(mine):
-                target = root * curvature[:, component]
-                coordinates[mine] = np.linalg.lstsq(values[:, mine], target, rcond=None)[0]
+                targets = (root * curvature[..., component]).reshape(-1, len(root))
+                found = np.linalg.lstsq(values[:, mine], targets.T, rcond=None)[0]
+                coordinates[..., mine] = found.T.reshape(*curvature.shape[:-2], len(mine))
         return coordinates
 
 
@@ -195,6 +196,8 @@ class Rod:
 
     def rest_curvature_at(self, sigma: Floats) -> Floats:
         """Strain at rest, (len(sigma), 3) [1/m]."""
+        if not any(map(len, self.rest_curvature)):
+            return np.zeros((len(sigma), 3))
         return np.column_stack(
             [
                 legendre.legval(2.0 * sigma - 1.0, np.append(series, 0.0))

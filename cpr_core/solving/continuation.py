@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import Equilibrium
@@ -199,6 +200,7 @@ class _Walker:
         """Whether more than two branches meet, as on symmetric paths of symmetric robots."""
         return bool(np.sum(self.path.singular_values(low) < SINGULAR) > 1)
 
+    @on_one_blas_thread
     def _by_arc_length(self, point: Point) -> Walk | Point:
         """Steps by arc length, from a point beyond which no step at a fraction succeeds.
 

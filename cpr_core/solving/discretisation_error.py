@@ -8,6 +8,7 @@ The derivation is in docs/derivations.md, "The error of an answer".
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -152,8 +153,13 @@ def _embedded(equilibrium: Equilibrium, richer: Robot, embedding: Floats) -> Equ
 def embedding_of(robot: Robot, richer: Robot) -> Floats:
     """States of a robot in the numbers of a richer one, (M, N)."""
     found = np.zeros((richer.state_size, robot.state_size))
+    combinations: dict[Hashable, Floats] = {}  # rods have the same modes, as a rule
     for rod, more in zip(robot.numbers.rods, richer.numbers.rods, strict=True):
-        found[more.strain, rod.strain] = _combinations(rod.element.modes, more.element.modes)
+        modes, many = rod.element.modes, more.element.modes
+        both = modes.identity, many.identity
+        if both not in combinations:
+            combinations[both] = _combinations(modes, many)
+        found[more.strain, rod.strain] = combinations[both]
     new, old = np.flatnonzero(_without_strain(richer)), np.flatnonzero(_without_strain(robot))
     found[new, old] = 1.0
     return found
@@ -171,8 +177,7 @@ def _combinations(modes: StrainModes, richer: StrainModes) -> Floats:
     """Modes as combinations of richer ones: coordinates (m,) to coordinates (M,), (M, m)."""
     grid = rod_grid(4 * max(richer.counts))
     strains = modes.values(grid.nodes).T[..., None] * np.eye(3)[modes.directions][:, None]
-    found = [richer.project(strain, grid) for strain in strains]
-    return np.reshape(found, (modes.total, richer.total)).T
+    return richer.project(strains, grid).T
 
 
 def _one_step(start: Equilibrium, problem: ProblemName) -> Equilibrium:

@@ -69,8 +69,16 @@ class Target(Protocol):
         """Write what holds at a fraction of the way from the start."""
         ...
 
-    def given(self, start: Equilibrium) -> Floats:
-        """What holds here, as the kernels take it: a row of ``continue_equilibria``."""
+    def given(
+        self, start: Equilibrium, fraction: float = 1.0, near: Equilibrium | None = None
+    ) -> Floats:
+        """What holds at a fraction of the way, as the kernels take it: a row of ``continue_equilibria``.
+
+        Args:
+            start: Where the way begins.
+            fraction: Fraction of the way; default here, at its end.
+            near: What is not imposed is as there; default as at the start.
+        """
         ...
 
 
@@ -122,9 +130,14 @@ class MotorTarget:
         """Straight in the motor positions."""
         values.motors[:] = (1.0 - fraction) * start.motors + fraction * self.motors
 
-    def given(self, start: Equilibrium) -> Floats:
+    def given(
+        self, start: Equilibrium, fraction: float = 1.0, near: Equilibrium | None = None
+    ) -> Floats:
         """The motors, (1, n)."""
-        return np.array(self.motors, ndmin=2)
+        if fraction == 1.0:
+            return np.array(self.motors, ndmin=2)
+        given: Floats = (1.0 - fraction) * start.motors + fraction * self.motors
+        return given[None, :]
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,9 +163,14 @@ class EffortTarget:
         """Straight in the efforts."""
         values.efforts[:] = (1.0 - fraction) * start.efforts + fraction * self.efforts
 
-    def given(self, start: Equilibrium) -> Floats:
+    def given(
+        self, start: Equilibrium, fraction: float = 1.0, near: Equilibrium | None = None
+    ) -> Floats:
         """The efforts, (1, n)."""
-        return np.array(self.efforts, ndmin=2)
+        if fraction == 1.0:
+            return np.array(self.efforts, ndmin=2)
+        given: Floats = (1.0 - fraction) * start.efforts + fraction * self.efforts
+        return given[None, :]
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,11 +216,14 @@ class PoseTarget:
             turn = rotation_log(self.rotation @ start.platform_rotation.T)
             values.rotation[:] = rotation_exp(fraction * turn) @ start.platform_rotation
 
-    def given(self, start: Equilibrium) -> Floats:
-        """Rotation, position and motors, those of the start where not imposed, (1, 12 + n)."""
-        row = pose_row(start.platform_rotation, start.platform_position, start.motors)
+    def given(
+        self, start: Equilibrium, fraction: float = 1.0, near: Equilibrium | None = None
+    ) -> Floats:
+        """Rotation, position and motors, (1, 12 + n)."""
+        free = start if near is None else near
+        row = pose_row(free.platform_rotation, free.platform_position, free.motors)
         rotation, position, motors = row[:9].reshape(3, 3), row[9:12], row[12:]
-        self.impose(start, 1.0, Imposed(motors, _NO_EFFORTS, rotation, position))
+        self.impose(start, fraction, Imposed(motors, _NO_EFFORTS, rotation, position))
         return row[None, :]
 
     def _angles_between(self, start: Equilibrium, fraction: float, rotation: Floats) -> Floats:

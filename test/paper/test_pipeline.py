@@ -11,7 +11,7 @@ from paper.__main__ import main
 from paper.report import FIGURES
 
 
-@pytest.mark.slow(seconds=70)
+@pytest.mark.slow(seconds=60)
 def test_a_quick_run_writes_everything_and_shows_what_it_has_to(tmp_path, capsys):
     folder, copy = tmp_path / "results", tmp_path / "copy"
     assert main(["--quick", "--output", str(folder), "--publish", str(copy)]) == 0

@@ -225,17 +225,15 @@ def test_a_limit_passed_within_a_step_is_seen():
     start = solve_forward(robot, [1.49, 0.5, 0.5])
     end = solve_forward(robot, [1.49, -0.5, 0.9])
     pose = [*end.platform_position[:2], np.arctan2(*end.platform_rotation[[1, 0], 0])]
-    dense = [
-        solve_inverse_unlimited(start, pose, fraction).motors[0]
-        for fraction in np.linspace(0, 1, 101)
-    ]
+    dense = [here.motors[0] for here in unlimited_way(start, pose, np.linspace(0, 1, 101))]
+    assert len(dense) == 101
     assert max(dense) > 1.5
     with pytest.raises(MotorLimitExceeded, match="motor1: position"):
         solve_inverse(robot, pose, start=start)
 
 
-def solve_inverse_unlimited(start, pose, fraction):
-    """Part of the way to a pose, by a robot without limits."""
+def unlimited_way(start, pose, fractions):
+    """Parts of the way to a pose, each from the start, by a robot without limits."""
     import yaml
 
     text = shipped_robots()["planar_body"].read_text().replace("e9 ", ".0e+9 ")
@@ -245,7 +243,9 @@ def solve_inverse_unlimited(start, pose, fraction):
     free = load_robot(content)
     here = solve_forward(free, start.motors)
     first = np.array([*here.platform_position[:2], np.arctan2(*here.platform_rotation[[1, 0], 0])])
-    return solve_inverse(free, (1.0 - fraction) * first + fraction * np.array(pose), start=here)
+    for fraction in fractions:
+        part = (1.0 - fraction) * first + fraction * np.array(pose)
+        yield solve_inverse(free, part, start=here)
 
 
 def test_rods_end_a_way_where_they_would_yield():
