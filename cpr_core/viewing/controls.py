@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,8 @@ _WRENCH = ("mx", "my", "mz", "fx", "fy", "fz")
 #: Way of a motor without a limit from where it is, in radians or rod lengths.
 _REACH = {"rad": math.pi, "m": 0.5}
 _STEPS = 2000
+#: So long a slider is left where somebody has put it, until the robot is asked to go there [s].
+_PATIENCE = 5.0
 
 
 class MotorSliders:
@@ -48,6 +51,8 @@ class MotorSliders:
             moved: Called with number and position when somebody moves a slider.
         """
         self._sliders: list[Any] = []
+        #: Where each was put by us, and where its last request, which was done, wanted it.
+        self._put, self._done = [*motors], [*motors]
         for number, (motor, at) in enumerate(zip(robot.description.motors, motors, strict=True)):
             reach = _REACH[motor.unit] * (1.0 if motor.unit == "rad" else robot.mean_length)
             low = motor.limits.lower if math.isfinite(motor.limits.lower) else at - reach
@@ -66,15 +71,30 @@ class MotorSliders:
 
         return tell
 
+    def done(self, number: int, position: float) -> None:
+        """What somebody asked for by a slider was done, or refused."""
+        self._done[number] = position
+
     def show(self, motors: list[float], held: int | None = None) -> None:
-        """Put them where the motors are; one that is held stays at what is asked."""
+        """Put them where the motors are; one that is held stays at what is asked.
+
+        So does one that was moved while something else was done: its request is on the way, and put
+        back it would take back what a hand has done meanwhile.
+        """
         for number, (slider, at) in enumerate(zip(self._sliders, motors, strict=True)):
-            if number == held:
+            if number == held or self._waits(number):
                 continue
             if not slider.min <= at <= slider.max:
                 slider.min, slider.max = min(slider.min, at), max(slider.max, at)
+            self._put[number] = at
             if slider.value != at:
                 slider.value = at
+
+    def _waits(self, number: int) -> bool:
+        """Whether a slider is where somebody has put it whose request was not done yet."""
+        slider = self._sliders[number]
+        known = slider.value in (self._put[number], self._done[number])
+        return not known and time.time() - slider.update_timestamp < _PATIENCE
 
 
 class Controls:
@@ -117,6 +137,7 @@ class Controls:
     def _slid(self, number: int, position: float) -> None:
         def move(handled: HandledRobot) -> bool:
             self._held = number
+            self._sliders.done(number, position)
             return handled.move_motor(number, position)
 
         self._do(handled_name(number), move)

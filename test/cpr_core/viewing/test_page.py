@@ -3,9 +3,11 @@
 
 """The page of a robot in a real browser."""
 
+import threading
+
 import numpy as np
 import pytest
-from helpers.browser import Looker, settled
+from helpers.browser import TIMEOUT, Looker, settled
 
 import cpr_core
 from cpr_core.drawing.robot_lines import equilibrium_lines, segments
@@ -89,6 +91,44 @@ def test_a_slider_moves_the_robot(robot, page, looker):
     lines = np.concatenate([segments(leg) for leg in equilibrium_lines(expected).legs])
     np.testing.assert_allclose(looker.pieces("/robot/legs"), lines, rtol=0, atol=2e-7)
     looker.picture("slider")
+
+
+def test_a_slider_does_not_go_back_while_its_request_waits(page, looker):
+    """Else whoever moves it on, moves it on from there."""
+    number, home, gui = 2, page.equilibrium.motors, page.server.gui
+    thumb = looker.page.get_by_role("slider").nth(number)
+    thumb.evaluate(
+        """thumb => { window.passed = [];
+        const note = () => window.passed.push(Number(thumb.getAttribute('aria-valuenow')));
+        note();
+        new MutationObserver(note).observe(thumb, {attributeFilter: ['aria-valuenow']}); }"""
+    )
+    inputs = gui._gui_input_handle_from_uuid.values()
+    name = f"motor{number + 1} "
+    slider = next(each for each in inputs if getattr(each, "label", "").startswith(name))
+    first, shown, second = (threading.Event() for _ in range(3))
+
+    def keep_it_waiting(_):
+        shown.set()  # what was done before it is
+        assert second.wait(TIMEOUT)
+
+    page.do("first", lambda _: first.wait(TIMEOUT))
+    page.do("second", keep_it_waiting)
+    thumb.focus()
+    for _ in range(10):
+        thumb.press("ArrowRight")
+    looker.until(lambda: slider.value > home[number] + 9.5 * slider.step)
+    first.set()
+    assert shown.wait(TIMEOUT)
+    mark = gui.add_markdown("shown by now")  # the browser hears of one thing after the other
+    looker.page.get_by_text("shown by now").wait_for()
+    mark.remove()
+    second.set()
+    settled(page, looker)
+    passed = looker.page.evaluate("window.passed")
+    assert len(passed) > 5
+    assert np.all(np.diff(passed) >= 0.0), passed
+    assert page.equilibrium.motors[number] == slider.value == pytest.approx(passed[-1])
 
 
 def test_dragging_the_platform_runs_the_inverse(page, looker):
