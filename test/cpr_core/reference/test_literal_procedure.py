@@ -17,8 +17,8 @@ from cpr_core.reference.literal_procedure import follow_literally, solve_literal
 @pytest.fixture
 def tight(monkeypatch):
     """Integrate well enough to compare digits."""
-    monkeypatch.setattr(literal_procedure, "RELATIVE", 1e-9)
-    monkeypatch.setattr(literal_procedure, "ABSOLUTE", 1e-11)
+    monkeypatch.setattr(literal_procedure, "RELATIVE", 1e-10)
+    monkeypatch.setattr(literal_procedure, "ABSOLUTE", 1e-12)
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
