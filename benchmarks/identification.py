@@ -32,6 +32,7 @@ from cpr_core import (
     solve_home,
 )
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
+from cpr_core.model.world_response import wrench_units
 
 Floats = NDArray[np.float64]
 
@@ -45,8 +46,6 @@ NEAR = 1e-3
 MODULUS_ERROR, OFFSET_ERROR = 0.05, 0.02
 #: Poses of a data set, how far from home they are [rad], and the load they are measured under [N].
 POSES, REACH, PAYLOAD = 20, 0.3, 1.0
-#: Quantile of a normal distribution: 95 % lie within.
-WITHIN = 1.959964
 #: Samples of a wrench that changes [1/s], how many of them, and how fast it does [rad/s].
 RATE, SAMPLES, SPEEDS = 200.0, 300, (2.0, 6.0)
 #: Standard deviations of efforts in E J / l, of the pose in m and rad.
@@ -62,7 +61,7 @@ def seconds(call: Callable[[], object]) -> float:
 
 
 def derivative_rows() -> Iterator[str]:
-    """Derivatives of pose, motors and efforts beside the request that one Newton step answers."""
+    """Derivatives of pose and efforts beside the request that one Newton step answers."""
     robot = load_robot("six_rfs")
     start = solve_home(robot)
 
@@ -94,10 +93,9 @@ def data_set(robot: Robot, seed: int) -> tuple[list[Measurement], Floats]:
         ]
     )
     real = robot.with_parameters(dict(zip(PATHS, truth, strict=True)))
-    loads, start = robot.default_loads.with_(wrench_world=[0, 0, 0, 0, 0, -PAYLOAD]), None
-    rows = []
+    loads = robot.default_loads.with_(wrench_world=[0, 0, 0, 0, 0, -PAYLOAD])
+    rows, start = [], continued(home, real)
     for _ in range(POSES):
-        start = start or continued(home, real)
         motors = home.motors + random.uniform(-REACH, REACH, 6)
         reached = solve_forward(real, motors, start=start, loads=loads)
         turn = rotation_exp(ROTATION_DEVIATION * random.normal(size=3))
@@ -121,7 +119,6 @@ def calibration_rows(sets: int) -> Iterator[str]:
         rows, truth = data_set(simulated, seed)
         loaded, at_home = load_robot("six_rfs"), load_robot("six_rfs")
         solve_home(at_home)
-
         times.append(
             [
                 seconds(partial(calibrate, robot, rows, PATHS, DEVIATIONS))
@@ -129,7 +126,8 @@ def calibration_rows(sets: int) -> Iterator[str]:
             ]
         )
         answer = calibrate(at_home, rows, PATHS, DEVIATIONS)
-        inside.append(np.abs(answer.values - truth) < WITHIN * answer.standard_deviations)
+        low, high = answer.intervals.T
+        inside.append((low < truth) & (truth < high))
     loaded_time, home_time, used_time = 1e3 * np.median(times[1:], axis=0)
     within = 100.0 * np.mean(inside[1:], axis=0)
     yield "| robot just loaded | home known | robot used before | truth within intervals of 95 % |"
@@ -157,15 +155,13 @@ def wrench_rows() -> Iterator[str]:
 
 def _pushed(robot: Robot) -> tuple[Floats, list[tuple[Floats, Equilibrium]]]:
     """Motors that stay, wrenches, and where the robot is under them."""
-    random, axes, energy = np.random.default_rng(0), robot.platform_axes, robot.arrays.energy_unit
-    reached = solve_home(robot)
+    random, axes, reached = np.random.default_rng(0), robot.platform_axes, solve_home(robot)
     motors = reached.motors + 0.01 * robot.motor_units
-    units = np.repeat([energy, energy / robot.mean_length], 3)
     phases, speeds = random.uniform(0.0, 6.0, 6), random.uniform(*SPEEDS, 6)
     samples = []
     for moment in np.arange(SAMPLES) / RATE:
         wrench = np.zeros(6)
-        wrench[axes] = (0.1 * np.sin(speeds * moment + phases) * units)[axes]
+        wrench[axes] = 0.1 * np.sin(speeds * moment + phases)[axes] * wrench_units(robot)
         known = robot.default_loads
         loads = known.with_(wrench_world=known.wrench_world + wrench)
         reached = solve_forward(robot, motors, start=reached, loads=loads)

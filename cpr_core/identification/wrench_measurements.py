@@ -190,11 +190,12 @@ def wrench_measurements(
         each is not None and (each.dtype.str, each.shape, each.tobytes()) for each in deviations
     )
     known: dict[Hashable, WrenchWeights] = robot.kept("wrench weights", dict)
-    if key not in known:
+    weights = known.get(key)
+    if weights is None:
         if len(known) >= _KEPT:
             known.clear()
-        known[key] = _weights(robot, *deviations)
-    return WrenchMeasurements(at, pushed, position, rotation, known[key])
+        weights = known[key] = _weights(robot, *deviations)
+    return WrenchMeasurements(at, pushed, position, rotation, weights)
 
 
 def _numbers(name: str, deviation: ArrayLike | None, meaning: str) -> NDArray[Any]:

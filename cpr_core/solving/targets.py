@@ -104,6 +104,11 @@ def pose_row(rotation: Floats, position: Floats, motors: Floats) -> Floats:
     return row
 
 
+def _between(first: Floats, last: Floats, fraction: float) -> Floats:
+    """Straight from one to the other; a copy of the end, which is asked for most."""
+    return last.copy() if fraction == 1.0 else (1.0 - fraction) * first + fraction * last
+
+
 @dataclass(frozen=True, eq=False)
 class MotorTarget:
     """Motor positions: the forward problem.
@@ -128,16 +133,13 @@ class MotorTarget:
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the motor positions."""
-        values.motors[:] = (1.0 - fraction) * start.motors + fraction * self.motors
+        values.motors[:] = _between(start.motors, self.motors, fraction)
 
     def given(
         self, start: Equilibrium, fraction: float = 1.0, near: Equilibrium | None = None
     ) -> Floats:
         """The motors, (1, n)."""
-        if fraction == 1.0:
-            return np.array(self.motors, ndmin=2)
-        given: Floats = (1.0 - fraction) * start.motors + fraction * self.motors
-        return given[None, :]
+        return _between(start.motors, self.motors, fraction)[None, :]
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,16 +163,13 @@ class EffortTarget:
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the efforts."""
-        values.efforts[:] = (1.0 - fraction) * start.efforts + fraction * self.efforts
+        values.efforts[:] = _between(start.efforts, self.efforts, fraction)
 
     def given(
         self, start: Equilibrium, fraction: float = 1.0, near: Equilibrium | None = None
     ) -> Floats:
         """The efforts, (1, n)."""
-        if fraction == 1.0:
-            return np.array(self.efforts, ndmin=2)
-        given: Floats = (1.0 - fraction) * start.efforts + fraction * self.efforts
-        return given[None, :]
+        return _between(start.efforts, self.efforts, fraction)[None, :]
 
 
 @dataclass(frozen=True, eq=False)
