@@ -206,10 +206,12 @@ def _click(found: Any) -> None:
 
 
 def settled(page: Any, looker: Looker) -> None:
-    """Wait until the scene of the browser is where the robot is."""
+    """Wait until the scene of the browser is where the robot is, and nobody holds it any more."""
+
+    def at_the_robot(node: str) -> bool:
+        expected = page.equilibrium.platform_position
+        return np.allclose(looker.position(node), expected, rtol=0, atol=1e-12)
+
     assert page.wait()
-    looker.until(
-        lambda: np.allclose(
-            looker.position("/platform"), page.equilibrium.platform_position, rtol=0, atol=1e-12
-        )
-    )
+    handle = ["/handle"] if looker.visible("/handle") else []
+    looker.until(lambda: all(at_the_robot(node) for node in ["/platform", *handle]))

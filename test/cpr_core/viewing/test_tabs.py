@@ -108,7 +108,7 @@ def test_a_way_is_traced_and_played(page, looker):
     looker.field("end").fill("0.1 0.75", force=True)
     looker.press("trace from here")
     looker.page.get_by_text("the end is reached").wait_for()
-    assert looker.visible("/way")
+    looker.until(lambda: looker.visible("/way"))
     thumb = looker.page.get_by_role("slider").last
     thumb.focus()
     thumb.press("End")
