@@ -15,16 +15,18 @@ from .errors import InvalidRequest, NonFiniteInput
 __all__ = ["checked_count", "checked_matrix", "checked_number", "checked_time", "checked_vector"]
 
 
-def checked_count(name: str, value: object, least: int) -> int:
-    """A whole number that is not too small.
+def checked_count(name: str, value: object, least: int, most: int | None = None) -> int:
+    """A whole number that is neither too small nor too large.
 
     Raises:
-        InvalidRequest: No whole number, or one below ``least``.
+        InvalidRequest: No whole number, or one below ``least`` or above ``most``.
     """
     if not isinstance(value, int | np.integer) or isinstance(value, bool):
         raise InvalidRequest(name, f"expected a whole number, got {value!r:.200}")
     if value < least:
-        raise InvalidRequest(name, f"expected at least {least}, got {value}")
+        raise InvalidRequest(name, f"expected at least {least}, got {value!s:.200}")
+    if most is not None and value > most:
+        raise InvalidRequest(name, f"expected at most {most}, got {value!s:.200}")
     return int(value)
 
 
@@ -35,11 +37,10 @@ def checked_number(name: str, value: object) -> float:
         InvalidRequest: No number.
         NonFiniteInput: A NaN or an infinity.
     """
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise InvalidRequest(name, f"expected a number, got {value!r:.200}")
-    if not np.isfinite(value):
+    number = _number(name, value, "a number")
+    if not math.isfinite(number):
         raise NonFiniteInput(name, f"expected a finite number, got {value}")
-    return float(value)
+    return number
 
 
 def checked_time(value: object) -> float:
@@ -50,10 +51,11 @@ def checked_time(value: object) -> float:
     """
     if value is None:
         return math.inf
-    number = isinstance(value, int | float | np.integer | np.floating) and value is not True
-    if not number or not value >= 0.0:  # type: ignore[operator]
-        raise InvalidRequest("time_limit", f"expected a time of at least 0 s, got {value!r:.200}")
-    return float(value)  # type: ignore[arg-type]
+    expected = "a time of at least 0 s"
+    time = _number("time_limit", value, expected)
+    if not time >= 0.0:
+        raise InvalidRequest("time_limit", f"expected {expected}, got {value!r:.200}")
+    return time
 
 
 def checked_matrix(name: str, value: ArrayLike, rows: int, columns: int) -> NDArray[np.float64]:
@@ -100,6 +102,16 @@ def checked_vector(
         raise NonFiniteInput(name, f"{expected}, all finite, got {vector.tolist()}")
     vector.flags.writeable = False
     return vector
+
+
+def _number(name: str, value: object, expected: str) -> float:
+    """Truth values are no numbers here, and whole numbers beyond all floats are none either."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise InvalidRequest(name, f"expected {expected}, got {value!r:.200}")
+    try:
+        return float(value)
+    except OverflowError:
+        raise InvalidRequest(name, f"expected {expected}, got {value!r:.200}") from None
 
 
 def _expected(size: int, meaning: str) -> str:

@@ -20,6 +20,7 @@ from ..errors import CprError, DescriptionError, InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
 from ..model.robot import Robot
+from ..rods.rod import MOST_MODES
 from ..solving.discretisation_error import error_of
 from ..solving.geometrico_statics import solve_forward, solve_inverse
 from ..solving.home import solve_home
@@ -213,9 +214,10 @@ def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
 
 
 def _mode_count(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text) <= 40:
+    if not text.isdecimal() or not 1 <= int(text) <= MOST_MODES:
+        got = int(text) if text.isdecimal() else repr(text)
         raise argparse.ArgumentTypeError(
-            f"expected a whole number from 1 to 40, got {int(text) if text.isdecimal() else repr(text)}"
+            f"expected a whole number from 1 to {MOST_MODES}, got {got}"
         )
     return int(text)
 

@@ -11,6 +11,7 @@ from importlib import resources
 from typing import Any
 
 from ..description_part import Described, field
+from ..rods.rod import MOST_MODES
 from ..rods.sections import SECTIONS
 from ..rods.strain_basis import STRAIN_BASES
 from .chain import ChainRod, Link
@@ -56,6 +57,7 @@ def description_schema() -> dict[str, Any]:
             "shape", {name: kind.fields for name, kind in SECTIONS.items()}, SECTIONS
         ),
         "strain": _strain(),
+        "modes": {"type": "integer", "minimum": 0, "maximum": MOST_MODES},
         "chain_element": _chain_element(),
     }
     return schema

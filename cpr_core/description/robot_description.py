@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
-from ..rods.rod import StrainModes
+from ..rods.rod import MOST_MODES, StrainModes
 from ..validation import checked_count
 from .chain import ChainRod
 from .leg_description import DescribedMotor, LegDescription, described_motors
@@ -152,8 +152,15 @@ class RobotDescription:
         return described_motors(self.legs)
 
     def with_modes(self, modes: int) -> RobotDescription:
-        """The same robot with another number of modes in every direction that has any."""
-        modes = checked_count("modes", modes, 1)
+        """The same robot with another number of modes in every direction that has any.
+
+        Args:
+            modes: How many, from 1 to 40.
+
+        Raises:
+            InvalidRequest: Another number, or the basis has its own.
+        """
+        modes = checked_count("modes", modes, 1, MOST_MODES)
         if any(getattr(element.modes.basis, "modes", None) is not None for element in self.rods):
             raise InvalidRequest(
                 "modes", "B-splines have as many modes as degree and knots say: change those"

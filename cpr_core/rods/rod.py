@@ -18,13 +18,15 @@ from .quadrature import RodGrid
 from .sections import Section
 from .strain_basis import DescribedBasis, Legendre, StrainBasis
 
-__all__ = ["DIRECTIONS", "UNIFORM", "Profile", "Rod", "StrainModes", "strain_series"]
+__all__ = ["DIRECTIONS", "MOST_MODES", "UNIFORM", "Profile", "Rod", "StrainModes", "strain_series"]
 
 Floats = NDArray[np.float64]
 
 _NONE: Floats = np.zeros(0)
 #: Names of the strain components.
 DIRECTIONS = ("torsion", "bending_2", "bending_3")
+#: Modes that may be asked for in a direction; the truth is reached to the last digit long before.
+MOST_MODES = 40
 
 
 def strain_series(strain: Mapping[str, Sequence[float]]) -> tuple[Floats, Floats, Floats]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import CprError
 from ..model.robot import Robot
+from ..rods.rod import MOST_MODES
 from ..solving.requests import pose_meaning
 from .handled_robot import HandledRobot
 from .typed import numbers_as_text, typed_numbers
@@ -204,7 +205,7 @@ class Controls:
         modes: Any = gui.add_text(
             "strain modes",
             str(max(counts)),
-            hint="per direction, from 1 to 40; Enter is not needed",
+            hint=f"per direction, from 1 to {MOST_MODES}; Enter is not needed",
         )
         choose = gui.add_button("choose modes")
 

@@ -25,7 +25,7 @@ from cpr_core import (
     spectrum,
     trace,
 )
-from cpr_core.validation import checked_count, checked_number
+from cpr_core.validation import checked_count, checked_number, checked_time
 
 ROBOT = load_robot("rfrfr")
 HOME = solve_home(ROBOT)
@@ -60,7 +60,9 @@ QUESTIONS = {
 }
 
 
-@pytest.mark.parametrize("value", ["word", {}, {"a": 1}, object(), [[1, 2]], 1j, b"bytes", True])
+@pytest.mark.parametrize(
+    "value", ["word", {}, {"a": 1}, object(), [[1, 2]], 1j, b"bytes", True, False]
+)
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_no_wrong_type_becomes_another_error(question, value):
     with pytest.raises(CprError, match=r"expected|missing|no such file"):
@@ -77,6 +79,16 @@ def test_counts_are_whole_and_numbers_finite():
         checked_count("n", 0, 1)
     with pytest.raises(NonFiniteInput, match="x: expected a finite number, got inf"):
         checked_number("x", np.inf)
+
+
+def test_numbers_no_float_can_hold_are_none():
+    with pytest.raises(InvalidRequest, match="x: expected a number, got 1000"):
+        checked_number("x", 10**400)
+    with pytest.raises(InvalidRequest, match="time_limit: expected a time of at least 0 s"):
+        checked_time(10**400)
+    for question in ("modes", "length", "limit", "factor", "time limit"):
+        with pytest.raises(CprError, match="expected"):
+            QUESTIONS[question](10**400)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from helpers.yaml_content import yaml_content
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cpr_core import DescriptionError, load_robot, solve_forward, solve_home
+from cpr_core import DescriptionError, InvalidRequest, load_robot, solve_forward, solve_home
 from cpr_core.description.chain import Turn
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.description_schema import description_schema
@@ -28,7 +28,7 @@ from cpr_core.lie import rotation_exp
 from cpr_core.model.model_state import evaluate
 from cpr_core.model.robot import Robot
 from cpr_core.model.shape import rod_bases
-from cpr_core.rods.rod import StrainModes
+from cpr_core.rods.rod import MOST_MODES, StrainModes
 from cpr_core.rods.sections import SECTIONS, RectangularSection, Section
 from cpr_core.rods.strain_basis import STRAIN_BASES, DescribedBasis
 
@@ -48,6 +48,16 @@ def test_the_schema_for_editors_is_what_the_classes_declare():
     assert json.loads(file.read_text("utf-8")) == description_schema(), (
         "run tools/description_schema.py"
     )
+
+
+def test_as_many_modes_may_be_asked_for_as_described():
+    assert load_robot("rfrfr", modes=MOST_MODES).state_size > 2 * MOST_MODES
+    for modes in (MOST_MODES + 1, 10**400):
+        with pytest.raises(InvalidRequest, match=f"modes: expected at most {MOST_MODES}, got"):
+            load_robot("rfrfr", modes=modes)
+        described = content_of("rfrfr") | {"strain": {"bending_3": modes}}
+        with pytest.raises(DescriptionError, match=r"strain\.bending_3: expected"):
+            load_robot(described)
 
 
 def words_of_schema(node):

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cpr_core.rods.rod import MOST_MODES
 from cpr_ros.node_arguments import files_of_others, unknown_arguments, usage
 from cpr_ros.parameter_table import PARAMETERS
 
@@ -27,6 +28,11 @@ def ended(*arguments, code=""):
         text=True,
         timeout=60,
     )
+
+
+def test_the_node_takes_as_many_modes_as_a_description():
+    [modes] = [parameter for parameter in PARAMETERS if parameter.name == "modes"]
+    assert modes.limits == (0, MOST_MODES)
 
 
 @given(st.lists(st.sampled_from(NAMES), min_size=1), st.text(min_size=1))
