@@ -17,6 +17,7 @@ import pytest
 from helpers.blas_limit import blas_threads_limited
 from helpers.browser import NO_BROWSER, running_browser
 from helpers.everything import EVERYTHING
+from helpers.own_tree import finding_this_tree
 from helpers.room import Room
 from hypothesis import settings
 
@@ -45,10 +46,8 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     """
     if not getattr(session.config.option, "numprocesses", None):
         return
-    folders = (session.config.rootpath, Path(__file__).parent, os.environ.get("PYTHONPATH", ""))
-    path = os.pathsep.join(str(folder) for folder in folders if str(folder))
     with subprocess.Popen(
-        [sys.executable, "-m", "helpers.compiled_beside"], env=os.environ | {"PYTHONPATH": path}
+        [sys.executable, "-m", "helpers.compiled_beside"], env=finding_this_tree()
     ) as beside:
         compiling = [sys.executable, "-m", "cpr_core.command_line", "compile"]
         told = subprocess.run(compiling, check=True, stdout=subprocess.PIPE, text=True).stdout

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
@@ -23,9 +22,9 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-import cpr_ros
 from cpr_ros.own_domain import OwnDomain, private_environment
 from helpers.copied_process import CopiedProcess
+from helpers.own_tree import finding_this_tree
 
 #: Starting includes compiling the kernels on a fresh machine.
 START_TIMEOUT = 240.0
@@ -65,15 +64,10 @@ class NodeProcess:
         self.log = log
         self._home = tempfile.TemporaryDirectory()  # nothing is known of where the robot was
         self.home = Path(self._home.name)
-        environment = private_environment() | {
+        environment = finding_this_tree(private_environment()) | {
             "ROS_DOMAIN_ID": str(domain),
             "ROS_HOME": self._home.name,
         }
-        # The code under test is this tree's, whether or not it is installed.
-        root = str(Path(cpr_ros.__file__).parents[1])
-        environment["PYTHONPATH"] = os.pathsep.join(
-            [root, str(Path(__file__).parents[1]), *filter(None, [environment.get("PYTHONPATH")])]
-        )
         arguments = ["--ros-args", *arguments]
         log.touch()
         self.process: subprocess.Popen[bytes] | CopiedProcess

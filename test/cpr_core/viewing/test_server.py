@@ -4,23 +4,20 @@
 """Who can reach the page, and what happens without what it needs."""
 
 import json
-import os
 import re
 import signal
 import socket
 import subprocess
 import sys
 import urllib.request
-from pathlib import Path
 
 import pytest
 import websockets.exceptions
+from helpers.own_tree import finding_this_tree
 from websockets.sync.client import connect
 
 import cpr_core
 from cpr_core.viewing.server import MissingViewer, origin_problem
-
-ROOT = str(Path(cpr_core.__file__).parents[1])
 
 
 @pytest.fixture(scope="module")
@@ -121,15 +118,12 @@ def test_without_viser_the_command_says_what_installs_it(monkeypatch, robot, cap
 
 @pytest.mark.parametrize("arguments", [[], ["--json"]])
 def test_the_command_prints_the_address_and_ends_with_ctrl_c(arguments):
-    environment = os.environ | {
-        "PYTHONPATH": os.pathsep.join([ROOT, os.environ.get("PYTHONPATH", "")])
-    }
     process = subprocess.Popen(
         [sys.executable, "-m", "cpr_core.command_line", "view", "rfrfr", "--port", "0", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env=environment,
+        env=finding_this_tree(),
     )
     line = process.stdout.readline()
     address = json.loads(line)["address"] if arguments else re.search(r"http://\S+", line)[0]

@@ -3,7 +3,6 @@
 
 """The last state of a robot on disk."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -11,6 +10,7 @@ import sys
 import numpy as np
 import pytest
 import yaml
+from helpers.own_tree import finding_this_tree
 from helpers.yaml_content import yaml_content
 
 from cpr_core import load_robot, solve_forward, solve_home
@@ -108,10 +108,12 @@ for number in range(10**9):
     kept.keep(home, np.full(2, float(number)))
     print(number, flush=True)
 """
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     for count in (1, 50, 333):
         process = subprocess.Popen(
-            [sys.executable, "-c", program], stdout=subprocess.PIPE, env=environment, text=True
+            [sys.executable, "-c", program],
+            stdout=subprocess.PIPE,
+            env=finding_this_tree(),
+            text=True,
         )
         for _ in range(count):
             told = int(process.stdout.readline())

@@ -3,21 +3,19 @@
 
 """The page of a running node in a real browser, over real DDS."""
 
-import os
 import re
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers.browser import Looker
 from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain
+from helpers.own_tree import finding_this_tree
 from sensor_msgs.msg import JointState
 
 import cpr_core
-import cpr_ros
 from cpr_ros.own_domain import private_environment
 
 
@@ -25,9 +23,7 @@ class ViewProcess:
     """A running cpr_view."""
 
     def __init__(self, domain):
-        root = str(Path(cpr_ros.__file__).parents[1])
-        path = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
-        environment = private_environment() | {"ROS_DOMAIN_ID": str(domain), "PYTHONPATH": path}
+        environment = finding_this_tree(private_environment()) | {"ROS_DOMAIN_ID": str(domain)}
         self.process = subprocess.Popen(
             [sys.executable, "-m", "cpr_ros.cpr_view", "--port", "0"],
             stdout=subprocess.PIPE,
