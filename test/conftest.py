@@ -17,13 +17,14 @@ import pytest
 from helpers.blas_limit import blas_threads_limited
 from helpers.browser import NO_BROWSER, running_browser
 from helpers.everything import EVERYTHING
-from helpers.own_tree import finding_this_tree
+from helpers.own_tree import find_this_tree
 from helpers.room import Room
 from hypothesis import settings
 
 #: What nodes of tests keep is not what those of the user keep.
 _ROS_HOME = tempfile.TemporaryDirectory()
 os.environ["ROS_HOME"] = _ROS_HOME.name
+find_this_tree()  # by whatever tests start
 #: Python is started some two hundred times, and takes a fifth longer where it may not keep bytecode.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
@@ -46,9 +47,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     """
     if not getattr(session.config.option, "numprocesses", None):
         return
-    with subprocess.Popen(
-        [sys.executable, "-m", "helpers.compiled_beside"], env=finding_this_tree()
-    ) as beside:
+    with subprocess.Popen([sys.executable, "-m", "helpers.compiled_beside"]) as beside:
         compiling = [sys.executable, "-m", "cpr_core.command_line", "compile"]
         told = subprocess.run(compiling, check=True, stdout=subprocess.PIPE, text=True).stdout
         if "kernels compiled in" in told:

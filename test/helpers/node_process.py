@@ -24,7 +24,6 @@ from rclpy.node import Node
 
 from cpr_ros.own_domain import OwnDomain, private_environment
 from helpers.copied_process import CopiedProcess
-from helpers.own_tree import finding_this_tree
 
 #: Starting includes compiling the kernels on a fresh machine.
 START_TIMEOUT = 240.0
@@ -64,7 +63,7 @@ class NodeProcess:
         self.log = log
         self._home = tempfile.TemporaryDirectory()  # nothing is known of where the robot was
         self.home = Path(self._home.name)
-        environment = finding_this_tree(private_environment()) | {
+        environment = private_environment() | {
             "ROS_DOMAIN_ID": str(domain),
             "ROS_HOME": self._home.name,
         }

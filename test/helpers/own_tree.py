@@ -1,22 +1,24 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Processes that run the code of this tree, whether or not it is installed."""
+"""Processes that tests start run the code of this tree, whatever is installed."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
 
 TESTS = Path(__file__).parents[1]
 ROOT = TESTS.parent
 
 
-def finding_this_tree(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """An environment in which Python finds this tree and its helpers before all it found already.
+def find_this_tree() -> None:
+    """From now on processes find this tree and the helpers first, and then what they found before.
 
-    What colcon has built is found by ``PYTHONPATH``.
+    colcon's ``PYTHONPATH`` leads to what it has built: to a copy of this tree, whose kernels nobody has
+    compiled, and to the interface package.
     """
-    paths = [str(ROOT), str(TESTS), *filter(None, [environment.get("PYTHONPATH")])]
-    return dict(environment) | {"PYTHONPATH": os.pathsep.join(paths)}
+    before = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    own = [str(ROOT), str(TESTS)]
+    rest = [path for path in before if path and path not in own]
+    os.environ["PYTHONPATH"] = os.pathsep.join([*own, *rest])

@@ -13,7 +13,6 @@ import urllib.request
 
 import pytest
 import websockets.exceptions
-from helpers.own_tree import finding_this_tree
 from websockets.sync.client import connect
 
 import cpr_core
@@ -123,7 +122,6 @@ def test_the_command_prints_the_address_and_ends_with_ctrl_c(arguments):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env=finding_this_tree(),
     )
     line = process.stdout.readline()
     address = json.loads(line)["address"] if arguments else re.search(r"http://\S+", line)[0]

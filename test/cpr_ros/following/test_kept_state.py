@@ -10,7 +10,6 @@ import sys
 import numpy as np
 import pytest
 import yaml
-from helpers.own_tree import finding_this_tree
 from helpers.yaml_content import yaml_content
 
 from cpr_core import load_robot, solve_forward, solve_home
@@ -110,10 +109,7 @@ for number in range(10**9):
 """
     for count in (1, 50, 333):
         process = subprocess.Popen(
-            [sys.executable, "-c", program],
-            stdout=subprocess.PIPE,
-            env=finding_this_tree(),
-            text=True,
+            [sys.executable, "-c", program], stdout=subprocess.PIPE, text=True
         )
         for _ in range(count):
             told = int(process.stdout.readline())

@@ -3,13 +3,14 @@
 
 """Start and end of the node's process."""
 
+import os
 import signal
 import subprocess
 import sys
 
 import pytest
 from helpers.node_process import TIMEOUT, NodeProcess, free_domain
-from helpers.own_tree import ROOT, finding_this_tree
+from helpers.own_tree import ROOT
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
@@ -82,7 +83,7 @@ def test_a_node_that_ends_leaves_nothing_in_shared_memory(how, robot, status):
     """What DDS has there would stay until the machine is started again."""
     done = subprocess.run(
         [sys.executable, "-c", LEFT, how, robot],
-        env=finding_this_tree() | {"ROS_DOMAIN_ID": str(free_domain())},
+        env=os.environ | {"ROS_DOMAIN_ID": str(free_domain())},
         capture_output=True,
         text=True,
         timeout=60,
@@ -95,7 +96,6 @@ def test_signals_at_random_times_from_the_very_start_end_the_node_cleanly():
     """Some without compiled kernels, some with two signals; seeds of what fails are printed."""
     done = subprocess.run(
         [sys.executable, ROOT / "tools/stop_at_random.py", "--starts", "40", "--seed", "1"],
-        env=finding_this_tree(),
         capture_output=True,
         text=True,
         timeout=900,

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from helpers.browser import Looker
 from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain
-from helpers.own_tree import finding_this_tree
 from sensor_msgs.msg import JointState
 
 import cpr_core
@@ -23,7 +22,7 @@ class ViewProcess:
     """A running cpr_view."""
 
     def __init__(self, domain):
-        environment = finding_this_tree(private_environment()) | {"ROS_DOMAIN_ID": str(domain)}
+        environment = private_environment() | {"ROS_DOMAIN_ID": str(domain)}
         self.process = subprocess.Popen(
             [sys.executable, "-m", "cpr_ros.cpr_view", "--port", "0"],
             stdout=subprocess.PIPE,
