@@ -28,6 +28,8 @@ from helpers.copied_process import CopiedProcess
 #: Starting includes compiling the kernels on a fresh machine.
 START_TIMEOUT = 240.0
 TIMEOUT = 20.0
+#: Time limit of requests: what they come to does not depend on how busy the computer is [s].
+TIME_LIMIT = 5.0
 
 #: As many domains as one process takes: more than a file of tests uses, and enough for four workers.
 OWN_DOMAINS = 24

@@ -9,15 +9,14 @@ from collections.abc import Iterator
 
 import pytest
 from helpers.driver import Driver
-from helpers.node_process import Client, NodeProcess, Running, free_domain
+from helpers.node_process import TIME_LIMIT, Client, NodeProcess, Running, free_domain
 
 
 def _run(tmp_path_factory: pytest.TempPathFactory, robot: str) -> Iterator[Running]:
     domain = free_domain()
     log = tmp_path_factory.mktemp(robot) / "node.log"
-    process = NodeProcess(
-        log, domain, ["-p", f"robot:={robot}", "-p", "max_speed:=4", "-p", "map_anywhere:=true"]
-    )
+    values = (f"robot:={robot}", "max_speed:=4", "map_anywhere:=true", f"time_limit:={TIME_LIMIT}")
+    process = NodeProcess(log, domain, [word for value in values for word in ("-p", value)])
     try:
         process.wait_for_log("ready")
         client = Client(domain)

@@ -19,6 +19,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from helpers.driver import Driver
 from helpers.goal_client import GoalClient
+from helpers.node_process import TIME_LIMIT
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -129,7 +130,7 @@ def test_a_request_that_takes_too_long_is_answered_so(six_rfs):
         answer = six_rfs.client.call(SolveForward, "/cpr_node/solve_forward", request)
         assert answer.error_code.val == ErrorCode.TIMED_OUT, answer.error_code
     finally:
-        assert drive.set_parameters(time_limit=0.5).successful
+        assert drive.set_parameters(time_limit=TIME_LIMIT).successful
         drive.close()
 
 
