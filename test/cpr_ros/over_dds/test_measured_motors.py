@@ -56,7 +56,11 @@ def test_measured_motors_are_tracked(observer):
     drive.until_state(StabilityMetrics.STATE_STALE)
     assert drive.metrics.status == StabilityMetrics.STATUS_STALE_COMMAND
     assert drive.metrics.action == StabilityMetrics.ACTION_HALT
-    assert process.output().count("halt (STALE, STALE_COMMAND)") == 1
+    # Told once each time: a busy computer may have been late with measurements before.
+    told = process.output().count("halt (STALE, STALE_COMMAND)")
+    assert told >= 1
+    drive.spin(0.5)
+    assert process.output().count("halt (STALE, STALE_COMMAND)") == told
 
     # A setpoint is refused, and there is nothing to pause.
     drive.send_motors(2.6, 0.5)
