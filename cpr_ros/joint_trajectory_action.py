@@ -27,6 +27,8 @@ __all__ = ["FollowJointTrajectoryDialect", "joint_error_code", "joint_tolerances
 
 _SUCCESSFUL, _INVALID_GOAL, _INVALID_JOINTS, _OLD_STAMP = 0, -1, -2, -3
 _PATH_TOLERANCE, _GOAL_TOLERANCE = -4, -5
+#: Of what a joint has beside a position; not every version of control_msgs knows them all.
+_OTHER_TOLERANCES = ("velocity", "acceleration", "effort")
 
 
 def joint_error_code(ending: Ending) -> int:
@@ -49,7 +51,8 @@ def joint_tolerances(field: str, given: Sequence[Any], names: Sequence[str]) -> 
     There 0 is the default, which is any here, and a negative number is any.
 
     Raises:
-        InvalidRequest: A joint that is none of the names or comes twice, or tolerances of velocities.
+        InvalidRequest: A joint that is none of the names or comes twice, or a tolerance of something
+            else than its position.
     """
     found: dict[str, float] = {}
     for number, tolerance in enumerate(given):
@@ -58,7 +61,7 @@ def joint_tolerances(field: str, given: Sequence[Any], names: Sequence[str]) -> 
                 f"{field}[{number}].name",
                 f"expected each of {', '.join(names)} once at most, got {tolerance.name!r}",
             )
-        if not (tolerance.velocity <= 0.0 and tolerance.acceleration <= 0.0):
+        if not all(getattr(tolerance, other, 0.0) <= 0.0 for other in _OTHER_TOLERANCES):
             raise InvalidRequest(f"{field}[{number}]", "expected a tolerance of the position only")
         found[tolerance.name] = 0.0 if tolerance.position < 0.0 else tolerance.position
     return [found.get(name, 0.0) for name in names]

@@ -23,9 +23,10 @@ from cpr_ros.trajectory_following import Ending
 from cpr_ros.trajectory_messages import trajectory_order
 
 
-def tolerance(name, position, velocity=0.0):
+def tolerance(name, position, velocity=0.0, **others):
     """The fields of control_msgs/JointTolerance."""
-    return SimpleNamespace(name=name, position=position, velocity=velocity, acceleration=0.0)
+    parts = {"position": position, "velocity": velocity, "acceleration": 0.0}
+    return SimpleNamespace(name=name, **parts | others)
 
 
 @pytest.mark.parametrize(
@@ -53,6 +54,8 @@ def test_tolerances_by_name_and_what_is_not_given_is_any():
         tolerance("d", 0.1),
         tolerance("a", 0.1, velocity=0.2),
         tolerance("a", 0.1, velocity=math.nan),
+        tolerance("a", 0.1, acceleration=0.2),
+        tolerance("a", 0.1, effort=0.2),
     ):
         with pytest.raises(InvalidRequest, match=r"path_tolerance\[0\]"):
             joint_tolerances("path_tolerance", [wrong], names)
