@@ -11,6 +11,7 @@ child of the base by a floating joint, whose transform the node sends. Rods are 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from cpr_core import Robot
 from cpr_core.description.chain import ChainJoint, ChainRod, Turn
+from cpr_core.description.chain_element import ChainElement
 from cpr_core.description.leg_description import LegDescription
 from cpr_core.description.motors import MotorLimits
 from cpr_core.lie import roll_pitch_yaw
@@ -46,6 +48,26 @@ def robot_urdf(robot: Robot, base: str, platform: str) -> str:
         platform: Name of the frame of the platform.
     """
     return _Writer(robot, base, platform).text()
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A frame that is fixed to a link.
+
+    Attributes:
+        link: Name of the link.
+        rotation: Of the frame in the link, (3, 3).
+        position: Of its origin in the link, (3,) [m].
+    """
+
+    link: str
+    rotation: Floats
+    position: Floats
+
+    def behind(self, element: ChainElement) -> _Place:
+        """Where an element leads, its coordinate at zero."""
+        # With its zero a joint is where it is with the motor at zero; the motor turns it on.
+        return _Place(self.link, *element.behind(self.rotation, self.position, 0.0))
 
 
 class _Writer:
@@ -76,47 +98,33 @@ class _Writer:
 
     def _add_leg(self, leg: LegDescription) -> None:
         """What of a leg the motors alone move."""
-        parent, rotation, position = self._base, leg.base_rotation, leg.base_position
+        place = _Place(self._base, leg.base_rotation, leg.base_position)
         for number, element in enumerate(leg.chain):
             if isinstance(element, ChainJoint) and element.motor is not None:
-                # With its zero the joint is where it is with the motor at zero; the motor turns it on.
-                rotation, position = element.behind(rotation, position, 0.0)
                 child = f"{leg.name}.{number + 1}"
                 kind = "revolute" if isinstance(element, Turn) else "prismatic"
-                self._add_motor(
-                    element.motor,
-                    kind,
-                    parent,
-                    child,
-                    rotation,
-                    position,
-                    element.axis,
-                    element.ratio,
-                )
-                parent, rotation, position = child, np.eye(3), np.zeros(3)
+                place = place.behind(element)
+                self._add_motor(element.motor, kind, place, child, element.axis, element.ratio)
+                place = _Place(child, np.eye(3), np.zeros(3))
             elif isinstance(element, ChainRod) and element.motor is not None:
                 child = f"{leg.name}.{number + 1}"
-                self._add_motor(
-                    element.motor, "prismatic", parent, child, rotation, position, (1.0, 0.0, 0.0)
-                )
+                self._add_motor(element.motor, "prismatic", place, child, (1.0, 0.0, 0.0))
                 return
             elif isinstance(element, ChainJoint | ChainRod):
                 return
             else:
-                before = position
-                rotation, position = element.behind(rotation, position, 0.0)
-                if parent != self._base:
-                    link = next(one for one in self._root.iter("link") if one.get("name") == parent)
-                    self._draw_bar(link, position, before)
+                before, place = place.position, place.behind(element)
+                if place.link != self._base:
+                    links = self._root.iter("link")
+                    link = next(one for one in links if one.get("name") == place.link)
+                    self._draw_bar(link, place.position, before)
 
     def _add_motor(
         self,
         motor: str,
         kind: str,
-        parent: str,
+        place: _Place,
         child: str,
-        rotation: Floats,
-        position: Floats,
         axis: tuple[float, float, float],
         ratio: float = 1.0,
     ) -> None:
@@ -125,12 +133,12 @@ class _Writer:
         if motor not in self._moved and not own:  # the motor itself, for others to follow
             shaft = f"{child}.motor"
             SubElement(self._root, "link", name=shaft)
-            self._add_joint(motor, kind, parent, shaft, rotation, position, axis, motor, 1.0)
+            self._add_joint(motor, kind, place, shaft, axis, motor, 1.0)
         self._moved.add(motor)
         link = SubElement(self._root, "link", name=child)
         self._draw_motor(link, kind, axis)
         name = motor if own else f"{child}.joint"
-        joint = self._add_joint(name, kind, parent, child, rotation, position, axis, motor, ratio)
+        joint = self._add_joint(name, kind, place, child, axis, motor, ratio)
         if not own:
             SubElement(joint, "mimic", joint=motor, multiplier=_number(ratio), offset="0")
 
@@ -138,19 +146,17 @@ class _Writer:
         self,
         name: str,
         kind: str,
-        parent: str,
+        place: _Place,
         child: str,
-        rotation: Floats,
-        position: Floats,
         axis: tuple[float, float, float],
         motor: str,
         ratio: float,
     ) -> Element:
         limits = self._limits[motor]
         endless = kind == "revolute" and math.isinf(limits.lower) and math.isinf(limits.upper)
-        joint = self._joint(name, "continuous" if endless else kind, parent, child)
-        angles = roll_pitch_yaw(rotation)
-        SubElement(joint, "origin", xyz=_numbers(position), rpy=_numbers(angles))
+        joint = self._joint(name, "continuous" if endless else kind, place.link, child)
+        angles = roll_pitch_yaw(place.rotation)
+        SubElement(joint, "origin", xyz=_numbers(place.position), rpy=_numbers(angles))
         SubElement(joint, "axis", xyz=_numbers(axis))
         SubElement(joint, "limit", _limit(limits, ratio, endless))
         return joint

@@ -88,6 +88,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
+    """All commands; long, for every one has its lines."""
     parser = argparse.ArgumentParser(
         prog="cpr",
         description="Equilibria of continuum parallel robots. SI units, radians.",

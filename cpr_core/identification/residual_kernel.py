@@ -19,6 +19,8 @@ __all__ = ["residual_into"]
 def residual_into(efforts, position, rotation, axes, weights, record, behind, twist, residual):
     """Residual in standard deviations into an array (M,): of efforts, then of platform coordinates.
 
+    Nine arrays by themselves, as taking tuples from Python apart takes a microsecond.
+
     Args:
         efforts: Measured, (n,) [N m or N]; empty where they are not.
         position: Of the platform in the world, (3,) [m]; read where a pose is measured.

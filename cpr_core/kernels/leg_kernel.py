@@ -31,6 +31,8 @@ def evaluate_group(
 ):  # fmt: skip
     """Add a group of legs to the model and return its potential energy.
 
+    It takes all that the model takes, and which group.
+
     Args:
         robot: RobotArrays.
         loads: LoadArrays.

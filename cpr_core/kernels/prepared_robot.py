@@ -116,7 +116,10 @@ def newton_step_prepared(
 def singular_value_prepared(
     prepared, loads, problem, scales, state, rotation, position, residual, tangent
 ):
-    """``smallest_singular_value`` at an equilibrium, which is evaluated again."""
+    """``smallest_singular_value`` at an equilibrium, which is evaluated again.
+
+    It takes what both of them take, by themselves, as Python hands it on.
+    """
     robot, work = prepared.robot, prepared.work
     evaluate(robot, loads, state, rotation, position, residual, work)
     tangent_into(robot, work, tangent)

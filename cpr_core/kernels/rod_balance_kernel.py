@@ -64,6 +64,8 @@ class Elastic(NamedTuple):
 def balance_rod(robot, loads, loaded, number, e, carried, end, tip, work, tangent):
     """Rows of the strain coordinates of a rod, and of its length where that is a motor.
 
+    It takes what is known at both ends of the rod, and which rod it is.
+
     Args:
         robot: RobotArrays.
         loads: LoadArrays.
@@ -261,7 +263,10 @@ def _summed(robot, number, function, values, work):
 
 @inlined
 def _extension(robot, number, r, length, carried, on_rod, elastic, loaded, work):
-    """Balance and couplings of a rod length as motor: ``p(l) = p_0 + l int t dsigma``."""
+    """Balance and couplings of a rod length as motor: ``p(l) = p_0 + l int t dsigma``.
+
+    It takes what `balance_rod` has found on its way, as it is a part of it that few rods need.
+    """
     rod, blocks, residuals = robot.rods[number, r], work.blocks, work.residuals
     nodes, slot = robot.weights.shape[0], rod.length_slot
     nominal, chord = load(rod.length, ()), load_vector(work.arm, (r, robot.weights.shape[0]))

@@ -44,7 +44,10 @@ SIZE = FIRST + 13 * COLUMNS
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _slope(state, length, compliance, rest, force, origin, slope):
-    """Right-hand sides of (a), (b) and (c) by sigma."""
+    """Right-hand sides of (a), (b) and (c) by sigma.
+
+    Long, as every component is a number of its own, for the registers.
+    """
     r = state[3:12]
     mx, my, mz = state[12], state[13], state[14]
     nx, ny, nz = state[15], state[16], state[17]
@@ -125,7 +128,10 @@ def _slope(state, length, compliance, rest, force, origin, slope):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def runge_kutta_steps(states, step, length, compliance, rest, force, origin, nodes, weights):
-    """Runge-Kutta steps of one size in sigma from ``states[0]`` into the rows after it."""
+    """Runge-Kutta steps of one size in sigma from ``states[0]`` into the rows after it.
+
+    What it takes beside the states is what the slope depends on, and the method's two tables.
+    """
     stages, size = len(weights), states.shape[1]
     slopes = np.empty((stages, size))
     inner = np.empty(size)
