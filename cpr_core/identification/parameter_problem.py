@@ -33,6 +33,8 @@ _SQUARES, _PARAMETERS = 1e-6, 1e-9
 #: How far from the least sum of squares is next to it, in standard deviations; of measurements that fit
 #: better than a tenth of theirs the less. Nearer, rounding hides whether the squares fall.
 _DEVIATIONS, _FITS = 1e-3, 0.1
+#: Slope of the sum of squares below which scipy looks at none, in standard deviations.
+_ROUNDING = float(np.finfo(float).eps)
 #: Residual of rows whose robot or equilibrium does not exist: a trial step is never taken there.
 _REFUSED = 1e12
 #: Change of the parameters, in natural units, over which derivatives are taken for constant:
@@ -173,7 +175,7 @@ def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: 
         problem.settled = found.status > 0
         same = len(unseen_directions(problem.rates(change))) >= len(unseen)
         fit = float(np.sqrt(2.0 * found.cost / len(found.fun)))
-        before, near = near, _DEVIATIONS * min(1.0, fit / _FITS)
+        before, near = near, max(_ROUNDING, _DEVIATIONS * min(1.0, fit / _FITS))
         if same and near > 0.5 * before:
             break
     return change

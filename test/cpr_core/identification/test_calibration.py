@@ -45,6 +45,7 @@ def loaded(robot, truth, home):
     return equilibria(truth, home, loads=payload(robot))
 
 
+@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("loss", ["linear", "soft_l1", "huber", "cauchy"])
 def test_exact_measurements_give_the_truth_back(robot, loaded, loss):
     with pytest.warns(CalibrationWarning, match="may be too large"):
@@ -110,6 +111,7 @@ def test_a_robust_loss_bears_gross_outliers(robot, loaded):
     assert not np.all((low < squares.values) & (squares.values < high))
 
 
+@pytest.mark.filterwarnings("error")
 def test_a_robust_loss_finds_the_truth_from_far_away(robot, home):
     far = dict(zip(OFFSETS, (0.2, -0.2, 0.2, -0.2, 0.2, -0.2), strict=True))
     rows = measured(equilibria(robot.with_parameters(far), home, count=4))
