@@ -76,7 +76,7 @@ def rotation_log_into(rotation, vector):
     sine = math.sqrt(x * x + y * y + z * z)
     cosine = 0.5 * (rotation[0, 0] + rotation[1, 1] + rotation[2, 2] - 1.0)
     if cosine > 0.0:
-        scale = 1.0 if sine < 1e-8 else math.asin(min(1.0, sine)) / sine
+        scale = 1.0 if sine < 1e-8 else math.atan2(sine, cosine) / sine
         vector[0], vector[1], vector[2] = scale * x, scale * y, scale * z
         return
     # Near half a turn nothing is left of the sine: the axis is any column of (R + R^T) / 2 - cos I.

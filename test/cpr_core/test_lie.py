@@ -37,6 +37,8 @@ rotations = quaternions.map(lie.rotation_from_quaternion)
 SMALL = [0.0, 1e-300, 1e-160, 1e-100, 1e-16, 1e-12, 1e-8, 1e-4, 0.01]
 #: Both sides of the change from series to closed form, at a squared angle of 0.1.
 AT_THE_BRANCH = [math.sqrt(0.1) * (1.0 - 1e-12), math.sqrt(0.1) * (1.0 + 1e-12)]
+#: A quarter of a turn, where an arc sine has no digits, and both sides of it.
+QUARTER = [0.5 * math.pi, 0.5 * math.pi - 1e-7, 0.5 * math.pi + 1e-7]
 LARGE = [0.5, 1.0, 2.0, 3.0, math.pi - 1e-3, math.pi - 1e-7, math.pi - 1e-12]
 AXES = [
     np.array([1.0, 0.0, 0.0]),
@@ -76,7 +78,7 @@ def test_exp_agrees_with_scipy_to_the_last_digits(axis, angle):
 
 
 @pytest.mark.parametrize("axis", AXES)
-@pytest.mark.parametrize("angle", [*SMALL, *AT_THE_BRANCH, 0.5 * math.pi, *LARGE])
+@pytest.mark.parametrize("angle", [*SMALL, *AT_THE_BRANCH, *QUARTER, *LARGE])
 def test_log_of_the_kernels_is_the_log(axis, angle):
     rotation, found = lie.rotation_exp(angle * axis), np.full(3, np.nan)
     rotation_log_into(rotation, found)
