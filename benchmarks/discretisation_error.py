@@ -87,23 +87,23 @@ def compare(name: str, modes: int, count: int, seed: int = 0) -> Compared:
     while len(truths) < count:
         motors = home.motors + RANGE * robot.motor_units * random.uniform(-1, 1, robot.motor_count)
         try:
-            here = solve_forward(robot, motors, start=last, stable_only=True)
+            found = solve_forward(robot, motors, start=last, stable_only=True)
         except NotReached:
             last = home
             continue
-        last, true = here, in_richer_space(here, exact)
+        last, true = found, in_richer_space(found, exact)
         if true is None:
             continue
-        estimate, seconds = _timed(partial(error_of, here))
-        start = in_richer_space(here, richer)
+        estimate, seconds = _timed(partial(error_of, found))
+        start = in_richer_space(found, richer)
         if start is not None and (step := _step_time(start)) is not None:
             costs.append(seconds / step)
-        away = float(np.linalg.norm(true.platform_position - here.platform_position))
+        away = float(np.linalg.norm(true.platform_position - found.platform_position))
         truths.append(away)
         if away > ROUNDING * robot.mean_length:
             distances.append(estimate.distance / away)
-        change = float(np.abs(true.efforts - here.efforts).max())
-        if change > ROUNDING * np.abs(here.efforts).max():
+        change = float(np.abs(true.efforts - found.efforts).max())
+        if change > ROUNDING * np.abs(found.efforts).max():
             efforts.append(float(np.abs(estimate.efforts).max()) / change)
     return Compared(*(np.array(numbers) for numbers in (truths, distances, efforts, costs)))
 

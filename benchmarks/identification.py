@@ -76,11 +76,11 @@ def derivative_rows() -> Iterator[str]:
     asked(len(PATHS))
     # In turns, so that what disturbs the machine befalls all alike.
     samples = [(seconds(request), asked(1), asked(len(PATHS))) for _ in range(300)]
-    step, one, whole = np.median(samples, axis=0)
-    further = (whole - one) / (len(PATHS) - 1)
+    step, by_one, by_all = np.median(samples, axis=0)
+    further = (by_all - by_one) / (len(PATHS) - 1)
     yield "| request near by, one Newton step | derivatives by one parameter | every further one |"
     yield "|---|---|---|"
-    yield f"| {1e6 * step:.0f} µs | {1e6 * one:.0f} µs | {1e6 * further:.0f} µs |"
+    yield f"| {1e6 * step:.0f} µs | {1e6 * by_one:.0f} µs | {1e6 * further:.0f} µs |"
 
 
 def data_set(robot: Robot, seed: int) -> tuple[list[Measurement], Floats]:

@@ -78,9 +78,9 @@ class MotorGoal:
 
     def remaining(self, start: Equilibrium) -> float:
         """Largest way of a motor."""
-        here, units = start.motors.tolist(), start.robot.motor_units.tolist()
-        ways = zip(self._positions, here, units, strict=True)
-        return max((abs(there - now) / unit for there, now, unit in ways), default=0.0)
+        motors, units = start.motors.tolist(), start.robot.motor_units.tolist()
+        ways = zip(self._positions, motors, units, strict=True)
+        return max((abs(target - motor) / unit for target, motor, unit in ways), default=0.0)
 
     def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """Forward problem at the motor positions on the way."""

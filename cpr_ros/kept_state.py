@@ -171,8 +171,8 @@ def _loads(robot: Robot, gravity: Floats, world: Floats, body: Floats) -> Loads:
     """Loads as they were; the object of the description if they are its own."""
     default = robot.default_loads
     same = all(
-        np.array_equal(one, other)
-        for one, other in (
+        np.array_equal(given, described)
+        for given, described in (
             (gravity, default.gravity),
             (world, default.wrench_world),
             (body, default.wrench_body),

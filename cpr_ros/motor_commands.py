@@ -43,7 +43,7 @@ class MotorCommands:
         """Take note of where the motors are, (n,): measured, or commanded before."""
         self.newest = None if motors is None else np.array(motors, float)
 
-    def there(self, motors: Floats) -> bool:
+    def aligned_with(self, motors: Floats) -> bool:
         """Whether the last command was to these motors, (n,); holds of any while none is known."""
         # In lists: this is asked whenever anything has come, and numpy takes several times as long.
         return self.newest is None or self.newest.tolist() == motors.tolist()

@@ -49,8 +49,8 @@ def goal_of(session: Session, request: MoveTo.Goal, frames: Frames) -> Goal:
         raise InvalidRequest(
             "given", f"expected GIVEN_POSE 0 or GIVEN_MOTORS 1, got {request.given}"
         )
-    here = session.solver.current.equilibrium.motors
-    motors = motor_setpoint(robot, request.motors, here, "motors.")
+    current = session.solver.current.equilibrium.motors
+    motors = motor_setpoint(robot, request.motors, current, "motors.")
     goal = MotorGoal(robot, motors)
     if goal.clipped:  # a setpoint goes as far as it can; who wants a result wants to be there
         raise RequestError(
@@ -103,7 +103,7 @@ class MoveAction(LongAction):
             return
         equilibrium = outcome.assessment.equilibrium
         remaining = session.follower.corrected(motion.goal).remaining(equilibrium)
-        if remaining <= ARRIVED and session.commands.there(equilibrium.motors):
+        if remaining <= ARRIVED and session.commands.aligned_with(equilibrium.motors):
             self._end(motion, None)
             return
         if outcome.state != State.HALTED:

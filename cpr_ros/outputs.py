@@ -153,7 +153,7 @@ class Outputs:
         """Messages of the state; at rest those of before."""
         about = session.solver.current.equilibrium, session.velocity
         if self._about is None or any(
-            one is not other for one, other in zip(self._about, about, strict=True)
+            known is not newest for known, newest in zip(self._about, about, strict=True)
         ):
             frames, stamp = self._transforms.frames, Time()
             self._about = about

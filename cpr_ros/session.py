@@ -94,15 +94,19 @@ class Session:
         Returns:
             Whether a setpoint was forgotten.
         """
-        follower, here = self.follower, self.solver.current.equilibrium
+        follower, current = self.follower, self.solver.current.equilibrium
         held_back = self.outcome.state in (State.HALTED, State.STALE) or follower.stale(now)
         other_wrench = live.wrench_timeout != self.wrench.watchdog.timeout
         other_loop = live.loop != self.loop.settings
         other_jog = live.twist_timeout != self.jogger.watchdog.timeout
         forgotten = follower.goal is not None and (
             held_back
-            or (other_wrench and follower.arrived(here))
-            or (other_loop and self.loop_status(now).loop == Loop.FROZEN and follower.arrived(here))
+            or (other_wrench and follower.arrived(current))
+            or (
+                other_loop
+                and self.loop_status(now).loop == Loop.FROZEN
+                and follower.arrived(current)
+            )
             or (other_jog and self.jogger.drives(follower.goal))
         )
         if forgotten:
@@ -142,7 +146,7 @@ class Session:
         return (
             self.follower.at_rest
             and self.wrench.at_rest(current.equilibrium.loads)
-            and (self.follower.paused or self.commands.there(current.equilibrium.motors))
+            and (self.follower.paused or self.commands.aligned_with(current.equilibrium.motors))
         )
 
     def tick(self, now: float) -> Outcome:
@@ -156,12 +160,12 @@ class Session:
         self._before = before = self.solver.current
         self.trajectories.before_tick(before, now)
         if self.jogger.drives(self.follower.goal):
-            here = before.equilibrium
-            self.jogger.advance(here, self.follower.arrived(here), now)
+            start = before.equilibrium
+            self.jogger.advance(start, self.follower.arrived(start), now)
         self.loop.advance(now)
         loads = self.wrench.loads(before.equilibrium.loads, now)
-        there = self.commands.there(before.equilibrium.motors)
-        if self.tracker is None and not there and not self.follower.paused:
+        aligned = self.commands.aligned_with(before.equilibrium.motors)
+        if self.tracker is None and not aligned and not self.follower.paused:
             borne, burden = self.follower.bear(before, loads)
             told = self.follower.judge(borne, burden)
             self.outcome = Outcome(borne, borne is not before, State.ALIGNING, told)
@@ -188,7 +192,7 @@ class Session:
         """
         motors = self.solver.current.equilibrium.motors
         known = self.commands.newest is not None
-        nothing_new = self.commands.there(motors) if known else not self.outcome.obeyed
+        nothing_new = self.commands.aligned_with(motors) if known else not self.outcome.obeyed
         if self.tracker is not None or self.follower.paused or nothing_new:
             return None
         self.unplaced = False
@@ -239,7 +243,7 @@ class Session:
             told(Ending(ErrorCode.SUCCESS))
             return None
         current = self.solver.current
-        if not self.commands.there(current.equilibrium.motors):
+        if not self.commands.aligned_with(current.equilibrium.motors):
             raise RequestError(
                 ErrorCode.NOT_READY, "the motor commands are on their way to where the robot is"
             )
@@ -293,8 +297,8 @@ class Session:
         if paused:
             self._be(State.PAUSED)
         elif self.outcome.state == State.PAUSED:
-            there = self.commands.there(self.solver.current.equilibrium.motors)
-            self._be(State.IDLE if there else State.ALIGNING)
+            aligned = self.commands.aligned_with(self.solver.current.equilibrium.motors)
+            self._be(State.IDLE if aligned else State.ALIGNING)
         return "paused, the setpoint is forgotten" if paused else "waiting for a setpoint"
 
     def reset(self) -> str:

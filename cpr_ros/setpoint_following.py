@@ -329,11 +329,11 @@ class SetpointFollower:
             if math.isnan(last):
                 return Refusal(name, f"halted: the next {FIELDS[name]} is not defined")
             if last < stop and falls(first, last):
-                there, limit, here = distinct(last, stop, first)
+                after, limit, before = distinct(last, stop, first)
                 return Refusal(
                     name,
-                    f"halted: the next {FIELDS[name]}, {there}, is below {name}_stop {limit}; "
-                    f"here it is {here}",
+                    f"halted: the next {FIELDS[name]}, {after}, is below {name}_stop {limit}; "
+                    f"here it is {before}",
                 )
         return None
 

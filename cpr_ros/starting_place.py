@@ -32,7 +32,7 @@ def begin_at_home(session: Session, last: LastState | None) -> str:
     session.begin_at(home, commands, session.solver.current.solve_time)
     if last is None:
         return "nothing is known of where the robot is: the first motion begins at home"
-    if session.commands.there(home.motors):
+    if session.commands.aligned_with(home.motors):
         return "the last commands were those of home"
     return f"commands go from the last ones, {_words(last.commands)}, to home at max_speed"
 

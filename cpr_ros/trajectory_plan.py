@@ -178,9 +178,9 @@ class TrajectoryPlan:
 
     def _may_fall(self, name: str, first: Assessment, last: Assessment) -> bool:
         """Whether a measure may be below its stop threshold between: as far below as it changes."""
-        one, other = first.value(name), last.value(name)
-        lowest = min(one, other) - abs(other - one)
-        return not lowest >= self._thresholds[name].stop and one != other
+        before, after = first.value(name), last.value(name)
+        lowest = min(before, after) - abs(after - before)
+        return not lowest >= self._thresholds[name].stop and before != after
 
     def _check_fall(self, name: str, before: float, after: float, at: float) -> None:
         stop = self._thresholds[name].stop

@@ -116,7 +116,7 @@ class _Writer:
                 before, place = place.position, place.behind(element)
                 if place.link != self._base:
                     links = self._root.iter("link")
-                    link = next(one for one in links if one.get("name") == place.link)
+                    link = next(link for link in links if link.get("name") == place.link)
                     self._draw_bar(link, place.position, before)
 
     def _add_motor(

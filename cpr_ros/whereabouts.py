@@ -95,7 +95,7 @@ class Whereabouts:
         Raises:
             CprError: They are to be measured and are not, or no equilibrium explains them.
         """
-        if not self._session.commands.there(self._session.solver.current.equilibrium.motors):
+        if not self._session.commands.aligned_with(self._session.solver.current.equilibrium.motors):
             self._wait_for_others()  # commands will move at once: controllers have to hear the first
         if self._from not in ("auto", "measured"):
             return

@@ -94,8 +94,8 @@ class Circle(Node):
         self.pose = pose
         self._posed = 10**9 * pose.header.stamp.sec + pose.header.stamp.nanosec
         if self._target is not None:
-            here, there = pose.pose.position, self._target.pose.position
-            error = math.dist((here.x, here.y, here.z), (there.x, there.y, there.z))
+            measured, target = pose.pose.position, self._target.pose.position
+            error = math.dist((measured.x, measured.y, measured.z), (target.x, target.y, target.z))
             self.largest_error = max(self.largest_error, error)
 
     def _on_metrics(self, metrics: StabilityMetrics) -> None:

@@ -24,8 +24,11 @@ def main() -> int:
     page = cpr_core.view(robot, way=cpr_core.trace(robot, pose=raised))
     print(f"look at {page.address}; Enter tells where the robot is, Ctrl-D ends", flush=True)
     for _ in sys.stdin:
-        here = page.equilibrium
-        print(f"motors {here.motors}, platform {here.platform_position}, margin {here.margin:.3f}")
+        equilibrium = page.equilibrium
+        print(
+            f"motors {equilibrium.motors}, platform {equilibrium.platform_position}, "
+            f"margin {equilibrium.margin:.3f}"
+        )
     page.close()
     return 0
 

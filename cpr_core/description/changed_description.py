@@ -183,7 +183,10 @@ class _Mixture:
         rows = isinstance(first, list) and isinstance(last, list)
         if rows and len(first) == len(last):
             pairs = enumerate(zip(first, last, strict=True))
-            return [self._mixed(one, other, f"{path}[{n}]") for n, (one, other) in pairs]
+            return [
+                self._mixed(first_row, last_row, f"{path}[{n}]")
+                for n, (first_row, last_row) in pairs
+            ]
         if first != last:
             problem = "expected one that differs in numbers of its description only"
             raise InvalidRequest("robot", f"{problem}, not in {path}")

@@ -34,17 +34,17 @@ def chain_leg(whole: Part, part: Part, index: int) -> LegDescription:
     leg_name = part.get("name", f"leg{index + 1}")
     elements: list[tuple[Part, ChainElement]] = []
     joints = 0
-    for element in part.parts("chain"):
-        if "joint" in element:
+    for described in part.parts("chain"):
+        if "joint" in described:
             joints += 1
-            name = element.get("name", f"{leg_name}.joint{joints}")
-            found = CHAIN_JOINTS[element.get("joint")].elements(element, name)
-            elements += [(element, joint) for joint in found]
-        elif "link" in element:
-            elements.append((element, Link.from_description(element)))
+            name = described.get("name", f"{leg_name}.joint{joints}")
+            found = CHAIN_JOINTS[described.get("joint")].elements(described, name)
+            elements += [(described, joint) for joint in found]
+        elif "link" in described:
+            elements.append((described, Link.from_description(described)))
         else:
-            chain_rod = _chain_rod(element, rod.part("rod"), strain.part("strain"))
-            elements.append((element, chain_rod))
+            chain_rod = _chain_rod(described, rod.part("rod"), strain.part("strain"))
+            elements.append((described, chain_rod))
     tip, base = part.part("tip"), part.part("base")
     leg = LegDescription(
         name=leg_name,
@@ -58,8 +58,8 @@ def chain_leg(whole: Part, part: Part, index: int) -> LegDescription:
         elements=tuple(element for _, element in elements),
     )
     length = max([element.rod.length for element in leg.rods], default=leg.rod.length)
-    for own, one in elements:
-        _check_units(own, one, length)
+    for described, element in elements:
+        _check_units(described, element, length)
     return leg
 
 

@@ -69,8 +69,8 @@ def _same(first: Any, second: Any) -> bool:
     if isinstance(first, np.ndarray):
         return bool(np.array_equal(first, second))
     return len(first) == len(second) and all(
-        one.leg == other.leg
-        and np.array_equal(one.at, other.at)
-        and np.array_equal(one.force, other.force)
-        for one, other in zip(first, second, strict=True)
+        first_force.leg == second_force.leg
+        and np.array_equal(first_force.at, second_force.at)
+        and np.array_equal(first_force.force, second_force.force)
+        for first_force, second_force in zip(first, second, strict=True)
     )

@@ -151,8 +151,8 @@ class RevoluteJoint(Joint):
         self, platform_rotation: NDArray[np.float64], tip_rotation: NDArray[np.float64]
     ) -> float:
         """Angle between the two axes."""
-        one, other = platform_rotation @ self.axis, tip_rotation @ self.axis_in_rod
-        return float(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other))
+        axis, axis_in_rod = platform_rotation @ self.axis, tip_rotation @ self.axis_in_rod
+        return float(np.arctan2(np.linalg.norm(np.cross(axis, axis_in_rod)), axis @ axis_in_rod))
 
 
 @dataclass(frozen=True)

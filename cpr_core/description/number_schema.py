@@ -51,7 +51,9 @@ def surely_allowed(
         if not all(_descend(validator.schema, schema, instance, key, below) for schema in schemas):
             return False
         schemas, instance = below, instance[key]
-    return bool(schemas) and all(validator.evolve(schema=one).is_valid(value) for one in schemas)
+    return bool(schemas) and all(
+        validator.evolve(schema=schema).is_valid(value) for schema in schemas
+    )
 
 
 def _descend(root: Any, schema: Any, instance: Any, key: str | int, below: list[Any]) -> bool:

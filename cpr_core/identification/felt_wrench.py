@@ -208,16 +208,16 @@ class _Search:
         wrench = last.wrench_world[self.robot.platform_axes] / self.units
         residual = measured.residual(last.equilibrium) - measured.by_way(felt.response)
         ahead = felt.step(wrench, residual)
-        there = self._reached(last.equilibrium, ahead)
-        if there is None:
+        reached = self._reached(last.equilibrium, ahead)
+        if reached is None:
             return self.from_afar(last.equilibrium)
-        residual = measured.residual(there)
+        residual = measured.residual(reached)
         again = felt.step(ahead, residual)
         if _size(again - ahead) > _LAST_STEP:
-            nearer = self._reached(there, again)
+            nearer = self._reached(reached, again)
             if nearer is not None:
-                there, ahead, residual = nearer, again, measured.residual(nearer)
-        return self._newton(there, ahead, residual, last.doubt)
+                reached, ahead, residual = nearer, again, measured.residual(nearer)
+        return self._newton(reached, ahead, residual, last.doubt)
 
     def _newton(
         self, start: Equilibrium, wrench: Floats, residual: Floats, doubt: str
@@ -234,19 +234,19 @@ class _Search:
             fraction = min(1.0, _LONGEST / size)
             for _ in range(_HALVINGS):
                 ahead = wrench + fraction * (target - wrench)
-                there = self._reached(found, ahead)
+                reached = self._reached(found, ahead)
                 if time.perf_counter() >= self.deadline:
                     raise TimeLimitExceeded("wrench: the time allowed was over", 0.0, found)
-                if there is not None:
-                    left = self.measured.residual(there)
+                if reached is not None:
+                    left = self.measured.residual(reached)
                     # What is not felt may be taken back at the cost of some of the residual.
                     if felt.count < len(ahead) or left @ left <= (1.0 + 1e-6) * residual @ residual:
                         break
-                    there = None
+                    reached = None
                 fraction *= 0.5
-            if there is None:
+            if reached is None:
                 break
-            found, wrench, residual = there, ahead, left
+            found, wrench, residual = reached, ahead, left
         raise self._lost(found, wrench, doubt)
 
     def _reached(self, start: Equilibrium, wrench: Floats) -> Equilibrium | None:

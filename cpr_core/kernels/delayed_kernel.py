@@ -61,8 +61,8 @@ def delay_small_pivots(index, is_strain, number, i, border_count, by_leg, factor
     for lane in range(index.shape[0]):
         pivot = get(by_leg, PIVOT, lane)
         put(by_leg, PIVOT_INVERSE, lane, 1.0 / pivot)
-        there = index[lane] >= 0
-        if not there or abs(pivot) > smallest * get(by_leg, PIVOT_SCALE, lane):
+        exists = index[lane] >= 0
+        if not exists or abs(pivot) > smallest * get(by_leg, PIVOT_SCALE, lane):
             continue
         put(by_leg, PIVOT_INVERSE, lane, 0.0)
         put(factors.inverse, (number, i), lane, 1.0)

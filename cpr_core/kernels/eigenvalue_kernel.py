@@ -67,9 +67,9 @@ def tridiagonalise(matrix, size, diagonal, beside, vector, product):
         for j in range(last):
             product[j] -= inner * vector[j]
         for i in range(last):
-            target, one, two = matrix[i], vector[i], product[i]
+            target, vector_share, product_share = matrix[i], vector[i], product[i]
             for j in range(last):
-                target[j] -= one * product[j] + two * vector[j]
+                target[j] -= vector_share * product[j] + product_share * vector[j]
     diagonal[0] = matrix[0, 0]
     beside[size - 1] = 0.0
 

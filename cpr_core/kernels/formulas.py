@@ -59,17 +59,17 @@ def formula(function: Callable[..., Any]) -> Any:
 
         return result(*arguments), generate
 
-    def one(typing_context: Any, a: Any) -> Any:
+    def of_one(typing_context: Any, a: Any) -> Any:
         return typed(a)
 
-    def two(typing_context: Any, a: Any, b: Any) -> Any:
+    def of_two(typing_context: Any, a: Any, b: Any) -> Any:
         return typed(a, b)
 
-    def three(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
+    def of_three(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
         return typed(a, b, c)
 
     # Numba reads the number of arguments off the function.
-    by_count: tuple[Any, ...] = (one, two, three)
+    by_count: tuple[Any, ...] = (of_one, of_two, of_three)
     define = by_count[function.__code__.co_argcount - 1]
     define.__name__, define.__doc__ = function.__name__, function.__doc__
     define.__module__, define.__qualname__ = function.__module__, function.__qualname__

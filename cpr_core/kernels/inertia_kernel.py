@@ -76,22 +76,25 @@ def eliminate(matrix, first, last, size, smallest):
             for i in range(first + 2, size):
                 u, v = matrix[i, first], matrix[i, first + 1]
                 if u != 0.0 or v != 0.0:
-                    one, two = (c * u - b * v) / determinant, (a * v - b * u) / determinant
+                    by_first = (c * u - b * v) / determinant
+                    by_second = (a * v - b * u) / determinant
                     for j in range(first + 2, size):
-                        matrix[i, j] -= one * matrix[first, j] + two * matrix[first + 1, j]
+                        matrix[i, j] -= (
+                            by_first * matrix[first, j] + by_second * matrix[first + 1, j]
+                        )
             first += 2
     return negative, 0
 
 
 @part
-def _exchange(matrix, size, one, two):
+def _exchange(matrix, size, first, second):
     """Exchange two rows and the same columns."""
-    if one == two:
+    if first == second:
         return
     for j in range(size):
-        matrix[one, j], matrix[two, j] = matrix[two, j], matrix[one, j]
+        matrix[first, j], matrix[second, j] = matrix[second, j], matrix[first, j]
     for i in range(size):
-        matrix[i, one], matrix[i, two] = matrix[i, two], matrix[i, one]
+        matrix[i, first], matrix[i, second] = matrix[i, second], matrix[i, first]
 
 
 @part

@@ -229,13 +229,13 @@ def _spread(builder: Any, value: Any, width: int) -> Any:
     return builder.shuffle_vector(single, nothing, everywhere)
 
 
-def generate_operation(builder: Any, instruction: str, one: Any, other: Any) -> Any:
+def generate_operation(builder: Any, instruction: str, left: Any, right: Any) -> Any:
     """Generate the code of an operation between lanes, numbers, or both."""
-    for value in (one, other):
+    for value in (left, right):
         if isinstance(value.type, ir.VectorType):
             width = value.type.count
-            one, other = _spread(builder, one, width), _spread(builder, other, width)
-    return getattr(builder, instruction)(one, other, flags=_FLAGS)
+            left, right = _spread(builder, left, width), _spread(builder, right, width)
+    return getattr(builder, instruction)(left, right, flags=_FLAGS)
 
 
 def _define(operation: Any, instruction: str) -> None:
@@ -305,9 +305,9 @@ def _select(comparison: str) -> Any:
 
 
 @intrinsic
-def lower(typing_context: Any, one: Any, other: Any) -> Any:
+def lower(typing_context: Any, first: Any, second: Any) -> Any:
     """The lower of two lanes, leg by leg; the second where one is not a number."""
-    return one(one, one), _select("<")
+    return first(first, first), _select("<")
 
 
 @intrinsic
@@ -341,8 +341,8 @@ def total(typing_context: Any, value: Any) -> Any:
         while len(numbers) > 1:
             half = len(numbers) // 2
             numbers = [
-                builder.fadd(one, other)
-                for one, other in zip(numbers[:half], numbers[half:], strict=True)
+                builder.fadd(low, high)
+                for low, high in zip(numbers[:half], numbers[half:], strict=True)
             ]
         return numbers[0]
 

@@ -119,10 +119,12 @@ def _respond(robot, record, response, pencil):
     turn, turned = pencil.turn[0], pencil.turn[1]
     for i in range(width):
         for j in range(width):
-            one, two = robot.platform_axes[i], robot.platform_axes[j]
-            same = (one < 3) == (two < 3)
+            row_axis, column_axis = robot.platform_axes[i], robot.platform_axes[j]
+            same = (row_axis < 3) == (column_axis < 3)
             turn[i, j] = (
-                unit[inner + i] * record[rotation + 3 * (one % 3) + two % 3] if same else 0.0
+                unit[inner + i] * record[rotation + 3 * (row_axis % 3) + column_axis % 3]
+                if same
+                else 0.0
             )
             stiffness[i, j] = condensed[i, j]
     if not lu_factor(stiffness, width, pivots, _SMALLEST_PIVOT):

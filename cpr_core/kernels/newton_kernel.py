@@ -186,12 +186,12 @@ def _add_bend(size, work):
     it is extrapolated by its backward differences, as many as fall.
     """
     along, last, now = 0.0, 0.0, 0.0
-    for one, other in ((work.known, work.last_known), (work.efforts, work.last_efforts)):
-        for i in range(one.shape[0]):
-            along += one[i] * other[i]
-            last += other[i] * other[i]
-            now += one[i] * one[i]
-            other[i] = one[i]
+    for change, last_change in ((work.known, work.last_known), (work.efforts, work.last_efforts)):
+        for i in range(change.shape[0]):
+            along += change[i] * last_change[i]
+            last += last_change[i] * last_change[i]
+            now += change[i] * change[i]
+            last_change[i] = change[i]
     count, differences = max(work.bends[0], 0), work.differences
     if count > 0 and not along > _SAME_DIRECTION * math.sqrt(last * now):
         count = 0

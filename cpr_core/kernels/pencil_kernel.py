@@ -301,34 +301,34 @@ def _multiply(measure, weights, vector, border, result, border_result):
 
 
 @part
-def _inner_product(one, border, other, other_border):
+def _inner_product(first, first_border, second, second_border):
     """Sum of products of two vectors."""
-    value, rest = broadcast(one, 0.0), 0.0
-    for number in range(one.shape[0]):
-        for i in range(one.shape[1]):
-            value += load(one, (number, i)) * load(other, (number, i))
-    for i in range(border.shape[0]):
-        rest += border[i] * other_border[i]
+    value, rest = broadcast(first, 0.0), 0.0
+    for number in range(first.shape[0]):
+        for i in range(first.shape[1]):
+            value += load(first, (number, i)) * load(second, (number, i))
+    for i in range(first_border.shape[0]):
+        rest += first_border[i] * second_border[i]
     return total(value) + rest
 
 
 @part
-def _add(factor, one, border, result, border_result):
-    """``result += factor one``."""
-    for number in range(one.shape[0]):
-        for i in range(one.shape[1]):
-            value = load(result, (number, i)) + factor * load(one, (number, i))
+def _add(factor, vector, border, result, border_result):
+    """``result += factor vector``."""
+    for number in range(vector.shape[0]):
+        for i in range(vector.shape[1]):
+            value = load(result, (number, i)) + factor * load(vector, (number, i))
             store(result, (number, i), value)
     for i in range(border.shape[0]):
         border_result[i] += factor * border[i]
 
 
 @part
-def _put_multiple(factor, one, border, result, border_result):
-    """``result = factor one``."""
-    for number in range(one.shape[0]):
-        for i in range(one.shape[1]):
-            store(result, (number, i), factor * load(one, (number, i)))
+def _put_multiple(factor, vector, border, result, border_result):
+    """``result = factor vector``."""
+    for number in range(vector.shape[0]):
+        for i in range(vector.shape[1]):
+            store(result, (number, i), factor * load(vector, (number, i)))
     for i in range(border.shape[0]):
         border_result[i] = factor * border[i]
 

@@ -71,16 +71,24 @@ def array_rates(
     kind = inheritance(loads, robot.default_loads)
     known: _Known = robot.kept("array rates", dict)
     of_relatives: dict[str, ArrayRates] = robot.kept(RELATIVES, dict)
-    found = {one.path: known.get((one.path, kind)) for one in parameters}
-    last = [one for one in parameters if found[one.path] is None and one.path in of_relatives]
-    held = _holding(robot, loads, last, [of_relatives[one.path] for one in last])
-    found |= {one.path: rates for one, rates in zip(last, held, strict=True)}
-    own = _found(robot, loads, [one for one in parameters if found[one.path] is None])
+    found = {parameter.path: known.get((parameter.path, kind)) for parameter in parameters}
+    last = [
+        parameter
+        for parameter in parameters
+        if found[parameter.path] is None and parameter.path in of_relatives
+    ]
+    held = _holding(robot, loads, last, [of_relatives[parameter.path] for parameter in last])
+    found |= {parameter.path: rates for parameter, rates in zip(last, held, strict=True)}
+    own = _found(
+        robot, loads, [parameter for parameter in parameters if found[parameter.path] is None]
+    )
     of_relatives |= own
     if len(known) > _KEPT:
         known.clear()
-    whole = [found[one.path] or own[one.path] for one in parameters]
-    known |= {(one.path, kind): rates for one, rates in zip(parameters, whole, strict=True)}
+    whole = [found[parameter.path] or own[parameter.path] for parameter in parameters]
+    known |= {
+        (parameter.path, kind): rates for parameter, rates in zip(parameters, whole, strict=True)
+    }
     return tuple(whole)
 
 

@@ -53,17 +53,17 @@ def solve_chains(
     point = rough_point(chain_robot(robot, loads, method), equilibrium)
     model = chain_robot(robot, loads, method, node_cuts(point.nodes))
     unknown = _unknowns(model, len(point.nodes), motors_held=motors_held)
-    here = chain_balance(model, point)
+    balance = chain_balance(model, point)
     iterations = 0
-    while here.largest >= method.tolerance and iterations < _ITERATIONS:
-        before = here.largest
-        point, here = _improved(model, point, here, unknown)
+    while balance.largest >= method.tolerance and iterations < _ITERATIONS:
+        before = balance.largest
+        point, balance = _improved(model, point, balance, unknown)
         iterations += 1
-        if not here.largest < before:
+        if not balance.largest < before:
             break
-    if not here.largest < method.tolerance:
+    if not balance.largest < method.tolerance:
         kind = NoForwardSolution if motors_held else NoInverseSolution
-        raise kind(f"shooting: residual {here.largest:.1e} after {iterations} steps", 0.0, None)
+        raise kind(f"shooting: residual {balance.largest:.1e} after {iterations} steps", 0.0, None)
     passive = np.concatenate([leg.passive for leg in model.legs])
     return ContinuousEquilibrium(
         robot=robot,
@@ -73,7 +73,7 @@ def solve_chains(
         platform_rotation=point.rotation,
         platform_position=point.position,
         base_wrenches=point.wrenches,
-        residual=here.largest,
+        residual=balance.largest,
         iterations=iterations,
         method=method,
         nodes=point.nodes,
@@ -94,18 +94,18 @@ def _unknowns(model: ChainRobot, nodes: int, *, motors_held: bool) -> Integers:
 
 
 def _improved(
-    model: ChainRobot, point: ChainPoint, here: ChainBalance, unknown: Integers
+    model: ChainRobot, point: ChainPoint, balance: ChainBalance, unknown: Integers
 ) -> tuple[ChainPoint, ChainBalance]:
     """One Newton step, halved until it improves."""
     robot, size = model.robot, model.robot.state_size
-    full = np.zeros(here.jacobian.shape[1])
-    matrix = here.jacobian[:, unknown]
+    full = np.zeros(balance.jacobian.shape[1])
+    matrix = balance.jacobian[:, unknown]
     if matrix.shape[0] != matrix.shape[1]:
         raise InvalidRequest("held", "expected as many motors as platform coordinates")
     try:
-        full[unknown] = np.linalg.solve(matrix, -here.residual)
+        full[unknown] = np.linalg.solve(matrix, -balance.residual)
     except np.linalg.LinAlgError:
-        full[unknown] = np.linalg.lstsq(matrix, -here.residual, rcond=None)[0]
+        full[unknown] = np.linalg.lstsq(matrix, -balance.residual, rcond=None)[0]
     step = full * variable_units(model, len(point.nodes))
     at_base, at_nodes = np.split(step[size:], [6 * len(model.legs)])
     share = 1.0
@@ -126,7 +126,7 @@ def _improved(
             },
         )
         ahead = chain_balance(model, trial)
-        better = ahead.largest <= (1.0 - 0.25 * share) * here.largest
+        better = ahead.largest <= (1.0 - 0.25 * share) * balance.largest
         if better or ahead.largest < model.method.tolerance or share < _SMALLEST:
             return trial, ahead
         share *= 0.5

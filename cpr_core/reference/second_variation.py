@@ -194,10 +194,10 @@ class _LegForm:
         transition, column, _, stiffness = self._natural(step)
         lead, by_x = transition[:6, :6], transition[6:, :6]
         self._add(self.x, lead.T @ by_x)
-        self.x, here = lead @ self.x, self.x
+        self.x, before = lead @ self.x, self.x
         moved = self.column.get(-1 if step.index is None else step.index)
         if moved is not None:
-            across = here.T @ (lead.T @ column[6:])
+            across = before.T @ (lead.T @ column[6:])
             self.matrix[:, moved] += across
             self.matrix[moved] += across
             self.matrix[moved, moved] += stiffness + column[:6] @ column[6:]

@@ -85,7 +85,7 @@ def border_error(
     matrix[size, :size], rest[size] = found.eigenvalue_by_state, -found.eigenvalue
     if loads is not None:
         by_load = [_dimensionless(start, _shape(start), acting) for acting in (loads, Loads.none())]
-        residual, tangent = (one - other for one, other in zip(*by_load, strict=True))
+        residual, tangent = (loaded - unloaded for loaded, unloaded in zip(*by_load, strict=True))
         matrix[balance, size] = residual[balance]
         matrix[size, size] = found.motion @ tangent @ found.motion
     return float(np.linalg.lstsq(matrix, rest, rcond=_CROSSING)[0][size])

@@ -87,7 +87,7 @@ def stability_slopes(
             for factor, robot in zip(near.factors, near.robots, strict=True)
         ]
         for name, measure in measures.items():
-            values = [measure(one) for one in beside]
+            values = [measure(nearby) for nearby in beside]
             found[name][column] = np.dot(near.weights, values) / near.step
     return found
 

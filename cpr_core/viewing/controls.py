@@ -158,7 +158,7 @@ class Controls:
             meanings["pose"] = pose_meaning(handled.robot)
         given: Any = gui.add_dropdown("type", tuple(sorted(meanings)))
         field: Any = gui.add_text("numbers", "", hint="SI units, radians, between spaces")
-        go = gui.add_button("go there")
+        send = gui.add_button("go there")
 
         def current_numbers(handled: HandledRobot) -> str:
             now = handled.equilibrium
@@ -195,7 +195,7 @@ class Controls:
         async def chosen(_: Any) -> None:
             self._do("fill", fill)
 
-        go.on_click(asked)
+        send.on_click(asked)
         given.on_update(chosen)
         fill(handled)
         self._follow = follow

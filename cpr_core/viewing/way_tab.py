@@ -56,7 +56,7 @@ class WayTab:
             self._meanings["pose"] = pose_meaning(handled.robot)
         self._given: Any = gui.add_dropdown("to", tuple(self._meanings))
         self._field: Any = gui.add_text("end", numbers_as_text(handled.equilibrium.motors))
-        go: Any = gui.add_button("trace from here")
+        begin: Any = gui.add_button("trace from here")
         self._text = gui.add_markdown("A straight path along the branch, from where the robot is.")
         self._time: Any = gui.add_slider("time", 0.0, 1.0, 0.001, 0.0, disabled=True)
         self._play: Any = gui.add_button("play", disabled=True)
@@ -77,7 +77,7 @@ class WayTab:
             self._background.start("play", self._playing)
 
         self._given.on_update(chosen)
-        go.on_click(asked)
+        begin.on_click(asked)
         self._time.on_update(moved)
         self._play.on_click(played)
 

@@ -129,7 +129,7 @@ def _reflect_onto_null_space(slopes, hessian):
         for i in range(k, size):
             product[i] -= inner * vector[i]
         for i in range(k, size):
-            target, one, two = hessian[i], vector[i], product[i]
+            target, vector_share, product_share = hessian[i], vector[i], product[i]
             for j in range(k, size):
-                target[j] -= one * product[j] + two * vector[j]
+                target[j] -= vector_share * product[j] + product_share * vector[j]
     return min(count, size)

@@ -74,11 +74,11 @@ def impose(problem, first, last, fraction, state, rotation, position):
 
 
 @allocating_part
-def _rotation_zyz(one, two, three, rotation):
-    """``Rz(one) Ry(two) Rz(three)``."""
-    ca, sa = math.cos(one), math.sin(one)
-    cb, sb = math.cos(two), math.sin(two)
-    cc, sc = math.cos(three), math.sin(three)
+def _rotation_zyz(first, second, third, rotation):
+    """``Rz(first) Ry(second) Rz(third)``."""
+    ca, sa = math.cos(first), math.sin(first)
+    cb, sb = math.cos(second), math.sin(second)
+    cc, sc = math.cos(third), math.sin(third)
     rotation[0, 0], rotation[0, 1] = ca * cb * cc - sa * sc, -ca * cb * sc - sa * cc
     rotation[1, 0], rotation[1, 1] = sa * cb * cc + ca * sc, -sa * cb * sc + ca * cc
     rotation[2, 0], rotation[2, 1] = -sb * cc, sb * sc

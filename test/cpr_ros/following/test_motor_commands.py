@@ -39,7 +39,7 @@ def test_the_end_is_met_exactly_and_then_nothing_is_new():
     home = solve_home(ROBOT).motors
     commands.place(home)
     target, count = home + 10.5 * STEPS, 0
-    while not commands.there(target):
+    while not commands.aligned_with(target):
         commands.step_to(target, SPEED)
         count += 1
     assert count == 11
@@ -48,7 +48,7 @@ def test_the_end_is_met_exactly_and_then_nothing_is_new():
 
 def test_where_nothing_is_known_commands_begin_anywhere():
     commands = MotorCommands(ROBOT, PERIOD)
-    assert commands.there(np.zeros(6))
+    assert commands.aligned_with(np.zeros(6))
     np.testing.assert_array_equal(commands.step_to(np.ones(6), SPEED), np.ones(6))
     np.testing.assert_allclose(commands.step_to(np.zeros(6), SPEED), np.ones(6) - STEPS.min())
 
