@@ -29,7 +29,6 @@ _MEASURES: dict[str, Callable[[Equilibrium], float]] = {
     "margin": lambda equilibrium: equilibrium.margin,
     "smallest_eigenvalue": lambda equilibrium: equilibrium.spectrum_locked.smallest,
 }
-_UNASKED = {name: np.zeros(0) for name in _MEASURES}
 #: Steps, and what they count for: differences of fourth order; on one side where there is no other.
 _BOTH_SIDES = ((-2.0, -1.0, 1.0, 2.0), (1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0))
 _ONE_SIDE = ((0.0, 1.0, 2.0, 3.0, 4.0), (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25))
@@ -71,9 +70,9 @@ def stability_slopes(
         wanted: Names of quantities.
     """
     measures = {name: measure for name, measure in _MEASURES.items() if name in wanted}
+    found = {name: np.zeros(len(parameters) if name in measures else 0) for name in _MEASURES}
     if not measures:
-        return _UNASKED
-    found = _UNASKED | {name: np.zeros(len(parameters)) for name in measures}
+        return found
     scales = parameter_scales(equilibrium, parameters).tolist()
     for column, (parameter, natural) in enumerate(zip(parameters, scales, strict=True)):
         rate = states[:, column]
