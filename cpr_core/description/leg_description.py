@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description_part import Vector, triple
-from ..lie import skew
+from ..lie import rotation_exp
 from ..rods.rod import Rod, StrainModes
 from .chain import ChainElement, ChainJoint, ChainRod, Shift, Turn
 from .joints import Joint
@@ -184,9 +184,7 @@ class LegDescription:
         rotation, position, length = self.base_rotation, self.base_position, self.rod.length
         turn_axis, shift_axis = self.motor.turn_axis(rotation), self.motor.shift_axis
         if turn_axis is not None:
-            across = skew(turn_axis)
-            turned = np.eye(3) + np.sin(turn) * across + (1.0 - np.cos(turn)) * across @ across
-            rotation = turned @ rotation
+            rotation = rotation_exp(turn * np.array(turn_axis)) @ rotation
         if self.motor.extensible:
             length = float(shift)
         elif shift_axis is not None:

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.chain import ChainJoint, Link, Turn
-from ..lie import skew
+from ..lie import rotation_exp, skew
 from .chain_robot import FedRod, LegModel, RodModel, RodPart
 from .rod_integration import (
     RodTrajectory,
@@ -141,7 +141,7 @@ def _turn(joint: ChainJoint, before: ChainState, index: int | None, value: float
     axis = before.frame @ joint.axis
     way = joint.zero + joint.ratio * value
     across = skew(axis)
-    turn = np.eye(3) + np.sin(way) * across + (1.0 - np.cos(way)) * across @ across
+    turn = rotation_exp(way * axis)
     column, row = np.zeros(12), np.zeros(12)
     column[_TURN] = joint.ratio * axis
     row[_M] = -joint.ratio * axis
