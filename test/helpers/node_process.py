@@ -10,7 +10,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -156,3 +157,29 @@ class Running:
 
     process: NodeProcess
     client: Client
+
+
+@contextmanager
+def running_node(
+    folder: Path, *values: str, module: str = "cpr_ros.cpr_node", cold: bool = False
+) -> Iterator[Running]:
+    """A node that is ready, alone in a domain with a client; in the end it has to stop with status 0.
+
+    Args:
+        folder: Where its log is.
+        values: Parameters, ``name:=value`` each.
+        module: The program.
+        cold: Whether Python starts with it.
+    """
+    domain = free_domain()
+    arguments = [word for value in values for word in ("-p", value)]
+    process = NodeProcess(folder / "node.log", domain, arguments, module, cold=cold)
+    try:
+        process.wait_for_log("ready")
+        client = Client(domain)
+        try:
+            yield Running(process, client)
+        finally:
+            client.close()
+    finally:
+        assert process.stop() == 0, process.output()

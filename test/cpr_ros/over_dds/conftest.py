@@ -9,23 +9,14 @@ from collections.abc import Iterator
 
 import pytest
 from helpers.driver import Driver
-from helpers.node_process import TIME_LIMIT, Client, NodeProcess, Running, free_domain
+from helpers.node_process import TIME_LIMIT, Running, running_node
 
 
 def _run(tmp_path_factory: pytest.TempPathFactory, robot: str) -> Iterator[Running]:
-    domain = free_domain()
-    log = tmp_path_factory.mktemp(robot) / "node.log"
+    folder = tmp_path_factory.mktemp(robot)
     values = (f"robot:={robot}", "max_speed:=4", "map_anywhere:=true", f"time_limit:={TIME_LIMIT}")
-    process = NodeProcess(log, domain, [word for value in values for word in ("-p", value)])
-    try:
-        process.wait_for_log("ready")
-        client = Client(domain)
-        try:
-            yield Running(process, client)
-        finally:
-            client.close()
-    finally:
-        assert process.stop() == 0, process.output()
+    with running_node(folder, *values) as running:
+        yield running
 
 
 @pytest.fixture(scope="module")

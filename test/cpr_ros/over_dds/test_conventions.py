@@ -15,7 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from helpers.driver import Driver
 from helpers.map_client import MEDIUM, MapClient
-from helpers.node_process import Client, NodeProcess, free_domain
+from helpers.node_process import running_node
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
 from sensor_msgs.msg import JointState
@@ -28,17 +28,11 @@ from cpr_core.workspace import map_workspace, pose_grid
 @pytest.fixture(scope="module")
 def left(tmp_path_factory):
     """The left one of two robots, with a folder for its maps."""
-    folder, domain = tmp_path_factory.mktemp("left"), free_domain()
-    arguments = ["-p", "robot:=rfrfr", "-p", "frame_prefix:=left/", "-p", "max_speed:=4"]
-    arguments += ["-p", f"map_directory:={folder / 'maps'}", "-p", "forward_singularity_stop:=2e-5"]
-    process = NodeProcess(folder / "node.log", domain, arguments)
-    client = Client(domain)
-    try:
-        process.wait_for_log("ready")
-        yield SimpleNamespace(process=process, client=client, folder=folder)
-    finally:
-        client.close()
-        assert process.stop() == 0, process.output()
+    folder = tmp_path_factory.mktemp("left")
+    values = ["robot:=rfrfr", "frame_prefix:=left/", "max_speed:=4"]
+    values += [f"map_directory:={folder / 'maps'}", "forward_singularity_stop:=2e-5"]
+    with running_node(folder, *values) as running:
+        yield SimpleNamespace(process=running.process, client=running.client, folder=folder)
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import yaml
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import SolveForward
 from helpers.driver import Driver
-from helpers.node_process import Client, NodeProcess, Running, free_domain
+from helpers.node_process import running_node
 from helpers.yaml_content import yaml_content
 from sensor_msgs.msg import JointState
 
@@ -22,19 +22,11 @@ def unlimited(tmp_path_factory):
     content = yaml_content(shipped_robots()["gough_stewart"].read_text().replace("e9", ".0e+9"))
     for leg in content["legs"]:
         del leg["motor"]["limits"]
-    folder, domain = tmp_path_factory.mktemp("unlimited"), free_domain()
+    folder = tmp_path_factory.mktemp("unlimited")
     description = folder / "robot.yaml"
     description.write_text(yaml.safe_dump(content))
-    process = NodeProcess(folder / "node.log", domain, ["-p", f"robot:={description}"])
-    try:
-        process.wait_for_log("ready")
-        client = Client(domain)
-        try:
-            yield Running(process, client)
-        finally:
-            client.close()
-    finally:
-        assert process.stop() == 0, process.output()
+    with running_node(folder, f"robot:={description}") as running:
+        yield running
 
 
 @pytest.mark.parametrize("length", [0.0, -0.3])

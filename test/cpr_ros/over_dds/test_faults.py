@@ -20,7 +20,7 @@ from cpr_msgs.srv import SolveInverse
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from helpers.driver import Driver
 from helpers.goal_client import GoalClient
-from helpers.node_process import TIMEOUT, Client, NodeProcess, Running, free_domain
+from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain, running_node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -305,17 +305,9 @@ def test_an_incompatible_quality_of_service_is_logged(rfrfr):
 @pytest.fixture(scope="module")
 def failing(tmp_path_factory):
     """A node that fails between calls of /fail and /work."""
-    domain = free_domain()
-    log = tmp_path_factory.mktemp("failing") / "node.log"
-    arguments = ["-p", "robot:=rfrfr", "-p", "map_anywhere:=true"]
-    process = NodeProcess(log, domain, arguments, module="helpers.failing_node")
-    process.wait_for_log("ready")
-    client = Client(domain)
-    try:
-        yield Running(process, client)
-    finally:
-        client.close()
-        assert process.stop() == 0, process.output()
+    folder, values = tmp_path_factory.mktemp("failing"), ("robot:=rfrfr", "map_anywhere:=true")
+    with running_node(folder, *values, module="helpers.failing_node") as running:
+        yield running
 
 
 def test_a_solver_that_fails_halts_the_robot_and_it_goes_on_afterwards(failing):

@@ -11,7 +11,7 @@ from cpr_msgs.msg import WrenchEstimate
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from helpers.driver import EVERY_MESSAGE
-from helpers.node_process import Client, NodeProcess, free_domain
+from helpers.node_process import running_node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
@@ -87,17 +87,8 @@ def vector(wrench):
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
-    domain = free_domain()
-    process = NodeProcess(
-        tmp_path_factory.mktemp("felt") / "node.log", domain, ["-p", "robot:=six_rfs"]
-    )
-    process.wait_for_log("ready")
-    client = Client(domain)
-    try:
-        yield process, MeasuredRobot(client)
-    finally:
-        client.close()
-        assert process.stop() == 0, process.output()
+    with running_node(tmp_path_factory.mktemp("felt"), "robot:=six_rfs") as running:
+        yield running.process, MeasuredRobot(running.client)
 
 
 def test_a_changing_wrench_is_told_of_the_time_of_its_stamp(measured):

@@ -16,7 +16,7 @@ from cpr_msgs.msg import StabilityMetrics
 from helpers.control_messages import control_messages
 from helpers.driver import Driver
 from helpers.goal_client import GoalClient
-from helpers.node_process import Client, NodeProcess, free_domain
+from helpers.node_process import running_node
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectory
 
@@ -58,19 +58,9 @@ def control_msgs(request):
 @pytest.fixture(scope="module")
 def node(control_msgs, tmp_path_factory):
     """A node that has found control_msgs: it looks when Python starts it."""
-    domain = free_domain()
-    log = tmp_path_factory.mktemp("joint_trajectories") / "node.log"
-    values = ["-p", "robot:=rfrfr", "-p", "max_speed:=4"]
-    process = NodeProcess(log, domain, values, cold=True)
-    try:
-        process.wait_for_log("ready")
-        client = Client(domain)
-        try:
-            yield client
-        finally:
-            client.close()
-    finally:
-        assert process.stop() == 0, process.output()
+    folder = tmp_path_factory.mktemp("joint_trajectories")
+    with running_node(folder, "robot:=rfrfr", "max_speed:=4", cold=True) as running:
+        yield running.client
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from builtin_interfaces.msg import Time
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import SolveInverse
 from helpers.driver import Driver
-from helpers.node_process import Client, NodeProcess, Running, free_domain
+from helpers.node_process import running_node
 from helpers.shipped_steps import CHAINS, REDUNDANT, STEPS
 from visualization_msgs.msg import MarkerArray
 
@@ -19,18 +19,9 @@ from cpr_ros.conversions import Frames, platform_pose
 
 @pytest.fixture(params=CHAINS, scope="module")
 def running(request, tmp_path_factory):
-    log, domain = tmp_path_factory.mktemp(request.param) / "node.log", free_domain()
-    options = ["-p", f"robot:={request.param}", "-p", "max_speed:=4.0"]
-    process = NodeProcess(log, domain, options)
-    try:
-        process.wait_for_log("ready")
-        client = Client(domain)
-        try:
-            yield load_robot(request.param), Running(process, client)
-        finally:
-            client.close()
-    finally:
-        assert process.stop() == 0, process.output()
+    folder = tmp_path_factory.mktemp(request.param)
+    with running_node(folder, f"robot:={request.param}", "max_speed:=4.0") as node:
+        yield load_robot(request.param), node
 
 
 def test_forward_is_that_of_the_library_and_setpoints_are_followed(running):
