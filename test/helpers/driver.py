@@ -132,6 +132,18 @@ class Driver:
             timeout,
         )
 
+    def until_commands_rest(self) -> None:
+        """Wait until the motors are sent where they were sent before: at rest commands are repeated.
+
+        Commands have no stamps: those of a motion before may be in their queue still.
+        """
+
+        def resting() -> bool:
+            commands = self.all(Float64MultiArray)
+            return len(commands) > 1 and commands[-1].data == commands[-2].data
+
+        self.until(resting)
+
     def send_motors(self, *positions: float, names: list[str] | None = None) -> None:
         names = names or [f"motor{k + 1}" for k in range(len(positions))]
         message = JointState(name=names, position=[float(value) for value in positions])

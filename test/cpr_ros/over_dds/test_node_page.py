@@ -53,9 +53,9 @@ def test_setpoints_wait_while_commands_are_aligned_and_a_pause_holds_them(slow):
     np.testing.assert_array_equal(slow.motors, AWAY)  # the equilibrium is there at once
     assert slow.pause(True).success
     slow.until_state(S.STATE_PAUSED)
-    slow.until(lambda: bool(slow.all(Float64MultiArray)))
+    slow.until_commands_rest()
     held = list(slow.all(Float64MultiArray)[-1].data)
-    assert held != AWAY
+    assert held not in (HOME, AWAY)
     slow.until(lambda: len(slow.all(Float64MultiArray)) > 1)  # said again, and the same
     assert {tuple(command.data) for command in slow.all(Float64MultiArray)} == {tuple(held)}
     assert slow.pause(False).success
