@@ -133,14 +133,15 @@ class Driver:
         )
 
     def until_commands_rest(self) -> None:
-        """Wait until the motors are sent where they were sent before: at rest commands are repeated.
+        """Wait until the motors are sent nowhere else: then the last command is all that is repeated.
 
-        Commands have no stamps: those of a motion before may be in their queue still.
+        Commands have no stamps: those of a motion before may be in their queue still. In motion one may
+        come twice, as once a second the last one is repeated, but none three times.
         """
 
         def resting() -> bool:
-            commands = self.all(Float64MultiArray)
-            return len(commands) > 1 and commands[-1].data == commands[-2].data
+            last = [command.data for command in self.all(Float64MultiArray)[-3:]]
+            return len(last) == 3 and last[0] == last[1] == last[2]
 
         self.until(resting)
 

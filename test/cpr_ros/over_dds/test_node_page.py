@@ -48,6 +48,7 @@ def slow(drive):
 def test_setpoints_wait_while_commands_are_aligned_and_a_pause_holds_them(slow):
     slow.send_motors(*HOME)
     slow.until(lambda: bool(slow.all(Float64MultiArray)))
+    assert slow.set_parameters(max_speed=0.05).successful  # six seconds, however late a pause comes
     apply(slow, *AWAY)
     slow.until_state(S.STATE_ALIGNING)
     np.testing.assert_array_equal(slow.motors, AWAY)  # the equilibrium is there at once
@@ -63,7 +64,10 @@ def test_setpoints_wait_while_commands_are_aligned_and_a_pause_holds_them(slow):
     slow.send_motors(*HOME)
     slow.spin(0.1)
     np.testing.assert_array_equal(slow.motors, AWAY)
-    slow.until(lambda: list(slow.all(Float64MultiArray)[-1].data) == AWAY)
+    assert slow.set_parameters(max_speed=0.3).successful
+    slow.client.spin_until(
+        lambda: AWAY in [list(command.data) for command in slow.all(Float64MultiArray)]
+    )
     slow.until(lambda: np.array_equal(slow.motors, HOME))
 
 
