@@ -14,7 +14,6 @@ from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Duration
 from cpr_msgs.msg import StabilityMetrics
 from helpers.control_messages import control_messages
-from helpers.driver import Driver
 from helpers.goal_client import GoalClient
 from helpers.node_process import running_node
 from sensor_msgs.msg import JointState
@@ -56,22 +55,11 @@ def control_msgs(request):
 
 
 @pytest.fixture(scope="module")
-def node(control_msgs, tmp_path_factory):
+def rfrfr(control_msgs, tmp_path_factory):
     """A node that has found control_msgs: it looks when Python starts it."""
     folder = tmp_path_factory.mktemp("joint_trajectories")
     with running_node(folder, "robot:=rfrfr", "max_speed:=4", cold=True) as running:
-        yield running.client
-
-
-@pytest.fixture
-def drive(node):
-    driver = Driver(node)
-    driver.go_home()
-    driver.forget()
-    try:
-        yield driver
-    finally:
-        driver.close()
+        yield running
 
 
 @pytest.fixture
