@@ -13,7 +13,8 @@ export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
 # Tests run in two processes more than there are cores; PYTEST_ARGS="-n 0" runs them in one.
-PYTEST := -m pytest -n logical --maxprocesses 4
+IN_PROCESSES := -n logical --maxprocesses 4
+PYTEST := -m pytest $(IN_PROCESSES)
 
 .PHONY: help setup demo test test-oldest lint paper bench verify colcon clean
 
@@ -50,7 +51,7 @@ verify:  ## compare with other people's programs, installed for it, and publishe
 	@.venv/bin/python -m verification $(if $(PUBLISH),--publish docs/verification.md)
 
 colcon:  ## build and test with colcon, as in an ordinary ROS 2 workspace
-	@bash tools/colcon.sh
+	@bash tools/colcon.sh $(IN_PROCESSES) $(PYTEST_ARGS)
 
 clean:  ## remove everything that was made
 	rm -rf .venv .venv-oldest .venv-colcon build install log dist paper/results verification/results *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache

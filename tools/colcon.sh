@@ -26,7 +26,6 @@ step "ROS 2, numerical and test packages, colcon (wheels, 240 MB)" "$venv/stamp-
 export VIRTUAL_ENV=$venv PATH=$venv/bin:$PATH AMENT_PREFIX_PATH=$venv CMAKE_PREFIX_PATH=$venv
 # colcon stops at the first package it meets: the nested one has to be named.
 colcon build --base-paths . msg_defs --event-handlers console_cohesion+ --cmake-args -DBUILD_TESTING=OFF
-# In several processes, as `make test`; colcon takes away the space in front of a dash.
-eval "arguments=(-n logical --maxprocesses 4 ${PYTEST_ARGS:-})"
-colcon test --base-paths . msg_defs --event-handlers console_direct+ --pytest-args "${arguments[@]/#/ }"
+# Its arguments are those of pytest; colcon takes away the space in front of a dash.
+colcon test --base-paths . msg_defs --event-handlers console_direct+ --pytest-args "${@/#/ }"
 colcon test-result --verbose

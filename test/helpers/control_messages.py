@@ -19,6 +19,7 @@ from pathlib import Path
 from helpers.own_tree import ROOT, TESTS
 
 _OURS = ROOT / "msg_defs"
+_BUILT_BY = ("CMakeLists.txt", "package.xml")
 _INTERFACES = TESTS / "data" / "control_msgs"
 
 
@@ -30,23 +31,20 @@ def control_messages(folder: Path) -> dict[str, Path]:
     """
     if importlib.util.find_spec("control_msgs"):
         return {}
-    prefix, stamp = folder / "prefix", folder / "stamp"
-    if not stamp.exists() or stamp.read_text() != _checksum():
+    prefix, stamp, checksum = folder / "prefix", folder / "stamp", _checksum()
+    if not stamp.exists() or stamp.read_text() != checksum:
         stamp.unlink(missing_ok=True)
         _compile(folder / "package", folder / "build", prefix)
-        stamp.write_text(_checksum())
+        stamp.write_text(checksum)
     (packages,) = prefix.glob("lib/*/site-packages")
     libraries = prefix / "lib"
     return {"AMENT_PREFIX_PATH": prefix, "LD_LIBRARY_PATH": libraries, "PYTHONPATH": packages}
 
 
-def _sources() -> list[Path]:
-    return [_OURS / "CMakeLists.txt", _OURS / "package.xml", *sorted(_INTERFACES.rglob("*.*"))]
-
-
 def _checksum() -> str:
     """Of all that it is made from."""
-    text = b"".join(file.read_bytes() for file in _sources())
+    files = [*(_OURS / name for name in _BUILT_BY), *sorted(_INTERFACES.rglob("*.*"))]
+    text = b"".join(file.read_bytes() for file in files)
     return hashlib.sha256(text + sys.prefix.encode()).hexdigest()
 
 
@@ -54,7 +52,7 @@ def _compile(package: Path, build: Path, prefix: Path) -> None:
     for folder in (package, build, prefix):
         shutil.rmtree(folder, ignore_errors=True)
     shutil.copytree(_INTERFACES, package)
-    for name in ("CMakeLists.txt", "package.xml"):
+    for name in _BUILT_BY:
         text = (_OURS / name).read_text(encoding="utf-8")
         assert "cpr_msgs" in text
         (package / name).write_text(text.replace("cpr_msgs", "control_msgs"), encoding="utf-8")

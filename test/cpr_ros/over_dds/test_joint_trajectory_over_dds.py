@@ -4,7 +4,6 @@
 """Timed trajectories from programs that speak control_msgs, as MoveIt does."""
 
 import ctypes
-import importlib
 import os
 import sys
 
@@ -15,26 +14,15 @@ from builtin_interfaces.msg import Duration
 from cpr_msgs.msg import StabilityMetrics
 from helpers.control_messages import control_messages
 from helpers.goal_client import GoalClient
+from helpers.joint_trajectory import DOWN, HOME, NAMES, trajectory
 from helpers.node_process import running_node
 from sensor_msgs.msg import JointState
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectory
-
-HOME = np.array([2.59, 0.55])
-NAMES = ["motor1", "motor2"]
-#: Straight into the instability of the RFRFR robot.
-DOWN = HOME + [4.0, -4.0]
+from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 
-def trajectory(times, positions, names=NAMES):
-    points = [
-        JointTrajectoryPoint(
-            positions=np.asarray(row, float).tolist(),
-            velocities=[0.0] * len(names),
-            time_from_start=Duration(sec=int(time), nanosec=round(1e9 * (time % 1.0))),
-        )
-        for time, row in zip(times, positions, strict=True)
-    ]
-    return JointTrajectory(joint_names=names, points=points)
+def resting(times, positions, names=NAMES):
+    """A trajectory that rests at every point."""
+    return trajectory(times, positions, np.zeros(np.shape(positions)), names)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +37,7 @@ def control_msgs(request):
             # This process has read its path of libraries; DDS asks for them by name, and is given these.
             for library in found["LD_LIBRARY_PATH"].glob("lib*.so"):
                 ctypes.CDLL(str(library))
-        yield importlib.import_module("control_msgs")
+        yield
     for name in [name for name in sys.modules if name.partition(".")[0] == "control_msgs"]:
         del sys.modules[name]
 
@@ -64,8 +52,11 @@ def rfrfr(control_msgs, tmp_path_factory):
 
 @pytest.fixture
 def following(control_msgs, drive):
-    kind = importlib.import_module("control_msgs.action").FollowJointTrajectory
-    client = GoalClient(drive.client, kind, f"{drive.name}/follow_joint_trajectory")
+    from control_msgs.action import FollowJointTrajectory
+
+    client = GoalClient(
+        drive.client, FollowJointTrajectory, f"{drive.name}/follow_joint_trajectory"
+    )
     try:
         yield client
     finally:
@@ -79,13 +70,15 @@ def ended(following, **fields):
 
 
 def tolerance(name, **parts):
-    return importlib.import_module("control_msgs.msg").JointTolerance(name=name, **parts)
+    from control_msgs.msg import JointTolerance
+
+    return JointTolerance(name=name, **parts)
 
 
 def test_one_is_followed_and_told_point_by_point(drive, following):
     ways = np.array([[0.1, 0.05], [0.2, -0.1], [0.3, -0.2]])
     names = NAMES[::-1]  # feedback comes in the order of the goal
-    message = trajectory([0.5, 1.0, 1.5], (HOME + ways)[:, ::-1], names)
+    message = resting([0.5, 1.0, 1.5], (HOME + ways)[:, ::-1], names)
     near = [tolerance("motor1", position=0.5), tolerance("motor2", position=-1.0)]  # -1: any
     status, code, words = ended(
         following, trajectory=message, path_tolerance=near, goal_tolerance=near[:1]
@@ -110,7 +103,7 @@ def test_one_is_followed_and_told_point_by_point(drive, following):
 
 
 def test_a_cancelled_one_is_held(drive, following):
-    handle = following.send(trajectory=trajectory([10.0], [HOME + [2.0, 0.0]]))
+    handle = following.send(trajectory=resting([10.0], [HOME + [2.0, 0.0]]))
     drive.until(lambda: drive.motors[0] > HOME[0] + 0.05)
     assert following.cancel(handle) == 1
     assert following.result(handle).status == GoalStatus.STATUS_CANCELED
@@ -122,14 +115,14 @@ def test_a_cancelled_one_is_held(drive, following):
 
 
 def test_into_the_instability_it_is_refused_beforehand(drive, following):
-    status, code, words = ended(following, trajectory=trajectory([8.0], [DOWN]))
+    status, code, words = ended(following, trajectory=resting([8.0], [DOWN]))
     assert (status, code) == (GoalStatus.STATUS_ABORTED, following.kind.Result.INVALID_GOAL)
     assert "stop threshold 0.05" in words
     drive.until(lambda: np.array_equal(drive.motors, HOME))
 
 
 def test_one_whose_time_is_over_is_refused(drive, following):
-    message = trajectory([1.0], [HOME])
+    message = resting([1.0], [HOME])
     message.header.stamp.sec = 1
     status, code, words = ended(following, trajectory=message)
     assert (status, code) == (
@@ -142,7 +135,7 @@ def test_one_whose_time_is_over_is_refused(drive, following):
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        ({"trajectory": trajectory([1.0], [[2.6]], ["motor1"])}, "missing: motor2"),
+        ({"trajectory": resting([1.0], [[2.6]], ["motor1"])}, "missing: motor2"),
         ({"path_tolerance": ["elbow"]}, "path_tolerance[0].name: expected each of motor1, motor2"),
         (
             {"multi_dof_trajectory": MultiDOFJointTrajectory(joint_names=["platform"])},
@@ -152,7 +145,7 @@ def test_one_whose_time_is_over_is_refused(drive, following):
     ids=["a motor is missing", "tolerance of no motor", "several degrees of freedom"],
 )
 def test_what_is_wrong_is_refused_with_the_reason(drive, following, fields, words):
-    given = {"trajectory": trajectory([1.0], [HOME])} | fields
+    given = {"trajectory": resting([1.0], [HOME])} | fields
     if "path_tolerance" in given:
         given["path_tolerance"] = [
             tolerance(name, position=0.1) for name in given["path_tolerance"]
@@ -167,7 +160,7 @@ def test_one_that_falls_behind_its_tolerances_is_given_up(drive, following):
     """Below the warning threshold it is slowed down, by more than its first motor allows."""
     given = {"margin_warning": 0.99, "margin_stop": 0.9, "max_speed": 0.8}
     assert drive.set_parameters(**given).successful
-    message = trajectory([1.0], [HOME + [0.5, -0.5]])
+    message = resting([1.0], [HOME + [0.5, -0.5]])
     try:
         beyond = ended(
             following, trajectory=message, path_tolerance=[tolerance("motor1", position=0.01)]

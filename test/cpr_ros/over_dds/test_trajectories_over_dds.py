@@ -19,32 +19,12 @@ from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
 from helpers.driver import EVERY_MESSAGE
 from helpers.goal_client import GoalClient
+from helpers.joint_trajectory import DOWN, HOME, NAMES, trajectory
 from helpers.node_process import change
 from lifecycle_msgs.msg import Transition
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
-
-HOME = np.array([2.59, 0.55])
-NAMES = ["motor1", "motor2"]
-#: Straight into the instability of the RFRFR robot.
-DOWN = HOME + [4.0, -4.0]
-
-
-def trajectory(times, positions, velocities=None, names=NAMES, **header):
-    message = JointTrajectory(joint_names=names)
-    for number, (seconds, row) in enumerate(zip(times, positions, strict=True)):
-        nanoseconds = round(seconds * 1e9)
-        point = JointTrajectoryPoint(
-            positions=np.asarray(row, float).tolist(),
-            time_from_start=Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9),
-        )
-        if velocities is not None:
-            point.velocities = np.asarray(velocities[number], float).tolist()
-        message.points.append(point)
-    for name, value in header.items():
-        setattr(message.header, name, value)
-    return message
+from trajectory_msgs.msg import JointTrajectory
 
 
 def with_efforts(message):
