@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .equilibrium import Equilibrium
+from .robot import Robot
 
-__all__ = ["bending_strains"]
+__all__ = ["bending_strains", "strains_in"]
 
 Floats = NDArray[np.float64]
 
@@ -22,11 +23,15 @@ def bending_strains(equilibrium: Equilibrium) -> Floats:
     centre line, at the quadrature nodes and at both ends. Torsion and tension are not counted. Where a
     profile changes the stiffness, the section is still the one of the description.
     """
-    robot, state = equilibrium.robot, equilibrium.state
+    return strains_in(equilibrium.robot, equilibrium.state)
+
+
+def strains_in(robot: Robot, states: Floats) -> Floats:
+    """The same in some states (..., N), (..., R); NaN where a state is."""
     largest = []
     for rod, values, rest in zip(robot.numbers.rods, *robot.curvature_stations, strict=True):
-        curvature = np.einsum("pcm,m->pc", values, state[rod.strain]) - rest
-        curvature /= rod.stretch(state)
-        strain = rod.element.rod.bending_strain_at(robot.curvature_sigma, curvature)
-        largest.append(strain.max())
-    return np.array(largest)
+        curvature = np.einsum("pcm,...m->...pc", values, states[..., rod.strain])
+        curvature /= rod.stretch(states)[..., None, None]
+        strain = rod.element.rod.bending_strain_at(robot.curvature_sigma, curvature - rest)
+        largest.append(strain.max(axis=-1))
+    return np.stack(largest, axis=-1)

@@ -41,11 +41,11 @@ class RodNumbers:
     strain: slice
     length_index: int | None
 
-    def stretch(self, state: Floats) -> float:
-        """Length in a state (N,) over nominal length."""
+    def stretch(self, states: Floats) -> Floats:
+        """Length over nominal length, (...), in states (..., N)."""
         if self.length_index is None:
-            return 1.0
-        return float(state[self.length_index]) / self.element.rod.length
+            return np.ones(states.shape[:-1])
+        return np.asarray(states[..., self.length_index] / self.element.rod.length)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..model.bending_strain import strains_in
 from ..model.robot import Robot
 from ..solving.limits import motor_margins
 
@@ -20,25 +21,9 @@ _AT_ONCE = 4096
 
 
 def map_strains(robot: Robot, states: Floats) -> Floats:
-    """Largest bending strain of every rod, as ``bending_strains``, (M, R).
-
-    Args:
-        robot: The robot.
-        states: (M, N); NaN where there is none.
-    """
-    strains = np.full((len(states), len(robot.strain_limits)), np.nan)
-    for number, (rod, values, rest) in enumerate(
-        zip(robot.numbers.rods, *robot.curvature_stations, strict=True)
-    ):
-        described = rod.element.rod
-        for begin in range(0, len(states), _AT_ONCE):
-            some = states[begin : begin + _AT_ONCE]
-            curvature = np.einsum("pcm,bm->bpc", values, some[:, rod.strain]) - rest
-            if rod.length_index is not None:
-                curvature *= (described.length / some[:, rod.length_index])[:, None, None]
-            bending = described.bending_strain_at(robot.curvature_sigma, curvature)
-            strains[begin : begin + _AT_ONCE, number] = bending.max(axis=1)
-    return strains
+    """Largest bending strain of every rod in states (M, N), (M, R); NaN where there is none."""
+    some = [states[begin : begin + _AT_ONCE] for begin in range(0, len(states), _AT_ONCE)]
+    return np.concatenate([strains_in(robot, few) for few in some or [states]])
 
 
 def limit_margins(robot: Robot, states: Floats, efforts: Floats) -> Floats:

@@ -61,13 +61,16 @@ def test_sections(section, expected):
     np.testing.assert_allclose(strain, expected)
 
 
-def test_rods_of_extensible_legs_bend_less_when_they_are_longer():
-    robot = load_robot("gough_stewart")
-    expected = [
-        0.001 * np.hypot(shape.curvature[:, 1], shape.curvature[:, 2]).max()
-        for shape in leg_shapes(solve_forward(robot, solve_home(robot).motors + 0.05), 400)
-    ]
+@pytest.mark.parametrize("rest", [0.0, 2.0])
+def test_rods_that_are_fed_have_the_strain_of_their_curvature_there(rest):
+    content = content_of("gough_stewart")
+    content["rod"]["rest_curvature"] = {"bending_3": [rest]}
+    robot = load_robot(content)
     longer = solve_forward(robot, solve_home(robot).motors + 0.05)
+    expected = [
+        0.001 * np.hypot(shape.curvature[:, 1], shape.curvature[:, 2] - rest).max()
+        for shape in leg_shapes(longer, 400)
+    ]
     np.testing.assert_allclose(bending_strains(longer), expected, rtol=2e-2)
 
 
