@@ -67,8 +67,9 @@ def calibrate(
         progress: Called with the fraction of what is to be done, roughly.
 
     Raises:
-        InvalidRequest: Measurements that do not fit the robot, that have no equilibrium, that look like
-            other units or another order of numbers, or that are fewer numbers than parameters.
+        InvalidRequest: A start of another robot; measurements that do not fit the robot, that have no
+            equilibrium, that look like other units or another order of numbers, or that are fewer numbers
+            than parameters.
         UnknownParameter: There is no such number.
         DescriptionError: No robot is near the described one in a number.
 

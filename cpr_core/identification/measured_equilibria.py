@@ -17,7 +17,7 @@ from ..kernels.square_problem import Tolerances
 from ..model.equilibrium import Equilibrium, corrected
 from ..model.robot import Robot
 from ..solving.continued import continued
-from ..solving.home import solve_home
+from ..solving.geometrico_statics import checked_start
 from ..solving.limits import margins, violated
 from ..solving.near_request import solve_near
 from ..solving.not_reached import NotReached
@@ -48,9 +48,9 @@ def first_equilibria(
         progress: Called with the fraction of rows that are done.
 
     Raises:
-        InvalidRequest: Rows have no equilibrium on the branch; names them.
+        InvalidRequest: A start of another robot; rows that have no equilibrium on the branch, named.
     """
-    home = solve_home(robot) if start is None else start
+    home = checked_start(robot, start)
     known, found = [home], []
     failures: list[str] = []
     for number, row in enumerate(rows):

@@ -127,6 +127,8 @@ class _Walk:
         fraction, step = 0.0, 1.0
         iterations = 0
         while fraction < 1.0:
+            if time.perf_counter() >= self.deadline:
+                raise self._stopped("time_limit", reached, reached, "the time allowed was over")
             ahead = min(1.0, fraction + step)
             found = self._at(reached.equilibrium, ahead)
             if found is None or self._happens(reached, found):
@@ -140,10 +142,6 @@ class _Walk:
 
     def _at(self, before: Equilibrium, fraction: float) -> Point | None:
         """The equilibrium part of the way, from one near by; None where none is near."""
-        if time.perf_counter() >= self.deadline:
-            text = "the time allowed was over"
-            event = PathEvent("time_limit", fraction, before, 0, 0, text)
-            raise TimeLimitExceeded(f"parameters: {text}", fraction, before, event)
         robot = self._robot(fraction)
         if robot is None:
             return None
@@ -214,6 +212,8 @@ class _Walk:
         )
         if kind == "stability":
             return UnstableEquilibrium(message, low.fraction, low.equilibrium, event)
+        if kind == "time_limit":
+            return TimeLimitExceeded(message, low.fraction, low.equilibrium, event)
         failure = NoInverseSolution if self.problem == "pose" else NoForwardSolution
         return failure(message, low.fraction, low.equilibrium, event)
 

@@ -23,6 +23,8 @@ __all__ = ["CriticalLoad", "critical_load", "critical_load_factor"]
 
 #: Accuracy of the critical factor or force, relative.
 _TOLERANCE = 1e-8
+#: Steps of the load that are smaller than this part of the first one are not tried.
+_SMALLEST_STEP = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +57,8 @@ def critical_load_factor(
 
     Raises:
         InvalidRequest: The start is unstable or its loads have no potential.
+        MotorLimitExceeded: Before that, a motor would give more than its effort.
+        StrainLimitExceeded: Before that, a rod would yield.
     """
     check_equilibrium(equilibrium)
     return _trace(equilibrium, equilibrium.loads.scaled, 1.0, 0.1, limit, motors_are)
@@ -80,6 +84,8 @@ def critical_load(
 
     Raises:
         InvalidRequest: The start is unstable, its loads have no potential, or no direction is given.
+        MotorLimitExceeded: Before that, a motor would give more than its effort.
+        StrainLimitExceeded: Before that, a rod would yield.
     """
     check_equilibrium(equilibrium)
     axis = checked_vector("direction", direction, 3, "x y z in the world")
@@ -117,14 +123,17 @@ def _trace(
         raise InvalidRequest(
             "equilibrium", f"expected a stable one, its smallest eigenvalue is {smallest:.3g} J"
         )
-    low, last, beyond, high = value, start, "", np.inf
+    low, last, beyond, high, first_step = value, start, "", np.inf, step
     while high - low > _TOLERANCE * max(abs(low), step * 1e-3):
         target = min(low + step, limit) if np.isinf(high) else 0.5 * (low + high)
         try:
             next_equilibrium = solve_forward(robot, start.motors, start=last, loads=loads(target))
             eigenvalue = spectrum(next_equilibrium, motors_are).smallest
-        except NoSolution:
-            high, beyond = target, "fold"
+        except NoSolution as error:
+            if np.isinf(high) and _not_walked(error) and step > _SMALLEST_STEP * first_step:
+                step *= 0.5
+            else:
+                high, beyond = target, "fold"
             continue
         if eigenvalue <= 0.0:
             high, beyond = target, "crossing"
@@ -138,3 +147,8 @@ def _trace(
             )
         low, last, smallest = target, next_equilibrium, eigenvalue
     return CriticalLoad(value=0.5 * (low + high), equilibrium=last, kind=beyond)
+
+
+def _not_walked(error: NoSolution) -> bool:
+    """Whether a load was too much for one walk, which says nothing about the branch."""
+    return error.fraction == 0.0 and error.event is not None and error.event.kind == "lost"

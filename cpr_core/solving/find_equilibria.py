@@ -62,8 +62,8 @@ class FoundEquilibrium:
 
     @property
     def stable(self) -> bool:
-        """Whether it is stable with the motors held."""
-        return self.equilibrium.index_locked == 0
+        """Whether it is stable with the motors held, and energy decides that."""
+        return self.equilibrium.stable
 
 
 @on_one_blas_thread

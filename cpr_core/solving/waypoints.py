@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -37,6 +38,9 @@ from .trace import Trace
 __all__ = ["trace_through"]
 
 Floats = NDArray[np.float64]
+
+#: Requests solved between two looks at the clock, where time is limited: some hundredths of a second.
+_BETWEEN_LOOKS = 256
 
 _PROBLEM: dict[str, ProblemName] = {"motors": "motors", "poses": "pose", "efforts": "efforts"}
 
@@ -93,29 +97,30 @@ def trace_through(
     last, count = start, len(rows)
     found, events, stopped = _Records(start, loads, count), [], None
     while len(found) < count and stopped is None:
+        ahead = rows if math.isinf(deadline) else rows[: len(found) + _BETWEEN_LOOKS]
+        unstable = last.index_free if kind == "efforts" else last.index_locked
+        quiet = last.loads is found.loads and not (stable_only and unstable)
+        if quiet and time.perf_counter() < deadline:
+            last = _run(found, last, kind, ahead, singularities)
         done = len(found)
-        if last.loads is found.loads and not (stable_only and last.index_locked):
-            last = _run(found, last, kind, rows, singularities)
-            done = len(found)
-        if done < count:
-            left = max(0.0, deadline - time.perf_counter())
-            target = target_of(last, _PROBLEM[kind], rows[done])
-            walk = walk_to(
-                last,
-                target,
-                found.loads,
-                objective=objective_of(last, _PROBLEM[kind], objective),
-                stable_only=stable_only,
-                singularities=singularities,
-                time_limit=left,
-            )
-            happened = [_numbered(event, done, count) for event in walk.events]
-            events += happened
-            if walk.stopped is not None:
-                stopped = happened[-1]
-            else:
-                last = walk.last
-                found.add(last)
+        if done == len(ahead):
+            continue
+        walk = walk_to(
+            last,
+            target_of(last, _PROBLEM[kind], rows[done]),
+            found.loads,
+            objective=objective_of(last, _PROBLEM[kind], objective),
+            stable_only=stable_only,
+            singularities=singularities,
+            time_limit=max(0.0, deadline - time.perf_counter()),
+        )
+        happened = [_numbered(event, done, count) for event in walk.events]
+        events += happened
+        if walk.stopped is not None:
+            stopped = happened[-1]
+        else:
+            last = walk.last
+            found.add(last)
     return Trace(
         robot=robot,
         fractions=np.arange(1.0, len(found) + 1.0) / count,

@@ -220,6 +220,7 @@ def test_time_is_limited():
     with pytest.raises(TimeLimitExceeded) as caught:
         loaded_until_it_buckles(time_limit=0.0)
     assert caught.value.event.kind == "time_limit"
+    assert caught.value.fraction == caught.value.event.fraction == 0.0
 
 
 def test_unstable_starts_are_refused_where_stability_is_asked_for():

@@ -76,6 +76,12 @@ def test_pulling_never_buckles():
     assert critical_load(solve_home(made), [1.0, 0.0, 0.0], limit=20.0 * CLAMPED_FREE) is None
 
 
+def test_loads_that_are_too_far_to_be_walked_to_at_once_end_no_branch():
+    made = column(motors.Welded(), joints.Fixed(AT_TIP))
+    loads = Loads.none().with_(wrench_world=[0, 0, 0, 2.5 * CLAMPED_FREE, 0, 0])
+    assert critical_load_factor(solve_forward(made, [], loads=loads)) is None
+
+
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "three_rfs"])
 def test_the_smallest_eigenvalue_vanishes_there_and_nowhere_before(name):
     robot = load_robot(name)

@@ -19,6 +19,7 @@ from cpr_core import (
     trace,
     trace_through,
 )
+from cpr_core.solving.find_equilibria import find_equilibria
 from paper.cases import RFRFR, SIX_RFS
 
 CASES = {case.name: case for case in (RFRFR, SIX_RFS)}
@@ -104,6 +105,32 @@ def test_stability_that_is_lost_is_an_event_at_its_place():
     assert all(here.index_locked == 0 for here in halted.equilibria)
     assert len(halted.equilibria) == int(halted.stopped.fraction * len(rows))
     assert distance(halted.last, one.equilibrium) < 1e-6
+
+
+def test_efforts_are_not_followed_from_where_free_motors_are_unstable():
+    robot = load_robot("six_rfs")
+    start = next(
+        each.equilibrium
+        for each in find_equilibria(robot, SIX_RFS.path()[0], starts=300)
+        if each.stable and each.equilibrium.index_free > 0
+    )
+    rows = start.efforts + np.outer(np.linspace(0.001, 0.01, 10), np.ones(6))
+    found = trace_through(robot, efforts=rows, start=start, stable_only=True)
+    assert found.stopped.kind == "stability" and not len(found.equilibria)
+    assert trace_through(robot, efforts=rows, start=start).equilibria
+
+
+@pytest.mark.parametrize("limit", [0.0, 0.05, None])
+def test_time_is_limited_between_requests_on_which_nothing_happens(limit):
+    robot = load_robot("rfrfr")
+    rows = solve_home(robot).motors + np.outer(np.sin(np.linspace(0.0, 30.0, 20000)), [0.1, 0.1])
+    found = trace_through(robot, motors=rows, time_limit=limit)
+    if limit is None:
+        assert found.reached
+    else:
+        assert found.stopped.kind == "time_limit"
+        assert len(found.equilibria) == round(found.stopped.fraction * len(rows)) < len(rows)
+    assert bool(found.equilibria) == (limit != 0.0)
 
 
 def test_inverse_singularities_on_the_way_of_motors_are_events_where_they_are_asked_for():
