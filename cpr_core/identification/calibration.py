@@ -68,8 +68,8 @@ def calibrate(
 
     Raises:
         InvalidRequest: A start of another robot; measurements that do not fit the robot, that have no
-            equilibrium, that look like other units or another order of numbers, or that are fewer numbers
-            than parameters.
+            equilibrium, that look like other units or another order of numbers, or that are fewer
+            numbers than parameters.
         UnknownParameter: There is no such number.
         DescriptionError: No robot is near the described one in a number.
 
@@ -82,10 +82,9 @@ def calibrate(
     loss = checked_loss(loss)
     values = robot.parameter_values(paths)
     limits = _checked_bounds(bounds, paths, values)
-    check_measured(robot, rows)
     tell = progress if progress is not None else _silent
     before = first_equilibria(robot, rows, start, lambda done: tell(0.5 * done))
-    check_measured(robot, rows, before)
+    check_measured(rows, before)
     compared = tuple(
         compared_row(row, equilibrium, deviations)
         for row, equilibrium in zip(rows, before, strict=True)
@@ -174,7 +173,7 @@ def _result(
         values,
         covariance,
         words,
-        (*doubts, *fit_doubts(fit, freedom)),
+        (*doubts, *fit_doubts(problem.robot, problem.rows, fit, freedom)),
         fit,
         problem.rows,
         tuple(problem.before),

@@ -17,7 +17,7 @@ from ..model.robot import Robot
 from .compared import ComparedRow
 from .measurements import Measurement
 
-__all__ = ["bound_doubts", "check_measured", "fit_doubts", "measured_doubts"]
+__all__ = ["bound_doubts", "check_measured", "fit_doubts", "measured_doubts", "unit_doubt"]
 
 Floats = NDArray[np.float64]
 
@@ -33,29 +33,32 @@ _BEYOND, _FREE = 1.6, 8
 _AT_BOUND = 1e-2
 
 
-def check_measured(
-    robot: Robot, rows: Sequence[Measurement], predicted: Sequence[Equilibrium] | None = None
-) -> None:
+def unit_doubt(robot: Robot, row: Measurement) -> str:
+    """What looks wrong with the units of a row; empty: nothing."""
+    given = [
+        values if values is not None and np.isfinite(values).all() else None
+        for values in (row.motors, row.position)
+    ]
+    return request_doubt(robot.description, *given)
+
+
+def check_measured(rows: Sequence[Measurement], predicted: Sequence[Equilibrium]) -> None:
     """Whether measurements are in the units and the order that are expected.
 
     Args:
-        robot: The robot as it is described.
         rows: Checked measurements.
-        predicted: Equilibria of the rows; without them only what needs none is looked at.
+        predicted: Their equilibria.
 
     Raises:
         InvalidRequest: They are not; names the first such row.
     """
-    for row in rows:
-        motors = row.motors if row.motors is not None and np.isfinite(row.motors).all() else None
-        position = row.position
-        if position is not None and not np.isfinite(position).all():
-            position = None
-        doubt = request_doubt(robot.description, motors, position)
-        if doubt:
-            raise InvalidRequest(row.label, doubt)
-    if predicted is None:
-        return
+    for row, equilibrium in zip(rows, predicted, strict=True):
+        robot, position = equilibrium.robot, row.position
+        if position is not None and np.isfinite(position).all():
+            far = np.linalg.norm(position - equilibrium.platform_position) > robot.mean_length
+            doubt = request_doubt(robot.description, None, position) if far else ""
+            if doubt:
+                raise InvalidRequest(row.label, doubt)
     pairs = [
         (row, quaternion_order_doubt(row.quaternion_wxyz, equilibrium.platform_quaternion))
         for row, equilibrium in zip(rows, predicted, strict=True)
@@ -156,23 +159,27 @@ def _columns(
             yield "quaternion ", name, own[:, axis], other[:, axis], float(turned[0].deviations[-1])
 
 
-def fit_doubts(fit: float, freedom: int) -> tuple[str, ...]:
-    """What residuals say of the standard deviations that were stated.
+def fit_doubts(robot: Robot, rows: Sequence[ComparedRow], fit: float, freedom: int) -> list[str]:
+    """What residuals say of the standard deviations that were stated, and of units.
 
     Args:
+        robot: The robot as it is described.
+        rows: How rows were compared.
         fit: Root mean square of the residuals in standard deviations.
         freedom: Degrees of freedom.
     """
     if freedom < _FREE or 1.0 / _BEYOND < fit < _BEYOND:
-        return ()
-    if fit > 1.0:
-        return (
-            f"residuals are {fit:.3g} times as large as the standard deviations say: outliers, standard "
-            "deviations that are too small, or a robot that differs in more than these parameters",
-        )
-    return (
-        f"residuals are {fit:.2g} times what the standard deviations say: these may be too large",
-    )
+        return []
+    if fit < 1.0:
+        return [
+            f"residuals are {fit:.2g} times what the standard deviations say: these may be too large"
+        ]
+    units = [(row.measurement.label, unit_doubt(robot, row.measurement)) for row in rows]
+    return [
+        f"residuals are {fit:.3g} times as large as the standard deviations say: outliers, standard "
+        "deviations that are too small, or a robot that differs in more than these parameters",
+        *[f"{label}: {doubt}" for label, doubt in units if doubt][:1],
+    ]
 
 
 def bound_doubts(

@@ -23,6 +23,7 @@ from ..solving.near_request import solve_near
 from ..solving.not_reached import NotReached
 from ..solving.solve_from import solve_from
 from ..solving.targets import MotorTarget, ProblemName
+from .doubts import unit_doubt
 from .measurements import Drive, Measurement, driven_by
 
 __all__ = ["first_equilibria", "followed"]
@@ -48,7 +49,8 @@ def first_equilibria(
         progress: Called with the fraction of rows that are done.
 
     Raises:
-        InvalidRequest: A start of another robot; rows that have no equilibrium on the branch, named.
+        InvalidRequest: A start of another robot; rows that have no equilibrium on the branch, named; a
+            row without one that looks like other units.
     """
     home = checked_start(robot, start)
     known, found = [home], []
@@ -58,6 +60,9 @@ def first_equilibria(
             found.append(_solved(known, row))
             known.append(found[-1])
         except CprError as error:
+            doubt = unit_doubt(robot, row)
+            if doubt:
+                raise InvalidRequest(row.label, doubt) from error
             failures.append(f"{row.label}: {error}")
         if progress is not None:
             progress((number + 1) / len(rows))

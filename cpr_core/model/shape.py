@@ -243,7 +243,7 @@ def _rods_from_identity(robot: Robot, state: Floats, points: int) -> list[_RodSh
     integrals = np.vstack([np.zeros_like(grid.weights), grid.integration, grid.weights])
     beyond, shapes = integrals @ tangents, []
     for number, rod in enumerate(rods):
-        length = rod.element.rod.length * rod.stretch(state)
+        length = float(rod.element.rod.length * rod.stretch(state))
         shapes.append(_RodShape(length * beyond[number], frames[number], strain[number], length))
     return shapes
 

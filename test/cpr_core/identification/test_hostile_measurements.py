@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.simulated_measurements import DEVIATIONS, OFFSETS, PATHS, equilibria, measured, payload
+from helpers.yaml_content import yaml_content
 
 import cpr_core
 from cpr_core import (
@@ -20,6 +21,7 @@ from cpr_core import (
     UnknownParameter,
     calibrate,
 )
+from cpr_core.description.description_file import shipped_robots
 
 
 @pytest.fixture(scope="module")
@@ -145,12 +147,32 @@ def test_fewer_numbers_than_parameters(robot, rows):
         ({"bounds": {PATHS[0]: (1.0, 2.0)}}, "between, got 1, 2"),
         ({"bounds": {PATHS[0]: (1.0,)}}, "lowest and highest"),
         ({"bounds": 3}, "two numbers by path"),
+        ({"start": 3}, "expected an Equilibrium"),
     ],
 )
 def test_arguments_that_cannot_be(robot, rows, arguments, text):
     given = {"measurements": rows, "parameters": PATHS, "deviations": DEVIATIONS} | arguments
     with pytest.raises(InvalidRequest, match=text):
         calibrate(robot, **given)
+
+
+def test_a_start_of_another_robot(robot, rows):
+    other = cpr_core.solve_home(cpr_core.load_robot("six_rfs"))
+    with pytest.raises(InvalidRequest, match="same robot object"):
+        calibrate(robot, rows, PATHS, DEVIATIONS, start=other)
+
+
+def test_motors_with_gears_may_turn_often():
+    content = yaml_content(shipped_robots()["delta"].read_text())
+    for leg in content["legs"]:
+        leg["chain"][0] |= {"ratio": 0.01, "limits": {}}
+    geared = cpr_core.load_robot(content)
+    truth = geared.with_parameters({"rod.young_modulus": 150e9})
+    seen = equilibria(truth, cpr_core.solve_home(geared), reach=40.0)
+    assert np.abs([each.motors for each in seen]).max() > 4.0 * np.pi
+    found = calibrate(geared, measured(seen, seed=2), "rod.young_modulus", DEVIATIONS)
+    assert abs(found.values[0] - 150e9) < 4.0 * found.standard_deviations[0]
+    assert not found.doubts
 
 
 def test_a_parameter_that_is_not_there(robot, rows):
