@@ -11,6 +11,8 @@ import math
 from typing import Any
 
 from ..description.loads import Loads
+from ..errors import CprError
+from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.chosen_modes import ComparedModes, choose_modes, compared_modes, with_many_modes
 from ..solving.not_reached import NotReached
@@ -51,7 +53,7 @@ def _modes(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tu
         asked = robot.description.tolerance
         tolerance = asked if math.isfinite(asked) else _TOLERANCE
     chosen = choose_modes(robot, tolerance)
-    exact = with_many_modes(robot, min(tolerance, _TRUTH))
+    exact = _nearly_exact(robot, tolerance)
     rows: list[tuple[str, ComparedModes | None]] = []
     for modes in _COMPARED:
         uniform = Robot(chosen.description.with_modes(modes), robot.held_motors)
@@ -63,6 +65,14 @@ def _modes(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tu
     if options.json:
         return json.dumps(_as_dict(chosen, tolerance, rows), indent=2, allow_nan=False), True
     return _as_text(chosen, tolerance, rows), True
+
+
+def _nearly_exact(robot: Robot, tolerance: float) -> tuple[Equilibrium, ...]:
+    """What all are compared with: as exact as can be, and as the tolerance wants at least."""
+    try:
+        return with_many_modes(robot, min(tolerance, _TRUTH))
+    except CprError:
+        return with_many_modes(robot, tolerance)
 
 
 def _as_dict(

@@ -28,6 +28,7 @@ __all__ = [
     "add_objective",
     "add_seed",
     "add_trace_options",
+    "count",
     "picture",
     "progress_bar",
 ]
@@ -80,7 +81,7 @@ def add_equilibria_options(parser: argparse.ArgumentParser) -> None:
 
 def add_seed(parser: argparse.ArgumentParser, meaning: str) -> None:
     """The seed of what is random."""
-    parser.add_argument("--seed", type=_seed, default=0, help=f"{meaning}, default 0")
+    parser.add_argument("--seed", type=count, default=0, help=f"{meaning}, default 0")
 
 
 def picture(text: str) -> Path:
@@ -95,7 +96,8 @@ def picture(text: str) -> Path:
     return file
 
 
-def _seed(text: str) -> int:
+def count(text: str) -> int:
+    """A whole number that is not negative."""
     if not text.isdecimal():
         raise argparse.ArgumentTypeError(f"expected a whole number of at least 0, got {text!r}")
     return int(text)

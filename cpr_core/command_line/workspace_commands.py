@@ -27,7 +27,7 @@ from ..solving.home import solve_home
 from ..workspace import Grid, WorkspaceMap, map_workspace, motor_grid, pose_grid
 from ..workspace.flooding import Progress
 from ..workspace.summary import summary_of
-from .path_commands import add_objective
+from .path_commands import add_objective, count, picture
 
 __all__ = ["add_workspace_options"]
 
@@ -67,8 +67,10 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
         "--tolerance", type=_number, default=1e-5, metavar="T", help="of borders, default 1e-5"
     )
     add_objective(parser)
-    parser.add_argument("--workers", type=int, metavar="N", help="threads, default one per core")
-    parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the map (png, svg, pdf)")
+    parser.add_argument(
+        "--workers", type=count, metavar="N", help="threads, default one per core; 0: none"
+    )
+    parser.add_argument("--plot", type=picture, metavar="FILE", help="draw the map (png, svg, pdf)")
     parser.add_argument(
         "--field", default="index", metavar="NAME", help="what to draw, default the stability index"
     )
@@ -80,11 +82,12 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
         help="red where the inverse condition number of H_r is below, default 1e-4",
     )
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help="NetCDF file; an unfinished one is gone on with"
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="NetCDF file; the map in one that is there is gone on with",
     )
-    parser.add_argument(
-        "--restart", action="store_true", help="begin anew where --out has an unfinished map"
-    )
+    parser.add_argument("--restart", action="store_true", help="begin anew where --out has a map")
 
 
 def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:

@@ -77,10 +77,16 @@ def _lines(texts: Sequence[str]) -> list[tuple[int, list[str]]]:
     ]
 
 
+def _motors(robot: Robot) -> tuple[str, ...]:
+    """Columns of the motors: their names, unless something else is called so."""
+    others = (*_POSITION, *_QUATERNION, *_WRENCH)
+    return tuple(f"motor:{name}" if name in others else name for name in robot.motor_names)
+
+
 def _columns(robot: Robot) -> tuple[str, ...]:
     """Names that columns can have."""
     efforts = tuple(f"effort:{name}" for name in robot.motor_names)
-    return (*robot.motor_names, *_POSITION, *_QUATERNION, *efforts, *_WRENCH)
+    return (*_motors(robot), *_POSITION, *_QUATERNION, *efforts, *_WRENCH)
 
 
 def _check_header(robot: Robot, place: Path, header: Sequence[str]) -> None:
@@ -139,7 +145,7 @@ def _measurement(
         base = robot.default_loads if loads is None else loads
         loads = base.with_(wrench_world=[value or 0.0 for value in wrench])
     row = Measurement(
-        motors=some(robot.motor_names),  # type: ignore[arg-type]
+        motors=some(_motors(robot)),  # type: ignore[arg-type]
         position=some(_POSITION),  # type: ignore[arg-type]
         quaternion_wxyz=some(_QUATERNION),  # type: ignore[arg-type]
         efforts=some([f"effort:{name}" for name in robot.motor_names]),  # type: ignore[arg-type]
@@ -163,7 +169,7 @@ def write_poses(file: str | Path, equilibria: Sequence[Equilibrium]) -> None:
     robot = equilibria[0].robot
     loaded = any(equilibrium.loads.wrench_world.any() for equilibrium in equilibria)
     posed = _POSITION if robot.description.point_platform else (*_POSITION, *_QUATERNION)
-    header = [*robot.motor_names, *posed, *(_WRENCH if loaded else ())]
+    header = [*_motors(robot), *posed, *(_WRENCH if loaded else ())]
     try:
         with Path(file).open("w", newline="", encoding="utf-8") as opened:
             writer = csv.writer(opened)
@@ -177,7 +183,7 @@ def write_poses(file: str | Path, equilibria: Sequence[Equilibrium]) -> None:
 
 def _values(equilibrium: Equilibrium) -> Mapping[str, float]:
     """Numbers of an equilibrium by column."""
-    names = (*equilibrium.robot.motor_names, *_POSITION, *_QUATERNION, *_WRENCH)
+    names = (*_motors(equilibrium.robot), *_POSITION, *_QUATERNION, *_WRENCH)
     numbers = np.concatenate(
         [
             equilibrium.motors,

@@ -114,7 +114,8 @@ def map_workspace(
         workers: Number of threads without ``executor``, default one per core; 0: none at all.
         tolerance: Borders are refined to this, in units of the axes; 0: not refined.
         file: NetCDF file to write the map to, every ``checkpoint_every`` seconds and at the end.
-        resume: Go on with the map in ``file`` if there is one; it must be of the same robot and grid.
+        resume: Go on with the map in ``file`` if there is one; it must be of the same robot, loads,
+            grid, objective and branch. One that is complete is returned.
         checkpoint_every: Longest time between two checkpoints, beside that of one batch [s].
         progress: Called before the first and after every batch.
         cancelled: Asked several times a second; if it says so, the unfinished map is returned.
@@ -212,10 +213,21 @@ class _Flood:
         return Progress(self.done, self.reached, self.grid.size)
 
     def take(self, found: WorkspaceMap) -> None:
-        """Go on with an unfinished map."""
+        """Go on with an unfinished map.
+
+        Raises:
+            InvalidRequest: The start is not on its branch.
+        """
         self.cells, self.done = found.cells, found.expanded
         reached = np.flatnonzero(found.reached)
         self.queue = reached[np.argsort(found.cells.order[reached])]
+        first = self.queue[:1]
+        for cell in first.tolist():
+            walk = self._walk_to_cell(replace(self.start, robot=self.free), cell)
+            end = self._arrived(walk.last)
+            if walk.stopped is not None or self._distance(first, end, np.array([0]))[0] >= _SAME:
+                problem = "the map in the file is of another branch than this start is on"
+                raise InvalidRequest("file", f"{problem}; name another file")
 
     def begin(self) -> None:
         """Walk from the start to the nearest cell that can be reached."""
@@ -345,7 +357,11 @@ class _Flood:
 
     def _accept_walk(self, cell: int, last: Equilibrium) -> None:
         """A cell that a walk reached."""
-        arrivals = Arrivals(
+        self._accept(np.array([cell]), self._arrived(last), np.array([0]))
+
+    def _arrived(self, last: Equilibrium) -> Arrivals:
+        """The end of a walk as that of a way."""
+        return Arrivals(
             status=np.array([ARRIVED]),
             fraction=np.ones(1),
             state=last.state[None],
@@ -355,7 +371,6 @@ class _Flood:
             efforts=last.efforts[None],
             energy=np.array([last.energy]),
         )
-        self._accept(np.array([cell]), arrivals, np.array([0]))
 
     def _distance(self, cells: Integers, arrivals: Arrivals, ways: Integers) -> Floats:
         """Largest dimensionless difference between cells and the ends of ways to them."""

@@ -157,13 +157,24 @@ def test_a_path_past_folds_is_drawn_by_steps(capsys, tmp_path):
     ],
 )
 def test_pictures_that_cannot_be_drawn_are_refused_at_once(capsys, arguments, text):
-    with pytest.raises(SystemExit) as caught:
-        main(["trace", "rfrfr", "--given", "motors", "--to", "3.0", "0.9", *arguments])
-    assert caught.value.code == 2
-    assert text in capsys.readouterr().err
+    for command in (
+        ["trace", "rfrfr", "--given", "motors", "--to", "3.0", "0.9"],
+        ["workspace", "rfrfr", "--slice", "x=0:1", "y=0.3"],
+    ):
+        with pytest.raises(SystemExit) as caught:
+            main([*command, *arguments])
+        assert caught.value.code == 2
+        assert text in capsys.readouterr().err
 
 
-def test_seeds_are_not_negative(capsys):
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["equilibria", "rfrfr", "--seed", "-1"],
+        ["workspace", "rfrfr", "--slice", "x=0:1", "y=0.3", "--workers", "-1"],
+    ],
+)
+def test_what_is_counted_is_not_negative(capsys, arguments):
     with pytest.raises(SystemExit):
-        main(["equilibria", "rfrfr", "--seed", "-1"])
+        main(arguments)
     assert "expected a whole number of at least 0" in capsys.readouterr().err

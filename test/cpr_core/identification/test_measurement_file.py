@@ -6,9 +6,11 @@
 import numpy as np
 import pytest
 from helpers.simulated_measurements import payload
+from helpers.yaml_content import yaml_content
 
 import cpr_core
 from cpr_core import InvalidRequest, read_measurements, write_poses
+from cpr_core.description.description_file import shipped_robots
 
 
 @pytest.fixture(scope="module")
@@ -93,3 +95,15 @@ def test_no_file(robot, tmp_path):
         read_measurements(robot, tmp_path / "none.csv")
     with pytest.raises(InvalidRequest, match="cannot be written"):
         write_poses(tmp_path / "none" / "poses.csv", [cpr_core.solve_home(robot)])
+
+
+def test_motors_may_be_called_as_coordinates(tmp_path):
+    content = yaml_content(shipped_robots()["delta"].read_text())
+    for leg, name in zip(content["legs"], "xxyyzz", strict=True):
+        leg["chain"][0]["motor"] = name
+    gantry = cpr_core.load_robot(content)
+    home = cpr_core.solve_home(gantry)
+    write_poses(tmp_path / "poses.csv", [home])
+    (row,) = read_measurements(gantry, tmp_path / "poses.csv")
+    assert row.motors == pytest.approx(home.motors, abs=1e-8)
+    assert row.position == pytest.approx(home.platform_position, abs=1e-8)

@@ -13,6 +13,7 @@ from helpers.yaml_content import yaml_content
 
 from benchmarks.chosen_modes import compare_with_tolerance
 from cpr_core import (
+    CprError,
     DescriptionError,
     InvalidRequest,
     Robot,
@@ -233,3 +234,15 @@ def test_the_command_prints_a_table_and_what_was_chosen(capsys):
     with pytest.raises(SystemExit):
         main(["modes", "rfrfr", "--tolerance", "-1"])
     assert "expected a positive length in metres, got -1" in capsys.readouterr().err
+
+
+def test_the_command_asks_for_no_more_than_the_tolerance(capsys, tmp_path):
+    content = content_of("rfrfr")
+    content["rod"]["profile"] = {"at": [0.0, 0.39, 0.5, 0.61, 1.0], "stiffness": [1, 1, 0.6, 1, 1]}
+    file = tmp_path / "thin.yaml"
+    file.write_text(yaml.safe_dump(content))
+    with pytest.raises(CprError, match="1e-09 m is not met"):
+        with_many_modes(load_robot(content), 1e-9)
+    assert main(["modes", str(file), "--tolerance", "1e-3", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["compared"][-1]["true_error"] <= 1e-3
