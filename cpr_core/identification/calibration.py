@@ -70,6 +70,7 @@ def calibrate(
         InvalidRequest: A start of another robot; measurements that do not fit the robot, that have no
             equilibrium, that look like other units or another order of numbers, or that are fewer
             numbers than parameters.
+        InvalidRequest: A parameter that cannot be changed alone, such as a tangent with a normal.
         UnknownParameter: There is no such number.
         DescriptionError: No robot is near the described one in a number.
 

@@ -31,9 +31,8 @@ Floats = NDArray[np.float64]
 class Measurement:
     """What was measured at one equilibrium; None is what was not, also in place of single numbers.
 
-    Motors drive the equilibrium where all of them are given, and are exact then. Without them the
-    controlled coordinates of the pose drive it, without these the efforts of all motors. All else is
-    compared with what follows.
+    Motors drive the equilibrium where all of them are given. Without them the controlled coordinates of
+    the pose drive it, without these the efforts of all motors. All else is compared with what follows.
 
     Attributes:
         motors: Motor positions in motor order, (n,) [rad or m].
@@ -117,13 +116,15 @@ def _numbers(name: str, value: Any, size: int) -> Floats | None:
 
 @dataclass(frozen=True)
 class StandardDeviations:
-    """How exact measurements are; None: never compared, and an error where it would have to be.
+    """How exact measurements are; None: exact where it drives, an error where it would be compared.
+
+    Noise of what drives a row is carried to what is compared, to first order.
 
     Attributes:
         position: Of every coordinate of the platform [m].
         rotation: Of the orientation about every axis [rad].
-        motors: Of motor positions that do not drive [rad or m].
-        efforts: Of motor efforts that do not drive [N m or N].
+        motors: Of motor positions [rad or m].
+        efforts: Of motor efforts [N m or N].
     """
 
     position: float | None = None

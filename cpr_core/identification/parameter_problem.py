@@ -13,7 +13,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..description.changed_description import named_parameters
-from ..errors import DescriptionError
+from ..errors import DescriptionError, InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot
@@ -40,6 +40,8 @@ _REFUSED = 1e12
 #: Change of the parameters, in natural units, over which derivatives are taken for constant:
 #: standard deviations differ by less than a hundredth for it.
 _SAME = 1e-2
+#: Change of a parameter, in natural units, that some robot has to allow.
+_ALONE = 1e-3
 #: Robots that are tried at most, by one loss.
 TRIED = 60
 #: Times that a descent is begun again: what is not determined may be other directions at the answer, and
@@ -114,9 +116,28 @@ class ParameterProblem:
         """What is compared, in standard deviations, (M,); far off where there is no such robot."""
         try:
             pairs = zip(self.rows, self.equilibria(change), strict=True)
-        except (DescriptionError, NotReached):
+        except (DescriptionError, NotReached) as error:
+            if isinstance(error, DescriptionError):
+                self._check_alone()
             return np.full(sum(len(row.places) for row in self.rows), _REFUSED)
         return np.concatenate([row.residual(equilibrium) for row, equilibrium in pairs])
+
+    def _check_alone(self) -> None:
+        """Whether every parameter can be changed without the others, asked once a robot was refused.
+
+        Raises:
+            InvalidRequest: One cannot, such as a direction that another one has to be across.
+        """
+        for path, value, scale in zip(self.paths, self.values, self.scales, strict=True):
+            refused = ""
+            for change in (-_ALONE * scale, _ALONE * scale):
+                try:
+                    self.robot.with_parameters({path: value + change})
+                    break
+                except DescriptionError as error:
+                    refused = str(error)
+            else:
+                raise InvalidRequest("parameters", f"{path} cannot be changed alone: {refused}")
 
     def rates(self, change: Floats) -> Floats:
         """Its derivatives by the changes, here or next to here, (M, P)."""

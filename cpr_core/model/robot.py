@@ -383,8 +383,8 @@ class Robot:
     def default_loads(self) -> Loads:
         """Loads of the description: gravity, and all that always acts.
 
-        ``robot.default_loads.with_(wrench_world=...)`` adds to them; ``Loads.none().with_(...)`` is
-        without gravity.
+        ``robot.default_loads.with_(wrench_world=...)`` keeps all but the wrench;
+        ``Loads.none().with_(...)`` is without gravity.
         """
         return self.description.loads
 

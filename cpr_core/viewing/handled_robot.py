@@ -277,7 +277,7 @@ class HandledRobot:
         kind = event.kind if event is not None else error.code.lower()
         words = str(error)
         if isinstance(error, TimeLimitExceeded):
-            words = f"not there after {_TIME_LIMIT:g} s, ask again to go on: {words}"
+            words = f"not there in time, ask again to go on: {words}"
         self.refused, self.words = Refused(words, kind, asked), words
         return False
 

@@ -47,7 +47,7 @@ from .first_cell import (
     target_of_cell,
     without_limits,
 )
-from .grid import Grid
+from .grid import Grid, check_grid
 from .redundant_ways import RedundantWays
 from .refinement import refined_borders
 from .way_kernel import ARRIVED, FLIPPED
@@ -134,8 +134,7 @@ def map_workspace(
     loads = start.loads if loads is None else loads
     if not tolerance >= 0.0:
         raise InvalidRequest("tolerance", f"expected a positive number or 0, got {tolerance}")
-    if grid.given == "motors" and grid.names != robot.motor_names:
-        raise InvalidRequest("grid", "expected a grid of this robot's motors")
+    check_grid(robot, grid)
     flood = _Flood(robot, grid, start, loads, tolerance, objective)
     if file is not None:
         from .store import check_writable, read_flood, write_map

@@ -18,7 +18,7 @@ from ..errors import InvalidRequest, NonFiniteInput
 from ..model.robot import Robot, checked_robot
 from ..solving.home import solve_home
 
-__all__ = ["Grid", "OrientationKind", "motor_grid", "pose_grid"]
+__all__ = ["Grid", "OrientationKind", "check_grid", "motor_grid", "pose_grid"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -189,6 +189,20 @@ def motor_grid(
     units = tuple(motor.unit for motor in robot.description.motors)
     imposed = _Imposed("motors", names, units, "none", np.arange(len(names)))
     return _grid(imposed, vary, held, resolution, dict(directions or {}))
+
+
+def check_grid(robot: Robot, grid: Grid) -> None:
+    """Whether a grid is one of a robot.
+
+    Raises:
+        InvalidRequest: It imposes what this robot does not have.
+    """
+    if grid.given == "motors":
+        if grid.names != robot.motor_names:
+            raise InvalidRequest("grid", "expected a grid of this robot's motors")
+    elif _pose_names(robot, {*grid.names}) != (grid.names, grid.orientation):
+        named = ", ".join(grid.names)
+        raise InvalidRequest("grid", f"expected a grid of what this robot controls, got {named}")
 
 
 def _pose_names(robot: Robot, used: set[str]) -> tuple[tuple[str, ...], OrientationKind]:

@@ -46,7 +46,8 @@ class MapSummary:
         beyond_limits: Reached cells where a limit of a motor or rod does not hold.
         below_threshold: Reached cells with an inverse condition number of H_r below the threshold.
         disagreements: Pairs of neighbours between which two ways lead to two equilibria.
-        cell_area: Product of the steps along the axes: times a number of cells it is an area.
+        cell_area: Product of the steps along the axes: times a number of cells it is an area, where the
+            axes are coordinates.
         borders: Borders, without their points.
     """
 

@@ -175,6 +175,18 @@ def test_motors_with_gears_may_turn_often():
     assert not found.doubts
 
 
+def test_a_direction_that_another_one_is_across_cannot_be_found_alone():
+    stewart = cpr_core.load_robot("gough_stewart")
+    path = "legs[0].base.tangent[0]"
+    seen = equilibria(stewart, cpr_core.solve_home(stewart), count=6, reach=0.02)
+    turned = [
+        replace(row, position=row.position + [1e-3 * number, 0.0, 0.0])
+        for number, row in enumerate(measured(seen))
+    ]
+    with pytest.raises(InvalidRequest, match=r"tangent\[0\] cannot be changed alone.*across the t"):
+        calibrate(stewart, turned, [path, "rod.young_modulus"], DEVIATIONS)
+
+
 def test_a_parameter_that_is_not_there(robot, rows):
     with pytest.raises(UnknownParameter, match=r"rod\.young_modulus"):
         calibrate(robot, rows, "rod.youngs_modulus", DEVIATIONS)

@@ -126,3 +126,11 @@ def test_the_second_stable_equilibrium_is_one_of_continuous_rods():
     assert len(conjugate_points(solve_continuous(third))) == 1
     # Not on the branch of home: straight back to it along no motor path at all.
     assert distance(solve_forward(robot, SIX), second) > 0.1
+
+
+def test_where_energy_decides_nothing_none_is_called_stable():
+    robot = load_robot("six_rfs")
+    moment = robot.default_loads.with_(wrench_world=[0, 0, 0.01, 0, 0, 0])
+    found = find_equilibria(robot, SIX, starts=100, loads=moment)
+    assert any(each.equilibrium.index_locked == 0 for each in found)
+    assert not any(each.stable for each in found)

@@ -19,6 +19,7 @@ from helpers.workspace_cases import (
 )
 
 from cpr_core import (
+    InvalidRequest,
     NoInverseSolution,
     bending_strains,
     kinemato_statics,
@@ -300,3 +301,12 @@ def test_rotations_stay_rotations_far_from_the_start():
     turns = found.cells.rotation[found.reached]
     away = np.transpose(turns, (0, 2, 1)) @ turns - np.eye(3)
     assert np.abs(away).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("other", "says"), [("six_rfs", "of what this robot controls"), ("delta", "controls, got x, y")]
+)
+def test_grids_of_poses_that_another_robot_has_are_refused(other, says):
+    grid = pose_grid(rfrfr(), {"x": [-0.1, 0.1], "y": [0.2, 0.4]}, resolution=0.1)
+    with pytest.raises(InvalidRequest, match=says):
+        map_workspace(load_robot(other), grid)
