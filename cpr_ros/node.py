@@ -190,6 +190,13 @@ class CprNode(LifecycleNode):
         return result
 
     def _configure(self) -> None:
+        try:
+            self._set_up()
+        except Exception:
+            self._forget()  # rclpy calls nothing: a retry would find the state file locked by this one
+            raise
+
+    def _set_up(self) -> None:
         logger, begin = self.get_logger(), time.monotonic()
         robot = self._stop.wait_for(
             lambda: load_robot(self.parameters.robot, modes=self.parameters.modes or None)

@@ -43,7 +43,13 @@ def begin_at_last(session: Session, last: LastState) -> str:
     Raises:
         CprError: It cannot be there any more.
     """
-    begin, found = time.perf_counter(), _unburdened(last.equilibrium)
+    begin = time.perf_counter()
+    try:
+        found = _unburdened(last.equilibrium)
+    except NotReached as error:
+        raise CprError(
+            f"the robot cannot be at its last equilibrium without external wrench: {error}"
+        ) from None
     if found.index_locked > 0:
         raise CprError("the robot cannot rest at its last equilibrium, which is unstable")
     session.begin_at(found, last.commands, time.perf_counter() - begin)

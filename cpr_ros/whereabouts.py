@@ -52,6 +52,8 @@ class Whereabouts:
         self._node, self._session, self._stop = node, session, stop
         self._from = parameters.start_from
         self._discovered = started + _DISCOVERY
+        #: Why the robot can only be where it is measured; empty if it can be elsewhere.
+        self._lost = ""
         self._kept: KeptState | None = None
         folder = state_folder(parameters.state_directory)
         name = node.get_fully_qualified_name().strip("/").replace("/", ".")
@@ -70,6 +72,8 @@ class Whereabouts:
     def begin(self) -> str:
         """Put the robot at home or where it was last; says what was done.
 
+        Where it was last may be no place to be: then it has to be measured before it moves.
+
         Raises:
             CprError: It is to be where it was last, which is not known or no place to be.
         """
@@ -85,7 +89,15 @@ class Whereabouts:
             )
         if last is None or self._from == "home":
             return begin_at_home(self._session, last)
-        return begin_at_last(self._session, last)
+        try:
+            return begin_at_last(self._session, last)
+        except CprError as error:
+            if self._from == "last":
+                raise
+            self._lost = str(error)
+        begin_at_home(self._session, last)
+        self._warn(f"{self._lost}: where it is has to be measured")
+        return "waits to be measured"
 
     def look(self) -> None:
         """Put the robot where its motors are measured, if they are.
@@ -101,6 +113,8 @@ class Whereabouts:
             return
         publishers = self._publishers()
         if not publishers and self._from == "auto":
+            if self._lost:
+                raise CprError(f"{self._lost}, and nothing publishes {MEASURED}")
             self._session.unplaced = True
             return
         found = newest_measured(
@@ -119,7 +133,9 @@ class Whereabouts:
         Raises:
             CprError: No equilibrium explains them.
         """
-        return self._stop.wait_for(lambda: begin_at_measured(self._session, motors))
+        said = self._stop.wait_for(lambda: begin_at_measured(self._session, motors))
+        self._lost = ""
+        return said
 
     def _publishers(self) -> int:
         """How many publish measured motors."""

@@ -18,7 +18,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
-from cpr_core import load_robot, solve_forward
+from cpr_core import load_robot, solve_forward, solve_inverse
 from cpr_ros.kept_state import KeptState
 
 HOME = np.array([2.59, 0.55])
@@ -58,10 +58,10 @@ class Bench:
         """The file of the node, which nobody else may open meanwhile."""
         return KeptState(self.folder / "states" / f"cpr_node.{self.domain}.state", robot)
 
-    def keep(self, robot):
-        """Leave a last state, somewhere beside home."""
+    def keep(self, robot, found=None):
+        """Leave a last state, somewhere beside home if not said where."""
         kept = self.kept(robot)
-        found = solve_forward(robot, [2.7, 0.4])
+        found = found or solve_forward(robot, [2.7, 0.4])
         kept.keep(found, found.motors)
         kept.close()
 
@@ -225,6 +225,41 @@ def test_a_node_that_is_to_start_measured_says_that_nothing_is(bench):
     bench.client.spin_until(lambda: bench.process.process.poll() is not None, timeout=240.0)
     assert bench.process.process.returncode == 1
     assert "no measured_joint_states with its motors came" in bench.process.output()
+
+
+def test_a_configure_that_fails_lets_the_state_file_go_and_a_retry_fails_for_the_same_reason(bench):
+    """The second one could not lock the file, knew nothing, and succeeded: no command was limited."""
+    robot = load_robot("rfrfr")
+    bench.keep(robot, solve_inverse(robot, [0.0, 0.0]))
+    bench.start("autostart:=false", "start_from:=last", until="")
+    for count in (1, 2):
+        assert not change(bench.client, Transition.TRANSITION_CONFIGURE)
+        said = bench.process.output()
+        assert said.count("cannot rest at its last equilibrium, which is unstable") == count
+    assert "will not be kept" not in said
+    bench.keep(robot)  # nobody has locked it, and the next one finds what is there
+    bench.change(Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE)
+    bench.until_heard()
+    np.testing.assert_array_equal(bench.commands[0], [2.7, 0.4])
+
+
+@pytest.mark.parametrize("start_from", ["auto", "measured"])
+def test_where_it_cannot_have_stayed_it_has_to_be_measured(bench, start_from):
+    """A last state that is no place to begin is no reason not to begin where motors are measured."""
+    robot = load_robot("rfrfr")
+    bench.keep(robot, solve_inverse(robot, [0.0, 0.0]))
+    bench.start("autostart:=false", f"start_from:={start_from}", until="")
+    bench.change(Transition.TRANSITION_CONFIGURE)
+    assert "which is unstable: where it is has to be measured" in bench.process.output()
+    for _ in range(2):
+        assert not change(bench.client, Transition.TRANSITION_ACTIVATE)
+    reason = {"auto": "nothing publishes", "measured": "no measured_joint_states with"}[start_from]
+    assert bench.process.output().count(reason) == 2
+    bench.measure([3.2, -0.1])
+    bench.spin(1.0)  # the node has to discover who measures
+    bench.change(Transition.TRANSITION_ACTIVATE)
+    bench.until_heard()
+    assert all(np.array_equal(command, [3.2, -0.1]) for command in bench.commands)
 
 
 def test_the_state_of_another_robot_is_left_aside_with_a_word(bench):
