@@ -273,8 +273,6 @@ class CprNode(LifecycleNode):
 
     def _place(self, motors: NDArray[np.float64]) -> None:
         """Be where the motors, (n,), are measured; where that cannot be, be inactive and say why."""
-        session = self._required_session()
-        session.unplaced = False
         if self._whereabouts is None:
             return
         try:
@@ -320,10 +318,11 @@ class CprNode(LifecycleNode):
             self.get_logger().info(information)
 
     def _repeat_commands(self) -> None:
-        """For a controller that came later."""
+        """For a controller that came later; not where a measurement may still tell of other motors."""
         session = self._required_session()
-        if session.tracker is None and session.commands.newest is not None:
-            self.outputs.motor_commands(session.commands.newest)
+        newest = session.commands.newest
+        if session.tracker is None and newest is not None and not session.unplaced:
+            self.outputs.motor_commands(newest)
 
     def _publish_state(self) -> None:
         now = time.monotonic()

@@ -128,13 +128,15 @@ class Whereabouts:
         self._node.get_logger().info(self.place(found))
 
     def place(self, motors: NDArray[np.float64]) -> str:
-        """Put the robot where its motors are measured, (n,); says what was done.
+        """Put the robot where its motors are measured, (n,), and remember it; says what was done.
 
         Raises:
             CprError: No equilibrium explains them.
         """
+        self._session.unplaced = False
         said = self._stop.wait_for(lambda: begin_at_measured(self._session, motors))
         self._lost = ""
+        self.keep()  # before anybody hears of it: the last state was elsewhere
         return said
 
     def _publishers(self) -> int:
