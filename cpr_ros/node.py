@@ -229,6 +229,8 @@ class CprNode(LifecycleNode):
         session.loop.forget()
         if self._whereabouts is not None:
             self._whereabouts.look()
+        if self.interfaces is not None:
+            self.interfaces.forget_messages()  # setpoints that came while it looked
         self._active = True
         now = time.monotonic()
         self._ticking.start(now)

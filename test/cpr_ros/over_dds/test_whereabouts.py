@@ -13,7 +13,7 @@ from cpr_msgs.srv import SolveForward
 from helpers.driver import EVERY_MESSAGE
 from helpers.node_process import Client, NodeProcess, change, free_domain
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import GetState
+from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -240,6 +240,34 @@ def test_the_last_commands_are_not_said_while_a_measurement_may_still_tell_of_ot
     bench.measure([3.2, -0.1])
     bench.until_heard()
     assert all(np.array_equal(command, [3.2, -0.1]) for command in bench.commands)
+
+
+def test_setpoints_sent_while_the_node_becomes_active_are_not_followed(bench):
+    """It waits for measured motors meanwhile; they were in its queues and delivered as if new."""
+    bench.start("autostart:=false", "start_from:=measured", until="")
+    bench.change(Transition.TRANSITION_CONFIGURE)
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    node = bench.client.node
+    by_name = node.create_publisher(JointState, "/cpr_node/motor_setpoint", 10)
+    bench.client.spin_until(lambda: by_name.get_subscription_count() > 0)
+    client = node.create_client(ChangeState, "/cpr_node/change_state")
+    client.wait_for_service()
+    request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_ACTIVATE))
+    activated = client.call_async(request)
+    bench.spin(1.0)  # it waits for up to 5 s
+    for motor in (3.0, 3.1):
+        by_name.publish(JointState(name=["motor1"], position=[motor]))
+        bench.send(motor, 0.1)
+    bench.spin(0.5)
+    assert not activated.done()
+    bench.measure([3.2, -0.1])
+    bench.client.spin_until(activated.done)
+    assert activated.result().success
+    bench.until_heard(2)
+    assert all(np.array_equal(command, [3.2, -0.1]) for command in bench.commands)
+    bench.send(3.19, -0.09)
+    bench.until_at([3.19, -0.09])  # what comes afterwards is
+    assert "Traceback" not in bench.process.output()
 
 
 def test_what_no_equilibrium_explains_keeps_the_node_from_being_active(bench):
