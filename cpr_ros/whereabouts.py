@@ -78,26 +78,24 @@ class Whereabouts:
             CprError: It is to be where it was last, which is not known or no place to be.
         """
         last = None
-        if self._kept is not None:
-            try:
-                last = self._kept.last()
-            except CprError as error:
-                self._warn(f"the last state is not used: {error}")
-        if last is None and self._from == "last":
-            raise CprError(
-                "start_from: expected another place, where the robot was last is not known"
-            )
-        if last is None or self._from == "home":
-            return begin_at_home(self._session, last)
         try:
-            return begin_at_last(self._session, last)
+            if self._kept is not None:
+                last = self._kept.last()
+            if last is not None and self._from != "home":
+                return begin_at_last(self._session, last)
         except CprError as error:
             if self._from == "last":
                 raise
-            self._lost = str(error)
-        begin_at_home(self._session, last)
-        self._warn(f"{self._lost}: where it is has to be measured")
-        return "waits to be measured"
+            self._lost = f"the last state is not used: {error}"
+            self._warn(self._lost)
+        if self._from == "last":
+            raise CprError(
+                "start_from: expected another place, where the robot was last is not known"
+            )
+        said = begin_at_home(self._session, last)
+        if self._lost and self._from != "home":
+            return "where the robot is has to be measured"
+        return said
 
     def look(self) -> None:
         """Put the robot where its motors are measured, if they are.

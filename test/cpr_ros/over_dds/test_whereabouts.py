@@ -6,6 +6,7 @@
 import random
 import signal
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -309,7 +310,8 @@ def test_where_it_cannot_have_stayed_it_has_to_be_measured(bench, start_from):
     bench.keep(robot, solve_inverse(robot, [0.0, 0.0]))
     bench.start("autostart:=false", f"start_from:={start_from}", until="")
     bench.change(Transition.TRANSITION_CONFIGURE)
-    assert "which is unstable: where it is has to be measured" in bench.process.output()
+    assert "is not used: the robot cannot rest at its last eq" in bench.process.output()
+    assert "where the robot is has to be measured" in bench.process.output()
     for _ in range(2):
         assert not change(bench.client, Transition.TRANSITION_ACTIVATE)
     reason = {"auto": "nothing publishes", "measured": "no measured_joint_states with"}[start_from]
@@ -319,6 +321,22 @@ def test_where_it_cannot_have_stayed_it_has_to_be_measured(bench, start_from):
     bench.change(Transition.TRANSITION_ACTIVATE)
     bench.until_heard()
     assert all(np.array_equal(command, [3.2, -0.1]) for command in bench.commands)
+
+
+def test_a_state_of_the_robot_that_is_no_equilibrium_is_not_as_if_nothing_were_known(bench):
+    """Its motors are somewhere: a node of another version that began at home would let them jump."""
+    robot = load_robot("rfrfr")
+    found = solve_forward(robot, [2.7, 0.4])
+    numbers = found.configuration.copy()
+    numbers[: robot.state_size] += 1.0
+    bench.keep(
+        robot, SimpleNamespace(configuration=numbers, loads=found.loads, motors=found.motors)
+    )
+    bench.start("autostart:=false", until="")
+    bench.change(Transition.TRANSITION_CONFIGURE)
+    assert "is not used: start: expected an equilibrium" in bench.process.output()
+    assert not change(bench.client, Transition.TRANSITION_ACTIVATE)
+    assert "nothing publishes measured_joint_states" in bench.process.output()
 
 
 def test_the_state_of_another_robot_is_left_aside_with_a_word(bench):
