@@ -17,6 +17,7 @@ from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.subscription import Subscription
 from rclpy.wait_for_message import wait_for_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -103,6 +104,7 @@ class Inputs:
         self._node, self._frames, self._session, self._clock = node, frames, session, clock
         #: By number of motors.
         self._ready: dict[int, CommandMessage] = {}
+        self._subscriptions: list[Subscription] = []
         for kind, topic, take, qos in (
             (JointState, "~/motor_setpoint", self._motor_setpoint, SOME),
             (Float64MultiArray, "~/commands", self._commands, NEWEST),
@@ -119,7 +121,19 @@ class Inputs:
             (TwistStamped, "~/platform_twist", self._platform_twist, NEWEST),
         ):
             as_bytes = kind is Float64MultiArray  # read by ourselves, see CommandMessage
-            node.create_subscription(kind, topic, self._guarded(topic, take), qos, raw=as_bytes)
+            self._subscriptions.append(
+                node.create_subscription(kind, topic, self._guarded(topic, take), qos, raw=as_bytes)
+            )
+
+    def forget(self) -> None:
+        """Leave aside what has come and was not delivered yet, however old it is."""
+        for subscription in self._subscriptions:
+            handle, kind = subscription.handle, subscription.msg_type
+            with handle:
+                while (
+                    handle.take_message(kind, True) is not None
+                ):  # not read, so nothing can be wrong
+                    pass
 
     def _guarded(
         self, topic: str, take: Callable[[Session, Any, float], None]

@@ -61,6 +61,10 @@ class Interfaces:
         """Messages that were dropped."""
         return self._inputs.dropped
 
+    def forget_messages(self) -> None:
+        """Leave aside what was sent to topics until now, because the node becomes active."""
+        self._inputs.forget()
+
     def after_tick(self, session: Session, now: float) -> None:
         """See how far motions with a result have come.
 

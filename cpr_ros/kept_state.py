@@ -78,18 +78,20 @@ class KeptState:
         self._file = os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            header = _HEADER.pack(_MAGIC, _fingerprint(robot), self._count)
-            found = os.pread(self._file, _HEADER.size, 0)
-            if found != header:
-                if found:
-                    self.problem = f"{file} is of another robot or description"
-                os.ftruncate(self._file, 0)
-                os.pwrite(self._file, header, 0)
-            os.ftruncate(self._file, _HEADER.size + 2 * self._slot_size)
-            self._memory = mmap.mmap(self._file, _HEADER.size + 2 * self._slot_size)
+            size = _HEADER.size + 2 * self._slot_size
+            if os.fstat(self._file).st_size < size:
+                os.ftruncate(self._file, size)
+            self._memory = mmap.mmap(self._file, size)
         except OSError:
             os.close(self._file)
             raise
+        self._header = _HEADER.pack(_MAGIC, _fingerprint(robot), self._count)
+        found = self._memory[: _HEADER.size]
+        self._own = found == self._header
+        if any(found) and not self._own:
+            self.problem = (
+                f"{file} is of another robot or description; it stays until a new state is kept"
+            )
         self._turn = max((turn for turn, _ in self._slots()), default=0)
 
     @property
@@ -103,7 +105,9 @@ class KeptState:
         os.close(self._file)
 
     def keep(self, equilibrium: Equilibrium, commands: Floats) -> None:
-        """Write where the robot is, in some microseconds."""
+        """Write where the robot is, in some microseconds; only now what another one left is gone."""
+        if not self._own:
+            self._take_over()
         loads = equilibrium.loads
         numbers = np.concatenate(
             [
@@ -145,9 +149,17 @@ class KeptState:
         )
         return LastState(equilibrium, np.array(commands))
 
+    def _take_over(self) -> None:
+        """Make the file this robot's: what is in it must not pass for its slots."""
+        self._memory[_HEADER.size :] = bytes(2 * self._slot_size)
+        self._memory[: _HEADER.size] = self._header
+        self._own = True
+
     def _slots(self) -> list[tuple[int, bytes]]:
         """Turns and numbers of the slots that were written whole."""
-        found = []
+        found: list[tuple[int, bytes]] = []
+        if not self._own:
+            return found
         for slot in range(2):
             place = _HEADER.size + slot * self._slot_size
             turn, checksum, _ = _SLOT.unpack_from(self._memory, place)

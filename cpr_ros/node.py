@@ -190,6 +190,13 @@ class CprNode(LifecycleNode):
         return result
 
     def _configure(self) -> None:
+        try:
+            self._set_up()
+        except Exception:
+            self._forget()  # rclpy calls nothing: a retry would find the state file locked by this one
+            raise
+
+    def _set_up(self) -> None:
         logger, begin = self.get_logger(), time.monotonic()
         robot = self._stop.wait_for(
             lambda: load_robot(self.parameters.robot, modes=self.parameters.modes or None)
@@ -222,6 +229,8 @@ class CprNode(LifecycleNode):
         session.loop.forget()
         if self._whereabouts is not None:
             self._whereabouts.look()
+        if self.interfaces is not None:
+            self.interfaces.forget_messages()  # setpoints that came while it looked
         self._active = True
         now = time.monotonic()
         self._ticking.start(now)
@@ -266,8 +275,6 @@ class CprNode(LifecycleNode):
 
     def _place(self, motors: NDArray[np.float64]) -> None:
         """Be where the motors, (n,), are measured; where that cannot be, be inactive and say why."""
-        session = self._required_session()
-        session.unplaced = False
         if self._whereabouts is None:
             return
         try:
@@ -313,10 +320,11 @@ class CprNode(LifecycleNode):
             self.get_logger().info(information)
 
     def _repeat_commands(self) -> None:
-        """For a controller that came later."""
+        """For a controller that came later; not where a measurement may still tell of other motors."""
         session = self._required_session()
-        if session.tracker is None and session.commands.newest is not None:
-            self.outputs.motor_commands(session.commands.newest)
+        newest = session.commands.newest
+        if session.tracker is None and newest is not None and not session.unplaced:
+            self.outputs.motor_commands(newest)
 
     def _publish_state(self) -> None:
         now = time.monotonic()

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Loads, Robot, solve_home
+from cpr_core.description.loads import compared
 from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
 
 from .distinct_numbers import distinct
@@ -360,7 +361,8 @@ class SetpointFollower:
     def _misses_home(self, current: Equilibrium) -> bool:
         """Whether this is another equilibrium than home, though nothing else acts."""
         home = solve_home(self.robot)
-        same_loads = current.loads is home.loads or current.loads is self.robot.default_loads
+        # By their numbers: after a wrench those of the description are other objects.
+        same_loads = compared(current.loads) == compared(home.loads)
         return same_loads and change_between(current, home) > 1e-6
 
 

@@ -43,9 +43,13 @@ def begin_at_last(session: Session, last: LastState) -> str:
     Raises:
         CprError: It cannot be there any more.
     """
-    begin, found, robot = time.perf_counter(), last.equilibrium, session.robot
-    if found.loads is not robot.default_loads:
-        found = solve_forward(robot, found.motors, start=found, loads=robot.default_loads)
+    begin = time.perf_counter()
+    try:
+        found = _unburdened(last.equilibrium)
+    except NotReached as error:
+        raise CprError(
+            f"the robot cannot be at its last equilibrium without external wrench: {error}"
+        ) from None
     if found.index_locked > 0:
         raise CprError("the robot cannot rest at its last equilibrium, which is unstable")
     session.begin_at(found, last.commands, time.perf_counter() - begin)
@@ -55,28 +59,40 @@ def begin_at_last(session: Session, last: LastState) -> str:
 def begin_at_measured(session: Session, measured: Floats) -> str:
     """Begin at the measured motors: near by on the branch it is on, else on that of home.
 
+    Without the wrench that acts now or acted last: the next tick bears what acts then.
+
     Raises:
         CprError: No stable equilibrium of these branches is there.
     """
-    current = session.solver.current.equilibrium
+    begin, current = time.perf_counter(), session.solver.current.equilibrium
     ways = np.abs(measured - current.motors) / session.robot.motor_units
-    start = current if float(ways.max(initial=0.0)) <= _NEAR else solve_home(session.robot)
-    begin = time.perf_counter()
-    found = _stable_at(start, measured)
+    try:
+        if float(ways.max(initial=0.0)) <= _NEAR:
+            branch = "the branch it is on, without external wrench,"
+            found = _stable_at(_unburdened(current), measured)
+        else:
+            branch = "the branch of home"
+            found = _stable_at(solve_home(session.robot), measured)
+    except NotReached as error:
+        raise CprError(
+            f"the robot is measured at motors {_words(measured)}, where {branch} does not lead: {error}"
+        ) from None
     session.begin_at(found, measured, time.perf_counter() - begin)
     return f"where it is measured, motors {_words(measured)}"
 
 
+def _unburdened(found: Equilibrium) -> Equilibrium:
+    """The equilibrium under the loads of the description alone, at the same motors."""
+    robot, loads = found.robot, found.robot.default_loads
+    if found.loads is loads:
+        return found
+    return solve_forward(robot, found.motors, start=found, loads=loads, time_limit=_LONGEST_WALK)
+
+
 def _stable_at(start: Equilibrium, measured: Floats) -> Equilibrium:
-    try:
-        return solve_forward(
-            start.robot, measured, start=start, stable_only=True, time_limit=_LONGEST_WALK
-        )
-    except NotReached as error:
-        raise CprError(
-            f"the robot is measured at motors {_words(measured)}, where the branch of home does not "
-            f"lead: {error}"
-        ) from None
+    return solve_forward(
+        start.robot, measured, start=start, stable_only=True, time_limit=_LONGEST_WALK
+    )
 
 
 def _words(motors: Floats) -> str:

@@ -52,6 +52,8 @@ class Whereabouts:
         self._node, self._session, self._stop = node, session, stop
         self._from = parameters.start_from
         self._discovered = started + _DISCOVERY
+        #: Why the robot can only be where it is measured; empty if it can be elsewhere.
+        self._lost = ""
         self._kept: KeptState | None = None
         folder = state_folder(parameters.state_directory)
         name = node.get_fully_qualified_name().strip("/").replace("/", ".")
@@ -70,22 +72,30 @@ class Whereabouts:
     def begin(self) -> str:
         """Put the robot at home or where it was last; says what was done.
 
+        Where it was last may be no place to be: then it has to be measured before it moves.
+
         Raises:
             CprError: It is to be where it was last, which is not known or no place to be.
         """
         last = None
-        if self._kept is not None:
-            try:
+        try:
+            if self._kept is not None:
                 last = self._kept.last()
-            except CprError as error:
-                self._warn(f"the last state is not used: {error}")
-        if last is None and self._from == "last":
+            if last is not None and self._from != "home":
+                return begin_at_last(self._session, last)
+        except CprError as error:
+            if self._from == "last":
+                raise
+            self._lost = f"the last state is not used: {error}"
+            self._warn(self._lost)
+        if self._from == "last":
             raise CprError(
                 "start_from: expected another place, where the robot was last is not known"
             )
-        if last is None or self._from == "home":
-            return begin_at_home(self._session, last)
-        return begin_at_last(self._session, last)
+        said = begin_at_home(self._session, last)
+        if self._lost and self._from != "home":
+            return "where the robot is has to be measured"
+        return said
 
     def look(self) -> None:
         """Put the robot where its motors are measured, if they are.
@@ -101,6 +111,8 @@ class Whereabouts:
             return
         publishers = self._publishers()
         if not publishers and self._from == "auto":
+            if self._lost:
+                raise CprError(f"{self._lost}, and nothing publishes {MEASURED}")
             self._session.unplaced = True
             return
         found = newest_measured(
@@ -114,12 +126,16 @@ class Whereabouts:
         self._node.get_logger().info(self.place(found))
 
     def place(self, motors: NDArray[np.float64]) -> str:
-        """Put the robot where its motors are measured, (n,); says what was done.
+        """Put the robot where its motors are measured, (n,), and remember it; says what was done.
 
         Raises:
             CprError: No equilibrium explains them.
         """
-        return self._stop.wait_for(lambda: begin_at_measured(self._session, motors))
+        self._session.unplaced = False
+        said = self._stop.wait_for(lambda: begin_at_measured(self._session, motors))
+        self._lost = ""
+        self.keep()  # before anybody hears of it: the last state was elsewhere
+        return said
 
     def _publishers(self) -> int:
         """How many publish measured motors."""

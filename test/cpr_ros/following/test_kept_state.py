@@ -85,6 +85,38 @@ def test_another_robot_or_description_is_told(file):
         kept.close()
 
 
+def test_what_another_description_left_stays_until_something_new_is_kept(file):
+    """One start with the wrong parameters must not cost the last state."""
+    kept = KeptState(file, ROBOT)
+    for fraction in (0.3, 0.6):
+        kept.keep(at(fraction), at(fraction).motors)
+    kept.close()
+    # A comment makes it another description: of the same size, so that old slots would pass for new.
+    same_size = load_robot(shipped_robots()["rfrfr"].read_text() + "# edited\n")
+    others = (load_robot("rfrfr", modes=6), same_size, load_robot("rfrfr", modes=3))
+    for other in others:
+        kept = KeptState(file, other)
+        assert "another robot or description" in kept.problem
+        assert kept.last() is None
+        kept.close()
+    kept = KeptState(file, ROBOT)
+    assert not kept.problem
+    np.testing.assert_array_equal(kept.last().commands, at(0.6).motors)
+    kept.close()
+    for other in others:
+        kept = KeptState(file, other)
+        home = solve_home(other)
+        kept.keep(home, home.motors + 0.01)
+        kept.close()
+        kept = KeptState(file, other)
+        np.testing.assert_array_equal(kept.last().commands, home.motors + 0.01)
+        kept.close()
+        kept = KeptState(file, ROBOT)  # the robot has been elsewhere since
+        assert "another robot or description" in kept.problem
+        assert kept.last() is None
+        kept.close()
+
+
 def test_two_nodes_do_not_share_a_file(file):
     kept = KeptState(file, ROBOT)
     with pytest.raises(BlockingIOError):

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, Drive, changed_robot, robot
 
-from cpr_core import Equilibrium, load_robot, solve_home
-from cpr_core.model.assessment import Threshold
+from cpr_core import Equilibrium, find_equilibria, load_robot, solve_forward, solve_home
+from cpr_core.model.assessment import Assessment, Threshold
 from cpr_ros.external_wrench import ExternalWrench
 from cpr_ros.goals import MotorGoal, PoseGoal
 from cpr_ros.supervision import Action, State, Status
@@ -289,6 +289,27 @@ def test_a_reset_walks_home_along_the_branch(rfrfr):
     np.testing.assert_array_equal(rfrfr.motors, home.motors)
     np.testing.assert_allclose(rfrfr.position, home.platform_position, atol=1e-9)
     assert steps_of(rfrfr).max() <= PERIOD * (1.0 + 1e-6)
+
+
+def test_a_reset_that_ends_on_another_branch_is_told_also_after_a_wrench(rfrfr):
+    """Loads that are those of the description again are so by their numbers, not as an object."""
+    home = solve_home(rfrfr.robot)
+    other = next(
+        found.equilibrium
+        for found in find_equilibria(rfrfr.robot, home.motors, starts=200)
+        if found.equilibrium.index_locked == 0
+        and np.abs(found.equilibrium.platform_position - home.platform_position).max() > 0.05
+    )
+    wrench = ExternalWrench(rfrfr.robot, timeout=0.5)
+    pushed = home.loads.with_(wrench_world=[0, 0, 0, 0.1, 0, 0])
+    wrench.take(pushed, 0.0)
+    released = wrench.loads(pushed, 0.6)
+    assert released is not home.loads
+    for loads, missed in ((home.loads, True), (released, True), (pushed, False)):
+        at_home = solve_forward(rfrfr.robot, home.motors, start=other, loads=loads)
+        rfrfr.current, rfrfr.loads = Assessment(at_home), loads
+        rfrfr.follower.reset()
+        assert rfrfr.until_state(State.IDLE).home_missed == missed
 
 
 def test_a_reset_gets_the_robot_out_of_a_halt(rfrfr):

@@ -9,6 +9,7 @@ from helpers.drive import PERIOD, robot
 
 from cpr_core import CprError, find_equilibria, solve_forward, solve_home, solve_inverse
 from cpr_ros.conversions import Frames
+from cpr_ros.goals import MotorGoal
 from cpr_ros.kept_state import LastState
 from cpr_ros.parameter_table import PARAMETERS
 from cpr_ros.parameters import Parameters, live_parameters
@@ -20,10 +21,11 @@ FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not pa
 
 
 @pytest.fixture
-def session():
+def session(request):
     parameters = Parameters(**FIXED | {"characteristic_length": None})
     live = live_parameters(DEFAULTS.__getitem__)
-    return Session(robot("rfrfr"), Frames("base", "platform"), parameters, live)
+    name = getattr(request, "param", "rfrfr")
+    return Session(robot(name), Frames("base", "platform"), parameters, live)
 
 
 def at(session):
@@ -64,6 +66,58 @@ def test_measured_near_by_it_stays_on_its_branch_and_far_away_it_is_on_that_of_h
     home = solve_forward(session.robot, other.motors + 0.3)
     np.testing.assert_allclose(at(session).platform_position, home.platform_position, atol=1e-9)
     np.testing.assert_array_equal(session.commands.newest, other.motors + 0.3)
+
+
+@pytest.mark.parametrize("session", ["six_rfs"], indirect=True)
+@pytest.mark.parametrize("wrench", [{"wrench_world": [0, 0, 0.02, 0, 0, 0]}, {"wrench_body": 0.01}])
+def test_measured_it_is_without_the_wrench_that_acted_last(session, wrench):
+    """One without a potential: nothing told where it is stable, and it could not be placed again."""
+    wrench = {name: np.broadcast_to(values, 6) for name, values in wrench.items()}
+    loads = session.robot.default_loads.with_(**wrench)
+    assert not loads.conservative(session.robot.planar)
+    measured = at(session).motors + 0.02
+    pushed = solve_forward(session.robot, at(session).motors, loads=loads)
+    session.begin_at(pushed, pushed.motors, 0.0)
+    begin_at_measured(session, measured)
+    free = solve_forward(session.robot, measured)
+    np.testing.assert_allclose(at(session).platform_position, free.platform_position, atol=1e-9)
+    assert at(session).loads is session.robot.default_loads
+    np.testing.assert_array_equal(session.commands.newest, measured)
+
+
+def test_a_robot_measured_where_only_a_wrench_held_it_is_not_placed_and_it_is_said_why(session):
+    unstable = solve_inverse(session.robot, [0.0, 0.0])
+    loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.01, 0, 0])
+    held = solve_forward(session.robot, unstable.motors, start=unstable, loads=loads)
+    session.begin_at(held, held.motors, 0.0)
+    with pytest.raises(CprError, match=r"measured at .* without external wrench, .* unstable"):
+        begin_at_measured(session, held.motors + 0.01)
+    assert at(session) is held
+
+
+def test_words_tell_which_branch_does_not_lead_to_where_the_motors_are(session):
+    unstable = solve_inverse(session.robot, [0.0, 0.0])
+    session.begin_at(unstable, unstable.motors, 0.0)
+    with pytest.raises(CprError, match=r"the branch it is on, .* does not lead"):
+        begin_at_measured(session, unstable.motors + 0.01)
+    with pytest.raises(CprError, match="the branch of home does not lead"):
+        begin_at_measured(session, np.array([20.0, 0.55]))
+
+
+def test_a_setpoint_where_it_was_last_is_told_to_motors_that_may_be_elsewhere(session):
+    """While the first measurement may still place it, nobody has been told."""
+    last = solve_forward(session.robot, [2.7, 0.4])
+    begin_at_last(session, LastState(last, last.motors))
+    session.unplaced = True
+    session.tick(PERIOD)
+    assert session.next_command() is None
+    session.follow(MotorGoal(session.robot, last.motors), PERIOD)
+    assert not session.at_rest
+    session.tick(2.0 * PERIOD)
+    np.testing.assert_array_equal(session.next_command(), last.motors)
+    assert not session.unplaced
+    session.tick(3.0 * PERIOD)
+    assert session.next_command() is None
 
 
 def test_home_is_gone_to_from_the_last_commands(session):

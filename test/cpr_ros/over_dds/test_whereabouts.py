@@ -6,6 +6,7 @@
 import random
 import signal
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,12 +14,12 @@ from cpr_msgs.srv import SolveForward
 from helpers.driver import EVERY_MESSAGE
 from helpers.node_process import Client, NodeProcess, change, free_domain
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import GetState
+from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
-from cpr_core import load_robot, solve_forward
+from cpr_core import load_robot, solve_forward, solve_inverse
 from cpr_ros.kept_state import KeptState
 
 HOME = np.array([2.59, 0.55])
@@ -58,10 +59,10 @@ class Bench:
         """The file of the node, which nobody else may open meanwhile."""
         return KeptState(self.folder / "states" / f"cpr_node.{self.domain}.state", robot)
 
-    def keep(self, robot):
-        """Leave a last state, somewhere beside home."""
+    def keep(self, robot, found=None):
+        """Leave a last state, somewhere beside home if not said where."""
         kept = self.kept(robot)
-        found = solve_forward(robot, [2.7, 0.4])
+        found = found or solve_forward(robot, [2.7, 0.4])
         kept.keep(found, found.motors)
         kept.close()
 
@@ -137,6 +138,10 @@ def test_a_killed_node_goes_on_where_it_was(bench):
     bench.kill()
     bench.start()
     assert "where it was last, motors (3.6, -0.4)" in bench.process.output()
+    heard = len(bench.commands)
+    bench.spin(1.5)
+    assert len(bench.commands) == heard  # nobody measures where it is, nobody asked for anything
+    bench.send(3.6, -0.4)
     bench.until_heard()
     np.testing.assert_array_equal(bench.commands[-1], [3.6, -0.4])
     assert bench.longest_step() <= 1.0 + 2e-5
@@ -156,7 +161,7 @@ def test_no_command_is_far_from_the_one_before_whatever_happens_in_motion(bench)
     """Ended or taken through its life at random moments on the way between setpoints."""
     chance = random.Random(1)
     bench.keep(load_robot("rfrfr"))
-    bench.start()
+    bench.start("start_from:=last")
     deactivate, activate = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE
     clean, configure = Transition.TRANSITION_CLEANUP, Transition.TRANSITION_CONFIGURE
     for moment in range(4):
@@ -168,10 +173,10 @@ def test_no_command_is_far_from_the_one_before_whatever_happens_in_motion(bench)
         bench.spin(chance.uniform(0.0, 0.4))
         if moment % 4 == 0:
             bench.kill()
-            bench.start()
+            bench.start("start_from:=last")
         elif moment % 4 == 1:
             assert bench.process.stop(signal.SIGTERM) == 0
-            bench.start()
+            bench.start("start_from:=last")
         elif moment % 4 == 2:
             bench.change(deactivate, clean, configure, activate)
         else:
@@ -183,7 +188,7 @@ def test_no_command_is_far_from_the_one_before_whatever_happens_in_motion(bench)
 
 def test_an_applied_solution_is_gone_to_at_the_speed_limit(bench):
     bench.keep(load_robot("rfrfr"))
-    bench.start()
+    bench.start("start_from:=last")
     bench.until_heard()
     request = SolveForward.Request(
         motors=JointState(name=["motor1", "motor2"], position=[2.9, 0.2]), apply=True
@@ -211,6 +216,61 @@ def test_what_is_measured_is_where_the_node_begins(bench):
     assert all(np.array_equal(command, measured) for command in bench.commands)
 
 
+def test_where_it_was_measured_it_is_after_a_restart_without_any_motion(bench):
+    """The last state was that of long ago, and commands sprang to it."""
+    bench.keep(load_robot("rfrfr"))
+    bench.measure([3.2, -0.1])
+    bench.start("start_from:=measured", until="")
+    bench.client.spin_until(lambda: "ready" in bench.process.output(), timeout=240.0)
+    assert bench.process.stop() == 0
+    bench.ended.append(bench.commands)
+    bench.commands = []
+    bench.start("start_from:=last")
+    assert "where it was last, motors (3.2, -0.1)" in bench.process.output()
+    bench.until_heard()
+    np.testing.assert_array_equal(bench.commands[-1], [3.2, -0.1])
+
+
+def test_the_last_commands_are_not_said_while_a_measurement_may_still_tell_of_others(bench):
+    """Said at rest, they moved motors that were elsewhere before anybody had asked for anything."""
+    bench.keep(load_robot("rfrfr"))
+    bench.start()
+    assert "where it was last, motors (2.7, 0.4)" in bench.process.output()
+    bench.spin(2.5)  # at rest they are said once a second
+    assert not bench.commands
+    bench.measure([3.2, -0.1])
+    bench.until_heard()
+    assert all(np.array_equal(command, [3.2, -0.1]) for command in bench.commands)
+
+
+def test_setpoints_sent_while_the_node_becomes_active_are_not_followed(bench):
+    """It waits for measured motors meanwhile; they were in its queues and delivered as if new."""
+    bench.start("autostart:=false", "start_from:=measured", until="")
+    bench.change(Transition.TRANSITION_CONFIGURE)
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    node = bench.client.node
+    by_name = node.create_publisher(JointState, "/cpr_node/motor_setpoint", 10)
+    bench.client.spin_until(lambda: by_name.get_subscription_count() > 0)
+    client = node.create_client(ChangeState, "/cpr_node/change_state")
+    client.wait_for_service()
+    request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_ACTIVATE))
+    activated = client.call_async(request)
+    bench.spin(1.0)  # it waits for up to 5 s
+    for motor in (3.0, 3.1):
+        by_name.publish(JointState(name=["motor1"], position=[motor]))
+        bench.send(motor, 0.1)
+    bench.spin(0.5)
+    assert not activated.done()
+    bench.measure([3.2, -0.1])
+    bench.client.spin_until(activated.done)
+    assert activated.result().success
+    bench.until_heard(2)
+    assert all(np.array_equal(command, [3.2, -0.1]) for command in bench.commands)
+    bench.send(3.19, -0.09)
+    bench.until_at([3.19, -0.09])  # what comes afterwards is
+    assert "Traceback" not in bench.process.output()
+
+
 def test_what_no_equilibrium_explains_keeps_the_node_from_being_active(bench):
     bench.measure([20.0, 0.55])
     bench.start("start_from:=measured", until="")
@@ -225,6 +285,58 @@ def test_a_node_that_is_to_start_measured_says_that_nothing_is(bench):
     bench.client.spin_until(lambda: bench.process.process.poll() is not None, timeout=240.0)
     assert bench.process.process.returncode == 1
     assert "no measured_joint_states with its motors came" in bench.process.output()
+
+
+def test_a_configure_that_fails_lets_the_state_file_go_and_a_retry_fails_for_the_same_reason(bench):
+    """The second one could not lock the file, knew nothing, and succeeded: no command was limited."""
+    robot = load_robot("rfrfr")
+    bench.keep(robot, solve_inverse(robot, [0.0, 0.0]))
+    bench.start("autostart:=false", "start_from:=last", until="")
+    for count in (1, 2):
+        assert not change(bench.client, Transition.TRANSITION_CONFIGURE)
+        said = bench.process.output()
+        assert said.count("cannot rest at its last equilibrium, which is unstable") == count
+    assert "will not be kept" not in said
+    bench.keep(robot)  # nobody has locked it, and the next one finds what is there
+    bench.change(Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE)
+    bench.until_heard()
+    np.testing.assert_array_equal(bench.commands[0], [2.7, 0.4])
+
+
+@pytest.mark.parametrize("start_from", ["auto", "measured"])
+def test_where_it_cannot_have_stayed_it_has_to_be_measured(bench, start_from):
+    """A last state that is no place to begin is no reason not to begin where motors are measured."""
+    robot = load_robot("rfrfr")
+    bench.keep(robot, solve_inverse(robot, [0.0, 0.0]))
+    bench.start("autostart:=false", f"start_from:={start_from}", until="")
+    bench.change(Transition.TRANSITION_CONFIGURE)
+    assert "is not used: the robot cannot rest at its last eq" in bench.process.output()
+    assert "where the robot is has to be measured" in bench.process.output()
+    for _ in range(2):
+        assert not change(bench.client, Transition.TRANSITION_ACTIVATE)
+    reason = {"auto": "nothing publishes", "measured": "no measured_joint_states with"}[start_from]
+    assert bench.process.output().count(reason) == 2
+    bench.measure([3.2, -0.1])
+    bench.spin(1.0)  # the node has to discover who measures
+    bench.change(Transition.TRANSITION_ACTIVATE)
+    bench.until_heard()
+    assert all(np.array_equal(command, [3.2, -0.1]) for command in bench.commands)
+
+
+def test_a_state_of_the_robot_that_is_no_equilibrium_is_not_as_if_nothing_were_known(bench):
+    """Its motors are somewhere: a node of another version that began at home would let them jump."""
+    robot = load_robot("rfrfr")
+    found = solve_forward(robot, [2.7, 0.4])
+    numbers = found.configuration.copy()
+    numbers[: robot.state_size] += 1.0
+    bench.keep(
+        robot, SimpleNamespace(configuration=numbers, loads=found.loads, motors=found.motors)
+    )
+    bench.start("autostart:=false", until="")
+    bench.change(Transition.TRANSITION_CONFIGURE)
+    assert "is not used: start: expected an equilibrium" in bench.process.output()
+    assert not change(bench.client, Transition.TRANSITION_ACTIVATE)
+    assert "nothing publishes measured_joint_states" in bench.process.output()
 
 
 def test_the_state_of_another_robot_is_left_aside_with_a_word(bench):
