@@ -320,11 +320,10 @@ class CprNode(LifecycleNode):
             self.get_logger().info(information)
 
     def _repeat_commands(self) -> None:
-        """For a controller that came later; not where a measurement may still tell of other motors."""
+        """For a controller that came later."""
         session = self._required_session()
-        newest = session.commands.newest
-        if session.tracker is None and newest is not None and not session.unplaced:
-            self.outputs.motor_commands(newest)
+        if session.tracker is None and session.commands.newest is not None:
+            self.outputs.motor_commands(session.commands.newest)
 
     def _publish_state(self) -> None:
         now = time.monotonic()

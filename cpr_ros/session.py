@@ -187,13 +187,12 @@ class Session:
         """The motor command of this tick, (n,) [rad or m]; None where there is nothing new.
 
         The only way commands leave the node: none is farther from the one before than a tick's way.
-        Where nothing is known of the motors, or a measurement may still tell of others, there is none
-        before a setpoint is obeyed; one that asks for what the node believes anyway is told to the
-        motors too, which may be elsewhere.
+        Where nothing is known of the motors, there is none before a setpoint is obeyed; one that asks
+        for what the node believes anyway is told to the motors too, which may be elsewhere.
         """
         motors = self.solver.current.equilibrium.motors
-        told = self.commands.newest is not None and not self.unplaced
-        nothing_new = self.commands.aligned_with(motors) and (told or not self.outcome.obeyed)
+        known = self.commands.newest is not None
+        nothing_new = self.commands.aligned_with(motors) if known else not self.outcome.obeyed
         if self.tracker is not None or self.follower.paused or nothing_new:
             return None
         self.unplaced = False

@@ -9,7 +9,6 @@ from helpers.drive import PERIOD, robot
 
 from cpr_core import CprError, find_equilibria, solve_forward, solve_home, solve_inverse
 from cpr_ros.conversions import Frames
-from cpr_ros.goals import MotorGoal
 from cpr_ros.kept_state import LastState
 from cpr_ros.parameter_table import PARAMETERS
 from cpr_ros.parameters import Parameters, live_parameters
@@ -102,22 +101,6 @@ def test_words_tell_which_branch_does_not_lead_to_where_the_motors_are(session):
         begin_at_measured(session, unstable.motors + 0.01)
     with pytest.raises(CprError, match="the branch of home does not lead"):
         begin_at_measured(session, np.array([20.0, 0.55]))
-
-
-def test_a_setpoint_where_it_was_last_is_told_to_motors_that_may_be_elsewhere(session):
-    """While the first measurement may still place it, nobody has been told."""
-    last = solve_forward(session.robot, [2.7, 0.4])
-    begin_at_last(session, LastState(last, last.motors))
-    session.unplaced = True
-    session.tick(PERIOD)
-    assert session.next_command() is None
-    session.follow(MotorGoal(session.robot, last.motors), PERIOD)
-    assert not session.at_rest
-    session.tick(2.0 * PERIOD)
-    np.testing.assert_array_equal(session.next_command(), last.motors)
-    assert not session.unplaced
-    session.tick(3.0 * PERIOD)
-    assert session.next_command() is None
 
 
 def test_home_is_gone_to_from_the_last_commands(session):

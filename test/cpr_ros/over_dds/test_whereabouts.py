@@ -138,10 +138,6 @@ def test_a_killed_node_goes_on_where_it_was(bench):
     bench.kill()
     bench.start()
     assert "where it was last, motors (3.6, -0.4)" in bench.process.output()
-    heard = len(bench.commands)
-    bench.spin(1.5)
-    assert len(bench.commands) == heard  # nobody measures where it is, nobody asked for anything
-    bench.send(3.6, -0.4)
     bench.until_heard()
     np.testing.assert_array_equal(bench.commands[-1], [3.6, -0.4])
     assert bench.longest_step() <= 1.0 + 2e-5
@@ -161,7 +157,7 @@ def test_no_command_is_far_from_the_one_before_whatever_happens_in_motion(bench)
     """Ended or taken through its life at random moments on the way between setpoints."""
     chance = random.Random(1)
     bench.keep(load_robot("rfrfr"))
-    bench.start("start_from:=last")
+    bench.start()
     deactivate, activate = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE
     clean, configure = Transition.TRANSITION_CLEANUP, Transition.TRANSITION_CONFIGURE
     for moment in range(4):
@@ -173,10 +169,10 @@ def test_no_command_is_far_from_the_one_before_whatever_happens_in_motion(bench)
         bench.spin(chance.uniform(0.0, 0.4))
         if moment % 4 == 0:
             bench.kill()
-            bench.start("start_from:=last")
+            bench.start()
         elif moment % 4 == 1:
             assert bench.process.stop(signal.SIGTERM) == 0
-            bench.start("start_from:=last")
+            bench.start()
         elif moment % 4 == 2:
             bench.change(deactivate, clean, configure, activate)
         else:
@@ -188,7 +184,7 @@ def test_no_command_is_far_from_the_one_before_whatever_happens_in_motion(bench)
 
 def test_an_applied_solution_is_gone_to_at_the_speed_limit(bench):
     bench.keep(load_robot("rfrfr"))
-    bench.start("start_from:=last")
+    bench.start()
     bench.until_heard()
     request = SolveForward.Request(
         motors=JointState(name=["motor1", "motor2"], position=[2.9, 0.2]), apply=True
@@ -229,18 +225,6 @@ def test_where_it_was_measured_it_is_after_a_restart_without_any_motion(bench):
     assert "where it was last, motors (3.2, -0.1)" in bench.process.output()
     bench.until_heard()
     np.testing.assert_array_equal(bench.commands[-1], [3.2, -0.1])
-
-
-def test_the_last_commands_are_not_said_while_a_measurement_may_still_tell_of_others(bench):
-    """Said at rest, they moved motors that were elsewhere before anybody had asked for anything."""
-    bench.keep(load_robot("rfrfr"))
-    bench.start()
-    assert "where it was last, motors (2.7, 0.4)" in bench.process.output()
-    bench.spin(2.5)  # at rest they are said once a second
-    assert not bench.commands
-    bench.measure([3.2, -0.1])
-    bench.until_heard()
-    assert all(np.array_equal(command, [3.2, -0.1]) for command in bench.commands)
 
 
 def test_setpoints_sent_while_the_node_becomes_active_are_not_followed(bench):
