@@ -226,7 +226,7 @@ class Session:
     def follow_trajectory(
         self, order: TrajectoryOrder, now: float, told: Callable[[Ending], None]
     ) -> Motion | None:
-        """Take a timed trajectory; one without points ends every motion, and there is none then.
+        """Take a timed trajectory; one without points is always a stop, and there is none then.
 
         Args:
             order: The trajectory.
@@ -236,12 +236,11 @@ class Session:
         Raises:
             RequestError: The node takes none now, or it cannot be followed.
         """
-        self._check_free()
         if not len(order.times):
-            self.trajectories.stop(ErrorCode.PREEMPTED, "an empty trajectory came: hold")
-            self.follower.drop()
+            self._hold()
             told(Ending(ErrorCode.SUCCESS))
             return None
+        self._check_free()
         current = self.solver.current
         if not self.commands.aligned_with(current.equilibrium.motors):
             raise RequestError(
@@ -249,16 +248,36 @@ class Session:
             )
         return self.trajectories.take(order, current, now, told)
 
+    def _hold(self) -> None:
+        """End every motion.
+
+        Raises:
+            RequestError: The node moves nothing.
+        """
+        self._check_moving()
+        self.trajectories.stop(ErrorCode.PREEMPTED, "an empty trajectory came: hold")
+        self.follower.drop()
+        if not self.commands.aligned_with(self.solver.current.equilibrium.motors):
+            self.pause(True)  # nothing else holds commands that are on their way
+
+    def _check_moving(self) -> None:
+        """Whether it is the node that moves the motors.
+
+        Raises:
+            RequestError: It is not.
+        """
+        if self.tracker is not None:
+            raise RequestError(
+                ErrorCode.NOT_READY, "the node tracks measured motors and takes no setpoints"
+            )
+
     def _check_free(self) -> None:
         """Whether setpoints and trajectories are taken now.
 
         Raises:
             RequestError: They are not.
         """
-        if self.tracker is not None:
-            raise RequestError(
-                ErrorCode.NOT_READY, "the node tracks measured motors and takes no setpoints"
-            )
+        self._check_moving()
         if self.follower.paused:
             raise RequestError(ErrorCode.NOT_READY, "the node is paused")
         if self.follower.returning:
