@@ -184,10 +184,8 @@ class MoveAction(LongAction):
 
 def _replaced_by(session: Session) -> str:
     """What took the place of a goal."""
-    if session.follower.paused:
-        return "the node was paused"
     if session.follower.returning:
         return "~/reset: the robot goes home"
     if session.follower.goal is None:
-        return "the goal was dropped for another motion"
+        return session.follower.dropped
     return "replaced by a newer motion"

@@ -110,7 +110,7 @@ class Session:
             or (other_jog and self.jogger.drives(follower.goal))
         )
         if forgotten:
-            self.follower.drop()
+            self.follower.drop("parameters changed: the setpoint is forgotten")
         self.follower.settings = live.settings
         self.solver.time_limit = live.time_limit
         self.wrench.watchdog.timeout = live.wrench_timeout
@@ -255,8 +255,9 @@ class Session:
             RequestError: The node moves nothing.
         """
         self._check_moving()
-        self.trajectories.stop(ErrorCode.PREEMPTED, "an empty trajectory came: hold")
-        self.follower.drop()
+        reason = "an empty trajectory came: hold"
+        self.trajectories.stop(ErrorCode.PREEMPTED, reason)
+        self.follower.drop(reason)
         if not self.commands.aligned_with(self.solver.current.equilibrium.motors):
             self.pause(True)  # nothing else holds commands that are on their way
 

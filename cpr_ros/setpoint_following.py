@@ -96,6 +96,7 @@ class SetpointFollower:
         period: Time of a tick [s].
         watchdog: Age of the newest setpoint.
         corrected: Where the robot is sent for a goal: there, or where it then is measured there.
+        dropped: Why the last setpoint was forgotten that none replaced.
     """
 
     def __init__(self, robot: Robot, period: float, settings: Settings) -> None:
@@ -105,6 +106,7 @@ class SetpointFollower:
         self.settings = settings
         self.corrected: Callable[[Goal], Goal] = lambda goal: goal
         self.paused = False
+        self.dropped = ""
         self._goal: Goal | None = None
         self._ages = True
         self._returning, self._under_way = False, False
@@ -166,8 +168,9 @@ class SetpointFollower:
         self._returning, self._stirred = False, True
         self.watchdog.feed(now)
 
-    def drop(self) -> None:
-        """Forget the setpoint and hold."""
+    def drop(self, reason: str = "") -> None:
+        """Forget the setpoint and hold; the reason is for who sent it."""
+        self.dropped = reason
         self._goal, self._returning, self._under_way = None, False, False
         self._refusal, self._reach, self._stirred = None, 1.0, True
         self.watchdog.forget()
@@ -175,7 +178,7 @@ class SetpointFollower:
     def pause(self, paused: bool) -> None:
         """Hold, and forget the setpoint: nothing moves by itself when the pause ends."""
         if paused:
-            self.drop()
+            self.drop("the node was paused")
         self.paused, self._stirred = paused, True
 
     def reset(self) -> None:

@@ -165,7 +165,7 @@ class Solver:
                     f"apply: the solution is unstable with the motors held (index {solution.index}), "
                     "so the robot cannot rest there; ask without apply to see it",
                 )
-            self._follower.drop()
+            self._follower.drop("a solution was applied")
             self.current = solution
         return solution
 

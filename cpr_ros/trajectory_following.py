@@ -129,7 +129,7 @@ class Trajectories:
         if self.coming is not None:
             self._end_coming(Ending(ErrorCode.PREEMPTED, "a newer trajectory came"))
         if self.running is None:
-            self._follower.drop()
+            self._follower.drop("a trajectory came")
             plan.advance(_FIRST_GO)
         motion = Motion(order, plan, told, own_time, before.end, self._follower.goal)
         self.coming = motion
@@ -271,9 +271,11 @@ class Trajectories:
 
     def _end_running(self, ending: Ending) -> None:
         motion, self.running = self.running, None
-        self._follower.drop()
-        if motion is not None:
-            motion.told(ending)
+        if motion is None:
+            return
+        if self._follower.goal is motion.goal:  # else something newer has come since the last tick
+            self._follower.drop()
+        motion.told(ending)
 
     @staticmethod
     def _time(motion: Motion) -> float:

@@ -400,6 +400,19 @@ def test_cancelled_it_holds_from_the_next_tick_on(rfrfr):
     assert 0.2 < motion.goal.time <= 0.26
 
 
+def test_a_setpoint_that_came_before_it_was_cancelled_is_followed(rfrfr):
+    """Both came between two ticks, and the setpoint was forgotten with the trajectory."""
+    motion, endings = rfrfr.begin([2.0], [[0.8, -0.8]])
+    rfrfr.tick()
+    newer = MotorGoal(rfrfr.robot, rfrfr.motors + [0.1, -0.1])
+    rfrfr.follow(newer)
+    rfrfr.trajectories.cancel(motion)
+    assert rfrfr.follower.goal is newer
+    assert [ending.val for ending in endings] == [ErrorCode.PREEMPTED]
+    rfrfr.until_state(State.IDLE)
+    np.testing.assert_array_equal(rfrfr.motors, newer.motors)
+
+
 def test_a_setpoint_replaces_one_that_runs_and_one_that_is_solved(rfrfr):
     _, running = rfrfr.begin([2.0], [[0.2, -0.2]])
     rfrfr.tick()
