@@ -191,14 +191,18 @@ class Inputs:
 
     def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
         delay = measurement_delay(message.header, self._node.get_clock().now())
-        try:
+        if not session.robot.description.controlled:  # there is nothing to correct
             check_frame(message, self._frames)
             session.felt.take_pose(whole_pose(message), now - delay)
+            return
+        try:
             pose = measured_pose(session.robot, message, self._frames)
         except CprError as error:
             session.loop.refuse(str(error))
             raise
         session.loop.take(pose, now, delay)
+        with contextlib.suppress(CprError):  # it takes what is not controlled, too
+            session.felt.take_pose(whole_pose(message), now - delay)
 
     def _platform_twist(self, session: Session, message: TwistStamped, now: float) -> None:
         session.jog(platform_twist(session.robot, message, self._frames), now)
