@@ -143,13 +143,9 @@ class Inputs:
         return callback
 
     def _motor_setpoint(self, session: Session, message: JointState, now: float) -> None:
-        goal = session.follower.goal
-        others = (
-            goal.motors
-            if isinstance(goal, MotorGoal)
-            else session.solver.current.equilibrium.motors
-        )
-        motors = motor_setpoint(session.robot, message, others)
+        here = session.solver.current.equilibrium.motors
+        wanted = session.follower.motor_setpoint(now)
+        motors = motor_setpoint(session.robot, message, here if wanted is None else wanted)
         session.follow(MotorGoal(session.robot, motors), now)
 
     def _commands(self, session: Session, message: bytes, now: float) -> None:

@@ -152,6 +152,13 @@ class SetpointFollower:
         """Whether the setpoint is too old to be followed."""
         return self._ages and not self._returning and self.watchdog.stale(now)
 
+    def motor_setpoint(self, now: float) -> Floats | None:
+        """Motor positions that were asked for and still count, (n,) [rad or m]; None: none."""
+        goal = self._goal
+        if not isinstance(goal, MotorGoal) or self._returning or self.stale(now):
+            return None
+        return goal.motors
+
     def arrived(self, current: Equilibrium) -> bool:
         """Whether an equilibrium is where the robot is sent."""
         return self._goal is None or self.corrected(self._goal).remaining(current) <= ARRIVED

@@ -12,11 +12,13 @@ from helpers.closed_loop import DEFAULTS, FIXED, FRAMES
 from helpers.drive import changed_robot, robot
 from rclpy.clock import Clock
 from rclpy.logging import get_logger
+from sensor_msgs.msg import JointState
 
 from cpr_ros.inputs import Inputs
 from cpr_ros.parameters import Parameters, live_parameters
 from cpr_ros.pose_loop import Loop
 from cpr_ros.session import Session
+from cpr_ros.supervision import State
 
 NAN = float("nan")
 
@@ -46,6 +48,19 @@ class Listening:
     def hear(self, topic, message):
         self._callbacks[topic](message)
 
+    def hear_motors(self, **positions):
+        """A setpoint of some motors."""
+        message = JointState(name=list(positions), position=list(positions.values()))
+        self.hear("~/motor_setpoint", message)
+
+    def tick(self, seconds=0.0):
+        self.now += seconds or self.session.period
+        return self.session.tick(self.now).state
+
+    @property
+    def motors(self):
+        return self.session.solver.current.equilibrium.motors
+
     def hear_pose(self, position, orientation):
         """A measured pose, x y z and w x y z."""
         message = PoseStamped()
@@ -68,6 +83,49 @@ class Listening:
     def felt(self):
         """The measured pose that wrenches are estimated with."""
         return self.session.felt._pose
+
+
+def test_motors_that_are_not_named_keep_their_setpoint():
+    listening = Listening(robot("rfrfr"))
+    listening.hear_motors(motor1=2.7)
+    listening.hear_motors(motor2=0.5)
+    np.testing.assert_array_equal(listening.session.follower.goal.motors, [2.7, 0.5])
+    while listening.tick() != State.IDLE:
+        pass
+    listening.hear_motors(motor1=2.6)
+    np.testing.assert_array_equal(listening.session.follower.goal.motors, [2.6, 0.5])
+
+
+def test_motors_that_are_not_named_stay_where_they_are_if_their_setpoint_is_stale():
+    """Minutes after a client had died its setpoint came to life, by a hundredth of one motor."""
+    listening = Listening(robot("rfrfr"), setpoint_timeout=0.5)
+    home = listening.motors.copy()
+    listening.hear_motors(motor1=2.9, motor2=0.2)
+    for _ in range(5):
+        assert listening.tick() == State.FOLLOWING
+    assert listening.tick(seconds=200.0) == State.STALE
+    held = listening.motors.copy()
+    assert 0.2 < held[1] < home[1]
+    listening.hear_motors(motor1=held[0] + 0.01)
+    while listening.tick() != State.IDLE:
+        assert listening.motors[1] == held[1]
+    np.testing.assert_array_equal(listening.motors, held + [0.01, 0.0])
+
+
+def test_motors_that_are_not_named_do_not_go_on_home():
+    """A return that is halted can be replaced by a setpoint: by that one only."""
+    listening = Listening(robot("rfrfr"), margin_warning=0.999, margin_stop=0.98)
+    session = listening.session
+    listening.hear_motors(motor1=2.39, motor2=0.75)
+    while listening.tick() != State.IDLE:
+        pass
+    session.reset()
+    while listening.tick() != State.HALTED:
+        pass
+    held = listening.motors.copy()
+    listening.hear_motors(motor1=2.39)
+    assert listening.dropped == 0
+    np.testing.assert_array_equal(session.follower.goal.motors, [2.39, held[1]])
 
 
 @pytest.mark.parametrize(
