@@ -79,6 +79,7 @@ class Session:
         self.follower.corrected = self.loop.corrected
         self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
         self.commands = MotorCommands(robot, self.period)
+        self.solver.occupied = self._occupied
         self._before = home = self.solver.current
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
@@ -247,6 +248,16 @@ class Session:
                 ErrorCode.NOT_READY, "the motor commands are on their way to where the robot is"
             )
         return self.trajectories.take(order, current, now, told)
+
+    def _occupied(self) -> str:
+        """Why the robot is not put elsewhere now; empty: nothing is against it."""
+        if self.follower.paused:
+            return "the node is paused: release it first"
+        if self.follower.moving:
+            return "the robot is on its way; an empty ~/joint_trajectory ends that"
+        if not self.commands.aligned_with(self.solver.current.equilibrium.motors):
+            return "the motor commands are on their way to where the robot is"
+        return ""
 
     def _hold(self) -> None:
         """End every motion.

@@ -140,7 +140,7 @@ class SetpointFollower:
 
     @property
     def moving(self) -> bool:
-        """Whether the last tick found a goal that is not reached."""
+        """Whether there is a goal that is not known to be reached, and nothing holds the robot."""
         return self._under_way
 
     @property
@@ -172,7 +172,7 @@ class SetpointFollower:
             ages: Whether it has to come again and again, or becomes stale.
         """
         self._goal, self._ages = goal, ages
-        self._returning, self._stirred = False, True
+        self._returning, self._under_way, self._stirred = False, True, True
         self.watchdog.feed(now)
 
     def drop(self, reason: str = "") -> None:
@@ -191,7 +191,8 @@ class SetpointFollower:
     def reset(self) -> None:
         """Walk home along the branch."""
         self.drop()
-        self._goal, self._returning = MotorGoal(self.robot, solve_home(self.robot).motors), True
+        self._goal = MotorGoal(self.robot, solve_home(self.robot).motors)
+        self._returning, self._under_way = True, True
 
     def tick(self, current: Assessment, loads: Loads, now: float) -> Outcome:
         """Do one tick.

@@ -45,6 +45,7 @@ class Solver:
         frames: Names of the frames.
         current: Current equilibrium; replaced by motion, and by a successful request with ``apply``.
         time_limit: Longest time of a request [s].
+        occupied: Why no solution is applied now; empty: nothing is against it.
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class Solver:
         self._follower = follower
         self._length = characteristic_length
         self.time_limit = time_limit
+        self.occupied: Callable[[], str] = lambda: ""
         self.current = self._timed(lambda: solve_home(robot))
 
     def forward(self, request: SolveForward.Request) -> Assessment:
@@ -154,11 +156,9 @@ class Solver:
 
     def _applied(self, solution: Assessment, apply: bool) -> Assessment:
         if apply:
-            if self._follower.moving:
-                raise RequestError(
-                    ErrorCode.NOT_READY,
-                    "apply: the robot is on its way to a setpoint; pause it first",
-                )
+            occupied = self.occupied()
+            if occupied:
+                raise RequestError(ErrorCode.NOT_READY, f"apply: {occupied}")
             if solution.index > 0:
                 raise RequestError(
                     ErrorCode.UNSTABLE_EQUILIBRIUM,

@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode
+from cpr_msgs.srv import SolveForward
 from helpers.drive import PERIOD, SETTINGS, robot
+from sensor_msgs.msg import JointState
 
 from cpr_core import solve_home
 from cpr_ros.conversions import Frames
@@ -226,6 +228,58 @@ def test_an_empty_trajectory_is_refused_by_a_node_that_moves_nothing():
     bench = Bench(motor_source="measured")
     with pytest.raises(RequestError, match="tracks measured motors"):
         stop(bench.session, bench.now)
+
+
+def apply(session, *motors):
+    """Make the equilibrium at these motors the current one."""
+    state = JointState(name=["motor1", "motor2"], position=motors)
+    session.solver.forward(SolveForward.Request(motors=state, apply=True))
+
+
+def commanded(session, motors):
+    """Of which it is known where its motors are."""
+    session.begin_at(session.solver.current.equilibrium, motors, 0.0)
+
+
+def test_no_solution_is_applied_while_commands_are_on_their_way(bench):
+    """It dropped the way home that waited for them, too, without a word."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    apply(session, 2.7, 0.5)
+    assert bench.tick().state == State.ALIGNING
+    with pytest.raises(RequestError, match="commands are on their way"):
+        apply(session, 2.6, 0.5)
+    session.reset()
+    for _ in range(2):
+        with pytest.raises(RequestError, match="the robot is on its way"):
+            apply(session, 2.6, 0.5)
+        bench.tick()
+    while bench.tick().state != State.IDLE:
+        pass
+    np.testing.assert_array_equal(bench.commands[-1], home)
+    apply(session, 2.6, 0.5)
+
+
+def test_no_solution_is_applied_while_paused(bench):
+    """The motors set off to it as soon as the pause was over."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    session.pause(True)
+    bench.tick()
+    with pytest.raises(RequestError, match="paused"):
+        apply(session, 2.7, 0.5)
+    session.pause(False)
+    assert bench.tick().state == State.IDLE
+    assert bench.commands == []
+
+
+def test_no_solution_is_applied_in_place_of_a_setpoint_that_has_just_come(bench):
+    session = bench.session
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    with pytest.raises(RequestError, match="the robot is on its way"):
+        apply(session, 2.6, 0.5)
+    stop(session, bench.now)  # as the message says
+    apply(session, 2.6, 0.5)
 
 
 def test_a_robot_waits_for_a_measurement_until_it_moves(bench):
