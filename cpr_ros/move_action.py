@@ -171,7 +171,8 @@ class MoveAction(LongAction):
         session = self._session()
         remaining = 0.0 if error is None else math.nan
         if error is not None and session is not None and goal is not None:
-            remaining = goal.remaining(session.solver.current.equilibrium)
+            wanted = session.follower.corrected(goal)
+            remaining = wanted.remaining(session.solver.current.equilibrium)
         result = MoveTo.Result(
             error_code=code,
             reached=reached(self._node, session, self._frames),
