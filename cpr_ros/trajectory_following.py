@@ -177,6 +177,7 @@ class Trajectories:
         motors = outcome.assessment.equilibrium.motors
         if goal.remaining(outcome.assessment.equilibrium) == 0.0:
             self.running = None
+            self._rest_until_joined(now)
             motion.told(Ending(ErrorCode.SUCCESS, "", due))
             return
         beyond = self._beyond_tolerance(order, goal, motors, due)
@@ -261,6 +262,13 @@ class Trajectories:
         goal, begin = running, running.time
         before = goal.path.part(begin, begin + join - own, own)
         return before, lambda _: own + goal.time - begin
+
+    def _rest_until_joined(self, now: float) -> None:
+        """Let the time of one with a stamp go on, though what it goes on from has ended."""
+        coming = self.coming
+        if coming is not None and coming.order.start_in is not None:
+            own = coming.own_time(now)
+            coming.own_time = lambda later: own + later - now
 
     def _notice_newer(self) -> None:
         """End what a setpoint, a pause or a return has replaced."""

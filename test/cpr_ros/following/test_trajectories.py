@@ -500,3 +500,15 @@ def test_judging_what_is_solved_holds_up_no_tick_either(rfrfr):
         steps += 1
     assert plan.refused is None
     assert steps > 3 + 5  # solved, judged and done; and in between
+
+
+def test_one_with_a_stamp_is_in_time_though_the_one_before_has_ended(rfrfr, monkeypatch):
+    """Its time stood still from then on until it was solved."""
+    _, first = rfrfr.begin([0.3], [[0.1, -0.1]])
+    solved_slowly(monkeypatch, every=6)
+    begin = rfrfr.now
+    _, second = rfrfr.take([1.0], [[0.0, 0.0]], start_in=3.0)
+    rfrfr.until_ended(first)
+    assert not second
+    assert rfrfr.until_ended(second).val == ErrorCode.SUCCESS
+    assert rfrfr.now - begin == pytest.approx(4.0, abs=2.0 * PERIOD)
