@@ -157,13 +157,9 @@ class Inputs:
         return callback
 
     def _motor_setpoint(self, session: Session, message: JointState, now: float) -> None:
-        goal = session.follower.goal
-        others = (
-            goal.motors
-            if isinstance(goal, MotorGoal)
-            else session.solver.current.equilibrium.motors
-        )
-        motors = motor_setpoint(session.robot, message, others)
+        here = session.solver.current.equilibrium.motors
+        wanted = session.follower.motor_setpoint(now)
+        motors = motor_setpoint(session.robot, message, here if wanted is None else wanted)
         session.follow(MotorGoal(session.robot, motors), now)
 
     def _commands(self, session: Session, message: bytes, now: float) -> None:
@@ -205,14 +201,18 @@ class Inputs:
 
     def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
         delay = measurement_delay(message.header, self._node.get_clock().now())
-        try:
+        if not session.robot.description.controlled:  # there is nothing to correct
             check_frame(message, self._frames)
             session.felt.take_pose(whole_pose(message), now - delay)
+            return
+        try:
             pose = measured_pose(session.robot, message, self._frames)
         except CprError as error:
             session.loop.refuse(str(error))
             raise
         session.loop.take(pose, now, delay)
+        with contextlib.suppress(CprError):  # it takes what is not controlled, too
+            session.felt.take_pose(whole_pose(message), now - delay)
 
     def _platform_twist(self, session: Session, message: TwistStamped, now: float) -> None:
         session.jog(platform_twist(session.robot, message, self._frames), now)

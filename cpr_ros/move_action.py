@@ -171,7 +171,8 @@ class MoveAction(LongAction):
         session = self._session()
         remaining = 0.0 if error is None else math.nan
         if error is not None and session is not None and goal is not None:
-            remaining = goal.remaining(session.solver.current.equilibrium)
+            wanted = session.follower.corrected(goal)
+            remaining = wanted.remaining(session.solver.current.equilibrium)
         result = MoveTo.Result(
             error_code=code,
             reached=reached(self._node, session, self._frames),
@@ -184,10 +185,8 @@ class MoveAction(LongAction):
 
 def _replaced_by(session: Session) -> str:
     """What took the place of a goal."""
-    if session.follower.paused:
-        return "the node was paused"
     if session.follower.returning:
         return "~/reset: the robot goes home"
     if session.follower.goal is None:
-        return "the goal was dropped for another motion"
+        return session.follower.dropped
     return "replaced by a newer motion"

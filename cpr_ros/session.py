@@ -79,6 +79,7 @@ class Session:
         self.follower.corrected = self.loop.corrected
         self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
         self.commands = MotorCommands(robot, self.period)
+        self.solver.occupied = self._occupied
         self._before = home = self.solver.current
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
@@ -110,7 +111,7 @@ class Session:
             or (other_jog and self.jogger.drives(follower.goal))
         )
         if forgotten:
-            self.follower.drop()
+            self.follower.drop("parameters changed: the setpoint is forgotten")
         self.follower.settings = live.settings
         self.solver.time_limit = live.time_limit
         self.wrench.watchdog.timeout = live.wrench_timeout
@@ -226,7 +227,7 @@ class Session:
     def follow_trajectory(
         self, order: TrajectoryOrder, now: float, told: Callable[[Ending], None]
     ) -> Motion | None:
-        """Take a timed trajectory; one without points ends every motion, and there is none then.
+        """Take a timed trajectory; one without points is always a stop, and there is none then.
 
         Args:
             order: The trajectory.
@@ -236,12 +237,11 @@ class Session:
         Raises:
             RequestError: The node takes none now, or it cannot be followed.
         """
-        self._check_free()
         if not len(order.times):
-            self.trajectories.stop(ErrorCode.PREEMPTED, "an empty trajectory came: hold")
-            self.follower.drop()
+            self._hold()
             told(Ending(ErrorCode.SUCCESS))
             return None
+        self._check_free()
         current = self.solver.current
         if not self.commands.aligned_with(current.equilibrium.motors):
             raise RequestError(
@@ -249,16 +249,47 @@ class Session:
             )
         return self.trajectories.take(order, current, now, told)
 
+    def _occupied(self) -> str:
+        """Why the robot is not put elsewhere now; empty: nothing is against it."""
+        if self.follower.paused:
+            return "the node is paused: release it first"
+        if self.follower.moving:
+            return "the robot is on its way; an empty ~/joint_trajectory ends that"
+        if not self.commands.aligned_with(self.solver.current.equilibrium.motors):
+            return "the motor commands are on their way to where the robot is"
+        return ""
+
+    def _hold(self) -> None:
+        """End every motion.
+
+        Raises:
+            RequestError: The node moves nothing.
+        """
+        self._check_moving()
+        reason = "an empty trajectory came: hold"
+        self.trajectories.stop(ErrorCode.PREEMPTED, reason)
+        self.follower.drop(reason)
+        if not self.commands.aligned_with(self.solver.current.equilibrium.motors):
+            self.pause(True)  # nothing else holds commands that are on their way
+
+    def _check_moving(self) -> None:
+        """Whether it is the node that moves the motors.
+
+        Raises:
+            RequestError: It is not.
+        """
+        if self.tracker is not None:
+            raise RequestError(
+                ErrorCode.NOT_READY, "the node tracks measured motors and takes no setpoints"
+            )
+
     def _check_free(self) -> None:
         """Whether setpoints and trajectories are taken now.
 
         Raises:
             RequestError: They are not.
         """
-        if self.tracker is not None:
-            raise RequestError(
-                ErrorCode.NOT_READY, "the node tracks measured motors and takes no setpoints"
-            )
+        self._check_moving()
         if self.follower.paused:
             raise RequestError(ErrorCode.NOT_READY, "the node is paused")
         if self.follower.returning:

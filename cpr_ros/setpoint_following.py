@@ -97,6 +97,7 @@ class SetpointFollower:
         period: Time of a tick [s].
         watchdog: Age of the newest setpoint.
         corrected: Where the robot is sent for a goal: there, or where it then is measured there.
+        dropped: Why the last setpoint was forgotten that none replaced.
     """
 
     def __init__(self, robot: Robot, period: float, settings: Settings) -> None:
@@ -106,6 +107,7 @@ class SetpointFollower:
         self.settings = settings
         self.corrected: Callable[[Goal], Goal] = lambda goal: goal
         self.paused = False
+        self.dropped = ""
         self._goal: Goal | None = None
         self._ages = True
         self._returning, self._under_way = False, False
@@ -139,7 +141,7 @@ class SetpointFollower:
 
     @property
     def moving(self) -> bool:
-        """Whether the last tick found a goal that is not reached."""
+        """Whether there is a goal that is not known to be reached, and nothing holds the robot."""
         return self._under_way
 
     @property
@@ -150,6 +152,13 @@ class SetpointFollower:
     def stale(self, now: float) -> bool:
         """Whether the setpoint is too old to be followed."""
         return self._ages and not self._returning and self.watchdog.stale(now)
+
+    def motor_setpoint(self, now: float) -> Floats | None:
+        """Motor positions that were asked for and still count, (n,) [rad or m]; None: none."""
+        goal = self._goal
+        if not isinstance(goal, MotorGoal) or self._returning or self.stale(now):
+            return None
+        return goal.motors
 
     def arrived(self, current: Equilibrium) -> bool:
         """Whether an equilibrium is where the robot is sent."""
@@ -164,11 +173,12 @@ class SetpointFollower:
             ages: Whether it has to come again and again, or becomes stale.
         """
         self._goal, self._ages = goal, ages
-        self._returning, self._stirred = False, True
+        self._returning, self._under_way, self._stirred = False, True, True
         self.watchdog.feed(now)
 
-    def drop(self) -> None:
-        """Forget the setpoint and hold."""
+    def drop(self, reason: str = "") -> None:
+        """Forget the setpoint and hold; the reason is for who sent it."""
+        self.dropped = reason
         self._goal, self._returning, self._under_way = None, False, False
         self._refusal, self._reach, self._stirred = None, 1.0, True
         self.watchdog.forget()
@@ -176,13 +186,14 @@ class SetpointFollower:
     def pause(self, paused: bool) -> None:
         """Hold, and forget the setpoint: nothing moves by itself when the pause ends."""
         if paused:
-            self.drop()
+            self.drop("the node was paused")
         self.paused, self._stirred = paused, True
 
     def reset(self) -> None:
         """Walk home along the branch."""
         self.drop()
-        self._goal, self._returning = MotorGoal(self.robot, solve_home(self.robot).motors), True
+        self._goal = MotorGoal(self.robot, solve_home(self.robot).motors)
+        self._returning, self._under_way = True, True
 
     def tick(self, current: Assessment, loads: Loads, now: float) -> Outcome:
         """Do one tick.

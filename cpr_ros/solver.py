@@ -45,6 +45,7 @@ class Solver:
         frames: Names of the frames.
         current: Current equilibrium; replaced by motion, and by a successful request with ``apply``.
         time_limit: Longest time of a request [s].
+        occupied: Why no solution is applied now; empty: nothing is against it.
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class Solver:
         self._follower = follower
         self._length = characteristic_length
         self.time_limit = time_limit
+        self.occupied: Callable[[], str] = lambda: ""
         self.current = self._timed(lambda: solve_home(robot))
 
     def forward(self, request: SolveForward.Request) -> Assessment:
@@ -154,18 +156,16 @@ class Solver:
 
     def _applied(self, solution: Assessment, apply: bool) -> Assessment:
         if apply:
-            if self._follower.moving:
-                raise RequestError(
-                    ErrorCode.NOT_READY,
-                    "apply: the robot is on its way to a setpoint; pause it first",
-                )
+            occupied = self.occupied()
+            if occupied:
+                raise RequestError(ErrorCode.NOT_READY, f"apply: {occupied}")
             if solution.index > 0:
                 raise RequestError(
                     ErrorCode.UNSTABLE_EQUILIBRIUM,
                     f"apply: the solution is unstable with the motors held (index {solution.index}), "
                     "so the robot cannot rest there; ask without apply to see it",
                 )
-            self._follower.drop()
+            self._follower.drop("a solution was applied")
             self.current = solution
         return solution
 

@@ -5,9 +5,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from cpr_msgs.msg import ErrorCode
@@ -36,6 +35,8 @@ _FIRST_GO = 0.015
 _SHARE = 0.5
 #: Time it takes to solve a tick, until that is known [s].
 _TICK_WORK = 1e-4
+#: A trajectory is joined when it will be solved, as far as that is known, and so much later.
+_RESERVE = 1.5
 _WATCHED = tuple(name for name in MEASURES if name != "inverse_singularity")
 
 
@@ -67,6 +68,7 @@ class Motion:
         own_time: Where on its path it would be now, in its own time, before it has begun.
         join: Until then, in its own time, the path is what the motors did before [s].
         after: What the follower had as its goal when it came; anything else is newer.
+        since: When solving its plan began, steady time [s].
         goal: What the follower follows; None: it has not begun.
     """
 
@@ -76,6 +78,7 @@ class Motion:
     own_time: Callable[[float], float]
     join: float
     after: object
+    since: float
     goal: TrajectoryGoal | None = None
 
 
@@ -121,17 +124,14 @@ class Trajectories:
         if left > LONGEST:
             text = f"expected an end within {LONGEST:g} s from now, got {left:g} s"
             raise TrajectoryRefused(order.duration, "points", text)
-        before, own_time = self._until_joined(order, current, now)
-        settings = self._follower.settings
-        path = ordered_path(self._robot, order, before, settings.max_speed)
-        plan = TrajectoryPlan(path, current, self._period, settings.thresholds, _WATCHED)
+        plan, own_time, join = self._planned(order, current, now, self._tick_work / _SHARE)
         self._notice_newer()
         if self.coming is not None:
             self._end_coming(Ending(ErrorCode.PREEMPTED, "a newer trajectory came"))
         if self.running is None:
-            self._follower.drop()
+            self._follower.drop("a trajectory came")
             plan.advance(_FIRST_GO)
-        motion = Motion(order, plan, told, own_time, before.end, self._follower.goal)
+        motion = Motion(order, plan, told, own_time, join, self._follower.goal, now)
         self.coming = motion
         self._begin_if_solved(current, now)
         return motion
@@ -156,10 +156,9 @@ class Trajectories:
         self._notice_newer()
         coming = self.coming
         if coming is not None:
-            timed = self.running is not None or coming.order.start_in is not None
-            late = timed and coming.own_time(now) > coming.join - 2.0 * self._period
-            coming.plan.advance(math.inf if late else _SHARE * self._period)
+            coming.plan.advance(_SHARE * self._period)
             self._begin_if_solved(current, now)
+            self._put_off_if_late(current, now)
         if self.running is not None and self.running.goal is not None:
             self.running.goal.elapse(now)
             self._follower.watchdog.feed(now)  # all of it has come already
@@ -178,6 +177,7 @@ class Trajectories:
         motors = outcome.assessment.equilibrium.motors
         if goal.remaining(outcome.assessment.equilibrium) == 0.0:
             self.running = None
+            self._rest_until_joined(now)
             motion.told(Ending(ErrorCode.SUCCESS, "", due))
             return
         beyond = self._beyond_tolerance(order, goal, motors, due)
@@ -205,8 +205,48 @@ class Trajectories:
                 )
         return None
 
+    def _planned(
+        self, order: TrajectoryOrder, current: Assessment, now: float, pace: float
+    ) -> tuple[TrajectoryPlan, Callable[[float], float], float]:
+        """What is to be solved for an order, its own time until then, and when in it it is joined.
+
+        Args:
+            order: The order, with points.
+            current: Where the robot is.
+            now: Steady time [s].
+            pace: Time it takes to solve a tick, while other things go on [s].
+
+        Raises:
+            TrajectoryRefused: It cannot be followed from here.
+        """
+        before, own_time = self._until_joined(order, current, now, pace)
+        settings = self._follower.settings
+        path = ordered_path(self._robot, order, before, settings.max_speed)
+        plan = TrajectoryPlan(path, current, self._period, settings.thresholds, _WATCHED)
+        return plan, own_time, before.end
+
+    def _put_off_if_late(self, current: Assessment, now: float) -> None:
+        """Solve one anew that is not solved when it is due, to be joined later: no tick waits for it."""
+        coming = self.coming
+        if coming is None or (self.running is None and coming.order.start_in is None):
+            return
+        own = coming.own_time(now)
+        if own <= coming.join - 2.0 * self._period:
+            return
+        pace = (now - coming.since) / max(1, coming.plan.solved)
+        if coming.order.start_in is not None:
+            coming.order = replace(coming.order, start_in=-own)
+        try:
+            planned = self._planned(coming.order, current, now, pace)
+        except TrajectoryRefused as refused:
+            text = f"it was not solved when it was due: {refused}"
+            self._end_coming(Ending(refused.val, text, refused.time, refused.measure))
+            return
+        coming.plan, coming.own_time, coming.join = planned
+        coming.since = now
+
     def _until_joined(
-        self, order: TrajectoryOrder, current: Assessment, now: float
+        self, order: TrajectoryOrder, current: Assessment, now: float, pace: float
     ) -> tuple[MotorPath, Callable[[float], float]]:
         """What the motors do until an order can be solved, in its own time; and that time."""
         running = None if self.running is None else self.running.goal
@@ -214,7 +254,7 @@ class Trajectories:
         if running is None and order.start_in is None:
             return MotorPath.rest(0.0, 0.0, motors), lambda _: 0.0
         ticks = order.duration / self._period
-        lead = 3.0 * self._period + 1.5 * ticks * self._tick_work / _SHARE
+        lead = 3.0 * self._period + _RESERVE * ticks * pace
         own = -lead if order.start_in is None else -order.start_in
         join = max(0.0, own + lead)
         if running is None:
@@ -222,6 +262,13 @@ class Trajectories:
         goal, begin = running, running.time
         before = goal.path.part(begin, begin + join - own, own)
         return before, lambda _: own + goal.time - begin
+
+    def _rest_until_joined(self, now: float) -> None:
+        """Let the time of one with a stamp go on, though what it goes on from has ended."""
+        coming = self.coming
+        if coming is not None and coming.order.start_in is not None:
+            own = coming.own_time(now)
+            coming.own_time = lambda later: own + later - now
 
     def _notice_newer(self) -> None:
         """End what a setpoint, a pause or a return has replaced."""
@@ -271,9 +318,11 @@ class Trajectories:
 
     def _end_running(self, ending: Ending) -> None:
         motion, self.running = self.running, None
-        self._follower.drop()
-        if motion is not None:
-            motion.told(ending)
+        if motion is None:
+            return
+        if self._follower.goal is motion.goal:  # else something newer has come since the last tick
+            self._follower.drop()
+        motion.told(ending)
 
     @staticmethod
     def _time(motion: Motion) -> float:

@@ -25,8 +25,8 @@ Floats = NDArray[np.float64]
 
 #: Ticks that are solved in one go: 0.3 s at 200 Hz, in about two milliseconds.
 _STRIDE = 60
-#: Longest time for them [s].
-_LONGEST = 0.5
+#: Longest time for them [s]: half of what the stability stream may be silent.
+_LONGEST = 0.05
 #: Measures that are looked at in every tick, all at once.
 _OF_MOTORS = ("motor_range", "effort_reserve")
 #: Measures of what stops a walk.
@@ -50,6 +50,7 @@ class TrajectoryPlan:
         done: Whether all of it is solved.
         refused: Why the robot must not follow it, if so.
         work: Processor time it has taken so far [s].
+        solved: How many equilibria are found.
     """
 
     def __init__(
@@ -69,7 +70,7 @@ class TrajectoryPlan:
             thresholds: Of the measures.
             watched: Measures that count.
         """
-        self.path, self.done, self.work = path, False, 0.0
+        self.path, self.done, self.work, self.solved = path, False, 0.0, 0
         self.refused: TrajectoryRefused | None = None
         self._start, self._thresholds = start, thresholds
         limited = _OF_MOTORS if start.equilibrium.robot.limited_motors else ()
@@ -84,7 +85,7 @@ class TrajectoryPlan:
         return len(self._times)
 
     def advance(self, seconds: float = math.inf) -> None:
-        """Go on for some time, by half a stride at least: solve it, or judge it."""
+        """Go on for some time, and at least a little: solve a stride, or judge some of it."""
         begin, work = time.perf_counter(), time.thread_time()
         while not self.done and self.refused is None:
             try:
@@ -114,9 +115,11 @@ class TrajectoryPlan:
                 if self._of_motors:
                     self._check_motors(last, equilibria, times)
                 stride = [last, *map(self._assessed, equilibria)]
-                self._check_between(stride, np.concatenate([[begin], times]), 0, len(stride) - 1)
+                between = np.concatenate([[begin], times])
+                yield from self._checked_between(stride, between, 0, len(stride) - 1)
                 last, begin = stride[-1], float(times[len(stride) - 2])
             first += len(equilibria)
+            self.solved = first
             if stopped is not None and not (stopped.kind == "time_limit" and equilibria):
                 at = float(self._times[first])
                 measure = _EVENTS.get(stopped.kind, "not_converged")
@@ -160,17 +163,18 @@ class TrajectoryPlan:
                 first, value = float(before[number]), float(values[name][number])
                 self._check_fall(name, first, value, float(times[number]))
 
-    def _check_between(
+    def _checked_between(
         self, stride: list[Assessment], times: Floats, first: int, last: int
-    ) -> None:
+    ) -> Iterator[bool]:
         """What costs more, at both ends of a part of a stride and, where it is needed, between."""
         open_question = any(
             self._may_fall(name, stride[first], stride[last]) for name in self._others
         )
         if open_question and last - first > 1:
             middle = (first + last) // 2
-            self._check_between(stride, times, first, middle)
-            self._check_between(stride, times, middle, last)
+            yield True
+            yield from self._checked_between(stride, times, first, middle)
+            yield from self._checked_between(stride, times, middle, last)
         else:
             for name in self._others:
                 before, after = stride[first].value(name), stride[last].value(name)

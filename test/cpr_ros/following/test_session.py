@@ -7,10 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cpr_msgs.msg import ErrorCode
+from cpr_msgs.srv import SolveForward
 from helpers.drive import PERIOD, SETTINGS, robot
+from sensor_msgs.msg import JointState
 
 from cpr_core import solve_home
 from cpr_ros.conversions import Frames
+from cpr_ros.error_codes import RequestError
 from cpr_ros.goals import MotorGoal, PoseGoal
 from cpr_ros.parameter_table import PARAMETERS
 from cpr_ros.parameters import Parameters, live_parameters
@@ -176,6 +180,106 @@ def test_a_pause_holds_commands_that_are_on_their_way(bench):
     while bench.tick().state != State.IDLE:
         pass
     np.testing.assert_array_equal(bench.commands[-1], home.motors)
+
+
+def stop(session, now):
+    """The usual stop of a client of trajectories: one without points."""
+    endings, nothing = [], np.full(2, np.inf)
+    order = TrajectoryOrder(
+        np.empty(0), np.empty((0, 2)), None, None, None, nothing, nothing, np.inf
+    )
+    session.follow_trajectory(order, now, endings.append)
+    return [ending.val for ending in endings]
+
+
+def test_an_empty_trajectory_ends_the_way_home(bench):
+    """It was refused as setpoints are, and the robot went on."""
+    session = bench.session
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    while bench.tick().state != State.IDLE:
+        pass
+    session.reset()
+    for _ in range(5):
+        assert bench.tick().state == State.RETURNING
+    held = bench.commands[-1]
+    assert stop(session, bench.now) == [ErrorCode.SUCCESS]
+    assert session.follower.goal is None
+    for _ in range(5):
+        assert bench.tick().state == State.IDLE
+    np.testing.assert_array_equal(bench.commands[-1], held)
+    assert session.at_rest
+
+
+def test_an_empty_trajectory_holds_commands_that_are_on_their_way(bench):
+    """It was said to be done, and they went on to the node's equilibrium, however long that took."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.begin_at(home, home.motors + 0.1, 0.0)
+    assert bench.tick().state == State.ALIGNING
+    held = bench.commands[-1]
+    assert stop(session, bench.now) == [ErrorCode.SUCCESS]
+    for _ in range(5):
+        assert bench.tick().state == State.PAUSED
+    np.testing.assert_array_equal(bench.commands[-1], held)
+    assert stop(session, bench.now) == [ErrorCode.SUCCESS]  # it holds already
+    assert session.follower.paused
+
+
+def test_an_empty_trajectory_is_refused_by_a_node_that_moves_nothing():
+    bench = Bench(motor_source="measured")
+    with pytest.raises(RequestError, match="tracks measured motors"):
+        stop(bench.session, bench.now)
+
+
+def apply(session, *motors):
+    """Make the equilibrium at these motors the current one."""
+    state = JointState(name=["motor1", "motor2"], position=motors)
+    session.solver.forward(SolveForward.Request(motors=state, apply=True))
+
+
+def commanded(session, motors):
+    """Of which it is known where its motors are."""
+    session.begin_at(session.solver.current.equilibrium, motors, 0.0)
+
+
+def test_no_solution_is_applied_while_commands_are_on_their_way(bench):
+    """It dropped the way home that waited for them, too, without a word."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    apply(session, 2.7, 0.5)
+    assert bench.tick().state == State.ALIGNING
+    with pytest.raises(RequestError, match="commands are on their way"):
+        apply(session, 2.6, 0.5)
+    session.reset()
+    for _ in range(2):
+        with pytest.raises(RequestError, match="the robot is on its way"):
+            apply(session, 2.6, 0.5)
+        bench.tick()
+    while bench.tick().state != State.IDLE:
+        pass
+    np.testing.assert_array_equal(bench.commands[-1], home)
+    apply(session, 2.6, 0.5)
+
+
+def test_no_solution_is_applied_while_paused(bench):
+    """The motors set off to it as soon as the pause was over."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    session.pause(True)
+    bench.tick()
+    with pytest.raises(RequestError, match="paused"):
+        apply(session, 2.7, 0.5)
+    session.pause(False)
+    assert bench.tick().state == State.IDLE
+    assert bench.commands == []
+
+
+def test_no_solution_is_applied_in_place_of_a_setpoint_that_has_just_come(bench):
+    session = bench.session
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    with pytest.raises(RequestError, match="the robot is on its way"):
+        apply(session, 2.6, 0.5)
+    stop(session, bench.now)  # as the message says
+    apply(session, 2.6, 0.5)
 
 
 def test_a_robot_waits_for_a_measurement_until_it_moves(bench):

@@ -400,6 +400,19 @@ def test_cancelled_it_holds_from_the_next_tick_on(rfrfr):
     assert 0.2 < motion.goal.time <= 0.26
 
 
+def test_a_setpoint_that_came_before_it_was_cancelled_is_followed(rfrfr):
+    """Both came between two ticks, and the setpoint was forgotten with the trajectory."""
+    motion, endings = rfrfr.begin([2.0], [[0.8, -0.8]])
+    rfrfr.tick()
+    newer = MotorGoal(rfrfr.robot, rfrfr.motors + [0.1, -0.1])
+    rfrfr.follow(newer)
+    rfrfr.trajectories.cancel(motion)
+    assert rfrfr.follower.goal is newer
+    assert [ending.val for ending in endings] == [ErrorCode.PREEMPTED]
+    rfrfr.until_state(State.IDLE)
+    np.testing.assert_array_equal(rfrfr.motors, newer.motors)
+
+
 def test_a_setpoint_replaces_one_that_runs_and_one_that_is_solved(rfrfr):
     _, running = rfrfr.begin([2.0], [[0.2, -0.2]])
     rfrfr.tick()
@@ -420,3 +433,82 @@ def test_a_long_one_is_solved_in_slices_between_ticks(rfrfr):
     assert rfrfr.tick().state == State.IDLE
     rfrfr.trajectories.cancel(motion)
     assert endings[0].val == ErrorCode.PREEMPTED
+
+
+def solved_slowly(monkeypatch, every):
+    """A plan goes on by the least it can, once in so many calls; what the calls were allowed [s]."""
+    allowed, advance = [], TrajectoryPlan.advance
+
+    def slow(plan, seconds=np.inf):
+        allowed.append(seconds)
+        if len(allowed) % every == 0:
+            advance(plan, 0.0)
+
+    monkeypatch.setattr(TrajectoryPlan, "advance", slow)
+    return allowed
+
+
+def test_one_that_is_not_solved_when_it_is_due_is_joined_later(rfrfr, monkeypatch):
+    """What was left was solved in one go, for seconds, and nothing else was done meanwhile."""
+    allowed, begin = solved_slowly(monkeypatch, every=4), rfrfr.now
+    home = rfrfr.motors.copy()
+    motion, endings = rfrfr.take([2.0], [[0.2, -0.2]], start_in=0.05)
+    first = motion.join
+    assert rfrfr.until_ended(endings).val == ErrorCode.SUCCESS
+    assert max(allowed[1:]) <= PERIOD  # the first one is that of a robot at rest
+    assert motion.join > 1.5 * first
+    assert rfrfr.now - begin == pytest.approx(2.05, abs=2.0 * PERIOD)
+    np.testing.assert_allclose(rfrfr.motors, home + [0.2, -0.2], atol=1e-12)
+    assert rfrfr.steps.max() <= 1.0 + 1e-6
+
+
+def test_one_that_is_not_solved_when_it_is_due_and_cannot_be_joined_is_refused(rfrfr, monkeypatch):
+    allowed, home = solved_slowly(monkeypatch, every=40), rfrfr.motors.copy()
+    _, endings = rfrfr.take([0.3], [[0.2, 0.0]], start_in=0.02)
+    ending = rfrfr.until_ended(endings)
+    assert (ending.val, ending.measure) == (ErrorCode.INVALID_MOTION_PLAN, "header.stamp")
+    assert ending.message.startswith("it was not solved when it was due: expected a point still")
+    assert max(allowed[1:]) <= PERIOD
+    np.testing.assert_array_equal(rfrfr.motors, home)
+
+
+def test_until_a_newer_one_is_solved_the_older_one_goes_on(rfrfr, monkeypatch):
+    _, first = rfrfr.begin([2.0], [[0.8, -0.8]], np.zeros((1, 2)))
+    for _ in range(50):
+        rfrfr.tick()
+    allowed = solved_slowly(monkeypatch, every=4)
+    motion, second = rfrfr.take([2.0], [[0.1, -0.1]], np.zeros((1, 2)))
+    while not first:
+        rfrfr.tick()
+        assert not second
+    assert motion is rfrfr.trajectories.running
+    assert rfrfr.until_ended(second).val == ErrorCode.SUCCESS
+    assert first[0].val == ErrorCode.PREEMPTED
+    assert max(allowed) <= PERIOD
+    motors = np.array([outcome.assessment.equilibrium.motors for outcome in rfrfr.outcomes])
+    assert np.abs(np.diff(motors, 2, axis=0)).max() / PERIOD < 0.05  # no jump of velocity
+
+
+def test_judging_what_is_solved_holds_up_no_tick_either(rfrfr):
+    """Near a stop threshold ticks between are looked at too, and those of a stride were at once."""
+    margins = THRESHOLDS | {"margin": Threshold(0.999, rfrfr.current.margin - 1e-5)}
+    way = MotorPath.through([0.0, 0.3], [rfrfr.motors, rfrfr.motors + [-0.2, 0.2]])
+    plan = TrajectoryPlan(way, rfrfr.current, PERIOD, margins, WATCHED)
+    steps = 0
+    while not plan.done:
+        plan.advance(0.0)
+        steps += 1
+    assert plan.refused is None
+    assert steps > 3 + 5  # solved, judged and done; and in between
+
+
+def test_one_with_a_stamp_is_in_time_though_the_one_before_has_ended(rfrfr, monkeypatch):
+    """Its time stood still from then on until it was solved."""
+    _, first = rfrfr.begin([0.3], [[0.1, -0.1]])
+    solved_slowly(monkeypatch, every=6)
+    begin = rfrfr.now
+    _, second = rfrfr.take([1.0], [[0.0, 0.0]], start_in=3.0)
+    rfrfr.until_ended(first)
+    assert not second
+    assert rfrfr.until_ended(second).val == ErrorCode.SUCCESS
+    assert rfrfr.now - begin == pytest.approx(4.0, abs=2.0 * PERIOD)

@@ -11,9 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cpr_msgs.msg import StabilityMetrics
+from cpr_msgs.action import MoveTo
+from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from helpers.driver import EVERY_MESSAGE, Driver
+from helpers.goal_client import GoalClient
 from helpers.node_process import TIMEOUT
 from helpers.soft_robot import SoftRobot
 from rclpy.qos import qos_profile_sensor_data
@@ -275,6 +277,27 @@ def test_one_picture_a_second_and_noise_at_200_hz(camera):
     assert camera.metrics.action == StabilityMetrics.ACTION_NONE
     camera.check_commands()
     assert camera.set_parameters(measured_pose_timeout=0.5).successful
+
+
+def test_a_goal_that_is_cancelled_tells_of_the_way_it_was_on(camera):
+    """Its feedback told of the way to the corrected goal, its result of the way to another place."""
+    camera.send_platform(*SETPOINT)
+    camera.measure(50.0)
+    camera.until_met(1e-5)
+    assert camera.set_parameters(max_speed=0.05).successful
+    goals = GoalClient(camera.client, MoveTo, "/cpr_node/move_to")
+    target = PoseStamped()
+    target.pose.position.x, target.pose.position.y = SETPOINT + [0.0, -0.1]
+    try:
+        handle = goals.send(given=MoveTo.Goal.GIVEN_POSE, platform=target, patience=1.0)
+        camera.client.spin_until(lambda: len(goals.feedback) > 3)
+        goals.cancel(handle)
+        result = goals.result(handle).result
+    finally:
+        goals.close()
+        assert camera.set_parameters(max_speed=SPEED).successful
+    assert result.error_code.val == ErrorCode.PREEMPTED
+    assert result.remaining == pytest.approx(goals.feedback[-1].remaining, abs=5e-3)
 
 
 def test_the_platform_is_jogged_into_a_halt_and_back(rfrfr, camera):

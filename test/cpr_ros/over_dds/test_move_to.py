@@ -15,6 +15,7 @@ from helpers.goal_client import GoalClient
 from helpers.node_process import change
 from lifecycle_msgs.msg import Transition
 from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory
 
 import cpr_core
 
@@ -137,6 +138,16 @@ def test_a_goal_behind_an_instability_is_given_up_with_the_reason(drive, moves):
     drive.until_state(StabilityMetrics.STATE_IDLE)
 
 
+def test_a_halted_goal_that_new_parameters_end_says_so(drive, moves):
+    """It said that there was another motion."""
+    handle = moves.send(**platform(0.0, -0.2), patience=1e3)
+    drive.until_state(StabilityMetrics.STATE_HALTED)
+    assert drive.set_parameters(hysteresis=0.1).successful  # as it was
+    status, result = moves.result(handle)
+    assert (status, result.error_code.val) == (ABORTED, ErrorCode.PREEMPTED)
+    assert result.error_code.message == "parameters changed: the setpoint is forgotten"
+
+
 def test_a_cancelled_goal_holds_the_robot(slow, moves):
     handle = moves.send(**motors(3.5, -0.4))
     moves.client.spin_until(lambda: len(moves.feedback) > 2)
@@ -157,6 +168,7 @@ def test_a_cancelled_goal_holds_the_robot(slow, moves):
         ("goal", "another goal"),
         ("setpoint", "newer motion"),
         ("pause", "paused"),
+        ("stop", "an empty trajectory came: hold"),
         ("reset", "goes home"),
     ],
 )
@@ -170,6 +182,11 @@ def test_the_newest_motion_counts(slow, moves, what, words):
         slow.send_motors(2.6, 0.5)
     elif what == "pause":
         assert slow.pause(True).success
+    elif what == "stop":
+        node = slow.client.node
+        topic = node.create_publisher(JointTrajectory, "/cpr_node/joint_trajectory", 1)
+        slow.client.spin_until(lambda: topic.get_subscription_count() > 0)
+        topic.publish(JointTrajectory())
     else:
         moves.client.spin_until(lambda: moves.feedback[-1].remaining < 0.9)
         slowly(slow, 0.001)  # it is on its way home for long
@@ -179,6 +196,9 @@ def test_the_newest_motion_counts(slow, moves, what, words):
     assert words in result.error_code.message
     if newer is not None:
         assert moves.result(newer)[0] == SUCCEEDED
+    elif what == "stop":
+        assert node.destroy_publisher(topic)
+        slow.until_state(StabilityMetrics.STATE_IDLE)
     elif what == "setpoint":
         slow.until(lambda: np.array_equal(slow.motors, [2.6, 0.5]))
     elif what == "pause":

@@ -1,0 +1,171 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What is made of messages as they come, each given to its callback."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseStamped
+from helpers.closed_loop import DEFAULTS, FIXED, FRAMES
+from helpers.drive import changed_robot, robot
+from rclpy.clock import Clock
+from rclpy.logging import get_logger
+from sensor_msgs.msg import JointState
+
+from cpr_ros.inputs import Inputs
+from cpr_ros.parameters import Parameters, live_parameters
+from cpr_ros.pose_loop import Loop
+from cpr_ros.session import Session
+from cpr_ros.supervision import State
+
+NAN = float("nan")
+
+
+class Listening:
+    """A session, and what listens for it, with given times."""
+
+    def __init__(self, robot, **changed):
+        fixed = Parameters(**FIXED | {"characteristic_length": None})
+        live = live_parameters(lambda name: changed.get(name, DEFAULTS[name]))
+        self.session, self.now, self._callbacks = Session(robot, FRAMES, fixed, live), 100.0, {}
+        node = SimpleNamespace(
+            create_subscription=self._subscribe,
+            get_clock=Clock,
+            get_logger=lambda: get_logger("listening"),
+        )
+        self.inputs = Inputs(
+            node, FRAMES, lambda: self.session, lambda: self.now, lambda motors: None, self._feel
+        )
+
+    def _subscribe(self, kind, topic, callback, qos, raw):
+        self._callbacks[topic] = callback
+
+    def _feel(self, session, message, now):
+        pass
+
+    def hear(self, topic, message):
+        self._callbacks[topic](message)
+
+    def hear_motors(self, **positions):
+        """A setpoint of some motors."""
+        message = JointState(name=list(positions), position=list(positions.values()))
+        self.hear("~/motor_setpoint", message)
+
+    def tick(self, seconds=0.0):
+        self.now += seconds or self.session.period
+        return self.session.tick(self.now).state
+
+    @property
+    def motors(self):
+        return self.session.solver.current.equilibrium.motors
+
+    def hear_pose(self, position, orientation):
+        """A measured pose, x y z and w x y z."""
+        message = PoseStamped()
+        point, turn = message.pose.position, message.pose.orientation
+        point.x, point.y, point.z = map(float, position)
+        turn.w, turn.x, turn.y, turn.z = map(float, orientation)
+        self.hear("~/measured_platform_pose", message)
+
+    @property
+    def dropped(self):
+        """How many messages were dropped."""
+        return self.inputs.dropped.counts.total()
+
+    @property
+    def believed(self):
+        """The measured pose that corrects setpoints."""
+        return self.session.loop._measured.newest
+
+    @property
+    def felt(self):
+        """The measured pose that wrenches are estimated with."""
+        return self.session.felt._pose
+
+
+def test_motors_that_are_not_named_keep_their_setpoint():
+    listening = Listening(robot("rfrfr"))
+    listening.hear_motors(motor1=2.7)
+    listening.hear_motors(motor2=0.5)
+    np.testing.assert_array_equal(listening.session.follower.goal.motors, [2.7, 0.5])
+    while listening.tick() != State.IDLE:
+        pass
+    listening.hear_motors(motor1=2.6)
+    np.testing.assert_array_equal(listening.session.follower.goal.motors, [2.6, 0.5])
+
+
+def test_motors_that_are_not_named_stay_where_they_are_if_their_setpoint_is_stale():
+    """Minutes after a client had died its setpoint came to life, by a hundredth of one motor."""
+    listening = Listening(robot("rfrfr"), setpoint_timeout=0.5)
+    home = listening.motors.copy()
+    listening.hear_motors(motor1=2.9, motor2=0.2)
+    for _ in range(5):
+        assert listening.tick() == State.FOLLOWING
+    assert listening.tick(seconds=200.0) == State.STALE
+    held = listening.motors.copy()
+    assert 0.2 < held[1] < home[1]
+    listening.hear_motors(motor1=held[0] + 0.01)
+    while listening.tick() != State.IDLE:
+        assert listening.motors[1] == held[1]
+    np.testing.assert_array_equal(listening.motors, held + [0.01, 0.0])
+
+
+def test_motors_that_are_not_named_do_not_go_on_home():
+    """A return that is halted can be replaced by a setpoint: by that one only."""
+    listening = Listening(robot("rfrfr"), margin_warning=0.999, margin_stop=0.98)
+    session = listening.session
+    listening.hear_motors(motor1=2.39, motor2=0.75)
+    while listening.tick() != State.IDLE:
+        pass
+    session.reset()
+    while listening.tick() != State.HALTED:
+        pass
+    held = listening.motors.copy()
+    listening.hear_motors(motor1=2.39)
+    assert listening.dropped == 0
+    np.testing.assert_array_equal(session.follower.goal.motors, [2.39, held[1]])
+
+
+@pytest.mark.parametrize(
+    ("z", "orientation"), [(NAN, (1, 0, 0, 0)), (0, (0, 0, 0, 0)), (0, (NAN, 0, 0, 0))]
+)
+def test_a_measured_pose_is_not_refused_for_what_the_robot_does_not_control(z, orientation):
+    """A tracker of points knows no orientation; the loop was frozen for good."""
+    listening = Listening(robot("rfrfr"))
+    listening.hear_pose([0.01, 0.84, z], orientation)
+    assert listening.dropped == 0
+    np.testing.assert_array_equal(listening.believed, [0.01, 0.84])
+    assert listening.felt is None  # it needs all of it
+    assert listening.session.loop.status(None, listening.now).loop == Loop.OPEN
+
+
+def test_a_measured_pose_that_is_whole_is_felt_too():
+    listening = Listening(robot("rfrfr"))
+    listening.hear_pose([0.01, 0.84, 0.0], [1, 0, 0, 0])
+    np.testing.assert_array_equal(listening.felt[1], [0.01, 0.84, 0, 1, 0, 0, 0])
+
+
+def test_of_a_measured_pose_that_is_refused_nothing_is_used():
+    """A planar robot was tilted by more than it may be: dropped, yet it was felt with."""
+    listening = Listening(robot("planar_body"))
+    listening.hear_pose([0.0, 0.0, 0.0], [np.cos(0.2), np.sin(0.2), 0, 0])
+    assert listening.dropped == 1
+    assert listening.believed is None and listening.felt is None
+
+
+def test_a_robot_that_controls_nothing_feels_with_a_measured_pose():
+    """It was said to be dropped, and used."""
+
+    def without(content):
+        content["controlled"] = []
+        content["legs"].append(content["legs"][0])
+        content["home"]["motors"].append(content["home"]["motors"][0])
+
+    listening = Listening(changed_robot("rfrfr", without))
+    listening.hear_pose([0.0, 0.84, 0.0], [1, 0, 0, 0])
+    assert listening.dropped == 0
+    assert listening.felt is not None and listening.believed is None
+    listening.hear_pose([0.0, 0.84, 0.0], [0, 0, 0, 0])
+    assert listening.dropped == 1
