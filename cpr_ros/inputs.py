@@ -157,9 +157,9 @@ class Inputs:
         return callback
 
     def _motor_setpoint(self, session: Session, message: JointState, now: float) -> None:
-        here = session.solver.current.equilibrium.motors
+        current = session.solver.current.equilibrium.motors
         wanted = session.follower.motor_setpoint(now)
-        motors = motor_setpoint(session.robot, message, here if wanted is None else wanted)
+        motors = motor_setpoint(session.robot, message, current if wanted is None else wanted)
         session.follow(MotorGoal(session.robot, motors), now)
 
     def _commands(self, session: Session, message: bytes, now: float) -> None:

@@ -27,6 +27,8 @@ Floats = NDArray[np.float64]
 _STRIDE = 60
 #: Longest time for them [s]: half of what the stability stream may be silent.
 _LONGEST = 0.05
+#: How often that may pass without one of them solved: a busy machine takes time away, too.
+_FRUITLESS = 10
 #: Measures that are looked at in every tick, all at once.
 _OF_MOTORS = ("motor_range", "effort_reserve")
 #: Measures of what stops a walk.
@@ -104,7 +106,7 @@ class TrajectoryPlan:
         Raises:
             TrajectoryRefused: The robot must not follow it.
         """
-        last, begin, first = self._start, self.path.begin, 0
+        last, begin, first, fruitless = self._start, self.path.begin, 0, 0
         while first < len(self._times):
             times = self._times[first : first + _STRIDE]
             found = self._traced(last.equilibrium, times)
@@ -120,7 +122,9 @@ class TrajectoryPlan:
                 last, begin = stride[-1], float(times[len(stride) - 2])
             first += len(equilibria)
             self.solved = first
-            if stopped is not None and not (stopped.kind == "time_limit" and equilibria):
+            fruitless = 0 if equilibria else fruitless + 1
+            goes_on = stopped is None or (stopped.kind == "time_limit" and fruitless < _FRUITLESS)
+            if stopped is not None and not goes_on:
                 at = float(self._times[first])
                 measure = _EVENTS.get(stopped.kind, "not_converged")
                 raise TrajectoryRefused(at, measure, f"at {at:.3f} s: {stopped.message}")

@@ -14,8 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from cpr_core import solve_forward
+from cpr_core import solve_forward, trace_through
 from cpr_core.model.assessment import MEASURES, Threshold
+from cpr_ros import trajectory_plan
 from cpr_ros.external_wrench import ExternalWrench
 from cpr_ros.goals import MotorGoal, motor_steps
 from cpr_ros.motor_path import MotorPath
@@ -500,6 +501,23 @@ def test_judging_what_is_solved_holds_up_no_tick_either(rfrfr):
         steps += 1
     assert plan.refused is None
     assert steps > 3 + 5  # solved, judged and done; and in between
+
+
+@pytest.mark.parametrize(("in_vain", "measure"), [(3, ""), (100, "time_limit")])
+def test_time_that_others_take_from_it_is_no_reason_to_refuse_one(
+    rfrfr, monkeypatch, in_vain, measure
+):
+    limits = iter([0.0] * in_vain)
+
+    def traced(*arguments, time_limit, **given):
+        return trace_through(*arguments, time_limit=next(limits, time_limit), **given)
+
+    monkeypatch.setattr(trajectory_plan, "trace_through", traced)
+    way = MotorPath.through([0.0, 0.3], [rfrfr.motors, rfrfr.motors + [-0.2, 0.2]])
+    plan = TrajectoryPlan(way, rfrfr.current, PERIOD, THRESHOLDS, WATCHED)
+    plan.advance()
+    assert plan.done == (measure == "")
+    assert (plan.refused.measure if plan.refused else "") == measure
 
 
 def test_one_with_a_stamp_is_in_time_though_the_one_before_has_ended(rfrfr, monkeypatch):
