@@ -5,9 +5,10 @@
 
 import numpy as np
 import pytest
+from helpers.branches import stable_elsewhere
 from helpers.drive import PERIOD, robot
 
-from cpr_core import CprError, find_equilibria, solve_forward, solve_home, solve_inverse
+from cpr_core import CprError, solve_forward, solve_home, solve_inverse
 from cpr_ros.conversions import Frames
 from cpr_ros.kept_state import LastState
 from cpr_ros.parameter_table import PARAMETERS
@@ -51,12 +52,7 @@ def test_an_equilibrium_that_is_unstable_without_its_wrench_is_no_place_to_begin
 
 def test_measured_near_by_it_stays_on_its_branch_and_far_away_it_is_on_that_of_home(session):
     home = solve_home(session.robot)
-    other = next(
-        found.equilibrium
-        for found in find_equilibria(session.robot, home.motors, starts=200)
-        if found.equilibrium.index_locked == 0
-        and np.abs(found.equilibrium.platform_position - home.platform_position).max() > 0.05
-    )
+    other = stable_elsewhere(session.robot)
     session.begin_at(other, other.motors, 0.0)
     begin_at_measured(session, other.motors + 0.01)
     near = solve_forward(session.robot, other.motors + 0.01, start=other)
