@@ -191,7 +191,7 @@ class SetpointFollower:
 
     def reset(self) -> None:
         """Walk home along the branch."""
-        self.drop()
+        self.drop("~/reset: the robot goes home")
         self._goal = MotorGoal(self.robot, solve_home(self.robot).motors)
         self._returning, self._under_way = True, True
 
@@ -214,7 +214,7 @@ class SetpointFollower:
                 self._refusal, obeyed = None, burden is None
                 if self._returning:
                     home_missed = self._misses_home(borne.equilibrium)
-                    self.drop()
+                    self.drop("~/reset: the robot is at home")
             elif self.stale(now):
                 state = State.STALE
                 self._refusal = None

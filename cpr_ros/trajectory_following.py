@@ -233,7 +233,7 @@ class Trajectories:
         own = coming.own_time(now)
         if own <= coming.join - 2.0 * self._period:
             return
-        pace = (now - coming.since) / max(1, coming.plan.solved)
+        pace = (now - coming.since) / max(1, coming.plan.begun)
         if coming.order.start_in is not None:
             coming.order = replace(coming.order, start_in=-own)
         try:

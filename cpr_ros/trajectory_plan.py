@@ -52,7 +52,7 @@ class TrajectoryPlan:
         done: Whether all of it is solved.
         refused: Why the robot must not follow it, if so.
         work: Processor time it has taken so far [s].
-        solved: How many equilibria are found.
+        begun: How many ticks are solved, or being solved.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class TrajectoryPlan:
             thresholds: Of the measures.
             watched: Measures that count.
         """
-        self.path, self.done, self.work, self.solved = path, False, 0.0, 0
+        self.path, self.done, self.work, self.begun = path, False, 0.0, 0
         self.refused: TrajectoryRefused | None = None
         self._start, self._thresholds = start, thresholds
         limited = _OF_MOTORS if start.equilibrium.robot.limited_motors else ()
@@ -109,6 +109,7 @@ class TrajectoryPlan:
         last, begin, first, fruitless = self._start, self.path.begin, 0, 0
         while first < len(self._times):
             times = self._times[first : first + _STRIDE]
+            self.begun = first + len(times)
             found = self._traced(last.equilibrium, times)
             yield True
             stopped, equilibria = found.stopped, list(found.equilibria)
@@ -121,7 +122,6 @@ class TrajectoryPlan:
                 yield from self._checked_between(stride, between, 0, len(stride) - 1)
                 last, begin = stride[-1], float(times[len(stride) - 2])
             first += len(equilibria)
-            self.solved = first
             fruitless = 0 if equilibria else fruitless + 1
             goes_on = stopped is None or (stopped.kind == "time_limit" and fruitless < _FRUITLESS)
             if stopped is not None and not goes_on:

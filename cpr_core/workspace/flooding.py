@@ -225,7 +225,7 @@ class _Flood:
             walk = self._walk_to_cell(replace(self.start, robot=self.free), cell)
             end = self._arrived(walk.last)
             if walk.stopped is not None or self._distance(first, end, np.array([0]))[0] >= _SAME:
-                problem = "the map in the file is of another branch than this start is on"
+                problem = "expected a start that leads to its first cell as then: another branch?"
                 raise InvalidRequest("file", f"{problem}; name another file")
 
     def begin(self) -> None:
