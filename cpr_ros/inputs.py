@@ -129,10 +129,9 @@ class Inputs:
         """Leave aside what has come and was not delivered yet, however old it is."""
         for subscription in self._subscriptions:
             handle, kind = subscription.handle, subscription.msg_type
+            as_bytes = True  # not read, so nothing can be wrong
             with handle:
-                while (
-                    handle.take_message(kind, True) is not None
-                ):  # not read, so nothing can be wrong
+                while handle.take_message(kind, as_bytes) is not None:
                     pass
 
     def _guarded(

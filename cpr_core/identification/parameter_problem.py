@@ -86,6 +86,7 @@ class ParameterProblem:
         ]
         self._problems: list[ProblemName] = [row.problem for row in self.rows]
         self._robots = 0
+        self._each_alone = False  # as far as is known
         self.settled = True
         self._rates: tuple[Floats, Floats] | None = None
 
@@ -117,13 +118,13 @@ class ParameterProblem:
         try:
             pairs = zip(self.rows, self.equilibria(change), strict=True)
         except (DescriptionError, NotReached) as error:
-            if isinstance(error, DescriptionError):
+            if isinstance(error, DescriptionError) and not self._each_alone:
                 self._check_alone()
             return np.full(sum(len(row.places) for row in self.rows), _REFUSED)
         return np.concatenate([row.residual(equilibrium) for row, equilibrium in pairs])
 
     def _check_alone(self) -> None:
-        """Whether every parameter can be changed without the others, asked once a robot was refused.
+        """Whether every parameter can be changed without the others: asked when a robot is refused.
 
         Raises:
             InvalidRequest: One cannot, such as a direction that another one has to be across.
@@ -138,6 +139,7 @@ class ParameterProblem:
                     refused = str(error)
             else:
                 raise InvalidRequest("parameters", f"{path} cannot be changed alone: {refused}")
+        self._each_alone = True
 
     def rates(self, change: Floats) -> Floats:
         """Its derivatives by the changes, here or next to here, (M, P)."""

@@ -220,13 +220,14 @@ class _Flood:
         self.cells, self.done = found.cells, found.expanded
         reached = np.flatnonzero(found.reached)
         self.queue = reached[np.argsort(found.cells.order[reached])]
+        if not self.reached:
+            return
         first = self.queue[:1]
-        for cell in first.tolist():
-            walk = self._walk_to_cell(replace(self.start, robot=self.free), cell)
-            end = self._arrived(walk.last)
-            if walk.stopped is not None or self._distance(first, end, np.array([0]))[0] >= _SAME:
-                problem = "expected a start that leads to its first cell as then: another branch?"
-                raise InvalidRequest("file", f"{problem}; name another file")
+        walk = self._walk_to_cell(replace(self.start, robot=self.free), int(first[0]))
+        end = self._arrived(walk.last)
+        if walk.stopped is not None or self._distance(first, end, np.array([0]))[0] >= _SAME:
+            problem = "expected a start that leads to its first cell as then: another branch?"
+            raise InvalidRequest("file", f"{problem}; name another file")
 
     def begin(self) -> None:
         """Walk from the start to the nearest cell that can be reached."""

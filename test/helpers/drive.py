@@ -40,6 +40,17 @@ def changed_robot(name: str, change) -> cpr_core.Robot:
     return cpr_core.load_robot(content)
 
 
+def uncontrolled_robot() -> cpr_core.Robot:
+    """The RFRFR robot with one more motor, and no inverse problem."""
+
+    def change(content):
+        content["controlled"] = []
+        content["legs"].append(content["legs"][0])
+        content["home"]["motors"].append(content["home"]["motors"][0])
+
+    return changed_robot("rfrfr", change)
+
+
 class Drive:
     """A follower, where it is, and a clock that goes one period a tick."""
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
 from helpers.closed_loop import DEFAULTS, FIXED, FRAMES
-from helpers.drive import changed_robot, robot
+from helpers.drive import robot, uncontrolled_robot
 from rclpy.clock import Clock
 from rclpy.logging import get_logger
 from sensor_msgs.msg import JointState
@@ -157,13 +157,7 @@ def test_of_a_measured_pose_that_is_refused_nothing_is_used():
 
 def test_a_robot_that_controls_nothing_feels_with_a_measured_pose():
     """It was said to be dropped, and used."""
-
-    def without(content):
-        content["controlled"] = []
-        content["legs"].append(content["legs"][0])
-        content["home"]["motors"].append(content["home"]["motors"][0])
-
-    listening = Listening(changed_robot("rfrfr", without))
+    listening = Listening(uncontrolled_robot())
     listening.hear_pose([0.0, 0.84, 0.0], [1, 0, 0, 0])
     assert listening.dropped == 0
     assert listening.felt is not None and listening.believed is None

@@ -8,7 +8,7 @@ import pytest
 from cpr_msgs.msg import ErrorCode
 from geometry_msgs.msg import TwistStamped
 from helpers.closed_loop import FRAMES, PERIOD, ClosedLoop, live
-from helpers.drive import changed_robot, robot
+from helpers.drive import robot, uncontrolled_robot
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -222,10 +222,5 @@ def test_twists_are_taken_in_the_base_and_the_platform_frame():
 
 
 def test_a_robot_that_controls_nothing_is_not_jogged():
-    def without(content):
-        content["controlled"] = []
-        content["legs"].append(content["legs"][0])
-        content["home"]["motors"].append(content["home"]["motors"][0])
-
     with pytest.raises(CprError, match="controls no platform coordinates"):
-        platform_twist(changed_robot("rfrfr", without), message(linear_x=0.1), FRAMES)
+        platform_twist(uncontrolled_robot(), message(linear_x=0.1), FRAMES)

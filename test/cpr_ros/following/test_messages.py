@@ -12,7 +12,7 @@ from builtin_interfaces.msg import Time
 from cpr_msgs.msg import ErrorCode
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
-from helpers.drive import SETTINGS, Drive, changed_robot, robot
+from helpers.drive import SETTINGS, Drive, changed_robot, robot, uncontrolled_robot
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import Marker
 
@@ -213,13 +213,7 @@ def test_clamped_tips_have_no_marker():
 
 def test_a_robot_without_an_inverse_problem_has_a_stream():
     """More motors than platform coordinates: the inverse measures are not numbers."""
-
-    def without(content):
-        content["controlled"] = []
-        content["legs"].append(content["legs"][0])
-        content["home"]["motors"].append(content["home"]["motors"][0])
-
-    drive = Drive(changed_robot("rfrfr", without))
+    drive = Drive(uncontrolled_robot())
     outcome = drive.tick()
     message = metrics_of(outcome)
     assert np.isnan(message.inverse.smallest_singular_value)
