@@ -29,6 +29,11 @@ class ExternalWrench:
         self.robot, self.watchdog = robot, Watchdog(timeout)
         self._loads: Loads | None = None
 
+    @property
+    def told(self) -> bool:
+        """Whether a wrench has come since the start, be it too old by now."""
+        return self._loads is not None
+
     def take(self, loads: Loads, now: float) -> None:
         """Take loads with a new wrench.
 

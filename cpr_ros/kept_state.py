@@ -131,13 +131,12 @@ class KeptState:
         Raises:
             CprError: What is kept is no equilibrium of the robot.
         """
-        slots = self._slots()
-        if not slots:
+        numbers, commands = self._newest(), self.last_commands()
+        if numbers is None or commands is None:
             return None
-        numbers = np.frombuffer(max(slots)[1])
         robot, size = self._robot, self._robot.state_size
         ends = np.cumsum([size, 9, 3, 3, 6, 6])
-        state, rotation, position, gravity, world, body, commands = np.split(numbers, ends)
+        state, rotation, position, gravity, world, body, _ = np.split(numbers, ends)
         equilibrium = restore_equilibrium(
             robot,
             _loads(robot, gravity, world, body),
@@ -147,7 +146,17 @@ class KeptState:
             rotation.reshape(3, 3),
             position,
         )
-        return LastState(equilibrium, np.array(commands))
+        return LastState(equilibrium, commands)
+
+    def last_commands(self) -> Floats | None:
+        """The last motor commands, (n,) [rad or m], whatever the equilibrium; None: not known."""
+        numbers = self._newest()
+        return None if numbers is None else np.array(numbers[-self._robot.motor_count :])
+
+    def _newest(self) -> Floats | None:
+        """The numbers that were written last."""
+        slots = self._slots()
+        return np.frombuffer(max(slots)[1]) if slots else None
 
     def _take_over(self) -> None:
         """Make the file this robot's: what is in it must not pass for its slots."""

@@ -251,13 +251,12 @@ class Session:
 
     def _occupied(self) -> str:
         """Why the robot is not put elsewhere now; empty: nothing is against it."""
-        if self.follower.paused:
-            return "the node is paused: release it first"
-        if self.follower.moving:
+        if self.follower.moving or not self.trajectories.at_rest:
             return "the robot is on its way; an empty ~/joint_trajectory ends that"
-        if not self.commands.aligned_with(self.solver.current.equilibrium.motors):
-            return "the motor commands are on their way to where the robot is"
-        return ""
+        aligned = self.commands.aligned_with(self.solver.current.equilibrium.motors)
+        if self.follower.paused and aligned:
+            return "the node is paused: release it first"  # else motors set off when the pause ends
+        return ""  # commands that are on their way go to the new place instead
 
     def _hold(self) -> None:
         """End every motion.

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, NotReached, solve_forward, solve_home
+from cpr_core.description.loads import compared
 
 from .kept_state import LastState
 from .session import Session
@@ -25,16 +26,15 @@ _NEAR = 0.1
 _LONGEST_WALK = 10.0
 
 
-def begin_at_home(session: Session, last: LastState | None) -> str:
-    """Begin at home; commands go there from the last ones. Says what was done."""
+def begin_at_home(session: Session, last_commands: Floats | None) -> str:
+    """Begin at home; commands go there from the last ones, (n,), if known. Says what was done."""
     home = solve_home(session.robot)
-    commands = None if last is None else last.commands
-    session.begin_at(home, commands, session.solver.current.solve_time)
-    if last is None:
+    session.begin_at(home, last_commands, session.solver.current.solve_time)
+    if last_commands is None:
         return "nothing is known of where the robot is: the first motion begins at home"
     if session.commands.aligned_with(home.motors):
         return "the last commands were those of home"
-    return f"commands go from the last ones, {_words(last.commands)}, to home at max_speed"
+    return f"commands go from the last ones, {_words(last_commands)}, to home at max_speed"
 
 
 def begin_at_last(session: Session, last: LastState) -> str:
@@ -59,7 +59,8 @@ def begin_at_last(session: Session, last: LastState) -> str:
 def begin_at_measured(session: Session, measured: Floats) -> str:
     """Begin at the measured motors: near by on the branch it is on, else on that of home.
 
-    Without the wrench that acts now or acted last: the next tick bears what acts then.
+    Without the wrench that acts now or acted last: the next tick bears what acts then. One that came
+    with a solution that was applied acts no more. Says what was done.
 
     Raises:
         CprError: No stable equilibrium of these branches is there.
@@ -78,7 +79,10 @@ def begin_at_measured(session: Session, measured: Floats) -> str:
             f"the robot is measured at motors {_words(measured)}, where {branch} does not lead: {error}"
         ) from None
     session.begin_at(found, measured, time.perf_counter() - begin)
-    return f"where it is measured, motors {_words(measured)}"
+    said = f"where it is measured, motors {_words(measured)}"
+    if not session.wrench.told and compared(current.loads) != compared(found.loads):
+        said += ", without the wrench of the solution that was applied"
+    return said
 
 
 def _unburdened(found: Equilibrium) -> Equilibrium:

@@ -69,7 +69,9 @@ class Motion:
         join: Until then, in its own time, the path is what the motors did before [s].
         after: What the follower had as its goal when it came; anything else is newer.
         since: When solving its plan began, steady time [s].
+        stamp: When its own time is zero, steady time [s]; None: as soon as it is solved.
         goal: What the follower follows; None: it has not begun.
+        cut_off: Whether the one it was to go on from has ended early.
     """
 
     order: TrajectoryOrder
@@ -79,7 +81,9 @@ class Motion:
     join: float
     after: object
     since: float
+    stamp: float | None
     goal: TrajectoryGoal | None = None
+    cut_off: bool = False
 
 
 class Trajectories:
@@ -131,7 +135,8 @@ class Trajectories:
         if self.running is None:
             self._follower.drop("a trajectory came")
             plan.advance(_FIRST_GO)
-        motion = Motion(order, plan, told, own_time, join, self._follower.goal, now)
+        stamp = None if order.start_in is None else now + order.start_in
+        motion = Motion(order, plan, told, own_time, join, self._follower.goal, now, stamp)
         self.coming = motion
         self._begin_if_solved(current, now)
         return motion
@@ -154,11 +159,13 @@ class Trajectories:
     def before_tick(self, current: Assessment, now: float) -> None:
         """Go on solving, and begin what is solved."""
         self._notice_newer()
-        coming = self.coming
-        if coming is not None:
-            coming.plan.advance(_SHARE * self._period)
-            self._begin_if_solved(current, now)
+        if self.coming is not None and self.coming.cut_off:
+            why = "the trajectory it was to go on from has ended"
+            self._solve_anew(self.coming, current, now, self._tick_work / _SHARE, why)
+        if self.coming is not None:
+            self.coming.plan.advance(_SHARE * self._period)
             self._put_off_if_late(current, now)
+            self._begin_if_solved(current, now)
         if self.running is not None and self.running.goal is not None:
             self.running.goal.elapse(now)
             self._follower.watchdog.feed(now)  # all of it has come already
@@ -228,22 +235,30 @@ class Trajectories:
     def _put_off_if_late(self, current: Assessment, now: float) -> None:
         """Solve one anew that is not solved when it is due, to be joined later: no tick waits for it."""
         coming = self.coming
-        if coming is None or (self.running is None and coming.order.start_in is None):
+        if coming is None or coming.plan.refused is not None:
             return
-        own = coming.own_time(now)
-        if own <= coming.join - 2.0 * self._period:
+        if self.running is None and coming.stamp is None:
+            return
+        ticks_needed = 0.0 if coming.plan.done else 2.0
+        if coming.own_time(now) <= coming.join - ticks_needed * self._period:
             return
         pace = (now - coming.since) / max(1, coming.plan.begun)
-        if coming.order.start_in is not None:
-            coming.order = replace(coming.order, start_in=-own)
+        self._solve_anew(coming, current, now, pace, "it was not solved when it was due")
+
+    def _solve_anew(
+        self, coming: Motion, current: Assessment, now: float, pace: float, why: str
+    ) -> None:
+        """Begin to solve it again, from what the robot does now; it ends where that cannot be joined."""
+        if coming.stamp is not None:
+            coming.order = replace(coming.order, start_in=coming.stamp - now)
         try:
             planned = self._planned(coming.order, current, now, pace)
         except TrajectoryRefused as refused:
-            text = f"it was not solved when it was due: {refused}"
+            text = f"{why}: {refused}"
             self._end_coming(Ending(refused.val, text, refused.time, refused.measure))
             return
         coming.plan, coming.own_time, coming.join = planned
-        coming.since = now
+        coming.since, coming.cut_off = now, False
 
     def _until_joined(
         self, order: TrajectoryOrder, current: Assessment, now: float, pace: float
@@ -321,7 +336,9 @@ class Trajectories:
         if motion is None:
             return
         if self._follower.goal is motion.goal:  # else something newer has come since the last tick
-            self._follower.drop()
+            self._follower.drop(ending.message)
+            if self.coming is not None:
+                self.coming.after, self.coming.cut_off = None, True
         motion.told(ending)
 
     @staticmethod

@@ -77,25 +77,23 @@ class Whereabouts:
         Raises:
             CprError: It is to be where it was last, which is not known or no place to be.
         """
-        last = None
-        try:
-            if self._kept is not None:
-                last = self._kept.last()
-            if last is not None and self._from != "home":
-                return begin_at_last(self._session, last)
-        except CprError as error:
-            if self._from == "last":
-                raise
-            self._lost = f"the last state is not used: {error}"
-            self._warn(self._lost)
+        if self._from != "home":
+            try:
+                last = None if self._kept is None else self._kept.last()
+                if last is not None:
+                    return begin_at_last(self._session, last)
+            except CprError as error:
+                if self._from == "last":
+                    raise
+                self._lost = f"the last state is not used: {error}"
+                self._warn(self._lost)
         if self._from == "last":
             raise CprError(
                 "start_from: expected another place, where the robot was last is not known"
             )
-        said = begin_at_home(self._session, last)
-        if self._lost and self._from != "home":
-            return "where the robot is has to be measured"
-        return said
+        last_commands = None if self._kept is None else self._kept.last_commands()
+        said = begin_at_home(self._session, last_commands)
+        return "where the robot is has to be measured" if self._lost else said
 
     def look(self) -> None:
         """Put the robot where its motors are measured, if they are.

@@ -6,13 +6,14 @@
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
 from helpers.yaml_content import yaml_content
 
-from cpr_core import load_robot, solve_forward, solve_home
+from cpr_core import CprError, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_ros.kept_state import KeptState, state_folder
 
@@ -115,6 +116,20 @@ def test_what_another_description_left_stays_until_something_new_is_kept(file):
         assert "another robot or description" in kept.problem
         assert kept.last() is None
         kept.close()
+
+
+def test_the_last_commands_are_known_though_the_equilibrium_is_none(file):
+    """They are where the motors are: what begins at home has to go from them."""
+    found = at(0.6)
+    numbers = found.configuration.copy()
+    numbers[: ROBOT.state_size] += 1.0
+    kept = KeptState(file, ROBOT)
+    assert kept.last_commands() is None
+    kept.keep(SimpleNamespace(configuration=numbers, loads=found.loads), found.motors)
+    with pytest.raises(CprError, match="expected an equilibrium"):
+        kept.last()
+    np.testing.assert_array_equal(kept.last_commands(), found.motors)
+    kept.close()
 
 
 def test_two_nodes_do_not_share_a_file(file):

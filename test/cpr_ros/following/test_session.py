@@ -84,13 +84,12 @@ def test_a_wrench_moves_the_platform_and_sends_nothing(bench):
     assert len(bench.commands) == sent  # nor at rest where all is known
 
 
-def still(session, motors, now):
-    """Half a second at the same motors."""
+def still(session, motors, now, seconds=0.5, told=lambda ending: None):
+    """Some time at the same motors."""
     nothing = np.full(2, np.inf)
-    order = TrajectoryOrder(
-        np.array([0.0, 0.5]), np.array([motors, motors]), None, None, None, nothing, nothing, np.inf
-    )
-    session.follow_trajectory(order, now, lambda ending: None)
+    times, points = np.array([0.0, seconds]), np.array([motors, motors])
+    order = TrajectoryOrder(times, points, None, None, None, nothing, nothing, np.inf)
+    return session.follow_trajectory(order, now, told)
 
 
 @pytest.mark.parametrize(
@@ -241,14 +240,32 @@ def commanded(session, motors):
     session.begin_at(session.solver.current.equilibrium, motors, 0.0)
 
 
-def test_no_solution_is_applied_while_commands_are_on_their_way(bench):
-    """It dropped the way home that waited for them, too, without a word."""
+def test_another_solution_takes_the_place_of_one_that_commands_are_on_their_way_to(bench):
+    """One that was applied by mistake: also while a pause holds them, and at where they are."""
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
     commanded(session, home)
     apply(session, 2.7, 0.5)
     assert bench.tick().state == State.ALIGNING
-    with pytest.raises(RequestError, match="commands are on their way"):
-        apply(session, 2.6, 0.5)
+    apply(session, 2.5, 0.6)
+    assert bench.tick().state == State.ALIGNING
+    assert bench.commands[-1][0] < bench.commands[-2][0]
+    session.pause(True)
+    bench.tick()
+    held = bench.commands[-1].copy()
+    apply(session, *held)
+    session.pause(False)
+    for _ in range(3):
+        assert bench.tick().state == State.IDLE
+    np.testing.assert_array_equal(bench.commands[-1], held)
+    np.testing.assert_allclose(session.solver.current.equilibrium.motors, held, atol=1e-15)
+
+
+def test_no_solution_is_applied_while_the_robot_is_on_its_way_home(bench):
+    """It dropped the way home that waited for the commands, too, without a word."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    apply(session, 2.7, 0.5)
+    assert bench.tick().state == State.ALIGNING
     session.reset()
     for _ in range(2):
         with pytest.raises(RequestError, match="the robot is on its way"):
@@ -279,6 +296,20 @@ def test_no_solution_is_applied_in_place_of_a_setpoint_that_has_just_come(bench)
     with pytest.raises(RequestError, match="the robot is on its way"):
         apply(session, 2.6, 0.5)
     stop(session, bench.now)  # as the message says
+    apply(session, 2.6, 0.5)
+
+
+def test_no_solution_is_applied_while_a_trajectory_is_being_solved(bench):
+    """It ended the trajectory: the robot had been moved."""
+    session, endings = bench.session, []
+    home = session.solver.current.equilibrium.motors
+    motion = still(session, home, bench.now, 300.0, endings.append)
+    assert motion.goal is None
+    with pytest.raises(RequestError, match="the robot is on its way"):
+        apply(session, 2.6, 0.5)
+    assert not endings
+    stop(session, bench.now)  # as the message says
+    assert [ending.val for ending in endings] == [ErrorCode.PREEMPTED]
     apply(session, 2.6, 0.5)
 
 

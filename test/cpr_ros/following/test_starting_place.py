@@ -80,6 +80,21 @@ def test_measured_it_is_without_the_wrench_that_acted_last(session, wrench):
     np.testing.assert_array_equal(session.commands.newest, measured)
 
 
+@pytest.mark.parametrize("told", [False, True])
+def test_the_wrench_of_an_applied_solution_acts_no_more_and_it_is_said(session, told):
+    """One on the topic acts again in the next tick."""
+    loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.2, -0.3, 0])
+    pushed = solve_forward(session.robot, [2.7, 0.4], loads=loads)
+    session.begin_at(pushed, pushed.motors, 0.0)
+    if told:
+        session.wrench.take(loads, 0.0)
+    said = begin_at_measured(session, pushed.motors)
+    assert (", without the wrench of the solution that was applied" in said) == (not told)
+    session.tick(PERIOD)
+    acting = loads if told else session.robot.default_loads
+    np.testing.assert_array_equal(at(session).loads.wrench_world, acting.wrench_world)
+
+
 def test_a_robot_measured_where_only_a_wrench_held_it_is_not_placed_and_it_is_said_why(session):
     unstable = solve_inverse(session.robot, [0.0, 0.0])
     loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.01, 0, 0])
@@ -104,8 +119,8 @@ def test_home_is_gone_to_from_the_last_commands(session):
     assert begin_at_home(session, None).startswith("nothing is known of where the robot is")
     assert session.commands.newest is None
     last = solve_forward(session.robot, home + [0.1, -0.1])
-    assert "to home at max_speed" in begin_at_home(session, LastState(last, last.motors))
+    assert "to home at max_speed" in begin_at_home(session, last.motors)
     session.tick(PERIOD)
     command = session.next_command()
     assert 0.0 < np.abs(command - last.motors).max() <= PERIOD * (1.0 + 1e-5)
-    assert begin_at_home(session, LastState(last, home)) == "the last commands were those of home"
+    assert begin_at_home(session, home) == "the last commands were those of home"

@@ -401,6 +401,50 @@ def test_cancelled_it_holds_from_the_next_tick_on(rfrfr):
     assert 0.2 < motion.goal.time <= 0.26
 
 
+@pytest.mark.parametrize("start_in", [None, 0.6])
+@pytest.mark.parametrize("ended_by", ["cancelled", "tolerance"])
+def test_when_the_older_one_ends_early_the_newer_one_goes_on_from_where_that_holds(
+    rfrfr, monkeypatch, start_in, ended_by
+):
+    """It ended too, and said that a setpoint, a pause or a return had come."""
+    motion, older = rfrfr.begin([2.0], [[0.8, -0.8]], path_tolerance=np.full(2, 0.1))
+    for _ in range(50):
+        rfrfr.tick()
+    end, begin = rfrfr.motors + [0.05, -0.05], rfrfr.now
+    solved_slowly(monkeypatch, every=10)
+    _, newer = rfrfr.take([1.0], [[0.05, -0.05]], start_in=start_in)
+    rfrfr.tick()
+    if ended_by == "cancelled":
+        rfrfr.trajectories.cancel(motion)
+    else:
+        motion.order = replace(motion.order, path_tolerance=np.full(2, -1.0))
+        rfrfr.tick()
+    assert older and not newer
+    held = rfrfr.motors.copy()
+    rfrfr.tick()
+    np.testing.assert_array_equal(rfrfr.motors, held)
+    assert rfrfr.until_ended(newer).val == ErrorCode.SUCCESS
+    np.testing.assert_allclose(rfrfr.motors, end, atol=1e-12)
+    assert rfrfr.steps.max() <= 1.0 + 1e-6
+    if start_in is not None:
+        assert rfrfr.now - begin == pytest.approx(1.6, abs=2.0 * PERIOD)
+
+
+def test_a_newer_one_that_cannot_begin_where_the_older_one_ended_says_so(rfrfr, monkeypatch):
+    motion, _ = rfrfr.begin([2.0], [[0.8, -0.8]])
+    for _ in range(50):
+        rfrfr.tick()
+    solved_slowly(monkeypatch, every=40)
+    _, newer = rfrfr.take([0.1], [[0.09, -0.09]], start_in=0.05)
+    for _ in range(4):
+        rfrfr.tick()
+    rfrfr.trajectories.cancel(motion)
+    rfrfr.tick(late=1.0)
+    ending = rfrfr.until_ended(newer)
+    assert ending.val == ErrorCode.INVALID_MOTION_PLAN
+    assert ending.message.startswith("the trajectory it was to go on from has ended: ")
+
+
 def test_a_setpoint_that_came_before_it_was_cancelled_is_followed(rfrfr):
     """Both came between two ticks, and the setpoint was forgotten with the trajectory."""
     motion, endings = rfrfr.begin([2.0], [[0.8, -0.8]])
@@ -460,6 +504,20 @@ def test_one_that_is_not_solved_when_it_is_due_is_joined_later(rfrfr, monkeypatc
     assert motion.join > 1.5 * first
     assert rfrfr.now - begin == pytest.approx(2.05, abs=2.0 * PERIOD)
     np.testing.assert_allclose(rfrfr.motors, home + [0.2, -0.2], atol=1e-12)
+    assert rfrfr.steps.max() <= 1.0 + 1e-6
+
+
+def test_one_that_is_solved_in_the_tick_in_which_it_is_late_is_joined_later_too(rfrfr, monkeypatch):
+    """Ticks come late: it was said that the robot had been moved."""
+    advance = TrajectoryPlan.advance
+    monkeypatch.setattr(TrajectoryPlan, "advance", lambda plan, seconds: None)
+    _, endings = rfrfr.take([0.0, 2.0], [[0.0, 0.0], [0.8, -0.8]], start_in=0.02)
+    begin = rfrfr.now
+    monkeypatch.setattr(TrajectoryPlan, "advance", lambda plan, seconds: advance(plan))
+    rfrfr.tick(late=0.3)
+    assert not endings
+    assert rfrfr.until_ended(endings).val == ErrorCode.SUCCESS
+    assert rfrfr.now - begin == pytest.approx(2.02, abs=2.0 * PERIOD)
     assert rfrfr.steps.max() <= 1.0 + 1e-6
 
 

@@ -307,8 +307,8 @@ def test_where_it_cannot_have_stayed_it_has_to_be_measured(bench, start_from):
     assert all(np.array_equal(command, [3.2, -0.1]) for command in bench.commands)
 
 
-def test_a_state_of_the_robot_that_is_no_equilibrium_is_not_as_if_nothing_were_known(bench):
-    """Its motors are somewhere: a node of another version that began at home would let them jump."""
+def keep_no_equilibrium(bench):
+    """Leave a last state of which only the commands are of use, (2.7, 0.4)."""
     robot = load_robot("rfrfr")
     found = solve_forward(robot, [2.7, 0.4])
     numbers = found.configuration.copy()
@@ -316,6 +316,20 @@ def test_a_state_of_the_robot_that_is_no_equilibrium_is_not_as_if_nothing_were_k
     bench.keep(
         robot, SimpleNamespace(configuration=numbers, loads=found.loads, motors=found.motors)
     )
+
+
+def test_home_is_gone_to_from_the_last_commands_though_their_equilibrium_is_none(bench):
+    """Nothing was known then, and the first command went home at once."""
+    keep_no_equilibrium(bench)
+    bench.start("start_from:=home")
+    assert "commands go from the last ones, (2.7, 0.4), to home" in bench.process.output()
+    bench.until_at(HOME)
+    assert bench.longest_step() <= 1.0 + 2e-5
+
+
+def test_a_state_of_the_robot_that_is_no_equilibrium_is_not_as_if_nothing_were_known(bench):
+    """Its motors are somewhere: a node of another version that began at home would let them jump."""
+    keep_no_equilibrium(bench)
     bench.start("autostart:=false", until="")
     bench.change(Transition.TRANSITION_CONFIGURE)
     assert "is not used: start: expected an equilibrium" in bench.process.output()
