@@ -22,10 +22,12 @@ from .conversions import Frames, pose_from_message
 from .error_codes import RequestError, active, error_code
 from .goals import Goal, MotorGoal, PoseGoal
 from .long_action import LongAction
+from .measured_arrival import MeasuredArrival, measured_arrival
 from .motor_messages import motor_setpoint
+from .pose_loop import LoopStatus
 from .reached import reached
 from .session import Session
-from .setpoint_following import ARRIVED
+from .setpoint_following import ARRIVED, Outcome
 from .supervision import State
 
 __all__ = ["MoveAction", "goal_of"]
@@ -68,6 +70,7 @@ class _Motion:
     handle: ServerGoalHandle
     goal: Goal
     patience: float
+    measured: MeasuredArrival
 
 
 class MoveAction(LongAction):
@@ -84,8 +87,13 @@ class MoveAction(LongAction):
         super().__init__(node, MoveTo, "~/move_to")
         self._frames, self._session = frames, session
         self._motion: _Motion | None = None
-        self._halted_since = math.inf
+        self._held_up_since = math.inf
         self._told = -math.inf
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether no goal is on its way; one that waits for a measured pose wants ticks."""
+        return self._motion is None
 
     def after_tick(self, session: Session, now: float) -> None:
         """See how far the goal on its way has come; to be called after every tick.
@@ -103,18 +111,17 @@ class MoveAction(LongAction):
             return
         equilibrium = outcome.assessment.equilibrium
         remaining = session.follower.corrected(motion.goal).remaining(equilibrium)
-        if remaining <= ARRIVED and session.commands.aligned_with(equilibrium.motors):
+        arrived = remaining <= ARRIVED and session.commands.aligned_with(equilibrium.motors)
+        measured = session.loop_status(now)
+        if arrived and motion.measured.met(measured):
             self._end(motion, None)
             return
-        if outcome.state != State.HALTED:
-            self._halted_since = math.inf
-        else:
-            self._halted_since = min(self._halted_since, now)
-            if now - self._halted_since >= motion.patience:
-                session.follower.drop()
-                text = f"halted for {motion.patience:g} s: {outcome.verdict.text}"
-                self._end(motion, RequestError(ErrorCode.CONTROL_FAILED, text))
-                return
+        held_up = _held_up(motion, outcome, measured if arrived else None)
+        self._held_up_since = min(self._held_up_since, now) if held_up else math.inf
+        if now - self._held_up_since >= motion.patience:
+            session.follower.drop(held_up)
+            self._end(motion, RequestError(ErrorCode.CONTROL_FAILED, held_up))
+            return
         if now - self._told >= 1.0 / _FEEDBACK_RATE:
             self._told = now
             told = outcome.verdict
@@ -125,6 +132,8 @@ class MoveAction(LongAction):
                     action=int(told.action),
                     speed_scale=told.speed_scale,
                     status_text=told.text,
+                    position_error=measured.position_error,
+                    rotation_error=measured.rotation_error,
                 )
             )
 
@@ -139,9 +148,10 @@ class MoveAction(LongAction):
         if patience < 0.0:
             raise InvalidRequest("patience", f"expected a time of at least 0 s, got {patience}")
         goal = goal_of(session, handle.request, self._frames)
+        measured = measured_arrival(handle.request, session.loop.coordinates)
         session.follow(goal, time.monotonic(), ages=False)
-        replaced, self._motion = self._motion, _Motion(handle, goal, patience)
-        self._halted_since, self._told = math.inf, -math.inf
+        replaced, self._motion = self._motion, _Motion(handle, goal, patience, measured)
+        self._held_up_since, self._told = math.inf, -math.inf
         if replaced is not None:
             newer = RequestError(ErrorCode.PREEMPTED, "replaced by another goal")
             self._answer(replaced.handle, replaced.goal, newer)
@@ -169,18 +179,38 @@ class MoveAction(LongAction):
             error = RequestError(ErrorCode.PREEMPTED, "the motion was cancelled, the robot holds")
         code = ErrorCode(val=ErrorCode.SUCCESS) if error is None else error_code(error)
         session = self._session()
-        remaining = 0.0 if error is None else math.nan
-        if error is not None and session is not None and goal is not None:
-            wanted = session.follower.corrected(goal)
-            remaining = wanted.remaining(session.solver.current.equilibrium)
+        remaining, measured = 0.0 if error is None else math.nan, LoopStatus()
+        if session is not None and goal is not None:
+            measured = session.loop.status(goal, time.monotonic())
+            if error is not None:
+                wanted = session.follower.corrected(goal)
+                remaining = wanted.remaining(session.solver.current.equilibrium)
         result = MoveTo.Result(
             error_code=code,
             reached=reached(self._node, session, self._frames),
             remaining=remaining,
+            position_error=measured.position_error,
+            rotation_error=measured.rotation_error,
         )
         if error is not None:
             self._node.get_logger().warning(f"move_to: {code.val}: {code.message}")
         self._finish(handle, code.val, result)
+
+
+def _held_up(motion: _Motion, outcome: Outcome, measured: LoopStatus | None) -> str:
+    """Why a goal is not come nearer to; empty if it is.
+
+    Args:
+        motion: The goal.
+        outcome: Of the last tick.
+        measured: Where the platform is measured, if the model is at its target.
+    """
+    if outcome.state == State.HALTED:
+        return f"halted for {motion.patience:g} s: {outcome.verdict.text}"
+    hindrance = "" if measured is None else motion.measured.hindrance(measured)
+    if hindrance:
+        return f"not measured at its target for {motion.patience:g} s: {hindrance}"
+    return ""
 
 
 def _replaced_by(session: Session) -> str:

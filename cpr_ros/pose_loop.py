@@ -80,6 +80,7 @@ class LoopStatus:
         age: Time since the newest measured pose came [s]; -1 before the first.
         position_error: Measured from wanted [m]; NaN while the loop is open, or not controlled.
         rotation_error: Measured from wanted [rad]; the same.
+        at_setpoint: Whether the newest pose was measured since the model is at its corrected setpoint.
     """
 
     loop: Loop = Loop.OPEN
@@ -87,6 +88,7 @@ class LoopStatus:
     age: float = -1.0
     position_error: float = math.nan
     rotation_error: float = math.nan
+    at_setpoint: bool = False
 
 
 class PoseLoop:
@@ -110,6 +112,7 @@ class PoseLoop:
         self._measured = MeasuredPose(self.coordinates, self._history, settings.timeout)
         self.settings = settings
         self._distant = ""  # why the robot is too far from the model to be corrected
+        self._at_setpoint = False
         self.forget()
         self._made: tuple[Floats, Floats, PoseGoal] | None = None
 
@@ -169,6 +172,7 @@ class PoseLoop:
         if not self._measured.take(pose, now, delay, settings.jump, settings.settling):
             return
         then, newest = self._history.at(now - delay), self._history.newest
+        self._at_setpoint = False
         if then is None or newest is None:
             return
         error = space.way(then.pose, pose)
@@ -179,6 +183,7 @@ class PoseLoop:
                 f"more than loop_max_correction {settings.max_correction:g}"
             )
         elif not then.waiting and not newest.waiting:
+            self._at_setpoint = True
             share = min(_LARGEST_SHARE, -math.expm1(-settings.gain * max(0.0, age)))
             needed = space.moved(space.nowhere, -error)
             self._wanted = space.moved(self._wanted, share * space.way(self._wanted, needed))
@@ -215,6 +220,7 @@ class PoseLoop:
             waiting = _NO_SETPOINT
         elif not waiting and not arrived:
             waiting = "the robot is on its way"
+        self._at_setpoint = self._at_setpoint and not waiting
         self._history.add(now, equilibrium, waiting)
 
     def status(self, goal: Goal | None, now: float) -> LoopStatus:
@@ -228,7 +234,8 @@ class PoseLoop:
         errors = math.nan, math.nan
         if measured.newest is not None:
             errors = self.coordinates.sizes(self.coordinates.way(measured.newest, goal.pose))
-        return LoopStatus(Loop.FROZEN if text else Loop.CLOSED, text, age, *errors)
+        loop = Loop.FROZEN if text else Loop.CLOSED
+        return LoopStatus(loop, text, age, *errors, at_setpoint=self._at_setpoint)
 
     def _problem(self, now: float) -> str:
         """Why nothing is corrected, whatever the robot does; empty if it may be."""

@@ -301,6 +301,65 @@ def test_a_goal_that_is_cancelled_tells_of_the_way_it_was_on(camera):
     assert result.remaining == pytest.approx(goals.feedback[-1].remaining, abs=5e-3)
 
 
+@pytest.fixture
+def goals(camera):
+    made = GoalClient(camera.client, MoveTo, "/cpr_node/move_to")
+    yield made
+    made.close()
+
+
+def at_setpoint(**fields):
+    """A goal there."""
+    target = PoseStamped()
+    target.pose.position.x, target.pose.position.y = SETPOINT
+    return {"given": MoveTo.Goal.GIVEN_POSE, "platform": target, "patience": 10.0} | fields
+
+
+def test_a_goal_with_a_tolerance_is_reached_where_it_is_measured(camera, goals):
+    """It was said to be reached where the model was, and the robot was centimetres away."""
+    camera.measure(50.0)
+    without = goals.result(goals.send(**at_setpoint())).result
+    assert without.error_code.val == ErrorCode.SUCCESS
+    assert without.position_error > 0.01
+    result = goals.result(goals.send(**at_setpoint(position_tolerance=1e-5))).result
+    assert result.error_code.val == ErrorCode.SUCCESS
+    assert 0.0 <= result.position_error <= 1e-5
+    assert np.isnan(result.rotation_error)  # this robot controls none
+    camera.obey()
+    off = np.linalg.norm(camera.real.here.platform_position[:2] - SETPOINT)
+    assert off < 1e-4  # the loop goes on
+    errors = [message.position_error for message in goals.feedback]
+    assert errors[0] > 0.01 and not np.isnan(errors).any()
+    camera.check_commands()
+
+
+def test_a_goal_that_cannot_be_measured_is_given_up_with_the_reason(camera, goals):
+    def given_up(**fields):
+        result = goals.result(goals.send(**at_setpoint(**fields))).result
+        assert result.error_code.val == ErrorCode.CONTROL_FAILED
+        return result.error_code.message
+
+    text = "not measured at its target for 0.1 s: "
+    # One that was measured at this place before is none of now, even while it is not stale.
+    camera.send_platform(*SETPOINT)
+    camera.measure(50.0)
+    camera.until_met(1e-5)
+    camera.measure(0)
+    camera.go_home()
+    said = given_up(position_tolerance=1e-4, patience=0.1)
+    assert said.startswith(text + "the measured pose is") and "measured_pose_timeout 0.5 s" in said
+    camera.measure(50.0)
+    camera.send_platform(*SETPOINT)
+    camera.until_met(1e-5)
+    camera.changed = not_a_number
+    camera.until_frozen("all finite")
+    assert "all finite" in given_up(position_tolerance=1e-5, patience=0.1)
+    # It holds; who asks for nothing measured is there.
+    result = goals.result(goals.send(**at_setpoint())).result
+    assert result.error_code.val == ErrorCode.SUCCESS
+    camera.check_commands()
+
+
 def test_the_platform_is_jogged_into_a_halt_and_back(rfrfr, camera):
     camera.send_platform(0.0, 0.2)
     camera.until(lambda: np.allclose(camera.position[:2], [0.0, 0.2], rtol=0.0, atol=1e-9))
