@@ -131,12 +131,12 @@ class KeptState:
         Raises:
             CprError: What is kept is no equilibrium of the robot.
         """
-        numbers, commands = self._newest(), self.last_commands()
-        if numbers is None or commands is None:
+        numbers = self._newest()
+        if numbers is None:
             return None
         robot, size = self._robot, self._robot.state_size
         ends = np.cumsum([size, 9, 3, 3, 6, 6])
-        state, rotation, position, gravity, world, body, _ = np.split(numbers, ends)
+        state, rotation, position, gravity, world, body, commands = np.split(numbers, ends)
         equilibrium = restore_equilibrium(
             robot,
             _loads(robot, gravity, world, body),
@@ -146,7 +146,7 @@ class KeptState:
             rotation.reshape(3, 3),
             position,
         )
-        return LastState(equilibrium, commands)
+        return LastState(equilibrium, np.array(commands))
 
     def last_commands(self) -> Floats | None:
         """The last motor commands, (n,) [rad or m], whatever the equilibrium; None: not known."""

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from collections.abc import Collection, Iterator, Sequence
@@ -23,12 +24,18 @@ __all__ = ["TrajectoryPlan"]
 
 Floats = NDArray[np.float64]
 
-#: Ticks that are solved in one go: 0.3 s at 200 Hz, in about two milliseconds.
+#: Ticks that are solved in one go at most: 0.3 s at 200 Hz, in about two milliseconds.
 _STRIDE = 60
-#: Longest time for them [s]: half of what the stability stream may be silent.
+#: Ticks that are solved first: they tell how long one takes.
+_FIRST_STRIDE = 10
+#: Longest time for a stride [s]: half of what the stability stream may be silent.
 _LONGEST = 0.05
+#: Part of it that a stride is expected to take at most; robots with many modes are slow.
+_EXPECTED = 0.5
 #: How often that may pass without one of them solved: a busy machine takes time away, too.
 _FRUITLESS = 10
+#: A motor that moves less in a tick stands still [rad, m].
+_ROUNDING = 1e-12
 #: Measures that are looked at in every tick, all at once.
 _OF_MOTORS = ("motor_range", "effort_reserve")
 #: Measures of what stops a walk.
@@ -44,8 +51,9 @@ _EVENTS = {
 class TrajectoryPlan:
     """Equilibria at every tick of a path, and whether the robot may be moved through them.
 
-    Branch, stability index and limits are looked at in every tick, other measures at the end of every
-    stride and, where they could fall below their stop threshold within one, between its ends.
+    Branch, stability index and limits are looked at in every tick, other measures at the ends of every
+    stride, where a motor turns back, and in the middle between these; where they could fall below their
+    stop threshold in between, down to every tick.
 
     Attributes:
         path: The path.
@@ -107,20 +115,25 @@ class TrajectoryPlan:
             TrajectoryRefused: The robot must not follow it.
         """
         last, begin, first, fruitless = self._start, self.path.begin, 0, 0
+        stride = _FIRST_STRIDE
         while first < len(self._times):
-            times = self._times[first : first + _STRIDE]
+            times = self._times[first : first + stride]
             self.begun = first + len(times)
+            since = time.perf_counter()
             found = self._traced(last.equilibrium, times)
+            tick_work = (time.perf_counter() - since) / max(1, len(found.equilibria))
+            stride = max(1, min(_STRIDE, int(_EXPECTED * _LONGEST / tick_work)))
             yield True
             stopped, equilibria = found.stopped, list(found.equilibria)
             if equilibria:
                 self._check_indices(last.index, equilibria, times)
                 if self._of_motors:
                     self._check_motors(last, equilibria, times)
-                stride = [last, *map(self._assessed, equilibria)]
-                between = np.concatenate([[begin], times])
-                yield from self._checked_between(stride, between, 0, len(stride) - 1)
-                last, begin = stride[-1], float(times[len(stride) - 2])
+                assessed = [last, *map(self._assessed, equilibria)]
+                ticks = np.concatenate([[begin], times[: len(equilibria)]])
+                for start, end in itertools.pairwise(_turns(self.path.positions(ticks))):
+                    yield from self._checked_between(assessed, ticks, start, end)
+                last, begin = assessed[-1], float(ticks[-1])
             first += len(equilibria)
             fruitless = 0 if equilibria else fruitless + 1
             goes_on = stopped is None or (stopped.kind == "time_limit" and fruitless < _FRUITLESS)
@@ -170,13 +183,14 @@ class TrajectoryPlan:
     def _checked_between(
         self, stride: list[Assessment], times: Floats, first: int, last: int
     ) -> Iterator[bool]:
-        """What costs more, at both ends of a part of a stride and, where it is needed, between."""
-        open_question = any(
-            self._may_fall(name, stride[first], stride[last]) for name in self._others
-        )
-        if open_question and last - first > 1:
-            middle = (first + last) // 2
-            yield True
+        """What costs more, at the ends and in the middle of a part of a stride; in all of it if needed.
+
+        No motor turns back within the part.
+        """
+        yield True
+        middle = (first + last) // 2
+        looks = [stride[first], stride[middle], stride[last]]
+        if middle > first and any(self._may_fall(name, looks) for name in self._others):
             yield from self._checked_between(stride, times, first, middle)
             yield from self._checked_between(stride, times, middle, last)
         else:
@@ -184,11 +198,11 @@ class TrajectoryPlan:
                 before, after = stride[first].value(name), stride[last].value(name)
                 self._check_fall(name, before, after, float(times[last]))
 
-    def _may_fall(self, name: str, first: Assessment, last: Assessment) -> bool:
+    def _may_fall(self, name: str, looks: Sequence[Assessment]) -> bool:
         """Whether a measure may be below its stop threshold between: as far below as it changes."""
-        before, after = first.value(name), last.value(name)
-        lowest = min(before, after) - abs(after - before)
-        return not lowest >= self._thresholds[name].stop and before != after
+        values = [look.value(name) for look in looks]
+        lowest, highest = min(values), max(values)
+        return not 2.0 * lowest - highest >= self._thresholds[name].stop and lowest != highest
 
     def _check_fall(self, name: str, before: float, after: float, at: float) -> None:
         stop = self._thresholds[name].stop
@@ -199,6 +213,14 @@ class TrajectoryPlan:
                 f"at {at:.3f} s the {name.replace('_', ' ')} would be {after:.4g}, below its stop "
                 f"threshold {stop:g}",
             )
+
+
+def _turns(motors: Floats) -> list[int]:
+    """Rows of motors, (T, n), at which one turns back, begins or ends; first and last row too."""
+    steps = np.diff(motors, axis=0)
+    ways = np.sign(np.where(np.abs(steps) > _ROUNDING, steps, 0.0))
+    turns = np.flatnonzero(np.any(ways[1:] != ways[:-1], axis=1)) + 1
+    return [0, *turns.tolist(), len(steps)]
 
 
 def _ticks(path: MotorPath, period: float) -> Floats:

@@ -4,13 +4,15 @@
 """Timed trajectories: solved ahead, followed in time, replaced, refused and halted."""
 
 from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode
 from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, Drive, robot
 from helpers.pendulum import pendulum
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -299,6 +301,48 @@ def test_what_dips_below_its_threshold_between_two_looks_is_refused(rfrfr):
         plan.advance()
         assert plan.done != refused
         assert (plan.refused is not None) == refused
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-np.pi, np.pi), st.floats(0.3, 3.0), st.floats(0.1, 0.9))
+@example(0.0, 2.5, 0.8)  # as near to the instability at its end as at its beginning, nearer between
+def test_one_is_refused_if_and_only_if_a_measure_falls_below_its_threshold_in_a_tick(
+    middle, angle, part
+):
+    """On arcs, which come near to the instability and go away again between two looks."""
+    rfrfr = Follower(robot("rfrfr"))
+    angles = middle + np.linspace(-0.5 * angle, 0.5 * angle, 60)
+    arc = 0.25 * np.column_stack([np.cos(angles), np.sin(angles)])
+    path = MotorPath.through(np.linspace(0.0, 0.295, 60), rfrfr.motors + arc - arc[0])
+    every_tick = trace_through(rfrfr.robot, motors=path.positions(path.breaks[1:]))
+    margins = [rfrfr.current.margin] + [found.margin for found in every_tick.equilibria]
+    stop = part * min(margins) + (1.0 - part) * max(margins)
+    falls = any(after < stop and after < before - 1e-9 for before, after in pairwise(margins))
+    thresholds = THRESHOLDS | {"margin": Threshold(1.1, stop)}
+    plan = TrajectoryPlan(path, rfrfr.current, PERIOD, thresholds, WATCHED)
+    plan.advance()
+    assert (plan.refused is not None) == falls
+
+
+def test_a_robot_with_many_modes_is_solved_in_shorter_strides(monkeypatch):
+    """Sixty ticks were solved in one, whatever that took, and nothing else was done meanwhile."""
+    strides, seconds = [], iter(np.linspace(0.0, 1000.0, 5001))
+
+    def traced(*arguments, motors, **given):
+        strides.append(len(motors))
+        return trace_through(*arguments, motors=motors, **given)
+
+    rfrfr = Follower(robot("rfrfr"))
+    way = MotorPath.through([0.0, 1.0], [rfrfr.motors, rfrfr.motors + [0.2, -0.2]])
+    plan = TrajectoryPlan(way, rfrfr.current, PERIOD, THRESHOLDS, WATCHED)
+    monkeypatch.setattr(trajectory_plan, "trace_through", traced)
+    # Every look at the clock is a fifth of a second later.
+    clock = SimpleNamespace(perf_counter=lambda: next(seconds), thread_time=lambda: 0.0)
+    monkeypatch.setattr(trajectory_plan, "time", clock)
+    plan.advance()
+    assert plan.done
+    assert strides[:2] == [10, 1]
+    assert sum(strides) == plan.ticks == 200
 
 
 def test_one_along_which_a_measure_is_not_defined_is_refused():
