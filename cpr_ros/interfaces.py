@@ -65,11 +65,6 @@ class Interfaces:
         """Leave aside what was sent to topics until now, because the node becomes active."""
         self._inputs.forget()
 
-    @property
-    def at_rest(self) -> bool:
-        """Whether no motion with a result waits for what ticks tell."""
-        return self._moves.at_rest
-
     def after_tick(self, session: Session, now: float) -> None:
         """See how far motions with a result have come.
 

@@ -87,13 +87,8 @@ class MoveAction(LongAction):
         super().__init__(node, MoveTo, "~/move_to")
         self._frames, self._session = frames, session
         self._motion: _Motion | None = None
-        self._held_up_since = math.inf
+        self._held_up, self._held_up_since = "", 0.0
         self._told = -math.inf
-
-    @property
-    def at_rest(self) -> bool:
-        """Whether no goal is on its way; one that waits for a measured pose wants ticks."""
-        return self._motion is None
 
     def after_tick(self, session: Session, now: float) -> None:
         """See how far the goal on its way has come; to be called after every tick.
@@ -111,16 +106,19 @@ class MoveAction(LongAction):
             return
         equilibrium = outcome.assessment.equilibrium
         remaining = session.follower.corrected(motion.goal).remaining(equilibrium)
-        arrived = remaining <= ARRIVED and session.commands.aligned_with(equilibrium.motors)
+        aligned = session.commands.aligned_with(equilibrium.motors)
+        arrived = remaining <= ARRIVED and aligned and outcome.state != State.ALIGNING
         measured = session.loop_status(now)
         if arrived and motion.measured.met(measured):
             self._end(motion, None)
             return
-        held_up = _held_up(motion, outcome, measured if arrived else None)
-        self._held_up_since = min(self._held_up_since, now) if held_up else math.inf
-        if now - self._held_up_since >= motion.patience:
-            session.follower.drop(held_up)
-            self._end(motion, RequestError(ErrorCode.CONTROL_FAILED, held_up))
+        held_up, why = _hindrance(motion, outcome, measured if arrived else None)
+        if held_up != self._held_up:
+            self._held_up, self._held_up_since = held_up, now
+        if held_up and now - self._held_up_since >= motion.patience:
+            text = f"{held_up} for {motion.patience:g} s: {why}"
+            session.follower.drop(text)
+            self._end(motion, RequestError(ErrorCode.CONTROL_FAILED, text))
             return
         if now - self._told >= 1.0 / _FEEDBACK_RATE:
             self._told = now
@@ -150,8 +148,9 @@ class MoveAction(LongAction):
         goal = goal_of(session, handle.request, self._frames)
         measured = measured_arrival(handle.request, session.loop.coordinates)
         session.follow(goal, time.monotonic(), ages=False)
+        session.awaited = goal
         replaced, self._motion = self._motion, _Motion(handle, goal, patience, measured)
-        self._held_up_since, self._told = math.inf, -math.inf
+        self._held_up, self._told = "", -math.inf
         if replaced is not None:
             newer = RequestError(ErrorCode.PREEMPTED, "replaced by another goal")
             self._answer(replaced.handle, replaced.goal, newer)
@@ -170,7 +169,9 @@ class MoveAction(LongAction):
 
     def _end(self, motion: _Motion, error: Exception | None) -> None:
         """Bring the goal on its way to its end."""
-        self._motion = None
+        self._motion, session = None, self._session()
+        if session is not None and session.awaited is motion.goal:
+            session.awaited = None
         self._answer(motion.handle, motion.goal, error)
 
     def _answer(self, handle: ServerGoalHandle, goal: Goal | None, error: Exception | None) -> None:
@@ -197,8 +198,8 @@ class MoveAction(LongAction):
         self._finish(handle, code.val, result)
 
 
-def _held_up(motion: _Motion, outcome: Outcome, measured: LoopStatus | None) -> str:
-    """Why a goal is not come nearer to; empty if it is.
+def _hindrance(motion: _Motion, outcome: Outcome, measured: LoopStatus | None) -> tuple[str, str]:
+    """What keeps a goal from being come nearer to, and why; empty if nothing does.
 
     Args:
         motion: The goal.
@@ -206,11 +207,9 @@ def _held_up(motion: _Motion, outcome: Outcome, measured: LoopStatus | None) -> 
         measured: Where the platform is measured, if the model is at its target.
     """
     if outcome.state == State.HALTED:
-        return f"halted for {motion.patience:g} s: {outcome.verdict.text}"
-    hindrance = "" if measured is None else motion.measured.hindrance(measured)
-    if hindrance:
-        return f"not measured at its target for {motion.patience:g} s: {hindrance}"
-    return ""
+        return "halted", outcome.verdict.text
+    why = "" if measured is None else motion.measured.hindrance(measured)
+    return ("not measured at its target" if why else "", why)
 
 
 def _replaced_by(session: Session) -> str:

@@ -67,7 +67,11 @@ class CprNode(LifecycleNode):
         self._active = False
         self._streams, self._health = Periodic(), Periodic()
         self._last_state = 0.0
-        self._ticking = Ticking(1.0 / self.parameters.tick_rate, self._tick, self._at_rest)
+        self._ticking = Ticking(
+            1.0 / self.parameters.tick_rate,
+            self._tick,
+            lambda: self._required_session().at_rest,
+        )
         self.transforms = Transforms(
             self,
             self.parameters.frame_prefix + self.parameters.base_frame,
@@ -287,11 +291,6 @@ class CprNode(LifecycleNode):
         if self.outputs.wrench_wanted:
             self.outputs.felt_wrench(session, message, now)
             self._announce(*session.felt.announcement(now))
-
-    def _at_rest(self) -> bool:
-        """Whether a tick would change nothing, until something comes."""
-        interfaces_rest = self.interfaces is None or self.interfaces.at_rest
-        return interfaces_rest and self._required_session().at_rest
 
     def _tick(self, now: float) -> None:
         session = self._required_session()

@@ -80,7 +80,7 @@ class LoopStatus:
         age: Time since the newest measured pose came [s]; -1 before the first.
         position_error: Measured from wanted [m]; NaN while the loop is open, or not controlled.
         rotation_error: Measured from wanted [rad]; the same.
-        at_setpoint: Whether the newest pose was measured since the model is at its corrected setpoint.
+        at_setpoint: Whether the newest pose was measured since the model is at this setpoint.
     """
 
     loop: Loop = Loop.OPEN
@@ -112,7 +112,7 @@ class PoseLoop:
         self._measured = MeasuredPose(self.coordinates, self._history, settings.timeout)
         self.settings = settings
         self._distant = ""  # why the robot is too far from the model to be corrected
-        self._at_setpoint = False
+        self._at_setpoint, self._noted, self._noted_since = False, np.empty(0), math.inf
         self.forget()
         self._made: tuple[Floats, Floats, PoseGoal] | None = None
 
@@ -183,7 +183,8 @@ class PoseLoop:
                 f"more than loop_max_correction {settings.max_correction:g}"
             )
         elif not then.waiting and not newest.waiting:
-            self._at_setpoint = True
+            # What was measured in the tick that led to it was so before the motors moved.
+            self._at_setpoint = now - delay > self._noted_since + 0.5 * self._period
             share = min(_LARGEST_SHARE, -math.expm1(-settings.gain * max(0.0, age)))
             needed = space.moved(space.nowhere, -error)
             self._wanted = space.moved(self._wanted, share * space.way(self._wanted, needed))
@@ -220,7 +221,10 @@ class PoseLoop:
             waiting = _NO_SETPOINT
         elif not waiting and not arrived:
             waiting = "the robot is on its way"
-        self._at_setpoint = self._at_setpoint and not waiting
+        wanted = goal.pose if isinstance(goal, PoseGoal) else self.coordinates.nowhere
+        before = self._history.newest
+        if wanted is not self._noted or waiting or before is None or before.waiting:
+            self._at_setpoint, self._noted, self._noted_since = False, wanted, now
         self._history.add(now, equilibrium, waiting)
 
     def status(self, goal: Goal | None, now: float) -> LoopStatus:

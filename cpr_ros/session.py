@@ -52,6 +52,7 @@ class Session:
         outcome: Of the last tick.
         velocity: Of the motors in the last tick, (n,) [rad/s or m/s].
         unplaced: Whether the first measured motors say where the robot is; until it moves.
+        awaited: Goal of which somebody waits to hear how it ends, which ticks tell; None: nobody does.
     """
 
     def __init__(
@@ -84,6 +85,7 @@ class Session:
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
         self.unplaced = False
+        self.awaited: Goal | None = None
 
     def apply(self, live: LiveParameters, now: float) -> bool:
         """Take new live parameters; they start no motion.
@@ -138,7 +140,7 @@ class Session:
         if last.moved or last.assessment is not current or last.state == State.ALIGNING:
             return False
         goal = self.follower.goal
-        if not (
+        if self._awaiting or not (
             self.trajectories.at_rest and self.loop.at_rest(goal) and self.jogger.at_rest(goal)
         ):
             return False
@@ -249,10 +251,20 @@ class Session:
             )
         return self.trajectories.take(order, current, now, told)
 
+    @property
+    def _awaiting(self) -> bool:
+        """Whether somebody waits to hear how the goal of now ends."""
+        return self.awaited is not None and self.awaited is self.follower.goal
+
     def _occupied(self) -> str:
         """Why the robot is not put elsewhere now; empty: nothing is against it."""
-        if self.follower.moving or not self.trajectories.at_rest:
-            return "the robot is on its way; an empty ~/joint_trajectory ends that"
+        end_it = "an empty ~/joint_trajectory ends that"
+        if self.follower.moving:
+            return f"the robot is on its way; {end_it}"
+        if not self.trajectories.at_rest:
+            return f"a trajectory is to be followed; {end_it}"
+        if self._awaiting:
+            return f"a goal of ~/move_to waits to be measured where it is; {end_it}"
         aligned = self.commands.aligned_with(self.solver.current.equilibrium.motors)
         if self.follower.paused and aligned:
             return "the node is paused: release it first"  # else motors set off when the pause ends

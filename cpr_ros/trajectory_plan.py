@@ -34,8 +34,8 @@ _LONGEST = 0.05
 _EXPECTED = 0.5
 #: How often that may pass without one of them solved: a busy machine takes time away, too.
 _FRUITLESS = 10
-#: A motor that moves less in a tick stands still [rad, m].
-_ROUNDING = 1e-12
+#: A motor turns back if it then moves by more than this [rad, rod lengths]: what rests may be noisy.
+_NOISE = 1e-5
 #: Measures that are looked at in every tick, all at once.
 _OF_MOTORS = ("motor_range", "effort_reserve")
 #: Measures of what stops a walk.
@@ -131,7 +131,8 @@ class TrajectoryPlan:
                     self._check_motors(last, equilibria, times)
                 assessed = [last, *map(self._assessed, equilibria)]
                 ticks = np.concatenate([[begin], times[: len(equilibria)]])
-                for start, end in itertools.pairwise(_turns(self.path.positions(ticks))):
+                ways = self.path.positions(ticks) / last.equilibrium.robot.motor_units
+                for start, end in itertools.pairwise(_turns(ways)):
                     yield from self._checked_between(assessed, ticks, start, end)
                 last, begin = assessed[-1], float(ticks[-1])
             first += len(equilibria)
@@ -201,6 +202,8 @@ class TrajectoryPlan:
     def _may_fall(self, name: str, looks: Sequence[Assessment]) -> bool:
         """Whether a measure may be below its stop threshold between: as far below as it changes."""
         values = [look.value(name) for look in looks]
+        if any(map(math.isnan, values)):
+            return True
         lowest, highest = min(values), max(values)
         return not 2.0 * lowest - highest >= self._thresholds[name].stop and lowest != highest
 
@@ -216,11 +219,18 @@ class TrajectoryPlan:
 
 
 def _turns(motors: Floats) -> list[int]:
-    """Rows of motors, (T, n), at which one turns back, begins or ends; first and last row too."""
-    steps = np.diff(motors, axis=0)
-    ways = np.sign(np.where(np.abs(steps) > _ROUNDING, steps, 0.0))
-    turns = np.flatnonzero(np.any(ways[1:] != ways[:-1], axis=1)) + 1
-    return [0, *turns.tolist(), len(steps)]
+    """Rows of motors, (T, n) [rad, rod lengths], at which one turns back; the first and last row too."""
+    turns = {0, len(motors) - 1}
+    for places in motors.T.tolist():
+        farthest, direction = 0, 0.0  # row until which the motor went on in this direction
+        for row, place in enumerate(places):
+            way = place - places[farthest]
+            if way * direction > 0.0:
+                farthest = row
+            elif abs(way) > _NOISE:
+                turns.add(farthest)
+                farthest, direction = row, way
+    return sorted(turns)
 
 
 def _ticks(path: MotorPath, period: float) -> Floats:

@@ -82,6 +82,27 @@ def test_slow_fast_and_late_measurements_are_borne(every, delay, stamped, gain):
     assert bench.longest_step <= SLACK
 
 
+@pytest.mark.parametrize("delay", [0.0, 0.1])
+@pytest.mark.parametrize("way", [1e-3, 0.2], ids=["one tick", "many ticks"])
+def test_only_what_is_measured_since_the_setpoint_is_reached_is_measured_at_it(bench, way, delay):
+    """A picture of before told of a goal that was reached in one tick that it was measured."""
+    bench.delay = delay
+    bench.run(1.0)
+    assert bench.status.at_setpoint
+    bench.follow(TARGET + [way, 0.0])
+    ticks, follower = 0, bench.session.follower
+    while not ticks or not follower.arrived(bench.model):
+        bench.tick()
+        ticks += 1
+        assert not bench.status.at_setpoint
+    assert (ticks == 1) == (way < 0.01)
+    arrived = bench.now
+    while not bench.status.at_setpoint:
+        bench.tick()
+    # The first picture since then is that of the next tick.
+    assert bench.now - arrived == pytest.approx(delay + PERIOD, abs=0.5 * PERIOD)
+
+
 def test_noise_is_not_followed(bench):
     noise, bench.every = np.random.default_rng(1), PERIOD
     bench.seen = lambda pose: pose + noise.normal(0.0, 1e-3, 2)

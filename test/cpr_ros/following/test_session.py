@@ -7,13 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
+from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import SolveForward
+from helpers.branches import stable_elsewhere
 from helpers.drive import PERIOD, SETTINGS, robot
 from sensor_msgs.msg import JointState
 
-from cpr_core import solve_home
-from cpr_ros.conversions import Frames
+from cpr_core import solve_forward, solve_home
+from cpr_ros.conversions import Frames, fill_equilibrium
 from cpr_ros.error_codes import RequestError
 from cpr_ros.goals import MotorGoal, PoseGoal
 from cpr_ros.parameter_table import PARAMETERS
@@ -229,10 +232,15 @@ def test_an_empty_trajectory_is_refused_by_a_node_that_moves_nothing():
         stop(bench.session, bench.now)
 
 
-def apply(session, *motors):
-    """Make the equilibrium at these motors the current one."""
+def apply(session, *motors, start=None):
+    """Make the equilibrium at these motors the current one, continued from another one than that."""
     state = JointState(name=["motor1", "motor2"], position=motors)
-    session.solver.forward(SolveForward.Request(motors=state, apply=True))
+    request = SolveForward.Request(motors=state, apply=True)
+    if start is not None:
+        message, frames = EquilibriumMessage(), session.solver.frames
+        fill_equilibrium(message, start, frames, Time(), 0.0, eigenvalues=False)
+        request.start, request.start_equilibrium = request.START_GIVEN, [message]
+    session.solver.forward(request)
 
 
 def commanded(session, motors):
@@ -241,10 +249,10 @@ def commanded(session, motors):
 
 
 def test_another_solution_takes_the_place_of_one_that_commands_are_on_their_way_to(bench):
-    """One that was applied by mistake: also while a pause holds them, and at where they are."""
-    session, home = bench.session, bench.session.solver.current.equilibrium.motors
-    commanded(session, home)
-    apply(session, 2.7, 0.5)
+    """One that was applied by mistake, of another branch: taken back as docs/node.md says."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    commanded(session, home.motors)
+    apply(session, 2.7, 0.5, start=stable_elsewhere(session.robot))
     assert bench.tick().state == State.ALIGNING
     apply(session, 2.5, 0.6)
     assert bench.tick().state == State.ALIGNING
@@ -252,12 +260,13 @@ def test_another_solution_takes_the_place_of_one_that_commands_are_on_their_way_
     session.pause(True)
     bench.tick()
     held = bench.commands[-1].copy()
-    apply(session, *held)
+    apply(session, *held, start=home)
     session.pause(False)
     for _ in range(3):
         assert bench.tick().state == State.IDLE
     np.testing.assert_array_equal(bench.commands[-1], held)
-    np.testing.assert_allclose(session.solver.current.equilibrium.motors, held, atol=1e-15)
+    where, expected = session.solver.current.equilibrium, solve_forward(session.robot, held)
+    np.testing.assert_allclose(where.platform_position, expected.platform_position, atol=1e-9)
 
 
 def test_no_solution_is_applied_while_the_robot_is_on_its_way_home(bench):
@@ -305,11 +314,28 @@ def test_no_solution_is_applied_while_a_trajectory_is_being_solved(bench):
     home = session.solver.current.equilibrium.motors
     motion = still(session, home, bench.now, 300.0, endings.append)
     assert motion.goal is None
-    with pytest.raises(RequestError, match="the robot is on its way"):
+    with pytest.raises(RequestError, match="a trajectory is to be followed"):
         apply(session, 2.6, 0.5)
     assert not endings
     stop(session, bench.now)  # as the message says
     assert [ending.val for ending in endings] == [ErrorCode.PREEMPTED]
+    apply(session, 2.6, 0.5)
+
+
+def test_no_solution_is_applied_and_no_rest_had_while_somebody_waits_for_a_goal(bench):
+    """One that waits to be measured where it is: ticks tell, and it went elsewhere without a word."""
+    session = bench.session
+    goal = MotorGoal(session.robot, [2.6, 0.55])
+    session.follow(goal, bench.now, ages=False)
+    session.awaited = goal
+    while bench.tick().state != State.IDLE:
+        pass
+    assert not session.at_rest
+    with pytest.raises(RequestError, match="a goal of ~/move_to waits"):
+        apply(session, 2.6, 0.5)
+    session.follow(MotorGoal(session.robot, [2.6, 0.55]), bench.now, ages=False)  # nobody's
+    bench.tick()
+    assert session.at_rest
     apply(session, 2.6, 0.5)
 
 

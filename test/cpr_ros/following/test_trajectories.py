@@ -324,6 +324,33 @@ def test_one_is_refused_if_and_only_if_a_measure_falls_below_its_threshold_in_a_
     assert (plan.refused is not None) == falls
 
 
+def test_a_motor_that_turns_back_by_noise_only_is_not_looked_at_oftener(rfrfr, monkeypatch):
+    """Points of an encoder or an inverse solution: every tick was looked at by itself."""
+    looks, may_fall = [], TrajectoryPlan._may_fall
+    monkeypatch.setattr(
+        TrajectoryPlan, "_may_fall", lambda *given: looks.append(1) or may_fall(*given)
+    )
+    noise, counts = np.random.default_rng(0), []
+    for size in (0.0, 1e-7):
+        looks.clear()
+        points = np.column_stack([np.linspace(0.0, 0.2, 201), noise.normal(0.0, 1.0, 201) * size])
+        path = MotorPath.through(np.linspace(0.0, 1.0, 201), rfrfr.motors + points - points[0])
+        plan = TrajectoryPlan(path, rfrfr.current, PERIOD, THRESHOLDS, WATCHED)
+        plan.advance()
+        assert plan.done
+        counts.append(len(looks))
+    assert counts[1] == counts[0]
+
+
+def test_what_is_not_defined_between_two_looks_is_looked_at_down_to_every_tick(rfrfr):
+    plan = TrajectoryPlan(
+        MotorPath.rest(0.0, 1.0, rfrfr.motors), rfrfr.current, PERIOD, THRESHOLDS, WATCHED
+    )
+    looks = [SimpleNamespace(value=lambda name, size=size: size) for size in (1.0, np.nan, 1.0)]
+    assert plan._may_fall("margin", looks)
+    assert not plan._may_fall("margin", looks[::2])
+
+
 def test_a_robot_with_many_modes_is_solved_in_shorter_strides(monkeypatch):
     """Sixty ticks were solved in one, whatever that took, and nothing else was done meanwhile."""
     strides, seconds = [], iter(np.linspace(0.0, 1000.0, 5001))

@@ -13,12 +13,14 @@ import numpy as np
 import pytest
 from cpr_msgs.action import MoveTo
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
+from cpr_msgs.srv import SolveForward
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from helpers.driver import EVERY_MESSAGE, Driver
 from helpers.goal_client import GoalClient
 from helpers.node_process import TIMEOUT
 from helpers.soft_robot import SoftRobot
 from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 RATE, SPEED = 200.0, 4.0
@@ -357,6 +359,26 @@ def test_a_goal_that_cannot_be_measured_is_given_up_with_the_reason(camera, goal
     # It holds; who asks for nothing measured is there.
     result = goals.result(goals.send(**at_setpoint())).result
     assert result.error_code.val == ErrorCode.SUCCESS
+    camera.check_commands()
+
+
+def test_commands_that_are_aligned_are_no_reason_to_give_a_goal_up(camera, goals):
+    """In the tick that aligned them it was said that they were on their way, to who had no patience."""
+    slow = {"max_speed": 0.5, "measured_pose_timeout": 10.0}
+    assert camera.set_parameters(**slow).successful
+    camera.measure(50.0)
+    motors = JointState(name=["motor1", "motor2"], position=[2.8, 0.35])
+    try:
+        request = SolveForward.Request(motors=motors, apply=True)
+        answer = camera.client.call(SolveForward, "/cpr_node/solve_forward", request)
+        pose = PoseStamped(pose=answer.solution.platform_in_base)
+        wanted = {"platform": pose, "position_tolerance": 0.2, "patience": 0.0}
+        result = goals.result(goals.send(given=MoveTo.Goal.GIVEN_POSE, **wanted)).result
+    finally:
+        usual = {"max_speed": SPEED, "measured_pose_timeout": 0.5}
+        assert camera.set_parameters(**usual).successful
+    assert result.error_code.val == ErrorCode.SUCCESS, result.error_code.message
+    assert any(message.state == message.STATE_ALIGNING for message in camera.all(StabilityMetrics))
     camera.check_commands()
 
 
