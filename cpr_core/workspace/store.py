@@ -10,6 +10,7 @@ the file is a whole map at any time, and a map that was killed goes on from it.
 from __future__ import annotations
 
 import json
+import math
 import os
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "as_dataset",
+    "check_replaceable",
     "check_writable",
     "read_flood",
     "read_map",
@@ -93,6 +95,29 @@ def check_writable(file: Path, robot: Robot, grid: Grid) -> None:
         )
 
 
+def check_replaceable(file: Path) -> None:
+    """Whether another map may be put in the place of a file: only where there is a map, or nothing.
+
+    A map so damaged that it cannot be told from something else is not replaced either.
+
+    Raises:
+        InvalidRequest: It is something else.
+    """
+    if not os.path.lexists(file):
+        return
+    try:
+        if not file.is_file():  # to open a pipe would take until somebody writes to it
+            raise InvalidRequest("file", "it is no file")
+        with scipy.io.netcdf_file(file, "r", mmap=True) as source:  # without reading its arrays
+            known = "cpr_map_format" in source._attributes
+    except Exception:  # damaged headers lead the reader anywhere
+        known = False
+    if not known:
+        raise InvalidRequest(
+            "file", f"expected a map, {file} is none and is not replaced; name another file"
+        )
+
+
 def write_map(found: WorkspaceMap, file: str | Path) -> None:
     """Write a map in one step: whoever reads the file sees the map before or this one.
 
@@ -106,7 +131,7 @@ def write_map(found: WorkspaceMap, file: str | Path) -> None:
     try:
         with scipy.io.netcdf_file(beside, "w", version=2) as target:
             for name, value in _attributes(found).items():
-                setattr(target, name, np.int32(value) if isinstance(value, int) else value.encode())
+                setattr(target, name, _stored_attribute(value))
             for name, variable in variables.items():
                 for dim, length in zip(variable.dims, variable.values.shape, strict=True):
                     if dim not in target.dimensions:
@@ -120,6 +145,12 @@ def write_map(found: WorkspaceMap, file: str | Path) -> None:
         beside.replace(file)
     finally:
         beside.unlink(missing_ok=True)
+
+
+def _stored_attribute(value: str | int | float) -> Any:
+    if isinstance(value, str):
+        return value.encode()
+    return np.int32(value) if isinstance(value, int) else np.float64(value)
 
 
 def unfinished_file(file: Path, process: int) -> Path:
@@ -192,7 +223,17 @@ def _map_of(
         expanded=int(attributes["expanded"]),
         borders=tuple(_border_of(arrays, kind, len(grid.shape)) for kind in kinds),
         objective=attributes.get("objective", ""),
+        # Older maps do not say: of the tolerance of their borders nothing is known.
+        tolerance=_tolerance(attributes.get("tolerance", 0.0)),
+        refined_to=_tolerance(attributes.get("refined_to", math.inf)),
     )
+
+
+def _tolerance(value: Any) -> float:
+    tolerance = float(value)
+    if not tolerance >= 0.0:
+        raise ValueError(f"a tolerance of {tolerance}")
+    return tolerance
 
 
 def read_flood(file: Path, robot: Robot, loads: Loads, grid: Grid, objective: str) -> WorkspaceMap:
@@ -310,6 +351,8 @@ def _attributes(found: WorkspaceMap) -> dict[str, Any]:
         "limit_names": ", ".join(found.limit_names),
         "border_kinds": " ".join(border.kind for border in found.borders),
         "objective": found.objective,
+        "tolerance": float(found.tolerance),
+        "refined_to": float(found.refined_to),
         "expanded": found.expanded,
         "complete": int(found.complete),
     }
