@@ -16,6 +16,8 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.chosen_modes import ComparedModes, choose_modes, compared_modes, with_many_modes
 from ..solving.not_reached import NotReached
+from .answer import Answer
+from .argument_types import length
 
 __all__ = ["add_modes_options"]
 
@@ -32,21 +34,14 @@ def add_modes_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("robot", metavar="ROBOT", help="YAML file or name of a shipped robot")
     parser.add_argument(
         "--tolerance",
-        type=_positive,
+        type=length,
         metavar="T",
         help=f"largest error of the platform position, m; else the file's, or {_TOLERANCE:g}",
     )
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
-def _positive(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"expected a positive length in metres, got {text}")
-    return value
-
-
-def _modes(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
+def _modes(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
     """Compare numbers of modes, and choose the fewest."""
     tolerance = options.tolerance
     if tolerance is None:
@@ -63,8 +58,10 @@ def _modes(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tu
             rows.append((str(modes), None))
     rows.append(("chosen", compared_modes(chosen, exact)))
     if options.json:
-        return json.dumps(_as_dict(chosen, tolerance, rows), indent=2, allow_nan=False), True
-    return _as_text(chosen, tolerance, rows), True
+        return Answer(
+            json.dumps(_as_dict(chosen, tolerance, rows), indent=2, allow_nan=False), True
+        )
+    return Answer(_as_text(chosen, tolerance, rows), True)
 
 
 def _nearly_exact(robot: Robot, tolerance: float) -> tuple[Equilibrium, ...]:

@@ -9,9 +9,11 @@ the file is a whole map at any time, and a map that was killed goes on from it.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
+from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = [
+    "MapNotWritten",
     "as_dataset",
     "check_replaceable",
     "check_writable",
@@ -43,9 +46,24 @@ __all__ = [
 
 #: Version of the layout of the file.
 FORMAT = 1
+#: Bytes of the name of a file at most, on all usual file systems.
+_LONGEST_NAME = 255
 #: Largest variable of such a file.
 _MOST_BYTES = 2**31 - 1
 _KINDS: tuple[BorderKind, ...] = ("stability", "stability_free", "limits", "singularity")
+
+
+class MapNotWritten(InvalidRequest):
+    """A map was made, but could not be written to its file.
+
+    Attributes:
+        found: The map, as far as it was made.
+    """
+
+    def __init__(self, file: Path, found: WorkspaceMap, problem: str) -> None:
+        """Name the file and why."""
+        super().__init__("file", f"{file}: cannot be written: {problem}")
+        self.found = found
 
 
 @dataclass(frozen=True)
@@ -80,6 +98,13 @@ def check_writable(file: Path, robot: Robot, grid: Grid) -> None:
         InvalidRequest: It cannot.
     """
     folder = file.absolute().parent
+    try:
+        with suppress(FileNotFoundError):
+            file.lstat()  # tells of names that no file can have
+    except (OSError, ValueError) as error:
+        raise InvalidRequest(
+            "file", f"expected the name of a file, got {str(file)!r:.300}: {error!s:.300}"
+        ) from None
     if not folder.is_dir():
         raise InvalidRequest("file", f"expected a file in a folder that exists, got {file}")
     if file.is_dir():
@@ -124,6 +149,9 @@ def write_map(found: WorkspaceMap, file: str | Path) -> None:
     Args:
         found: The map, complete or not.
         file: NetCDF file to write.
+
+    Raises:
+        MapNotWritten: It cannot be written; the file is as it was.
     """
     file = Path(file)
     beside = unfinished_file(file, os.getpid())
@@ -143,8 +171,11 @@ def write_map(found: WorkspaceMap, file: str | Path) -> None:
         with beside.open("rb+") as written:
             os.fsync(written.fileno())
         beside.replace(file)
+    except OSError as error:
+        raise MapNotWritten(file, found, error.strerror or str(error)) from None
     finally:
-        beside.unlink(missing_ok=True)
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
 
 
 def _stored_attribute(value: str | int | float) -> Any:
@@ -155,7 +186,10 @@ def _stored_attribute(value: str | int | float) -> Any:
 
 def unfinished_file(file: Path, process: int) -> Path:
     """Where a process writes a map before it is put in its place."""
-    return file.with_name(f".{file.name}.{process}")
+    name = f".{file.name}.{process}"
+    if len(os.fsencode(name)) > _LONGEST_NAME:
+        name = f".{hashlib.sha256(os.fsencode(file.name)).hexdigest()}.{process}"
+    return file.with_name(name)
 
 
 def read_map(file: str | Path, robot: Robot, loads: Loads | None = None) -> WorkspaceMap:

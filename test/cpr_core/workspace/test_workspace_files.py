@@ -19,7 +19,7 @@ from helpers.workspace_cases import assert_same, rfrfr, six_rfs, small_grid, sma
 from cpr_core import InvalidRequest, NoInverseSolution, solve_inverse
 from cpr_core.workspace import map_workspace, pose_grid
 from cpr_core.workspace.first_cell import without_limits
-from cpr_core.workspace.store import as_dataset, read_map, write_map
+from cpr_core.workspace.store import as_dataset, read_map, unfinished_file, write_map
 from cpr_core.workspace.summary import summary_of
 
 CHILD = """
@@ -242,6 +242,24 @@ def test_only_maps_are_replaced(tmp_path):
     other = pose_grid(rfrfr(), {"x": [0.0, 0.1], "y": [0.4, 0.5]}, resolution=0.1)
     assert map_workspace(rfrfr(), other, workers=0, file=file, resume=False).complete
     assert read_map(file, rfrfr()).grid.shape == (2, 2)
+
+
+@pytest.mark.parametrize("length", [240, 255])
+def test_a_map_is_written_to_a_file_of_any_name_there_can_be(tmp_path, length):
+    file = tmp_path / f"{'m' * (length - 3)}.nc"
+    found = map_workspace(rfrfr(), small_grid(), workers=0, file=file, checkpoint_every=0.0)
+    assert_same(read_map(file, rfrfr()), found)
+    assert list(tmp_path.iterdir()) == [file]
+    other = tmp_path / f"n{file.name[1:]}"
+    assert unfinished_file(file, 1) != unfinished_file(other, 1) != unfinished_file(other, 2)
+
+
+@pytest.mark.parametrize("name", ["m" * 256, "\0"])
+def test_names_that_no_file_can_have_are_refused_before_anything_is_mapped(tmp_path, name):
+    states = []
+    with pytest.raises(InvalidRequest, match="file: expected the name of a file"):
+        map_workspace(rfrfr(), small_grid(), file=tmp_path / name, progress=states.append)
+    assert states == []
 
 
 def test_checkpoints_are_written_while_the_map_grows(tmp_path):
