@@ -34,20 +34,25 @@ def number(text: str) -> float:
 
 def finite(text: str) -> float:
     """A finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = float(text) if _is_number(text) else math.nan
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"expected a finite number, got {text!r:.100}")
     return value
 
 
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def length(text: str) -> float:
     """A length that is positive."""
-    value = finite(text)
-    if not value > 0.0:
-        raise argparse.ArgumentTypeError(f"expected a positive length in metres, got {text!r:.100}")
+    value = float(text) if _is_number(text) else math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"expected a positive length in metres, got {text:.100}")
     return value
 
 
