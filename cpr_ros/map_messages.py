@@ -14,7 +14,7 @@ from cpr_msgs.msg import ErrorCode, MapBorder
 from cpr_core import Equilibrium, InvalidRequest, NonFiniteInput, Robot
 from cpr_core.solving.objectives import objective_of
 from cpr_core.workspace import Grid, MapSummary, motor_grid, pose_grid
-from cpr_core.workspace.store import check_writable
+from cpr_core.workspace.store import check_replaceable, check_writable
 
 from .map_folder import MapFolder
 from .map_order import MapOrder, MapState
@@ -26,8 +26,6 @@ __all__ = ["map_feedback", "map_order", "map_result"]
 _POSE_COORDINATES, _LONGEST_NAME = 6, 1000
 #: More cells along one axis are no map, but take long to number.
 _MOST_ALONG = 1_000_000
-#: What a NetCDF file begins with.
-_MAGIC = b"CDF"
 
 
 def map_order(solver: Solver, goal: MapWorkspace.Goal, folder: MapFolder) -> MapOrder:
@@ -116,9 +114,7 @@ def _file(robot: Robot, grid: Grid, goal: MapWorkspace.Goal, folder: MapFolder) 
         raise InvalidRequest(
             "file", f"{file} exists: set existing_file to RESUME or REPLACE, or name another file"
         )
-    with file.open("rb") as content:
-        if content.read(len(_MAGIC)) != _MAGIC:
-            raise InvalidRequest("file", f"{file} is no NetCDF file and is not replaced")
+    check_replaceable(file)
     return file
 
 

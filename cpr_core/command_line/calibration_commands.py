@@ -10,6 +10,7 @@ import json
 import math
 import sys
 import warnings
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
@@ -22,7 +23,9 @@ from ..identification.measurements import StandardDeviations
 from ..identification.proposed_poses import ProposedPoses, propose_poses
 from ..identification.robust_loss import Loss
 from ..model.robot import Robot
-from .path_commands import add_seed, picture, progress_bar
+from .answer import Answer, written
+from .argument_types import new_file, picture
+from .path_commands import add_seed, progress_bar
 
 __all__ = ["add_calibrate_options", "add_measure_options"]
 
@@ -50,7 +53,7 @@ def add_calibrate_options(parser: argparse.ArgumentParser) -> None:
         help="how far-off measurements count: as squares (linear, default), or less",
     )
     parser.add_argument(
-        "--out", type=_new_file, metavar="FILE", help="write the calibrated description (yaml)"
+        "--out", type=new_file, metavar="FILE", help="write the calibrated description (yaml)"
     )
     parser.add_argument(
         "--plot", type=picture, metavar="FILE", help="draw the residuals (png, svg, pdf)"
@@ -77,7 +80,7 @@ def add_measure_options(parser: argparse.ArgumentParser) -> None:
     )
     add_seed(parser, "of the random candidates")
     parser.add_argument(
-        "--out", type=_new_file, metavar="FILE", help="write motors and expected poses (csv)"
+        "--out", type=new_file, metavar="FILE", help="write motors and expected poses (csv)"
     )
 
 
@@ -114,14 +117,6 @@ def _deviation(text: str) -> tuple[str, float]:
     return kind, number
 
 
-def _new_file(text: str) -> Path:
-    """A file that can be written; told before anything is computed."""
-    file = Path(text)
-    if file.is_dir() or not file.parent.is_dir():
-        raise argparse.ArgumentTypeError(f"expected a file in a folder that exists, got {text!r}")
-    return file
-
-
 def _bounds(options: argparse.Namespace) -> dict[str, tuple[float, float]]:
     """Bounds by path.
 
@@ -138,8 +133,8 @@ def _bounds(options: argparse.Namespace) -> dict[str, tuple[float, float]]:
     return found
 
 
-def _calibrate(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
-    """Calibrate; the text to print, and whether the answer can be used without a second look."""
+def _calibrate(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
+    """Calibrate, done if the answer can be used without a second look."""
     rows = read_measurements(robot, options.data, loads)
     with progress_bar("of the calibration") as progress, warnings.catch_warnings():
         warnings.simplefilter("ignore", CalibrationWarning)  # the report has them
@@ -153,32 +148,38 @@ def _calibrate(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
             progress=progress,
         )
     usable = not found.doubts or options.despite_warnings
-    written = []
-    if usable and options.out is not None:
-        try:
-            options.out.write_text(found.robot.description.text, encoding="utf-8")
-        except OSError as error:
-            raise InvalidRequest("out", f"{options.out}: cannot be written: {error}") from None
-        written.append(str(options.out))
-    if usable and options.plot is not None:
-        from ..drawing.calibration_plot import plot_calibration
-
-        plot_calibration(found, options.plot)
-        written.append(str(options.plot))
+    files: list[str] = []
+    problems: tuple[str, ...] = ()
+    for write, file in ((_write_description, options.out), (_plot, options.plot)):
+        if usable and file is not None:
+            problem = written(partial(write, found), file)
+            problems += problem
+            files += [] if problem else [str(file)]
     if not usable and (options.out is not None or options.plot is not None):
         print(
             "cpr: nothing is written: see the warnings, or say --despite-warnings", file=sys.stderr
         )
     if options.json:
-        return json.dumps(_result_as_dict(found, written), indent=2, allow_nan=False), usable
-    return _result_as_text(found, written), usable
+        text = json.dumps(_result_as_dict(found, files), indent=2, allow_nan=False)
+        return Answer(text, usable, problems)
+    return Answer(_result_as_text(found, files), usable, problems)
+
+
+def _write_description(found: CalibrationResult, file: Path) -> None:
+    file.write_text(found.robot.description.text, encoding="utf-8")
+
+
+def _plot(found: CalibrationResult, file: Path) -> None:
+    from ..drawing.calibration_plot import plot_calibration
+
+    plot_calibration(found, file)
 
 
 def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _result_as_dict(found: CalibrationResult, written: list[str]) -> dict[str, Any]:
+def _result_as_dict(found: CalibrationResult, files: list[str]) -> dict[str, Any]:
     """The answer as plain values, SI units."""
     return {
         "robot": found.robot.description.name,
@@ -201,7 +202,7 @@ def _result_as_dict(found: CalibrationResult, written: list[str]) -> dict[str, A
         "fit": found.fit,
         "undetermined": list(found.undetermined),
         "warnings": list(found.doubts),
-        "written": written,
+        "written": files,
     }
 
 
@@ -214,7 +215,7 @@ def _root_mean_squares(found: CalibrationResult) -> list[tuple[str, float, float
     ]
 
 
-def _result_as_text(found: CalibrationResult, written: list[str]) -> str:
+def _result_as_text(found: CalibrationResult, files: list[str]) -> str:
     """The same for people."""
     width = max(len(path) for path in found.parameters)
     name = found.robot.description.name
@@ -229,12 +230,12 @@ def _result_as_text(found: CalibrationResult, written: list[str]) -> str:
     lines.append(f"  residuals over what the standard deviations say: {found.fit:.2f}")
     lines += [f"  {line}" for line in found.undetermined]
     lines += [f"  WARNING: {line}" for line in found.doubts]
-    lines += [f"  written: {file}" for file in written]
+    lines += [f"  written: {file}" for file in files]
     return "\n".join(lines)
 
 
-def _measure(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
-    """Propose poses; the text to print, and that there are some."""
+def _measure(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
+    """Propose poses."""
     with progress_bar("of the candidates") as progress:
         found = propose_poses(
             robot,
@@ -247,11 +248,10 @@ def _measure(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> 
             seed=options.seed,
             progress=progress,
         )
-    if options.out is not None:
-        write_poses(options.out, found.equilibria)
+    problems = written(lambda file: write_poses(file, found.equilibria), options.out)
     if options.json:
-        return json.dumps(_poses_as_dict(found), indent=2, allow_nan=False), True
-    return _poses_as_text(found), True
+        return Answer(json.dumps(_poses_as_dict(found), indent=2, allow_nan=False), True, problems)
+    return Answer(_poses_as_text(found), True, problems)
 
 
 def _poses_as_dict(found: ProposedPoses) -> dict[str, Any]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import os
 import re
 import sys
@@ -26,6 +25,8 @@ from ..solving.geometrico_statics import solve_forward, solve_inverse
 from ..solving.home import solve_home
 from ..solving.load_robot import load_robot
 from ..version import __version__
+from .answer import Answer
+from .argument_types import count, length
 from .calibration_commands import add_calibrate_options, add_measure_options
 from .compile_command import compile_all, show_compilation
 from .modes_command import add_modes_options
@@ -64,13 +65,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
             return status
     except BrokenPipeError:  # whoever reads has seen enough (`cpr ... | head`)
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _print_no_more()
         return EXIT_NO_READER
+    except OSError as error:  # the answer cannot be printed (`cpr ... > /dev/full`)
+        _print_no_more()
+        print(f"cpr: error: {error}", file=sys.stderr)
+        return EXIT_NO_SOLUTION
     except CprError as error:
         return _report_error(error, options.json)
     except KeyboardInterrupt:
         print("cpr: interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
+
+
+def _print_no_more() -> None:
+    """What is left to be printed goes nowhere, lest the interpreter fails at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -79,10 +89,14 @@ def _run(options: argparse.Namespace) -> int:
         return 0
     robot = load_robot(options.robot, modes=options.modes)
     if options.report is None:
-        text, done = options.run(robot, _loads(robot, options), options)
-        if text:
-            print(text)
-        return 0 if done else EXIT_NO_SOLUTION
+        answer: Answer = options.run(robot, _loads(robot, options), options)
+        if answer.text:
+            print(answer.text, flush=True)
+        for problem in answer.problems:  # not as JSON, for the answer was
+            print(f"cpr: error: {problem}", file=sys.stderr)
+        if answer.problems:
+            return EXIT_BAD_ARGUMENTS
+        return 0 if answer.done else EXIT_NO_SOLUTION
     print(options.report(_solved(robot, options), options))
     return 0
 
@@ -123,7 +137,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_place(kinemato)
     kinemato.add_argument(
         "--characteristic-length",
-        type=_length,
+        type=length,
         metavar="L",
         help="weighs rotations against lengths in singular values, m; else the mean rod length",
     )
@@ -215,19 +229,7 @@ def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
 
 
 def _mode_count(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text) <= MOST_MODES:
-        got = int(text) if text.isdecimal() else repr(text)
-        raise argparse.ArgumentTypeError(
-            f"expected a whole number from 1 to {MOST_MODES}, got {got}"
-        )
-    return int(text)
-
-
-def _length(text: str) -> float:
-    length = float(text)
-    if not 0.0 < length < math.inf:
-        raise argparse.ArgumentTypeError(f"expected a positive length, got {text}")
-    return length
+    return count(text, 1, MOST_MODES)
 
 
 def _solved(robot: Robot, options: argparse.Namespace) -> Equilibrium:

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,14 +23,14 @@ from ..solving.geometrico_statics import solve_forward, solve_forward_by_effort,
 from ..solving.home import solve_home
 from ..solving.objectives import OBJECTIVES
 from ..solving.trace import Trace, trace
+from .answer import Answer, written
+from .argument_types import count, picture
 
 __all__ = [
     "add_equilibria_options",
     "add_objective",
     "add_seed",
     "add_trace_options",
-    "count",
-    "picture",
     "progress_bar",
 ]
 
@@ -84,27 +85,8 @@ def add_seed(parser: argparse.ArgumentParser, meaning: str) -> None:
     parser.add_argument("--seed", type=count, default=0, help=f"{meaning}, default 0")
 
 
-def picture(text: str) -> Path:
-    """A file that can be drawn to; told before anything is computed."""
-    file = Path(text)
-    if file.suffix not in (".png", ".svg", ".pdf"):
-        raise argparse.ArgumentTypeError(
-            f"expected a name ending in .png, .svg or .pdf, got {text!r}"
-        )
-    if not file.parent.is_dir():
-        raise argparse.ArgumentTypeError(f"expected a folder that exists, got {str(file.parent)!r}")
-    return file
-
-
-def count(text: str) -> int:
-    """A whole number that is not negative."""
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"expected a whole number of at least 0, got {text!r}")
-    return int(text)
-
-
-def _trace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
-    """Trace a path; the text to print, and whether the target was reached."""
+def _trace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
+    """Trace a path, done if the target was reached."""
     solves: dict[str, Callable[..., Equilibrium]] = {
         "motors": solve_forward,
         "pose": solve_inverse,
@@ -130,13 +112,17 @@ def _trace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tu
             progress=progress,
             objective=options.objective,
         )
-    if options.plot is not None:
-        from ..drawing.path_plots import plot_trace
-
-        plot_trace(found, options.plot)
+    problems = written(partial(_plot_trace, found), options.plot)
     if options.json:
-        return json.dumps(_trace_as_dict(found), indent=2, allow_nan=False), found.reached
-    return _trace_as_text(found), found.reached
+        text = json.dumps(_trace_as_dict(found), indent=2, allow_nan=False)
+        return Answer(text, found.reached, problems)
+    return Answer(_trace_as_text(found), found.reached, problems)
+
+
+def _plot_trace(found: Trace, file: Path) -> None:
+    from ..drawing.path_plots import plot_trace
+
+    plot_trace(found, file)
 
 
 def _trace_as_dict(found: Trace) -> dict[str, Any]:
@@ -192,8 +178,8 @@ def _numbers(found: Equilibrium) -> str:
     return f"motors ({motors}), platform ({place}), index {found.index_locked}"
 
 
-def _equilibria(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
-    """Search all equilibria; the text to print, and whether there are any."""
+def _equilibria(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
+    """Search all equilibria, done if there are any."""
     motors = solve_home(robot).motors if options.motors is None else options.motors
     with progress_bar("of the starts") as progress:
         found = find_equilibria(
@@ -204,16 +190,13 @@ def _equilibria(robot: Robot, loads: Loads | None, options: argparse.Namespace) 
             loads=loads,
             progress=progress,
         )
-    if options.plot is not None and found:
-        from ..drawing.path_plots import plot_equilibria
-
-        plot_equilibria(found, options.plot)
+    problems = written(partial(_plot_equilibria, found), options.plot if found else None)
     if options.json:
         values = {
             "robot": robot.description.name,
             "equilibria": [_as_dict(entry) for entry in found],
         }
-        return json.dumps(values, indent=2, allow_nan=False), bool(found)
+        return Answer(json.dumps(values, indent=2, allow_nan=False), bool(found), problems)
     lines = [
         f"{robot.description.name}: {len(found)} equilibria, "
         f"{sum(entry.stable for entry in found)} stable with the motors held",
@@ -227,7 +210,13 @@ def _equilibria(robot: Robot, loads: Loads | None, options: argparse.Namespace) 
             f"  {equilibrium.index_free:4d}  {entry.starts:6d}"
             f"  {place}{'  branch of home' if entry.from_home else ''}"
         )
-    return "\n".join(lines), bool(found)
+    return Answer("\n".join(lines), bool(found), problems)
+
+
+def _plot_equilibria(found: Sequence[FoundEquilibrium], file: Path) -> None:
+    from ..drawing.path_plots import plot_equilibria
+
+    plot_equilibria(found, file)
 
 
 def _as_dict(found: FoundEquilibrium) -> dict[str, Any]:

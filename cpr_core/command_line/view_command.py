@@ -16,6 +16,8 @@ from ..model.robot import Robot
 from ..solving.geometrico_statics import solve_forward
 from ..solving.home import solve_home
 from ..viewing.view import view
+from .answer import Answer
+from .argument_types import count
 
 __all__ = ["add_view_options"]
 
@@ -42,12 +44,10 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _port(text: str) -> int:
-    if not text.isdecimal() or int(text) > 65535:
-        raise argparse.ArgumentTypeError(f"expected a port from 0 to 65535, got {text!r}")
-    return int(text)
+    return count(text, most=65535)
 
 
-def _view(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
+def _view(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
     """Show the page until the command is interrupted."""
     start = None
     if options.motors is not None or loads is not None:
@@ -67,4 +67,4 @@ def _view(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tup
         enough.wait()
     finally:
         page.close()
-    return "", True
+    return Answer("", True)

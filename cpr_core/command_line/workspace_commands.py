@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import re
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +26,15 @@ from ..solving.geometrico_statics import solve_forward, solve_inverse
 from ..solving.home import solve_home
 from ..workspace import Grid, WorkspaceMap, map_workspace, motor_grid, pose_grid
 from ..workspace.flooding import Progress
+from ..workspace.store import MapNotWritten
 from ..workspace.summary import summary_of
-from .path_commands import add_objective, count, picture
+from .answer import Answer, written
+from .argument_types import count, finite, number, picture
+from .path_commands import add_objective
 
 __all__ = ["add_workspace_options"]
 
 _PART = re.compile(r"^([A-Za-z_]\w*)=([^:]+)(?::([^:]+))?$")
-_PI = re.compile(r"^([+-]?\d*\.?\d*)\*?pi(?:/(\d+\.?\d*))?$")
 
 
 def add_workspace_options(parser: argparse.ArgumentParser) -> None:
@@ -53,7 +55,7 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
         help="what the names of --slice are: controlled coordinates (default), or motors",
     )
     parser.add_argument(
-        "--resolution", type=_number, default=0.01, metavar="R", help="of all axes, default 0.01"
+        "--resolution", type=number, default=0.01, metavar="R", help="of all axes, default 0.01"
     )
     parser.add_argument(
         "--from",
@@ -64,7 +66,7 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
         help="where to start: controlled coordinates, or motors; else home",
     )
     parser.add_argument(
-        "--tolerance", type=_number, default=1e-5, metavar="T", help="of borders, default 1e-5"
+        "--tolerance", type=number, default=1e-5, metavar="T", help="of borders, default 1e-5"
     )
     add_objective(parser)
     parser.add_argument(
@@ -76,7 +78,7 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--threshold",
-        type=float,
+        type=finite,
         default=1e-4,
         metavar="C",
         help="red where the inverse condition number of H_r is below, default 1e-4",
@@ -90,8 +92,8 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--restart", action="store_true", help="begin anew where --out has a map")
 
 
-def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> tuple[str, bool]:
-    """Make a map; the text to print, and whether it is complete."""
+def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
+    """Make a map, done if it is complete."""
     grid = _grid(robot, options)
     if options.plot is not None:
         check_field(robot, options.field)
@@ -100,25 +102,30 @@ def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
     if options.first is not None:
         solve = solve_forward if options.given == "motors" else solve_inverse
         start = solve(robot, options.first, loads=loads)
-    with _progress() as progress:
-        found = map_workspace(
-            robot,
-            grid,
-            start=start,
-            loads=loads,
-            workers=options.workers,
-            tolerance=options.tolerance,
-            file=options.out,
-            resume=not options.restart,
-            progress=progress,
-            objective=options.objective,
-        )
-    if options.plot is not None:
-        plot_map(found, options.plot, field=options.field, threshold=options.threshold)
+    problems: tuple[str, ...] = ()
+    try:
+        with _progress() as progress:
+            found = map_workspace(
+                robot,
+                grid,
+                start=start,
+                loads=loads,
+                workers=options.workers,
+                tolerance=options.tolerance,
+                file=options.out,
+                resume=not options.restart,
+                progress=progress,
+                objective=options.objective,
+            )
+    except MapNotWritten as error:
+        found, problems = error.found, (str(error),)
+    draw = partial(plot_map, found, field=options.field, threshold=options.threshold)
+    problems += written(draw, options.plot)
     values = _as_dict(found, options.threshold)
     if options.json:
-        return json.dumps(values, indent=2, allow_nan=False), found.complete
-    return _as_text(values), found.complete
+        text = json.dumps(values, indent=2, allow_nan=False)
+        return Answer(text, found.complete, problems)
+    return Answer(_as_text(values), found.complete, problems)
 
 
 def _grid(robot: Robot, options: argparse.Namespace) -> Grid:
@@ -133,23 +140,13 @@ def _grid(robot: Robot, options: argparse.Namespace) -> Grid:
             raise InvalidRequest("slice", f"{name} is given twice")
         try:
             if last is None:
-                held[name] = _number(first)
+                held[name] = number(first)
             else:
-                vary[name] = _number(first), _number(last)
-        except ValueError:
-            raise InvalidRequest("slice", f"expected numbers, got {part!r}") from None
+                vary[name] = number(first), number(last)
+        except argparse.ArgumentTypeError:
+            raise InvalidRequest("slice", f"expected numbers, got {part!r:.200}") from None
     make = motor_grid if options.given == "motors" else pose_grid
     return make(robot, vary, held, resolution=options.resolution)
-
-
-def _number(text: str) -> float:
-    """A number, or a multiple of pi: ``0.3``, ``pi/8``, ``-2pi/3``."""
-    match = _PI.match(text)
-    if match is None:
-        return float(text)
-    factor, divisor = match.groups()
-    factor = f"{factor}1" if factor in ("", "+", "-") else factor
-    return float(factor) * math.pi / float(divisor or 1)
 
 
 def _as_dict(found: WorkspaceMap, threshold: float) -> dict[str, Any]:

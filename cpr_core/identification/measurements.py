@@ -27,6 +27,10 @@ __all__ = ["Drive", "Measurement", "StandardDeviations", "checked_measurements",
 Floats = NDArray[np.float64]
 
 
+#: Smallest standard deviation, far below the rounding of any number: squares over it are finite.
+_SMALLEST_DEVIATION = 1e-30
+
+
 @dataclass(frozen=True, eq=False)
 class Measurement:
     """What was measured at one equilibrium; None is what was not, also in place of single numbers.
@@ -140,7 +144,9 @@ class StandardDeviations:
         """
         for field in fields(self):
             value = getattr(self, field.name)
-            if value is not None and checked_number(f"deviations.{field.name}", value) <= 0.0:
+            if value is None:
+                continue
+            if not checked_number(f"deviations.{field.name}", value) >= _SMALLEST_DEVIATION:
                 problem = f"expected a positive standard deviation, got {value:g}"
                 raise InvalidRequest(f"deviations.{field.name}", problem)
 

@@ -100,6 +100,7 @@ def propose_poses(
     paths = checked_paths(parameters)
     values = robot.parameter_values(paths)
     count = checked_count("count", count, 1)
+    checked_number("margin", margin)
     if not checked_number("reach", reach) > 0.0:
         raise InvalidRequest("reach", f"expected a positive distance, got {reach:g}")
     measured = [deviations.position, deviations.rotation, deviations.efforts]

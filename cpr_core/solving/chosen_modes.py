@@ -34,6 +34,7 @@ __all__ = [
     "choose_modes",
     "compared_modes",
     "equilibria_near_home",
+    "exactness_of",
     "with_many_modes",
 ]
 
@@ -118,6 +119,11 @@ def with_many_modes(robot: Robot, tolerance: float) -> tuple[Equilibrium, ...]:
         f"{tolerance:g} m is not met near home: the error of {_MANY[-1]} modes in every direction is "
         f"about {error:.1g} m; a rod with a jump of its stiffness wants to be two rods in a chain"
     )
+
+
+def exactness_of(exact: Sequence[Equilibrium]) -> float:
+    """How exact equilibria to compare others with are themselves, by estimate and rounding [m]."""
+    return max(_ROUNDING, *(error_of(equilibrium).distance for equilibrium in exact))
 
 
 @dataclass(frozen=True, eq=False)

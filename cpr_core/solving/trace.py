@@ -33,6 +33,10 @@ __all__ = ["Trace", "trace"]
 Floats = NDArray[np.float64]
 
 
+#: Equilibria kept of a path at most.
+_MOST_POINTS = 1_000_000
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Trace:
     """Equilibria along a path.
@@ -161,8 +165,8 @@ def trace(
         The path up to its end, or up to the event that stopped it. Nothing is raised for that.
 
     Raises:
-        InvalidRequest: Not one target, a target of the wrong length, fewer than two points, or a way
-            past folds of a redundant robot.
+        InvalidRequest: Not one target, a target of the wrong length, fewer than two points or more
+            than a million, or a way past folds of a redundant robot.
         NonFiniteInput: A NaN or an infinity.
     """
     start = checked_start(robot, start)
@@ -173,7 +177,7 @@ def trace(
         raise InvalidRequest(
             "target", f"expected one of motors, pose and efforts, or loads, got {named}"
         )
-    points = checked_count("points", points, 2)
+    points = checked_count("points", points, 2, _MOST_POINTS)
     problem, values = given[0] if given else ("motors", start.motors)
     fractions, target = np.linspace(0.0, 1.0, points), target_of(start, problem, values)
     loads = start.loads if loads is None else loads

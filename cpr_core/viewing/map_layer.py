@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..model.robot import Robot
 from ..workspace.store import read_map
@@ -66,13 +67,18 @@ class MapLayer:
         return int(self.cells[best])
 
 
-def read_layer(robot: Robot, file: str | Path) -> MapLayer:
-    """Read a map, with the loads of the description.
+def read_layer(robot: Robot, file: str | Path, loads: Loads | None = None) -> MapLayer:
+    """Read a map.
+
+    Args:
+        robot: The robot it is of.
+        file: NetCDF file.
+        loads: Its loads; default those of the description.
 
     Raises:
         InvalidRequest: No map, one of another robot, other modes or loads, or an empty one.
     """
-    found = read_map(file, robot)
+    found = read_map(file, robot, loads)
     cells = np.flatnonzero(found.reached)
     if not len(cells):
         raise InvalidRequest("file", f"expected a map with a cell that was reached, got {file}")

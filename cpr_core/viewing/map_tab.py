@@ -55,7 +55,7 @@ class MapTab:
         Raises:
             InvalidRequest: No map of this robot.
         """
-        layer = read_layer(handled.robot, file)
+        layer = read_layer(handled.robot, file, handled.equilibrium.loads)
         self._cloud = self._scene.add_point_cloud(
             "/map",
             layer.points,

@@ -24,6 +24,7 @@ from .way_kernel import impose
 __all__ = [
     "first_cells",
     "place_of",
+    "reached_cells_near",
     "signs_at_equilibrium",
     "step_fractions",
     "target_at",
@@ -87,6 +88,21 @@ def first_cells(grid: Grid, place: Floats) -> list[int]:
     others = [grid.nearest(nearby) for nearby in places[np.argsort(near, kind="stable")]]
     nearest = grid.nearest(place)
     return [nearest, *(cell for cell in others if cell != nearest)]
+
+
+def reached_cells_near(grid: Grid, place: Floats, reached: NDArray[np.bool_]) -> list[int]:
+    """Reached cells to find a map again from: the nearest first, then those of ``first_cells``.
+
+    Args:
+        grid: The grid.
+        place: Numbers along the axes, (D,).
+        reached: Cells that were reached, at least one, (M,).
+    """
+    cells = np.flatnonzero(reached)
+    distances = np.abs((grid.places(cells) - place) / grid.steps).max(axis=1)
+    nearest = int(cells[np.argmin(distances)])
+    others = (cell for cell in first_cells(grid, place) if reached[cell])
+    return list(dict.fromkeys([nearest, *others]))
 
 
 def target_of_cell(grid: Grid, problem: CellProblem, cell: int, start: Equilibrium) -> Target:

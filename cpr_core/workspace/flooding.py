@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import time
 from collections.abc import Callable
@@ -38,10 +39,12 @@ from .batches import (
     in_pieces,
     joined,
 )
+from .borders import Border
 from .cell_problem import cell_problem
 from .first_cell import (
     first_cells,
     place_of,
+    reached_cells_near,
     signs_at_equilibrium,
     step_fractions,
     target_of_cell,
@@ -115,10 +118,12 @@ def map_workspace(
         tolerance: Borders are refined to this, in units of the axes; 0: not refined.
         file: NetCDF file to write the map to, every ``checkpoint_every`` seconds and at the end.
         resume: Go on with the map in ``file`` if there is one; it must be of the same robot, loads,
-            grid, objective and branch. One that is complete is returned.
+            grid, objective and branch. One that is complete, its borders refined to ``tolerance`` or
+            finer, is returned as it is. Without, only a map is replaced.
         checkpoint_every: Longest time between two checkpoints, beside that of one batch [s].
         progress: Called before the first and after every batch.
-        cancelled: Asked several times a second; if it says so, the unfinished map is returned.
+        cancelled: Asked several times a second; if it says so, the unfinished map is returned, with
+            the borders ``file`` had.
         objective: For redundant robots and poses, as in ``solve_inverse``: what is least in every cell;
             least motion is meant from the start.
 
@@ -126,23 +131,28 @@ def map_workspace(
         The map. ``complete`` is false if it was cancelled; what was found is in ``file``.
 
     Raises:
-        InvalidRequest: A grid of another robot, loads that do not fit, a file of another map or that
-            cannot be written.
+        InvalidRequest: A grid of another robot, loads that do not fit, a file of another map or of none,
+            or that cannot be written.
         NoInverseSolution, NoForwardSolution: No cell of the grid is reached from the start.
     """
     start = checked_start(robot, start)
     loads = start.loads if loads is None else loads
-    if not tolerance >= 0.0:
+    if not 0.0 <= tolerance < math.inf:
         raise InvalidRequest("tolerance", f"expected a positive number or 0, got {tolerance}")
     check_grid(robot, grid)
     flood = _Flood(robot, grid, start, loads, tolerance, objective)
     if file is not None:
-        from .store import check_writable, read_flood, write_map
+        from .store import check_replaceable, check_writable, read_flood, write_map
 
         file = Path(file)
         check_writable(file, robot, grid)
         if resume and file.exists():
-            flood.take(read_flood(file, robot, loads, grid, flood.objective))
+            known = read_flood(file, robot, loads, grid, flood.objective)
+            flood.take(known)
+            if flood.reached and known.complete and known.refined(tolerance):
+                return known
+        else:
+            check_replaceable(file)
     if flood.reached == 0:
         flood.begin()
     saved = time.monotonic()
@@ -162,11 +172,11 @@ def map_workspace(
                     write_map(flood.as_map(), file)
                     saved = time.monotonic()
             found = flood.as_map()
-            if tolerance > 0.0:
+            if not found.refined(tolerance):
                 borders = refined_borders(
                     found, flood.problem, tolerance, pool, cancelled, flood.arrive
                 )
-                found = found.with_borders(borders)
+                found = found.with_borders(borders, tolerance)
         except Cancelled:
             found = flood.as_map()
     if file is not None:
@@ -189,7 +199,10 @@ class _Flood:
         self.robot, self.grid, self.start, self.loads = robot, grid, start, loads
         self.problem = cell_problem(robot, loads, grid)
         self.free = without_limits(robot)
+        self.tolerance = tolerance
         self.cells = _empty_cells(robot, grid)
+        self.borders: tuple[Border, ...] = ()
+        self.refined_to = math.inf
         self.queue = np.zeros(0, np.int64)
         self.done = 0
         self.longest, self.smallest = step_fractions(robot, grid, tolerance)
@@ -218,16 +231,27 @@ class _Flood:
             InvalidRequest: The start is not on its branch.
         """
         self.cells, self.done = found.cells, found.expanded
+        self.borders, self.refined_to = found.borders, found.refined_to
         reached = np.flatnonzero(found.reached)
         self.queue = reached[np.argsort(found.cells.order[reached])]
         if not self.reached:
             return
-        first = self.queue[:1]
-        walk = self._walk_to_cell(replace(self.start, robot=self.free), int(first[0]))
-        end = self._arrived(walk.last)
-        if walk.stopped is not None or self._distance(first, end, np.array([0]))[0] >= _SAME:
-            problem = "expected a start that leads to its first cell as then: another branch?"
+        # A way there may be blocked though the branch is the same: any cell found again tells it.
+        start = replace(self.start, robot=self.free)
+        near = reached_cells_near(self.grid, place_of(start, self.grid), found.reached)
+        if not any(
+            self._is_found_again(start, cell) for cell in dict.fromkeys([found.first, *near])
+        ):
+            problem = "expected a start that leads to a cell of it as it was found: another branch?"
             raise InvalidRequest("file", f"{problem}; name another file")
+
+    def _is_found_again(self, start: Equilibrium, cell: int) -> bool:
+        """Whether a walk leads to a cell as the map has it."""
+        walk = self._walk_to_cell(start, cell)
+        if walk.stopped is not None:
+            return False
+        end = self._arrived(walk.last)
+        return bool(self._distance(np.array([cell]), end, np.array([0]))[0] < _SAME)
 
     def begin(self) -> None:
         """Walk from the start to the nearest cell that can be reached."""
@@ -385,7 +409,15 @@ class _Flood:
     def as_map(self) -> WorkspaceMap:
         """What was found so far."""
         return WorkspaceMap(
-            self.robot, self.loads, self.grid, self.cells, self.done, objective=self.objective
+            robot=self.robot,
+            loads=self.loads,
+            grid=self.grid,
+            cells=self.cells,
+            expanded=self.done,
+            borders=self.borders,
+            objective=self.objective,
+            tolerance=self.tolerance,
+            refined_to=self.refined_to,
         )
 
 

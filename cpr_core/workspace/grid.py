@@ -322,7 +322,7 @@ def _axis_values(name: str, values: ArrayLike, resolution: float | None) -> Floa
             raise InvalidRequest(
                 "grid", f"{name}: expected a positive resolution, got {resolution}"
             )
-        intervals = (found[1] - found[0]) / resolution
+        intervals = (float(found[1]) - float(found[0])) / resolution
         if intervals > MOST_CELLS:
             raise InvalidRequest("grid", f"{name}: {intervals:.3g} cells are too many")
         return np.linspace(found[0], found[1], max(1, math.ceil(intervals - 1e-9)) + 1)

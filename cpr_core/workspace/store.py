@@ -9,8 +9,11 @@ the file is a whole map at any time, and a map that was killed goes on from it.
 
 from __future__ import annotations
 
+import hashlib
 import json
+import math
 import os
+from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,7 +34,9 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = [
+    "MapNotWritten",
     "as_dataset",
+    "check_replaceable",
     "check_writable",
     "read_flood",
     "read_map",
@@ -41,9 +46,24 @@ __all__ = [
 
 #: Version of the layout of the file.
 FORMAT = 1
+#: Bytes of the name of a file at most, on all usual file systems.
+_LONGEST_NAME = 255
 #: Largest variable of such a file.
 _MOST_BYTES = 2**31 - 1
 _KINDS: tuple[BorderKind, ...] = ("stability", "stability_free", "limits", "singularity")
+
+
+class MapNotWritten(InvalidRequest):
+    """A map was made, but could not be written to its file.
+
+    Attributes:
+        found: The map, as far as it was made.
+    """
+
+    def __init__(self, file: Path, found: WorkspaceMap, problem: str) -> None:
+        """Name the file and why."""
+        super().__init__("file", f"{file}: cannot be written: {problem}")
+        self.found = found
 
 
 @dataclass(frozen=True)
@@ -78,6 +98,13 @@ def check_writable(file: Path, robot: Robot, grid: Grid) -> None:
         InvalidRequest: It cannot.
     """
     folder = file.absolute().parent
+    try:
+        with suppress(FileNotFoundError):
+            file.lstat()  # tells of names that no file can have
+    except (OSError, ValueError) as error:
+        raise InvalidRequest(
+            "file", f"expected the name of a file, got {str(file)!r:.300}: {error!s:.300}"
+        ) from None
     if not folder.is_dir():
         raise InvalidRequest("file", f"expected a file in a folder that exists, got {file}")
     if file.is_dir():
@@ -93,12 +120,38 @@ def check_writable(file: Path, robot: Robot, grid: Grid) -> None:
         )
 
 
+def check_replaceable(file: Path) -> None:
+    """Whether another map may be put in the place of a file: only where there is a map, or nothing.
+
+    A map so damaged that it cannot be told from something else is not replaced either.
+
+    Raises:
+        InvalidRequest: It is something else.
+    """
+    if not os.path.lexists(file):
+        return
+    try:
+        if not file.is_file():  # to open a pipe would take until somebody writes to it
+            raise InvalidRequest("file", "it is no file")
+        with scipy.io.netcdf_file(file, "r", mmap=True) as source:  # without reading its arrays
+            known = "cpr_map_format" in source._attributes
+    except Exception:  # damaged headers lead the reader anywhere
+        known = False
+    if not known:
+        raise InvalidRequest(
+            "file", f"expected a map, {file} is none and is not replaced; name another file"
+        )
+
+
 def write_map(found: WorkspaceMap, file: str | Path) -> None:
     """Write a map in one step: whoever reads the file sees the map before or this one.
 
     Args:
         found: The map, complete or not.
         file: NetCDF file to write.
+
+    Raises:
+        MapNotWritten: It cannot be written; the file is as it was.
     """
     file = Path(file)
     beside = unfinished_file(file, os.getpid())
@@ -106,7 +159,7 @@ def write_map(found: WorkspaceMap, file: str | Path) -> None:
     try:
         with scipy.io.netcdf_file(beside, "w", version=2) as target:
             for name, value in _attributes(found).items():
-                setattr(target, name, np.int32(value) if isinstance(value, int) else value.encode())
+                setattr(target, name, _stored_attribute(value))
             for name, variable in variables.items():
                 for dim, length in zip(variable.dims, variable.values.shape, strict=True):
                     if dim not in target.dimensions:
@@ -118,13 +171,25 @@ def write_map(found: WorkspaceMap, file: str | Path) -> None:
         with beside.open("rb+") as written:
             os.fsync(written.fileno())
         beside.replace(file)
+    except OSError as error:
+        raise MapNotWritten(file, found, error.strerror or str(error)) from None
     finally:
-        beside.unlink(missing_ok=True)
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
+
+
+def _stored_attribute(value: str | int | float) -> Any:
+    if isinstance(value, str):
+        return value.encode()
+    return np.int32(value) if isinstance(value, int) else np.float64(value)
 
 
 def unfinished_file(file: Path, process: int) -> Path:
     """Where a process writes a map before it is put in its place."""
-    return file.with_name(f".{file.name}.{process}")
+    name = f".{file.name}.{process}"
+    if len(os.fsencode(name)) > _LONGEST_NAME:
+        name = f".{hashlib.sha256(os.fsencode(file.name)).hexdigest()}.{process}"
+    return file.with_name(name)
 
 
 def read_map(file: str | Path, robot: Robot, loads: Loads | None = None) -> WorkspaceMap:
@@ -192,7 +257,17 @@ def _map_of(
         expanded=int(attributes["expanded"]),
         borders=tuple(_border_of(arrays, kind, len(grid.shape)) for kind in kinds),
         objective=attributes.get("objective", ""),
+        # Older maps do not say: of the tolerance of their borders nothing is known.
+        tolerance=_tolerance(attributes.get("tolerance", 0.0)),
+        refined_to=_tolerance(attributes.get("refined_to", math.inf)),
     )
+
+
+def _tolerance(value: Any) -> float:
+    tolerance = float(value)
+    if not tolerance >= 0.0:
+        raise ValueError(f"a tolerance of {tolerance}")
+    return tolerance
 
 
 def read_flood(file: Path, robot: Robot, loads: Loads, grid: Grid, objective: str) -> WorkspaceMap:
@@ -310,6 +385,8 @@ def _attributes(found: WorkspaceMap) -> dict[str, Any]:
         "limit_names": ", ".join(found.limit_names),
         "border_kinds": " ".join(border.kind for border in found.borders),
         "objective": found.objective,
+        "tolerance": float(found.tolerance),
+        "refined_to": float(found.refined_to),
         "expanded": found.expanded,
         "complete": int(found.complete),
     }

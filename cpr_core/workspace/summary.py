@@ -39,7 +39,7 @@ class MapSummary:
     Attributes:
         cells: Cells of the grid.
         shape: Cells along the axes.
-        complete: Whether all that can be reached was reached.
+        complete: Whether all that can be reached was reached, and the borders refined to the tolerance.
         reached: Cells that continuous branches lead to.
         stable: Reached cells with index 0, motors held.
         usable: Cells to which the robot can go from the first one, stable and within its limits.

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
@@ -84,6 +85,8 @@ class WorkspaceMap:
         borders: Borders, refined.
         objective: What is least in every cell of a robot with more motors than controlled coordinates:
             ``least_effort``, ``greatest_margin``, or ``least_motion`` from motor positions; else empty.
+        tolerance: What the borders are to be refined to, in units of the axes; 0: they need not be.
+        refined_to: What they are refined to; infinite where they are not, or it is not known.
     """
 
     robot: Robot
@@ -93,11 +96,22 @@ class WorkspaceMap:
     expanded: int
     borders: tuple[Border, ...] = ()
     objective: str = ""
+    tolerance: float = 0.0
+    refined_to: float = math.inf
 
     @property
     def complete(self) -> bool:
+        """Whether all that can be reached was reached, and the borders refined to the tolerance."""
+        return self.explored and self.refined(self.tolerance)
+
+    @property
+    def explored(self) -> bool:
         """Whether all that can be reached was reached."""
         return self.expanded == int(self.reached.sum())
+
+    def refined(self, tolerance: float) -> bool:
+        """Whether the borders are as exact as a tolerance asks, which asks nothing if it is 0."""
+        return tolerance == 0.0 or self.refined_to <= tolerance
 
     @cached_property
     def reached(self) -> Flags:
@@ -202,9 +216,9 @@ class WorkspaceMap:
             raise InvalidRequest("cell", f"expected a cell that was reached, got {cell}")
         return equilibrium_of(self.robot, self.loads, self.cells, cell)
 
-    def with_borders(self, borders: tuple[Border, ...]) -> WorkspaceMap:
+    def with_borders(self, borders: tuple[Border, ...], refined_to: float) -> WorkspaceMap:
         """The same with other borders."""
-        return replace(self, borders=borders)
+        return replace(self, borders=borders, refined_to=refined_to)
 
 
 def equilibrium_of(robot: Robot, loads: Loads, cells: CellArrays, cell: int) -> Equilibrium:

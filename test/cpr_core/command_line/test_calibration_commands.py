@@ -152,3 +152,50 @@ def test_bounds_are_numbers(capsys, data):
     _, text, _ = calibrate(capsys, data, "--bound", PATHS[0], -0.001, 0.001, "--json")
     value = json.loads(text)["parameters"][PATHS[0]]["value"]
     assert value == pytest.approx(0.001, rel=0.05)
+
+
+def test_what_was_found_is_told_though_it_cannot_be_written(capsys, data, tmp_path):
+    """The answer, what was written of it, and a line for each file that was not."""
+    full, there = tmp_path / "full.png", tmp_path / "robot.yaml"
+    full.symlink_to("/dev/full")
+    status, text, error = calibrate(capsys, data, "--out", there, "--plot", full, "--json")
+    assert status == 2
+    assert json.loads(text)["written"] == [str(there)]
+    assert error == f"cpr: error: {full}: cannot be written: No space left on device\n"
+    status, text, error = calibrate(capsys, data, "--out", full)
+    assert status == 2
+    assert "standard deviation" in text and "written" not in text
+    assert error == f"cpr: error: {full}: cannot be written: No space left on device\n"
+    count = ("--count", 3, "--reach", 0.1)
+    status, text, error = run(
+        capsys, "measure", "rfrfr", *count, "--parameters", *PATHS, "--deviations", DEVIATION,
+        "--out", full,
+    )  # fmt: skip
+    assert status == 2
+    assert "rfrfr: 3 poses" in text
+    (line,) = error.splitlines()
+    assert line.startswith("cpr: error: ") and "No space left on device" in line
+
+
+@pytest.mark.parametrize("name", ["", "folder", "missing/x", "x" * 256])
+def test_files_that_cannot_be_written_are_refused_before_any_work(capsys, tmp_path, name):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder.png").mkdir()
+    common = ("rfrfr", "--parameters", *PATHS, "--deviations", DEVIATION)
+    for arguments in (
+        ("measure", *common, "--out", f"{tmp_path}/{name}"),
+        ("calibrate", *common, "--plot", f"{tmp_path}/{name}.png"),
+    ):
+        if not name and "--plot" in arguments:
+            continue  # a name like any other: .png
+        with pytest.raises(SystemExit) as refused:
+            run(capsys, *arguments)
+        assert refused.value.code == 2
+        assert "expected " in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_deviations_below_all_rounding_are_refused(capsys):
+    small = ("--deviations", "position=1e-320")
+    status, _, error = run(capsys, "measure", "rfrfr", "--parameters", *PATHS, *small)
+    assert status == 2
+    assert "deviations.position: expected a positive standard deviation" in error

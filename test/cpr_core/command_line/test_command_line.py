@@ -449,3 +449,17 @@ def test_negative_numbers_are_read_in_any_form(solved, x):
 def test_negative_loads_are_read_in_any_form(solved, option, scientific, decimal):
     arguments = ("forward", "rfrfr", "--motors", 2.59, 0.55, option)
     assert solved(*arguments, *scientific) == solved(*arguments, *decimal)
+
+
+@pytest.mark.parametrize("option", [(), ("--json",)])
+def test_an_answer_that_cannot_be_printed_is_an_error_in_a_line(option):
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "cpr_core.command_line", "forward", "rfrfr"]
+        done = subprocess.run(
+            [*command, "--motors", "2.59", "0.55", *option],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    assert done.returncode == 1
+    assert done.stderr == "cpr: error: [Errno 28] No space left on device\n"

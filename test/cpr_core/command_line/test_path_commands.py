@@ -178,3 +178,25 @@ def test_what_is_counted_is_not_negative(capsys, arguments):
     with pytest.raises(SystemExit):
         main(arguments)
     assert "expected a whole number of at least 0" in capsys.readouterr().err
+
+
+def test_more_points_than_there_is_room_for_are_refused(capsys):
+    path = ("trace", "rfrfr", "--given", "motors", "--to", 3.0, 0.9)
+    status, _, error = run(capsys, *path, "--points", 10**14)
+    assert status == 2
+    assert "points: expected at most 1000000" in error
+
+
+@pytest.mark.parametrize("command", ["trace", "equilibria"])
+def test_an_answer_is_told_though_its_picture_cannot_be_drawn(capsys, tmp_path, command):
+    full = tmp_path / "full.png"
+    full.symlink_to("/dev/full")
+    options = {
+        "trace": ("--given", "motors", "--to", 2.6, 0.6, "--points", 3),
+        "equilibria": ("--starts", 3),
+    }[command]
+    whole = run(capsys, command, "rfrfr", *options, "--json")[1]
+    status, text, error = run(capsys, command, "rfrfr", *options, "--json", "--plot", full)
+    assert status == 2
+    assert text == whole
+    assert error == f"cpr: error: {full}: cannot be written: No space left on device\n"

@@ -3,7 +3,9 @@
 
 """Command ``cpr workspace`` and its pictures."""
 
+import errno
 import json
+import os
 
 import numpy as np
 import pytest
@@ -57,6 +59,11 @@ def test_motors_are_mapped_from_a_start(capsys):
         (("--slice", "x=0:1"), "at least two axes"),
         (("--slice", "x=0:1", "x=1:2"), "x is given twice"),
         (("--slice", "x=0:1", "y=a:b"), "expected numbers, got 'y=a:b'"),
+        (("--slice", "x=0:1", "y=0:pi/0"), "expected numbers, got 'y=0:pi/0'"),
+        (("--slice", "x=0:1", "y=0:1e400"), "expected numbers, got 'y=0:1e400'"),
+        (("--slice", "x=0:1", "y=nan:1"), "expected numbers, got 'y=nan:1'"),
+        (("--slice", "x=0:1", "y=0:1", "z=inf"), "expected numbers, got 'z=inf'"),
+        (("--slice", "x=0:1", "y=-1e308:1e308"), "y: inf cells are too many"),
         (("--slice", "x"), "expected NAME=A or NAME=A:B"),
         (("--slice", "x=0:1", "q=0:1"), "out of x, y"),
         ((*SMALL, "--plot", "map.png", "--field", "beauty"), "field: expected one of index"),
@@ -67,6 +74,46 @@ def test_bad_requests_are_refused(capsys, tmp_path, monkeypatch, arguments, text
     status, _, error = run(capsys, "rfrfr", *arguments)
     assert status == 2
     assert text in error
+
+
+@pytest.mark.parametrize("option", ["--resolution", "--tolerance", "--threshold"])
+@pytest.mark.parametrize("value", ["pi/0", "nan", "inf", "1e400", "", "two"])
+def test_what_is_no_number_is_refused(capsys, option, value):
+    with pytest.raises(SystemExit) as refused:
+        run(capsys, "rfrfr", *SMALL, option, value)
+    assert refused.value.code == 2
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert f"argument {option}: expected a finite number, got {value!r}" in last
+
+
+def test_files_that_are_no_map_are_not_replaced(capsys, tmp_path):
+    file = tmp_path / "map.nc"
+    file.write_text("precious")
+    status, _, error = run(capsys, "rfrfr", *SMALL, "--restart", "--out", file)
+    assert status == 2
+    assert f"cpr: error: file: expected a map, {file} is none" in error
+    assert file.read_text() == "precious"
+
+
+def test_a_map_that_cannot_be_written_is_told_all_the_same(capsys, tmp_path, monkeypatch):
+    """Whatever fails in the end: the map, its picture or both."""
+    full = tmp_path / "full.png"
+    full.symlink_to("/dev/full")
+    whole = run(capsys, "rfrfr", *SMALL)[1]
+
+    def fails(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", fails)
+    out = tmp_path / "map.nc"
+    status, text, error = run(capsys, "rfrfr", *SMALL, "--out", out, "--plot", full)
+    assert status == 2
+    assert text == whole
+    assert error.splitlines() == [
+        f"cpr: error: file: {out}: cannot be written: No space left on device",
+        f"cpr: error: {full}: cannot be written: No space left on device",
+    ]
+    assert list(tmp_path.iterdir()) == [full]
 
 
 def test_every_field_can_be_drawn(tmp_path):

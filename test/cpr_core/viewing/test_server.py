@@ -17,6 +17,7 @@ from websockets.sync.client import connect
 
 import cpr_core
 from cpr_core.viewing.server import MissingViewer, origin_problem
+from cpr_core.workspace import map_workspace, pose_grid
 
 
 @pytest.fixture(scope="module")
@@ -130,3 +131,16 @@ def test_the_command_prints_the_address_and_ends_with_ctrl_c(arguments):
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=30.0)
     assert (process.returncode, out, err) == (0, "", "")
+
+
+def test_a_map_is_read_with_the_loads_of_the_view(robot, tmp_path):
+    """Those it was made with; under others it is no map of what is shown."""
+    file = tmp_path / "map.nc"
+    loads = robot.default_loads.with_(gravity=[0.0, -1.0, 0.0])
+    start = cpr_core.solve_forward(robot, cpr_core.solve_home(robot).motors, loads=loads)
+    x, y, _ = start.platform_position
+    grid = pose_grid(robot, {"x": (x, x + 0.02), "y": (y, y + 0.02)}, resolution=0.02)
+    map_workspace(robot, grid, start=start, file=file, tolerance=0.0)
+    cpr_core.view(robot, start, map_file=file, port=0).close()
+    with pytest.raises(cpr_core.InvalidRequest, match="another loads"):
+        cpr_core.view(robot, map_file=file, port=0)

@@ -3,10 +3,12 @@
 
 """Maps on disk: whole at any time, and gone on with after any death."""
 
+import os
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,9 +16,11 @@ import xarray
 from helpers.branches import stable_elsewhere
 from helpers.workspace_cases import assert_same, rfrfr, six_rfs, small_grid, small_map
 
-from cpr_core import InvalidRequest
+from cpr_core import InvalidRequest, NoInverseSolution, solve_inverse
 from cpr_core.workspace import map_workspace, pose_grid
-from cpr_core.workspace.store import as_dataset, read_map, write_map
+from cpr_core.workspace.first_cell import without_limits
+from cpr_core.workspace.store import as_dataset, read_map, unfinished_file, write_map
+from cpr_core.workspace.summary import summary_of
 
 CHILD = """
 import sys
@@ -113,6 +117,149 @@ def test_a_complete_map_is_not_made_again(tmp_path):
     assert states == []
     map_workspace(rfrfr(), small_grid(), file=file, resume=False, progress=states.append)
     assert states
+
+
+def cancelled_while_refining(file, tolerance=1e-5):
+    """The map of a file gone on with, cancelled as soon as all cells are done."""
+    explored = file.exists()  # then nothing is asked before borders are
+
+    def look(state):
+        nonlocal explored
+        explored = state.done == state.reached
+
+    return map_workspace(
+        rfrfr(),
+        small_grid(),
+        workers=0,
+        file=file,
+        tolerance=tolerance,
+        progress=look,
+        cancelled=lambda: explored,
+    )
+
+
+def test_a_map_without_the_borders_that_were_asked_for_is_not_complete(tmp_path):
+    file = tmp_path / "map.nc"
+    found = cancelled_while_refining(file)
+    assert found.explored and not found.borders
+    assert not found.complete
+    assert not read_map(file, rfrfr()).complete
+    assert not summary_of(found, 1e-4).complete
+    assert_same(map_workspace(rfrfr(), small_grid(), workers=0, file=file), small_map())
+    assert read_map(file, rfrfr()).complete
+
+
+def test_a_map_without_borders_is_complete_if_none_were_asked_for(tmp_path):
+    found = cancelled_while_refining(tmp_path / "map.nc", tolerance=0.0)
+    assert found.complete and not found.borders
+
+
+def test_borders_are_not_lost(tmp_path):
+    """Whatever tolerance a map is gone on with, and whether it is cancelled: finer or as they were."""
+    file = tmp_path / "map.nc"
+    coarse = map_workspace(rfrfr(), small_grid(), workers=0, file=file, tolerance=1e-2)
+    before = file.stat()
+    for tolerance in (0.0, 1e-1, 1e-2):
+        again = map_workspace(rfrfr(), small_grid(), workers=0, file=file, tolerance=tolerance)
+        assert_same(again, coarse)
+        assert file.stat() == before, "a map that is complete is not written again"
+
+    assert_same(cancelled_while_refining(file), coarse)
+    left = read_map(file, rfrfr())
+    assert_same(left, coarse)
+    assert not left.complete and left.refined_to == 1e-2
+    again = map_workspace(rfrfr(), small_grid(), workers=0, file=file, tolerance=1e-2)
+    assert again.complete
+    assert read_map(file, rfrfr()).complete
+
+    finer = map_workspace(rfrfr(), small_grid(), workers=0, file=file)
+    assert finer.refined_to == read_map(file, rfrfr()).refined_to == 1e-5
+    # Cells are those of the coarse map, whose smallest steps are longer; borders are as exact as others.
+    for border, other in zip(finer.borders, small_map().borders, strict=True):
+        if border.kind != "singularity":
+            np.testing.assert_allclose(border.points, other.points, rtol=0.0, atol=1e-5)
+
+
+def test_files_that_do_not_say_what_their_borders_were_refined_to_are_read(tmp_path):
+    file = tmp_path / "map.nc"
+    old = as_dataset(small_map())
+    del old.attrs["tolerance"], old.attrs["refined_to"]
+    old.to_netcdf(file, engine="scipy")
+    found = read_map(file, rfrfr())
+    assert_same(found, small_map())
+    assert found.complete and found.refined_to == np.inf
+    assert_same(cancelled_while_refining(file), small_map())
+    assert_same(map_workspace(rfrfr(), small_grid(), workers=0, file=file), small_map())
+    assert read_map(file, rfrfr()).refined_to == 1e-5
+
+
+def test_a_map_is_gone_on_with_from_each_of_its_cells(tmp_path):
+    """Also from those whose straight way to the first cell is blocked."""
+    file, options = tmp_path / "map.nc", {"workers": 0, "tolerance": 0.0}
+    grid = pose_grid(rfrfr(), {"x": [-1.5, 1.5], "y": [-1.5, 1.5]}, resolution=0.3)
+    whole = map_workspace(rfrfr(), grid, file=file, **options)
+    first = whole.equilibrium(whole.first)
+    blocked = 0
+    for cell in np.flatnonzero(whole.reached).tolist():
+        start = whole.equilibrium(cell)
+        blocked += not leads_straight_to(start, first)
+        assert_same(map_workspace(rfrfr(), grid, start=start, file=file, **options), whole)
+    assert blocked, "every cell leads straight to the first"
+
+
+def leads_straight_to(start, end):
+    """Whether the straight way from an equilibrium to the pose of another ends at that."""
+    free = without_limits(start.robot)
+    try:
+        found = solve_inverse(free, end.pose, start=replace(start, robot=free))
+    except NoInverseSolution:
+        return False
+    return np.allclose(found.state, end.state, atol=1e-4)
+
+
+def test_only_maps_are_replaced(tmp_path):
+    """Also maps of other robots and grids; not what only looks like one, nor a map cut short."""
+    file = tmp_path / "map.nc"
+    write_map(small_map(), file)
+    whole = file.read_bytes()
+    foreign = xarray.Dataset({"measured": ("time", np.arange(3.0))})
+    foreign.to_netcdf(tmp_path / "foreign.nc", engine="scipy")
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to(tmp_path / "missing")
+    (tmp_path / "text").write_text("precious")
+    (tmp_path / "empty").touch()
+    (tmp_path / "short").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "magic").write_bytes(b"CDF\x02 of some other program")
+    names = sorted(path.name for path in tmp_path.iterdir() if path != file)
+    assert len(names) == 7
+    for name in names:
+        target = tmp_path / name
+        before = target.read_bytes() if target.is_file() else None
+        with pytest.raises(InvalidRequest, match="is not replaced") as refused:
+            map_workspace(rfrfr(), small_grid(), workers=0, file=target, resume=False)
+        assert refused.value.argument == "file"
+        assert before is None or target.read_bytes() == before
+    other = pose_grid(rfrfr(), {"x": [0.0, 0.1], "y": [0.4, 0.5]}, resolution=0.1)
+    assert map_workspace(rfrfr(), other, workers=0, file=file, resume=False).complete
+    assert read_map(file, rfrfr()).grid.shape == (2, 2)
+
+
+@pytest.mark.parametrize("length", [240, 255])
+def test_a_map_is_written_to_a_file_of_any_name_there_can_be(tmp_path, length):
+    file = tmp_path / f"{'m' * (length - 3)}.nc"
+    found = map_workspace(rfrfr(), small_grid(), workers=0, file=file, checkpoint_every=0.0)
+    assert_same(read_map(file, rfrfr()), found)
+    assert list(tmp_path.iterdir()) == [file]
+    other = tmp_path / f"n{file.name[1:]}"
+    assert unfinished_file(file, 1) != unfinished_file(other, 1) != unfinished_file(other, 2)
+
+
+@pytest.mark.parametrize("name", ["m" * 256, "\0"])
+def test_names_that_no_file_can_have_are_refused_before_anything_is_mapped(tmp_path, name):
+    states = []
+    with pytest.raises(InvalidRequest, match="file: expected the name of a file"):
+        map_workspace(rfrfr(), small_grid(), file=tmp_path / name, progress=states.append)
+    assert states == []
 
 
 def test_checkpoints_are_written_while_the_map_grows(tmp_path):

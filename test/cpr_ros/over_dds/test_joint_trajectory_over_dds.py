@@ -26,9 +26,11 @@ def resting(times, positions, names=NAMES):
 
 
 @pytest.fixture(scope="module")
-def control_msgs(request):
-    """The package, for this process and those it starts."""
-    found = control_messages(request.config.cache.mkdir("control_msgs"))
+def control_msgs(request, tmp_path_factory):
+    """The package, for this process and those it starts; kept for later runs where there is a cache."""
+    cache = getattr(request.config, "cache", None)  # not with -p no:cacheprovider
+    kept = cache.mkdir("control_msgs") if cache else tmp_path_factory.mktemp("control_msgs")
+    found = control_messages(kept)
     with pytest.MonkeyPatch.context() as patch:
         for name, path in found.items():
             patch.setenv(name, str(path), prepend=os.pathsep)

@@ -196,7 +196,7 @@ def test_files_that_exist(drive, maps, tmp_path):
     assert "set existing_file to RESUME or REPLACE" in refused(file)
     assert "a map of another grid" in refused(file, axes=other, existing_file=Goal.RESUME)
     assert "expected a NetCDF file" in refused(text, existing_file=Goal.RESUME)
-    assert "no NetCDF file and is not replaced" in refused(text, existing_file=Goal.REPLACE)
+    assert "is none and is not replaced" in refused(text, existing_file=Goal.REPLACE)
     assert "folder that exists" in refused(tmp_path / "no" / "map.nc")
     assert "expected the name" in refused("")
     assert file.read_bytes() == before

@@ -1,0 +1,96 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Texts of the command line as numbers and files; what is wrong with them is told before any work."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import re
+from contextlib import suppress
+from pathlib import Path
+
+__all__ = ["count", "finite", "length", "new_file", "number", "picture"]
+
+_PI = re.compile(r"^([+-]?\d*\.?\d*)\*?pi(?:/(\d+\.?\d*))?$")
+#: Whole numbers of more digits than any that is meant; Python does not even read 4300 of them.
+_MOST_DIGITS = 40
+
+
+def number(text: str) -> float:
+    """A finite number, or a multiple of pi: ``0.3``, ``pi/8``, ``-2pi/3``."""
+    match = _PI.match(text)
+    try:
+        if match is None:
+            return finite(text)
+        factor, divisor = match.groups()
+        factor = f"{factor}1" if factor in ("", "+", "-") else factor
+        return finite(str(float(factor) * math.pi / float(divisor or 1)))
+    except (ValueError, ZeroDivisionError, argparse.ArgumentTypeError):
+        raise argparse.ArgumentTypeError(f"expected a finite number, got {text!r:.100}") from None
+
+
+def finite(text: str) -> float:
+    """A finite number."""
+    value = float(text) if _is_number(text) else math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"expected a finite number, got {text!r:.100}")
+    return value
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def length(text: str) -> float:
+    """A length that is positive."""
+    value = float(text) if _is_number(text) else math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"expected a positive length in metres, got {text:.100}")
+    return value
+
+
+def count(text: str, least: int = 0, most: float = math.inf) -> int:
+    """A whole number, not negative, within limits."""
+    value = int(text) if text.isdecimal() and len(text) <= _MOST_DIGITS else -1
+    if not least <= value <= most:
+        limits = f"of at least {least}" if most == math.inf else f"from {least} to {most}"
+        got = text if text.isdecimal() else repr(text)
+        raise argparse.ArgumentTypeError(f"expected a whole number {limits}, got {got:.100}")
+    return value
+
+
+def new_file(text: str) -> Path:
+    """A file that can be written."""
+    file = Path(text)
+    try:
+        if file.is_dir():
+            raise argparse.ArgumentTypeError(f"expected a file, {text!r} is a folder")
+        if not file.parent.is_dir():
+            raise argparse.ArgumentTypeError(
+                f"expected a folder that exists, got {str(file.parent)!r}"
+            )
+        with suppress(FileNotFoundError):
+            file.lstat()  # tells of names that no file can have
+    except (OSError, ValueError) as error:
+        raise argparse.ArgumentTypeError(
+            f"expected the name of a file, got {text!r:.100}: {error!s:.100}"
+        ) from None
+    if not os.access(file if file.exists() else file.parent, os.W_OK):
+        raise argparse.ArgumentTypeError(f"expected a file that can be written, got {text!r}")
+    return file
+
+
+def picture(text: str) -> Path:
+    """A file that can be drawn to."""
+    if Path(text).suffix not in (".png", ".svg", ".pdf"):
+        raise argparse.ArgumentTypeError(
+            f"expected a name ending in .png, .svg or .pdf, got {text!r}"
+        )
+    return new_file(text)
