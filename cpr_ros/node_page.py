@@ -68,7 +68,7 @@ class NodePage:
         self._aimed = False
 
         async def taken(_: Any) -> None:
-            self._take.label = "give control back" if self._control.switch() else "take control"
+            self._control.switch()
 
         self._take.on_click(taken)
 
@@ -148,6 +148,7 @@ class NodePage:
             if self._bars is not None:
                 self._bars.show([])
             self._give_back("the node is gone")
+        _set(self._take, "label", "give control back" if self.in_control else "take control")
 
     def show_others(self, names: Sequence[str]) -> None:
         """Who else can send setpoints."""
@@ -194,7 +195,6 @@ class NodePage:
 
     def _give_back(self, why: str) -> None:
         if self._control.give_back():
-            self._take.label = "take control"
             self.say(f"control was given back: {why}")
 
 

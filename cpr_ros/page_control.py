@@ -24,12 +24,11 @@ class PageControl:
         """Whether setpoints are sent."""
         return self._taken
 
-    def switch(self) -> bool:
-        """Take control, or give it back; returns whether it is taken from now on."""
+    def switch(self) -> None:
+        """Take control, or give it back."""
         with self._lock:
             self._taken = not self._taken
             self._asked.clear()
-            return self._taken
 
     def give_back(self) -> bool:
         """Nobody is in control from now on; returns whether somebody was."""
