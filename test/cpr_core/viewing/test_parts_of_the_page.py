@@ -18,6 +18,7 @@ import cpr_core
 from cpr_core.model.assessment import DEFAULT_THRESHOLDS, Threshold
 from cpr_core.viewing.background import Background
 from cpr_core.viewing.bars import bar, bars
+from cpr_core.viewing.dragged import Grip
 from cpr_core.viewing.equilibria_tab import EquilibriaTab, search
 from cpr_core.viewing.exact_place import put
 from cpr_core.viewing.handled_robot import HandledRobot
@@ -45,6 +46,7 @@ def planar():
         (0.15, 1 / 3, "slow"),
         (0.1, 0.0, "stop"),
         (-3.0, 0.0, "stop"),
+        (math.inf, 1.0, "fine"),
         (math.nan, 0.0, "stop"),
     ],
 )
@@ -65,6 +67,19 @@ def test_bars_are_those_of_measures_that_the_robot_has(planar):
 def test_the_node_has_the_thresholds_of_the_core():
     of_node = {name: Threshold(*values[:2]) for name, values in THRESHOLDS.items()}
     assert of_node == DEFAULT_THRESHOLDS
+
+
+def test_a_handle_is_held_until_the_last_hand_lets_it_go():
+    grip = Grip()
+    grip.hear(1, "start")
+    grip.hear(2, "update")
+    grip.hear(1, "end")
+    assert grip.held
+    grip.hear(2, "end")
+    assert not grip.held
+    grip.hear(1, "update")
+    grip.let_go()
+    assert not grip.held
 
 
 def test_of_requests_for_the_same_only_the_newest_is_done():
@@ -223,7 +238,8 @@ def test_a_search_that_another_one_replaced_says_nothing(planar):
         find, text, *_ = server.gui._container_handle_from_uuid["root"]._children.values()
         handled = HandledRobot(planar)
         for _ in range(2):
-            asyncio.run(find._impl.update_cb[0](None))
+            pressed = find._impl.update_cb[0](None)
+            asyncio.run_coroutine_threadsafe(pressed, server.get_event_loop()).result(10.0)
             asked.pop()(handled)
         searches = [thread for thread in threading.enumerate() if "equilibria" in thread.name]
         for search_ in searches:
