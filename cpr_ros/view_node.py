@@ -25,7 +25,7 @@ from cpr_core.viewing.bars import Bar, bar
 
 from .marker_lines import lines_of
 from .node_page import NodePage
-from .watched_node import LastMinute, Presence
+from .watched_node import LastMinute, Presence, topic_beside
 
 __all__ = ["ViewNode"]
 
@@ -56,17 +56,16 @@ class ViewNode(Node):
         Raises:
             MissingViewer: viser is not installed.
             InvalidRequest: The address cannot be had.
+            NameValidationException: No node has such a name.
         """
         super().__init__("cpr_view")
         self._watched = watched
-        self.page = NodePage(watched, host, port)
         self._presence, self._minute = Presence(), LastMinute(("margin", "distance"))
         self._newest: dict[str, Any] = {}
         self._robot: Robot | None = None
         self._described, self._shown = "", False
         self._setpoint: Any = None
-        space = watched.rpartition("/")[0]
-        states = f"{space}/joint_states" if space else "joint_states"
+        states = topic_beside(watched, "joint_states")
         for name, kind, topic, quality in (
             ("platform", PoseStamped, f"{watched}/platform_pose", QoSProfile(depth=1)),
             ("markers", MarkerArray, f"{watched}/leg_markers", QoSProfile(depth=1)),
@@ -78,6 +77,7 @@ class ViewNode(Node):
         self.create_subscription(JointState, states, self._hear_motors, QoSProfile(depth=1))
         self.create_timer(1.0 / _RATE, self._going_on(self._draw))
         self.create_timer(1.0 / _SLOW_RATE, self._going_on(self._draw_slowly))
+        self.page = NodePage(watched, host, port)
 
     def _going_on(self, work: Callable[..., None]) -> Callable[..., None]:
         """The same, but that nothing that anybody publishes ends the page."""

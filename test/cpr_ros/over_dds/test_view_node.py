@@ -242,3 +242,17 @@ def test_nothing_that_is_published_ends_the_page(told, looker, view):
         looker, lambda: f"{float(sliders.first.get_attribute('aria-valuenow')):.3f}" == expected
     )
     assert view.process.poll() is None
+
+
+def test_a_name_that_no_node_has_is_told(domain):
+    done = subprocess.run(
+        [sys.executable, "-m", "cpr_ros.cpr_view", "--port", "0", "--node", "cpr-node"],
+        env=private_environment() | {"ROS_DOMAIN_ID": str(domain)},
+        capture_output=True,
+        text=True,
+        timeout=60.0,
+    )
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert done.stderr.startswith("cpr_view: Invalid topic name")
+    assert "Traceback" not in done.stderr
