@@ -157,8 +157,6 @@ def _refuse_strangers(server: viser.ViserServer, host: str) -> None:
 
     viser has no such check, and no public place for one: hence the underscores.
     """
-    from websockets.exceptions import ConnectionClosed
-
     sockets, machine = server._websock_server, socket.gethostname()
 
     async def look(client) -> None:  # type: ignore[no-untyped-def]
@@ -171,8 +169,8 @@ def _refuse_strangers(server: viser.ViserServer, host: str) -> None:
         if not problem:
             return
         await connection.close(1008, problem)
-        with suppress(ConnectionClosed):  # viser would still read what came until now
+        with suppress(EOFError):  # viser would still read what came until now
             while True:
-                await connection.recv(decode=False)
+                await connection.recv_messages.get(decode=False)
 
     sockets.on_client_connect(look)
