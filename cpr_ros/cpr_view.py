@@ -9,6 +9,7 @@ import argparse
 import sys
 
 import rclpy
+from rclpy.exceptions import NameValidationException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
@@ -28,7 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
         arguments: With the name of the program first; None for those of the process.
 
     Returns:
-        Exit status: 0; 1 if there is no viser or the address cannot be had.
+        Exit status: 0; 1 if there is no viser, the address cannot be had, or the name is none.
     """
     arguments = sys.argv if arguments is None else arguments
     parser = argparse.ArgumentParser(
@@ -50,7 +51,7 @@ def main(arguments: list[str] | None = None) -> int:
     stop.remember()
     try:
         node = ViewNode(options.node, options.host, options.port)
-    except CprError as error:
+    except (CprError, NameValidationException) as error:
         print(f"cpr_view: {error}", file=sys.stderr)
         rclpy.try_shutdown()
         return 1

@@ -20,6 +20,7 @@ from cpr_core.viewing.robot_scene import RobotScene
 from cpr_core.viewing.server import address_of, close_server, open_server
 from cpr_core.viewing.status_panel import BarsPanel, as_plain
 
+from .page_control import PageControl
 from .watched_node import Seen
 
 __all__ = ["NodePage"]
@@ -36,11 +37,7 @@ _SEEN = {
 
 
 class NodePage:
-    """Shows one node. Called from one thread; what somebody does on the page is kept until it is taken.
-
-    Attributes:
-        in_control: Whether setpoints are sent.
-    """
+    """Shows one node. Called from one thread; what somebody asks for on it is kept until it is taken."""
 
     def __init__(self, name: str, host: str, port: int) -> None:
         """Open the page.
@@ -57,8 +54,7 @@ class NodePage:
         self._name = name
         self._server = open_server(f"node {name}", host, port)
         gui = self._server.gui
-        self.in_control = False
-        self._asked: dict[int, float] = {}
+        self._control = PageControl()
         self._robot: Robot | None = None
         self._presence = gui.add_markdown(_SEEN["waiting"].format(name=name))
         self._action_text = gui.add_markdown("")
@@ -72,9 +68,7 @@ class NodePage:
         self._aimed = False
 
         async def taken(_: Any) -> None:
-            self.in_control = not self.in_control
-            self._asked.clear()
-            self._take.label = "give control back" if self.in_control else "take control"
+            self._control.switch()
 
         self._take.on_click(taken)
 
@@ -83,12 +77,23 @@ class NodePage:
         """Where the page is."""
         return address_of(self._server)
 
-    def show_robot(self, robot: Robot, motors: list[float]) -> None:
-        """Which robot it is; another one than before takes its place."""
-        scene, gui = self._server.scene, self._server.gui
+    @property
+    def in_control(self) -> bool:
+        """Whether setpoints are sent."""
+        return self._control.taken
+
+    def show_no_robot(self) -> None:
+        """Nothing is known of the robot any more. Who was in control of it has no control of another."""
+        self._give_back("another robot has come")
+        self._robot = None
         for part in self._parts:
             part.remove()
-        scene.reset()
+        self._parts = []
+        self._server.scene.reset()
+
+    def show_robot(self, robot: Robot, motors: list[float]) -> None:
+        """Which robot it is, where there was none."""
+        scene, gui = self._server.scene, self._server.gui
         self._robot, self._aimed = robot, False
         self._landmarks = Landmarks(scene, robot)
         self._platform = PlatformNode(scene, robot)
@@ -142,11 +147,8 @@ class NodePage:
             _set(self._action_text, "content", "nothing is known of the robot")
             if self._bars is not None:
                 self._bars.show([])
-            if self.in_control:
-                self.in_control = False
-                self._asked.clear()
-                self._take.label = "take control"
-                self.say("control was given back: the node is gone")
+            self._give_back("the node is gone")
+        _set(self._take, "label", "give control back" if self.in_control else "take control")
 
     def show_others(self, names: Sequence[str]) -> None:
         """Who else can send setpoints."""
@@ -173,22 +175,27 @@ class NodePage:
         """Say something in words."""
         _set(self._words, "content", as_plain(text))
 
+    def fail(self, error: Exception) -> None:
+        """Say that something is wrong with what came, or with the page, which goes on."""
+        self.say(f"the page failed: {error!r:.300}")
+
     def take_asked(self) -> dict[int, float]:
         """Motor positions that were asked for since, by number of the motor."""
-        asked, self._asked = self._asked, {}
-        return asked
+        return self._control.take_asked()
 
     def close(self) -> None:
         """Close the page."""
         close_server(self._server)
 
     def _slid(self, number: int, position: float) -> None:
-        if not self.in_control:
-            self.say("nothing was sent: press `take control` first")
-        elif not np.isfinite(position):
+        if not np.isfinite(position):
             self.say(f"nothing was sent: expected a finite number, got {position}")
-        else:
-            self._asked[number] = position
+        elif not self._control.ask(number, position):
+            self.say("nothing was sent: press `take control` first")
+
+    def _give_back(self, why: str) -> None:
+        if self._control.give_back():
+            self.say(f"control was given back: {why}")
 
 
 def _set(handle: Any, name: str, value: Any) -> None:

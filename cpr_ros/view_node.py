@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -24,7 +25,7 @@ from cpr_core.viewing.bars import Bar, bar
 
 from .marker_lines import lines_of
 from .node_page import NodePage
-from .watched_node import LastMinute, Presence
+from .watched_node import LastMinute, Presence, topic_beside
 
 __all__ = ["ViewNode"]
 
@@ -55,27 +56,39 @@ class ViewNode(Node):
         Raises:
             MissingViewer: viser is not installed.
             InvalidRequest: The address cannot be had.
+            NameValidationException: No node has such a name.
         """
         super().__init__("cpr_view")
         self._watched = watched
-        self.page = NodePage(watched, host, port)
         self._presence, self._minute = Presence(), LastMinute(("margin", "distance"))
         self._newest: dict[str, Any] = {}
         self._robot: Robot | None = None
-        self._described = ""
+        self._described, self._shown = "", False
         self._setpoint: Any = None
-        space = watched.rpartition("/")[0]
-        states = f"{space}/joint_states" if space else "joint_states"
+        states = topic_beside(watched, "joint_states")
         for name, kind, topic, quality in (
-            ("description", String, f"{watched}/description", _LATCHED),
-            ("motors", JointState, states, QoSProfile(depth=1)),
             ("platform", PoseStamped, f"{watched}/platform_pose", QoSProfile(depth=1)),
             ("markers", MarkerArray, f"{watched}/leg_markers", QoSProfile(depth=1)),
             ("stability", StabilityMetrics, f"{watched}/stability", QoSProfile(depth=10)),
         ):
             self.create_subscription(kind, topic, self._keeping(name), quality)
-        self.create_timer(1.0 / _RATE, self._draw)
-        self.create_timer(1.0 / _SLOW_RATE, self._draw_slowly)
+        described = self._going_on(self._hear_description)
+        self.create_subscription(String, f"{watched}/description", described, _LATCHED)
+        self.create_subscription(JointState, states, self._hear_motors, QoSProfile(depth=1))
+        self.create_timer(1.0 / _RATE, self._going_on(self._draw))
+        self.create_timer(1.0 / _SLOW_RATE, self._going_on(self._draw_slowly))
+        self.page = NodePage(watched, host, port)
+
+    def _going_on(self, work: Callable[..., None]) -> Callable[..., None]:
+        """The same, but that nothing that anybody publishes ends the page."""
+
+        def guarded(*heard: Any) -> None:
+            try:
+                work(*heard)
+            except Exception as error:
+                self.page.fail(error)
+
+        return guarded
 
     def _keeping(self, name: str) -> Any:
         def keep(message: Any) -> None:
@@ -86,15 +99,39 @@ class ViewNode(Node):
 
         return keep
 
+    def _hear_description(self, message: String) -> None:
+        """Another robot takes the place of the one before: of that nothing counts any more."""
+        if message.data == self._described:
+            return
+        self._described, self._shown, self._robot = message.data, False, None
+        self._newest.clear()
+        self.page.show_no_robot()
+        try:
+            self._robot = load_robot(message.data)
+        except CprError as error:
+            self.page.say(f"the description of the node cannot be read: {error}")
+
+    def _hear_motors(self, message: JointState) -> None:
+        """Of this robot only: the one before, or others of the namespace, may be heard beside it."""
+        if self._robot is None or tuple(message.name) != self._robot.motor_names:
+            return
+        if len(message.position) == self._robot.motor_count and np.all(
+            np.isfinite(message.position)
+        ):
+            self._newest["motors"] = list(message.position)
+
     def _draw(self) -> None:
         """Show the newest of everything, and send what was asked for."""
         self.page.show_presence(self._presence.seen(time.monotonic()))
-        motors = self._newest.get("motors")
-        if motors is not None:
-            self._look_at_description(motors)
-        if self._robot is None:
-            return
+        if (message := self._newest.pop("stability", None)) is not None:
+            self.page.show_stability(message.action, _words(message), _bars(message))
         self._send()
+        motors = self._newest.get("motors")
+        if self._robot is None or motors is None:
+            return
+        if not self._shown:
+            self.page.show_robot(self._robot, motors)
+            self._shown = True
         if (message := self._newest.pop("markers", None)) is not None:
             self.page.show_lines(lines_of(message))
         if (message := self._newest.pop("platform", None)) is not None:
@@ -102,34 +139,16 @@ class ViewNode(Node):
             self.page.show_platform(
                 np.array([at.x, at.y, at.z]), np.array([turn.w, turn.x, turn.y, turn.z])
             )
-        if (message := self._newest.pop("stability", None)) is not None:
-            self.page.show_stability(message.action, _words(message), _bars(message))
-        if motors is not None and len(motors.position) == self._robot.motor_count:
-            self.page.show_motors(list(motors.position))
+        self.page.show_motors(motors)
 
     def _draw_slowly(self) -> None:
         self.page.show_others(self._others())
-        if self._robot is not None:
+        if self._shown:
             self.page.show_last_minute(self._minute.columns(time.monotonic()), self._minute.names)
-
-    def _look_at_description(self, motors: JointState) -> None:
-        """Show the robot once it is known, and another one when it comes."""
-        message = self._newest.get("description")
-        if message is None or message.data == self._described:
-            return
-        self._described = message.data
-        try:
-            robot = load_robot(message.data)
-        except CprError as error:
-            self.page.say(f"the description of the node cannot be read: {error}")
-            return
-        if len(motors.position) == robot.motor_count:
-            self._robot = robot
-            self.page.show_robot(robot, list(motors.position))
 
     def _send(self) -> None:
         """Setpoints of who is in control; a publisher is there only as long."""
-        if not self.page.in_control:
+        if self._robot is None or not self.page.in_control:
             if self._setpoint is not None:
                 self.destroy_publisher(self._setpoint)
                 self._setpoint = None
@@ -141,7 +160,6 @@ class ViewNode(Node):
             return  # not connected yet: what is asked for waits
         asked = self.page.take_asked()
         if asked:
-            assert self._robot is not None
             names = [self._robot.motor_names[number] for number in asked]
             self._setpoint.publish(JointState(name=names, position=list(asked.values())))
             moved = ", ".join(

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LastMinute", "Presence"]
+__all__ = ["LastMinute", "Presence", "topic_beside"]
 
 Floats = NDArray[np.float64]
 Seen = Literal["waiting", "there", "gone", "back"]
@@ -21,6 +21,12 @@ _SILENCE = 2.0
 #: For so long a node that is there again is called back [s].
 _BACK = 10.0
 _MINUTE = 60.0
+
+
+def topic_beside(node: str, topic: str) -> str:
+    """A topic in the namespace of a node, which is named relatively or from the root on."""
+    space, slash, _ = node.rpartition("/")
+    return f"{space}{slash}{topic}"
 
 
 class Presence:

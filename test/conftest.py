@@ -5,9 +5,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
 import sys
 import tempfile
 from contextlib import nullcontext
@@ -16,7 +14,7 @@ from pathlib import Path
 import pytest
 from helpers.blas_limit import blas_threads_limited
 from helpers.browser import NO_BROWSER, running_browser
-from helpers.everything import EVERYTHING
+from helpers.compiled_kernels import compile_beside, compile_kernels
 from helpers.own_tree import find_this_tree
 from helpers.room import Room
 from hypothesis import settings
@@ -41,20 +39,9 @@ _SLOW = 10.0
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the kernels once, before workers start that would all do it; on two cores at a time.
-
-    Whatever else had to be compiled afterwards, `cpr compile` has forgotten; tests would fill the gap.
-    """
-    if not getattr(session.config.option, "numprocesses", None):
-        return
-    with subprocess.Popen([sys.executable, "-m", "helpers.compiled_beside"]) as beside:
-        compiling = [sys.executable, "-m", "cpr_core.command_line", "compile"]
-        told = subprocess.run(compiling, check=True, stdout=subprocess.PIPE, text=True).stdout
-        if "kernels compiled in" in told:
-            everything = [sys.executable, "-c", EVERYTHING]
-            left = subprocess.run(everything, check=True, stdout=subprocess.PIPE, text=True).stdout
-            assert json.loads(left) == [], f"`cpr compile` has left out {left}"
-    assert beside.returncode == 0, "what `cpr compile` comes to last was not compiled beside it"
+    """Compile the kernels once, before workers start that would all do it; on two cores at a time."""
+    if getattr(session.config.option, "numprocesses", None):
+        compile_beside()
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -127,6 +114,13 @@ def browser():
     """One browser for all pages of a worker."""
     with running_browser() as found:
         yield found
+
+
+@pytest.fixture(scope="session")
+def compiled(request: pytest.FixtureRequest) -> None:
+    """For a test that allows no time for compiling; before workers start it is done for all of them."""
+    if not hasattr(request.config, "workerinput"):
+        compile_kernels()
 
 
 @pytest.fixture(scope="session", autouse=True)

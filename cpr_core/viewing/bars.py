@@ -71,5 +71,5 @@ def bar(measure: str, value: float, threshold: Threshold) -> Bar:
     level = threshold.level(value)
     if not level > 0.0:
         return Bar(_NAMES[measure], value, threshold, 0.0, "stop")
-    filled = level / (1.0 + level)
+    filled = 1.0 / (1.0 + 1.0 / level)  # also of an infinity
     return Bar(_NAMES[measure], value, threshold, filled, "fine" if level >= 1.0 else "slow")

@@ -18,7 +18,7 @@ from .exact_place import put
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["ForceArrow", "PlatformHandle"]
+__all__ = ["ForceArrow", "Grip", "PlatformHandle"]
 
 Floats = NDArray[np.float64]
 #: Called with position and quaternion while it is dragged, and with None when it is let go.
@@ -29,6 +29,35 @@ _PER_FORCE = 0.2
 _ANCHOR = 0.35
 
 
+class Grip:
+    """Who holds a handle: one that is held is not put elsewhere."""
+
+    def __init__(self) -> None:
+        """Nobody does."""
+        self._hands: set[int] = set()
+
+    @property
+    def held(self) -> bool:
+        """Whether anybody does."""
+        return bool(self._hands)
+
+    def hear(self, client: int, phase: str) -> None:
+        """A browser begins, goes on, or ends; the page's server ends for one that is gone.
+
+        Args:
+            client: Its number.
+            phase: ``start``, ``update`` or ``end``.
+        """
+        if phase == "end":
+            self._hands.discard(client)
+        else:
+            self._hands.add(client)
+
+    def let_go(self) -> None:
+        """Nobody can hold what is hidden: a browser does not tell the end of that."""
+        self._hands.clear()
+
+
 class PlatformHandle:
     """Arrows and rings on the platform; those that no controlled coordinate follows are left out."""
 
@@ -36,7 +65,7 @@ class PlatformHandle:
         controlled = robot.description.controlled
         turns = any(name not in ("x", "y", "z") for name in controlled)
         axes = tuple(turns or name in controlled for name in "xyz")
-        self._held = False
+        self._grip, self._dragged = Grip(), dragged
         self._gizmo: Any = None
         if not controlled:
             return
@@ -49,7 +78,7 @@ class PlatformHandle:
         )
 
         async def moved(event: Any) -> None:
-            self._held = event.phase != "end"
+            self._grip.hear(event.client_id, event.phase)
             place = np.array(event.target.position), np.array(event.target.wxyz)
             dragged(place if event.phase == "update" else None)
 
@@ -57,13 +86,17 @@ class PlatformHandle:
 
     def show(self, equilibrium: Equilibrium) -> None:
         """Put it where the platform is, unless somebody holds it."""
-        if self._gizmo is not None and not self._held:
+        if self._gizmo is not None and not self._grip.held:
             put(self._gizmo, equilibrium.platform_position, equilibrium.platform_quaternion)
 
     def show_handles(self, shown: bool) -> None:
         """Show or hide it."""
-        if self._gizmo is not None:
-            self._gizmo.visible = shown
+        if self._gizmo is None:
+            return
+        self._gizmo.visible = shown
+        if not shown:
+            self._grip.let_go()
+            self._dragged(None)
 
 
 class ForceArrow:
@@ -75,7 +108,8 @@ class ForceArrow:
         size = robot.mean_length
         self._unit = robot.arrays.energy_unit / size / (_PER_FORCE * size)  # N a metre of arrow
         self._anchor = _ANCHOR * size * (np.eye(3)[1] if robot.planar else np.eye(3)[2])
-        self._planar, self._held, self._origin = robot.planar, False, np.zeros(3)
+        self._planar, self._origin = robot.planar, np.zeros(3)
+        self._grip, self._dragged = Grip(), dragged
         self._arrow = scene.add_arrows(
             "/force/arrow",
             np.zeros((1, 2, 3)),
@@ -94,7 +128,7 @@ class ForceArrow:
         self._label = scene.add_label("/force/name", "")
 
         async def moved(event: Any) -> None:
-            self._held = event.phase != "end"
+            self._grip.hear(event.client_id, event.phase)
             if event.phase == "update":
                 dragged(self._unit * (np.array(event.target.position) - self._origin))
             else:
@@ -105,7 +139,7 @@ class ForceArrow:
     def show(self, equilibrium: Equilibrium) -> None:
         """Draw the force that acts, and put the handle at the tip unless somebody holds it."""
         force = equilibrium.loads.wrench_world[3:]
-        if not self._held:
+        if not self._grip.held:
             self._origin = equilibrium.platform_position + self._anchor
         tip = self._origin + force / self._unit
         shown = bool(force.any())
@@ -117,9 +151,12 @@ class ForceArrow:
         if self._label.text != text:
             self._label.text = text
         self._label.position = tip
-        if not self._held:
+        if not self._grip.held:
             put(self._tip, tip)
 
     def show_handles(self, shown: bool) -> None:
         """Show or hide the handle."""
         self._tip.visible = self._label.visible = shown
+        if not shown:
+            self._grip.let_go()
+            self._dragged(None)

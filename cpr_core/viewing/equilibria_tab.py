@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import CprError
 from ..model.equilibrium import Equilibrium
 from ..solving.find_equilibria import FoundEquilibrium, find_equilibria, merged_equilibria
-from .background import Background
+from .background import Background, Task
 from .controls import Do
 from .handled_robot import HandledRobot
 from .status_panel import as_plain
@@ -84,17 +84,16 @@ class EquilibriaTab:
         current = handled.equilibrium
         self._show((), "searching")
 
-        def told(found: tuple[FoundEquilibrium, ...]) -> None:
-            self._do("found", lambda _: self._show(found, "searching"))
+        def work(task: Task) -> None:
+            def told(found: tuple[FoundEquilibrium, ...]) -> None:
+                task.post("found", lambda _: self._show(found, "searching"))
 
-        def work(stopped: Callable[[], bool]) -> None:
+            end = "done"
             try:
-                search(current, told, stopped)
+                search(current, told, task.stopped)
             except CprError as error:
-                problem = str(error)
-                self._do("searched", lambda _: self._show((), problem))
-            else:
-                self._do("searched", lambda _: self._show(self._found, "done"))
+                end = str(error)
+            task.post("searched", lambda _: self._show(self._found, end))
 
         self._background.start("equilibria", work)
 

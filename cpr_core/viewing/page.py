@@ -90,7 +90,7 @@ class Page:
         with tabs.add_tab("robot"):
             self._controls = Controls(gui, self._handled, self.do)
             self._add_shown(gui)
-        self._background = Background(self._failed)
+        self._background = Background(self.do, self._failed)
         with tabs.add_tab("equilibria"):
             EquilibriaTab(gui, self.do, self._background)
         with tabs.add_tab("map"):

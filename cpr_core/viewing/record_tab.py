@@ -6,10 +6,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from .background import Background
+from .background import Background, Task
 from .controls import Do
 from .recorded import as_gif, as_yaml
 from .status_panel import as_plain
@@ -42,17 +41,17 @@ class RecordTab:
                 self._background.stop("record")
             else:
                 client = event.client
-                self._background.start("record", lambda stopped: self._film(client, stopped))
+                self._recording, self._record.label = True, "stop and save"
+                self._background.start("record", lambda task: self._film(client, task))
 
         save.on_click(saved)
         self._record.on_click(pressed)
 
-    def _film(self, client: Any, stopped: Callable[[], bool]) -> None:
-        self._recording, self._record.label = True, "stop and save"
+    def _film(self, client: Any, task: Task) -> None:
         frames: list[Any] = []
         begin, problem = time.monotonic(), ""
         try:
-            while not stopped() and len(frames) < _MOST:
+            while not task.stopped() and len(frames) < _MOST:
                 frames.append(client.get_render(_HEIGHT, _WIDTH, timeout=_PATIENCE))
                 self._text.content = f"{len(frames)} pictures"
                 wait = begin + len(frames) / _RATE - time.monotonic()

@@ -5,10 +5,11 @@
 
 from __future__ import annotations
 
+import ipaddress
 import socket
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
@@ -80,23 +81,49 @@ def address_of(server: viser.ViserServer) -> str:
     return f"http://{LOCAL if host in ('0.0.0.0', '') else host}:{server.get_port()}"
 
 
-def origin_problem(host_header: str, origin: str | None, asked: str) -> str:
+def origin_problem(host_header: str, origin: str | None, asked: str, machine: str) -> str:
     """Why a connection is not one of a page that this server served; empty if it is one.
 
     A page of anybody else, open in the same browser, could connect to this machine too, and a name of
-    somebody else's may lead here: browsers tell both.
+    somebody else's may lead here: browsers tell both. A number leads to nobody else.
 
     Args:
         host_header: ``Host`` of the request.
         origin: ``Origin`` of the request; None: no browser.
         asked: Address that the server listens at.
+        machine: What this machine is called.
     """
-    name = urlsplit(f"//{host_header}").hostname or ""
-    if asked in _HERE and name not in _HERE:
-        return f"this page is for {asked} only, not for {name!r}"
-    if origin is not None and urlsplit(origin).netloc != host_header:
+    name = _host_of(f"//{host_header}")
+    if asked in _HERE:
+        if name not in _HERE:
+            return f"this page is for {asked} only, not for {name!r}"
+    elif not _is_number(name) and name not in _names(asked, machine):
+        return f"this machine is not known as {name!r}: open its number, or serve at that name"
+    if origin is not None and origin.partition("://")[2] != host_header:
         return f"a page of {origin!r} may not move this robot"
     return ""
+
+
+def _host_of(address: str) -> str:
+    """The host in an address, in small letters; empty where there is none."""
+    with suppress(ValueError):  # brackets that do not close
+        return urlsplit(address).hostname or ""
+    return ""
+
+
+def _is_number(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+def _names(asked: str, machine: str) -> set[str]:
+    """What a server that listens to others may be called in their browsers."""
+    whole = machine.lower()
+    short = whole.partition(".")[0]
+    return {"localhost", asked.lower(), whole, short, f"{short}.local"} - {""}
 
 
 @contextmanager
@@ -130,14 +157,20 @@ def _refuse_strangers(server: viser.ViserServer, host: str) -> None:
 
     viser has no such check, and no public place for one: hence the underscores.
     """
-    sockets = server._websock_server
+    sockets, machine = server._websock_server, socket.gethostname()
 
     async def look(client) -> None:  # type: ignore[no-untyped-def]
         connection = sockets._live_connections[client.client_id]
         assert connection.request is not None
         headers = connection.request.headers
-        problem = origin_problem(headers.get("Host", ""), headers.get("Origin"), host)
-        if problem:
-            await connection.close(1008, problem)
+        named, origins = headers.get_all("Host"), headers.get_all("Origin")
+        asked_for = named[0] if len(named) == 1 else ""
+        problem = origin_problem(asked_for, ", ".join(origins) or None, host, machine)
+        if not problem:
+            return
+        await connection.close(1008, problem)
+        with suppress(EOFError):  # viser would still read what came until now
+            while True:
+                await connection.recv_messages.get(decode=False)
 
     sockets.on_client_connect(look)

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +13,7 @@ import numpy as np
 from ..errors import CprError
 from ..solving.requests import pose_meaning
 from ..solving.trace import Trace, trace
-from .background import Background
+from .background import Background, Task
 from .controls import Do
 from .handled_robot import HandledRobot
 from .robot_scene import LineNode
@@ -82,7 +81,8 @@ class WayTab:
         self._play.on_click(played)
 
     def open(self, way: Trace) -> None:
-        """Show a path."""
+        """Show a path, from its beginning."""
+        self._background.stop("play")
         self._way = way
         places = way.platform_positions
         ends = np.stack([places[:-1], places[1:]], axis=1)
@@ -109,7 +109,7 @@ class WayTab:
             return
         self._text.content = "tracing"
 
-        def work(stopped: Callable[[], bool]) -> None:
+        def work(task: Task) -> None:
             try:
                 found = trace(
                     current.robot,
@@ -120,10 +120,9 @@ class WayTab:
                 )
             except CprError as error:
                 problem = as_plain(str(error))
-                self._do("traced", lambda _: setattr(self._text, "content", problem))
-                return
-            if not stopped():
-                self._do("traced", lambda _: self.open(found))
+                task.post("traced", lambda _: setattr(self._text, "content", problem))
+            else:
+                task.post("traced", lambda _: self.open(found))
 
         self._background.start("way", work)
 
@@ -136,16 +135,16 @@ class WayTab:
             return
         handled.show(shown, f"on the path, time {at:.3f}")
 
-    def _playing(self, stopped: Callable[[], bool]) -> None:
+    def _playing(self, task: Task) -> None:
         begin = time.monotonic()
-        while not stopped():
+        while not task.stopped():
             at = min(1.0, (time.monotonic() - begin) / _PLAYED)
 
             def step(handled: HandledRobot, at: float = at) -> None:
                 self._time.value = at
                 self._go(handled, at)
 
-            self._do("time", step)
+            task.post("time", step)
             if at >= 1.0:
                 return
             time.sleep(_FRAME)

@@ -149,6 +149,11 @@ class Looker:
 
     def drag(self, start: np.ndarray, end: np.ndarray) -> None:
         """Drag with the mouse from a place of the scene to another one."""
+        self.hold(start, end)
+        self.page.mouse.up()
+
+    def hold(self, start: np.ndarray, end: np.ndarray) -> None:
+        """The same, but do not let go."""
         first, last = (self.page.evaluate(_ON_SCREEN, place.tolist()) for place in (start, end))
         mouse = self.page.mouse
         mouse.move(*first)
@@ -159,7 +164,6 @@ class Looker:
         for part in np.linspace(0.0, 1.0, 12)[1:]:
             mouse.move(*(first + part * np.subtract(last, first)))
             self.page.wait_for_timeout(30)
-        mouse.up()
 
     def field(self, label: str) -> Any:
         """What is typed into, or ticked, beside a label."""

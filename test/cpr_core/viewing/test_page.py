@@ -150,6 +150,24 @@ def test_dragging_the_platform_runs_the_inverse(page, looker):
     assert not looker.visible("/ghost/edge")
 
 
+def test_a_handle_that_is_hidden_while_it_is_held_follows_the_robot_afterwards(page, looker):
+    """Somebody else has hidden it: the browser that held it does not tell that it lets go."""
+    home = page.equilibrium
+    inputs = page.server.gui._gui_input_handle_from_uuid.values()
+    handles = next(part for part in inputs if getattr(part, "label", "") == "handles")
+    axis = home.platform_rotation[:, 0]
+    grip = home.platform_position + 0.27 * axis
+    looker.hold(grip, grip + 0.08 * axis)
+    looker.until(lambda: page.equilibrium is not home)
+    handles.value = False
+    looker.until(lambda: not looker.visible("/handle"))
+    looker.page.mouse.up()
+    handles.value = True
+    looker.until(lambda: looker.visible("/handle"))
+    page.show(home)
+    settled(page, looker)
+
+
 def test_past_a_fold_there_is_a_ghost_and_a_reason(page, looker):
     home = page.equilibrium
     axis = home.platform_rotation[:, 0]

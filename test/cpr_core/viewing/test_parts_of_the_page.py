@@ -3,9 +3,11 @@
 
 """What the page is made of, without a browser."""
 
+import asyncio
 import io
 import math
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -16,12 +18,14 @@ import cpr_core
 from cpr_core.model.assessment import DEFAULT_THRESHOLDS, Threshold
 from cpr_core.viewing.background import Background
 from cpr_core.viewing.bars import bar, bars
-from cpr_core.viewing.equilibria_tab import search
+from cpr_core.viewing.dragged import Grip
+from cpr_core.viewing.equilibria_tab import EquilibriaTab, search
 from cpr_core.viewing.exact_place import put
 from cpr_core.viewing.handled_robot import HandledRobot
 from cpr_core.viewing.mailbox import Mailbox
 from cpr_core.viewing.map_layer import go_to_cell, read_layer
 from cpr_core.viewing.recorded import as_gif, as_yaml
+from cpr_core.viewing.server import close_server, open_server
 from cpr_core.viewing.status_panel import as_plain, status_text
 from cpr_core.viewing.typed import numbers_as_text, typed_numbers
 from cpr_core.viewing.way_tab import frame_at
@@ -42,6 +46,7 @@ def planar():
         (0.15, 1 / 3, "slow"),
         (0.1, 0.0, "stop"),
         (-3.0, 0.0, "stop"),
+        (math.inf, 1.0, "fine"),
         (math.nan, 0.0, "stop"),
     ],
 )
@@ -62,6 +67,19 @@ def test_bars_are_those_of_measures_that_the_robot_has(planar):
 def test_the_node_has_the_thresholds_of_the_core():
     of_node = {name: Threshold(*values[:2]) for name, values in THRESHOLDS.items()}
     assert of_node == DEFAULT_THRESHOLDS
+
+
+def test_a_handle_is_held_until_the_last_hand_lets_it_go():
+    grip = Grip()
+    grip.hear(1, "start")
+    grip.hear(2, "update")
+    grip.hear(1, "end")
+    assert grip.held
+    grip.hear(2, "end")
+    assert not grip.held
+    grip.hear(1, "update")
+    grip.let_go()
+    assert not grip.held
 
 
 def test_of_requests_for_the_same_only_the_newest_is_done():
@@ -93,22 +111,88 @@ def test_of_requests_for_the_same_only_the_newest_is_done():
 
 def test_newer_work_of_a_kind_stops_the_older():
     failures, ended, begun = [], [], threading.Event()
-    background = Background(failures.append)
+    background = Background(nothing_is_done, failures.append)
 
-    def work(stopped):
+    def work(task):
         begun.set()
-        while not stopped():
+        while not task.stopped():
             pass
         ended.append("older")
 
     background.start("search", work)
     assert begun.wait(10.0)
     newer = threading.Event()
-    background.start("search", lambda stopped: newer.set())
+    background.start("search", lambda task: newer.set())
     assert newer.wait(10.0)
     background.close()
     assert ended == ["older"]
     assert failures == []
+    background.start("search", lambda task: ended.append("after the end"))
+    assert ended == ["older"]
+
+
+def test_of_work_that_several_threads_start_one_goes_on():
+    class Kind(str):
+        """Looking for it takes so long that the other thread comes between."""
+
+        def __hash__(self):
+            time.sleep(1e-3)
+            return super().__hash__()
+
+    tasks = []
+    background = Background(nothing_is_done, pytest.fail)
+    together = threading.Barrier(2)
+
+    def start():
+        together.wait(10.0)
+        for _ in range(5):
+            background.start(Kind("search"), tasks.append)
+
+    other = threading.Thread(target=start)
+    other.start()
+    start()
+    other.join()
+    background_threads = [thread for thread in threading.enumerate() if "search" in thread.name]
+    for thread in background_threads:
+        thread.join()
+    assert len(tasks) == 10
+    assert sum(not task.stopped() for task in tasks) == 1
+    background.close()
+
+
+def test_nothing_comes_of_what_stopped_work_has_posted():
+    """Neither of what waits already, nor of what it posts afterwards: that replaces nothing newer."""
+    done, tasks = [], []
+    free = threading.Event()
+    mailbox = Mailbox(pytest.fail)
+    background = Background(
+        lambda name, action: mailbox.ask(name, lambda: action(None)), pytest.fail
+    )
+    mailbox.ask("hold", lambda: free.wait(10.0))
+
+    def work(task):
+        tasks.append(task)
+        task.post("result", lambda _: done.append(tasks.index(task)))
+
+    for number in range(3):
+        background.start("search", work)
+        while len(tasks) <= number:
+            pass
+    background.start("other", work)
+    while len(tasks) < 4:
+        pass
+    for task in tasks[:2]:
+        task.post("result", lambda _: done.append("late"))
+    free.set()
+    assert mailbox.wait(10.0)
+    assert done == [2, 3]
+    background.close()
+    mailbox.close()
+
+
+def nothing_is_done(name, action):
+    """The page of whoever posts nothing."""
+    raise AssertionError(name)
 
 
 @pytest.mark.parametrize("text", ["1 2.5 -3", "1, 2.5, -3", "[1; 2.5; -3]", " (1  2.5\t-3) "])
@@ -143,6 +227,32 @@ def test_equilibria_come_round_by_round(planar):
     stopped = []
     search(cpr_core.solve_home(planar), stopped.append, lambda: True, starts=5, rounds=3)
     assert stopped == []
+
+
+def test_a_search_that_another_one_replaced_says_nothing(planar):
+    asked, said = [], []
+    server = open_server("equilibria", port=0)
+    background = Background(lambda name, action: asked.append(action), pytest.fail)
+    try:
+        EquilibriaTab(server.gui, lambda name, action: asked.append(action), background)
+        find, text, *_ = server.gui._container_handle_from_uuid["root"]._children.values()
+        handled = HandledRobot(planar)
+        for _ in range(2):
+            pressed = find._impl.update_cb[0](None)
+            asyncio.run_coroutine_threadsafe(pressed, server.get_event_loop()).result(10.0)
+            asked.pop()(handled)
+        searches = [thread for thread in threading.enumerate() if "equilibria" in thread.name]
+        for search_ in searches:
+            search_.join()
+        for action in asked:
+            action(handled)
+            said.append(text.content.split("; ")[1])
+    finally:
+        background.close()
+        close_server(server)
+    assert len(said) > 2
+    assert set(said[:-1]) == {"searching"}
+    assert said[-1] == "done"
 
 
 def test_a_ray_finds_the_cell_it_meets_and_the_robot_goes_there(planar, tmp_path):

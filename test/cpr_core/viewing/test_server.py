@@ -9,8 +9,10 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import urllib.request
 
+import msgspec
 import pytest
 import websockets.exceptions
 from websockets.sync.client import connect
@@ -47,6 +49,13 @@ def heard(page, host=None, **options):
             return closed.rcvd.reason
 
 
+def until(done, timeout=60.0):
+    end = time.monotonic() + timeout
+    while not done():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
 def subprotocol():
     import viser
 
@@ -65,16 +74,57 @@ def subprotocol():
         ("127.0.0.1:8080", "null", "127.0.0.1", False),
         ("robot.lab:8080", "http://robot.lab:8080", "0.0.0.0", True),
         ("robot.lab:8080", "http://evil.example", "0.0.0.0", False),
+        ("Robot.Lab:8080", "http://Robot.Lab:8080", "0.0.0.0", True),
+        ("robot:8080", "http://robot:8080", "0.0.0.0", True),
+        ("robot.local:8080", "http://robot.local:8080", "::", True),
+        ("localhost:8080", "http://localhost:8080", "0.0.0.0", True),
+        ("192.168.1.7:8080", "http://192.168.1.7:8080", "0.0.0.0", True),
+        ("[fe80::7]:8080", "http://[fe80::7]:8080", "::", True),
+        ("bench.lab:8080", "http://bench.lab:8080", "bench.lab", True),
+        ("bench.lab:8080", "http://bench.lab:8080", "0.0.0.0", False),
+        ("evil.example:8080", "http://evil.example:8080", "0.0.0.0", False),
+        ("evil.example:8080", "http://evil.example:8080", "192.168.1.7", False),
+        ("robot.evil.example:8080", "http://robot.evil.example:8080", "0.0.0.0", False),
+        ("robot.lab:8080", "http://robot.lab:8080", "127.0.0.1", False),
+        ("[::1", "http://[::1", "0.0.0.0", False),
+        ("", None, "0.0.0.0", False),
     ],
 )
 def test_only_pages_of_its_own_are_welcome(host, origin, asked, welcome):
-    assert (origin_problem(host, origin, asked) == "") == welcome
+    assert (origin_problem(host, origin, asked, "robot.lab") == "") == welcome
 
 
 def test_pages_of_others_cannot_connect(page):
     assert heard(page) is True
     assert heard(page, origin=page.address) is True
     assert "may not move this robot" in heard(page, origin="http://evil.example")
+    assert "only, not for ''" in heard(page, host="evil.example")  # and that of the client itself
+
+
+def test_of_another_page_nothing_is_read(page):
+    """What comes together with its request neither, which is there before it is refused."""
+    inputs = page.server.gui._gui_input_handle_from_uuid.values()
+    slider = next(part for part in inputs if getattr(part, "label", "").startswith("motor1"))
+    before = slider.value
+    update = {"type": "GuiUpdateMessage", "uuid": slider._impl.uuid, "updates": {"value": 2.8}}
+    content = msgspec.msgpack.encode(update)
+    assert len(content) < 126  # else its length is written otherwise
+    frame = bytes([0x82, 0x80 | len(content), 0, 0, 0, 0]) + content  # masked by zeros
+    assert before != 2.8
+    for origin, expected in (("http://evil.example", before), (page.address, 2.8)):
+        request = (
+            f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port_of(page)}\r\nOrigin: {origin}\r\n"
+            "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+            f"Sec-WebSocket-Key: {'A' * 22}==\r\nSec-WebSocket-Protocol: {subprotocol()}\r\n\r\n"
+        )
+        with socket.create_connection(("127.0.0.1", port_of(page)), timeout=20.0) as connection:
+            connection.sendall(request.encode() + frame)
+            told = b""
+            while b"\r\n\r\n" not in told or told.endswith(b"\r\n\r\n"):
+                told += connection.recv(1 << 16)  # something after the answer
+            assert (b"may not move this robot" in told) == (expected == before)
+        until(lambda: not page.server._websock_server._live_connections)
+        assert slider.value == expected
 
 
 def test_other_addresses_are_refused_unless_asked_for(page, robot):

@@ -4,6 +4,7 @@
 """What is known of a node from its streams, and its markers as lines."""
 
 import numpy as np
+import pytest
 from builtin_interfaces.msg import Time
 from helpers.drive import Drive, robot
 
@@ -11,7 +12,7 @@ from cpr_core.drawing.robot_lines import equilibrium_lines
 from cpr_ros.conversions import Frames
 from cpr_ros.leg_markers import leg_markers
 from cpr_ros.marker_lines import lines_of
-from cpr_ros.watched_node import LastMinute, Presence
+from cpr_ros.watched_node import LastMinute, Presence, topic_beside
 
 
 def test_a_node_is_there_gone_and_back():
@@ -58,3 +59,16 @@ def test_lines_come_back_from_markers():
         assert {tuple(shade) for shades in flat.shades for shade in shades.tolist()} == {
             tuple(flat.shades[0][0].tolist())
         }
+
+
+@pytest.mark.parametrize(
+    ("node", "topic"),
+    [
+        ("cpr_node", "joint_states"),
+        ("/cpr_node", "/joint_states"),
+        ("left/cpr_node", "left/joint_states"),
+        ("/left/cpr_node", "/left/joint_states"),
+    ],
+)
+def test_a_topic_beside_a_node_is_in_its_namespace(node, topic):
+    assert topic_beside(node, "joint_states") == topic

@@ -13,16 +13,18 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
 from helpers.driver import Driver
-from helpers.node_process import TIMEOUT, free_domain
+from helpers.node_process import TIMEOUT, Client, free_domain
+from rclpy.action import ActionServer
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
-def started(running, name, *arguments, cwd=None, stdout=subprocess.PIPE):
-    domain = str(running.client.context.get_domain_id())
+def started(client, name, *arguments, cwd=None, stdout=subprocess.PIPE):
+    domain = str(client.context.get_domain_id())
     return subprocess.Popen(
         [sys.executable, EXAMPLES / name, *arguments],
         env=os.environ | {"ROS_DOMAIN_ID": domain, "PYTHONUNBUFFERED": "1"},
@@ -34,7 +36,7 @@ def started(running, name, *arguments, cwd=None, stdout=subprocess.PIPE):
 
 
 def test_the_supervisor_sends_a_halted_robot_home(rfrfr, drive):
-    supervisor = started(rfrfr, "supervisor.py")
+    supervisor = started(rfrfr.client, "supervisor.py")
     try:
         drive.client.spin_until(
             lambda: drive.client.node.count_subscribers("/cpr_node/stability") >= 2
@@ -55,7 +57,7 @@ def test_the_supervisor_acts_on_a_halt_in_any_state(rfrfr, drive, tmp_path):
     """A wrench that is not borne halts a robot at rest; its state is IDLE."""
     log = tmp_path / "supervisor.log"
     with log.open("w") as output:
-        supervisor = started(rfrfr, "supervisor.py", stdout=output)
+        supervisor = started(rfrfr.client, "supervisor.py", stdout=output)
     pushed = WrenchStamped()
     pushed.wrench.force.y = -1000.0
     pushing = drive.client.node.create_timer(0.05, lambda: drive.wrench.publish(pushed))
@@ -90,7 +92,7 @@ def test_the_programs_of_the_page_about_the_node_do_what_they_say(rfrfr, drive, 
     for number, program in enumerate(programs):
         file = tmp_path / f"program{number}.py"
         file.write_text(program)
-        done = started(rfrfr, file, cwd=tmp_path)
+        done = started(rfrfr.client, file, cwd=tmp_path)
         drive.client.spin_until(lambda done=done: done.poll() is not None, timeout=60.0)
         said = done.stdout.read()
         assert done.returncode == 0, said
@@ -106,7 +108,7 @@ def test_the_circle_is_driven(six_rfs):
     try:
         drive.until(lambda: True)
         first = drive.position
-        circle = started(six_rfs, "circle.py", "--radius", "0.03", "--period", "4")
+        circle = started(six_rfs.client, "circle.py", "--radius", "0.03", "--period", "4")
         drive.client.spin_until(lambda: circle.poll() is not None, timeout=60.0)
         said = circle.stdout.read()
         assert circle.returncode == 0, said
@@ -129,7 +131,7 @@ def test_the_circle_is_driven(six_rfs):
 def test_a_map_is_made_cancelled_and_gone_on_with(rfrfr, tmp_path):
     file = tmp_path / "map.nc"
     command = ("map.py", str(file), "x=-0.9:0.9", "y=-1:1", "--resolution", "0.01")
-    cancelled = started(rfrfr, *command)
+    cancelled = started(rfrfr.client, *command)
     said = ""
     while "/s" not in said:  # feedback on one line, or the end
         read = cancelled.stdout.read(1)
@@ -139,11 +141,33 @@ def test_a_map_is_made_cancelled_and_gone_on_with(rfrfr, tmp_path):
     rest, _ = cancelled.communicate(timeout=60)
     assert cancelled.returncode == 1, said + rest
     assert "-7: the map was cancelled" in rest
-    whole = started(rfrfr, *command)
+    whole = started(rfrfr.client, *command)
     said, _ = whole.communicate(timeout=120)
     assert whole.returncode == 0, said
     assert f"{file}: 23450 of 36381 cells are reached" in said
     assert "border stability:" in said
+
+
+def test_a_map_whose_node_is_gone_is_not_waited_for():
+    client = Client(free_domain())
+    goals = []
+    server = ActionServer(
+        client.node,
+        MapWorkspace,
+        "cpr_node/map_workspace",
+        execute_callback=lambda goal: MapWorkspace.Result(),
+        handle_accepted_callback=goals.append,  # and never executed
+    )
+    try:
+        asking = started(client, "map.py", "map.nc", "x=-0.9:0.9", "y=-1:1")
+        client.spin_until(lambda: len(goals) == 1 and asking.poll() is None)
+        server.destroy()
+        client.spin_until(lambda: asking.poll() is not None)
+        assert "cpr_node is gone" in asking.stdout.read()
+        assert asking.returncode == 1
+    finally:
+        asking.kill()
+        client.close()
 
 
 def test_the_circle_says_when_nobody_is_there():

@@ -123,6 +123,7 @@ def test_of_a_pose_only_the_controlled_coordinates_are_read(drive):
     drive.until(lambda: np.allclose(drive.position, [0.05, 0.75, 0.0], atol=1e-8))
 
 
+@pytest.mark.usefixtures("compiled")
 def test_a_request_that_takes_too_long_is_answered_so(six_rfs):
     """This way is walked in many steps."""
     drive = Driver(six_rfs.client)
@@ -166,6 +167,7 @@ def dropped(drive, topic):
     return int(values.get(f"dropped {topic}", 0))
 
 
+@pytest.mark.usefixtures("compiled")
 def test_where_files_are_kept(rfrfr, drive):
     """In ROS_HOME: where the robot was last, and maps; the goal is that of the page."""
     domain = rfrfr.client.context.get_domain_id()

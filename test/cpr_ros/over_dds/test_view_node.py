@@ -10,9 +10,13 @@ import sys
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import Point
 from helpers.browser import Looker
 from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from visualization_msgs.msg import Marker, MarkerArray
 
 import cpr_core
 from cpr_ros.own_domain import private_environment
@@ -156,3 +160,99 @@ def test_a_node_is_shown_moved_lost_and_found_again(view, looker, client, domain
         assert looker.complaints == []
     finally:
         assert node.stop() == 0
+
+
+class Told:
+    """What a node tells of its robot, without the node."""
+
+    def __init__(self, client):
+        self.client, node = client, client.node
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.descriptions = node.create_publisher(String, "/cpr_node/description", latched)
+        self.states = node.create_publisher(JointState, "/joint_states", 10)
+        self.markers = node.create_publisher(MarkerArray, "/cpr_node/leg_markers", 10)
+        self.state = JointState()
+        self.timer = node.create_timer(0.02, lambda: self.states.publish(self.state))
+
+    def describe(self, robot):
+        self.descriptions.publish(String(data=robot.description.text))
+
+    def move(self, robot):
+        motors = cpr_core.solve_home(robot).motors.tolist()
+        self.state = JointState(name=list(robot.motor_names), position=motors)
+
+    def until(self, looker, done):
+        def spun():
+            self.client.executor.spin_once(timeout_sec=0.02)
+            return done()
+
+        looker.until(spun)
+
+    def close(self):
+        self.client.node.destroy_timer(self.timer)
+        for publisher in (self.descriptions, self.states, self.markers):
+            self.client.node.destroy_publisher(publisher)
+
+
+@pytest.fixture
+def told(view, looker, client):
+    told = Told(client)
+    yield told
+    told.close()
+
+
+@pytest.mark.parametrize("names", [("rfrfr", "six_rfs"), ("six_rfs", "rfrfr")])
+def test_another_robot_takes_the_place_of_the_first(told, looker, names):
+    """Its motors are told a while after its description, and those of the first once more before."""
+    first, second = (cpr_core.load_robot(name) for name in names)
+
+    def sliders():
+        return looker.page.get_by_role("slider").count()
+
+    told.describe(first)
+    told.move(first)
+    told.until(looker, lambda: sliders() == first.motor_count)
+    looker.press("take control")
+    told.until(looker, lambda: "give control back" in looker.text())
+    told.describe(second)
+    told.until(looker, lambda: not sliders() and not looker.visible("/platform"))
+    for _ in range(10):
+        told.client.executor.spin_once(timeout_sec=0.02)  # motors of the first
+    assert sliders() == 0
+    assert "another robot has come" in looker.text()
+    told.move(second)
+    told.until(looker, lambda: sliders() == second.motor_count)
+    assert "give control back" not in looker.text()
+    looker.until(lambda: looker.visible("/platform"))
+
+
+def test_nothing_that_is_published_ends_the_page(told, looker, view):
+    robot = cpr_core.load_robot("rfrfr")
+    told.describe(robot)
+    told.move(robot)
+    sliders = looker.page.get_by_role("slider")
+    told.until(looker, lambda: sliders.count() == robot.motor_count)
+    links = Marker(ns="links", points=[Point() for _ in range(3)])  # half a link
+    told.until(looker, lambda: told.markers.get_subscription_count() == 1)
+    told.markers.publish(MarkerArray(markers=[links]))
+    told.until(looker, lambda: "the page failed" in looker.text())
+    told.state.position[0] += 0.5
+    expected = f"{told.state.position[0]:.3f}"
+    told.until(
+        looker, lambda: f"{float(sliders.first.get_attribute('aria-valuenow')):.3f}" == expected
+    )
+    assert view.process.poll() is None
+
+
+def test_a_name_that_no_node_has_is_told(domain):
+    done = subprocess.run(
+        [sys.executable, "-m", "cpr_ros.cpr_view", "--port", "0", "--node", "cpr-node"],
+        env=private_environment() | {"ROS_DOMAIN_ID": str(domain)},
+        capture_output=True,
+        text=True,
+        timeout=60.0,
+    )
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert done.stderr.startswith("cpr_view: Invalid topic name")
+    assert "Traceback" not in done.stderr
