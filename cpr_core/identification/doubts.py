@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from ..description.plausibility import quaternion_order_doubt, request_doubt
@@ -29,6 +30,8 @@ _FEW = 3
 _DIFFERENT = 10.0
 #: Residuals over stated deviations, either way, that are beyond chance; fewest degrees of freedom.
 _BEYOND, _FREE = 1.6, 8
+#: With fewer of them residuals are so large by chance in so few cases where they are doubted.
+_CHANCE = 1e-3
 #: How near to a bound, in standard deviations, is at it.
 _AT_BOUND = 1e-2
 
@@ -168,12 +171,14 @@ def fit_doubts(robot: Robot, rows: Sequence[ComparedRow], fit: float, freedom: i
         fit: Root mean square of the residuals in standard deviations.
         freedom: Degrees of freedom.
     """
-    if freedom < _FREE or 1.0 / _BEYOND < fit < _BEYOND:
-        return []
-    if fit < 1.0:
+    if freedom >= _FREE and fit <= 1.0 / _BEYOND:
         return [
             f"residuals are {fit:.2g} times what the standard deviations say: these may be too large"
         ]
+    if freedom < 1 or not fit >= _BEYOND:
+        return []
+    if freedom < _FREE and scipy.special.gammaincc(0.5 * freedom, 0.5 * freedom * fit**2) > _CHANCE:
+        return []
     units = [(row.measurement.label, unit_doubt(robot, row.measurement)) for row in rows]
     return [
         f"residuals are {fit:.3g} times as large as the standard deviations say: outliers, standard "

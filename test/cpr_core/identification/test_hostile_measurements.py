@@ -162,17 +162,32 @@ def test_a_start_of_another_robot(robot, rows):
         calibrate(robot, rows, PATHS, DEVIATIONS, start=other)
 
 
-def test_motors_with_gears_may_turn_often():
+@pytest.fixture(scope="module")
+def geared():
+    """A robot whose motors may turn often."""
     content = yaml_content(shipped_robots()["delta"].read_text())
     for leg in content["legs"]:
         leg["chain"][0] |= {"ratio": 0.01, "limits": {}}
-    geared = cpr_core.load_robot(content)
+    return cpr_core.load_robot(content)
+
+
+def test_motors_with_gears_may_turn_often(geared):
     truth = geared.with_parameters({"rod.young_modulus": 150e9})
     seen = equilibria(truth, cpr_core.solve_home(geared), reach=40.0)
     assert np.abs([each.motors for each in seen]).max() > 4.0 * np.pi
     found = calibrate(geared, measured(seen, seed=2), "rod.young_modulus", DEVIATIONS)
     assert abs(found.values[0] - 150e9) < 4.0 * found.standard_deviations[0]
     assert not found.doubts
+
+
+def test_degrees_for_which_there_is_an_equilibrium_are_doubted_in_a_single_row_too(geared):
+    """Of few measurements nothing was said, however badly they fitted."""
+    rows = measured(equilibria(geared, cpr_core.solve_home(geared), count=1, reach=0.5), seed=1)
+    assert not calibrate(geared, rows, "rod.young_modulus", DEVIATIONS).doubts
+    degrees = changed(rows, motors=lambda row: np.degrees(row.motors))
+    with pytest.warns(CalibrationWarning):
+        found = calibrate(geared, degrees, "rod.young_modulus", DEVIATIONS)
+    assert any("looks like degrees" in doubt for doubt in found.doubts)
 
 
 def test_a_direction_that_another_one_is_across_cannot_be_found_alone():
