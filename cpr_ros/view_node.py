@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -86,6 +87,7 @@ class ViewNode(Node):
             try:
                 work(*heard)
             except Exception as error:
+                self.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
                 self.page.fail(error)
 
         return guarded
