@@ -14,7 +14,7 @@ from cpr_msgs.msg import ErrorCode, MapBorder
 from cpr_core import Equilibrium, InvalidRequest, NonFiniteInput, Robot
 from cpr_core.solving.objectives import objective_of
 from cpr_core.workspace import Grid, MapSummary, motor_grid, pose_grid
-from cpr_core.workspace.store import check_replaceable, check_writable
+from cpr_core.workspace.map_files import check_replaceable, check_writable
 
 from .map_folder import MapFolder
 from .map_order import MapOrder, MapState

@@ -16,7 +16,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from cpr_core.workspace import MapSummary
-from cpr_core.workspace.store import unfinished_file
+from cpr_core.workspace.map_files import unfinished_file
 
 from .map_order import MapFailure, MapOrder, MapState
 from .map_worker import PATIENCE

@@ -105,9 +105,10 @@ class ViewNode(Node):
         """Another robot takes the place of the one before: of that nothing counts any more."""
         if message.data == self._described:
             return
+        if self._described:
+            self._newest.clear()
+            self.page.show_no_robot()
         self._described, self._shown, self._robot = message.data, False, None
-        self._newest.clear()
-        self.page.show_no_robot()
         try:
             self._robot = load_robot(message.data)
         except CprError as error:

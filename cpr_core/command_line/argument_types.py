@@ -61,6 +61,7 @@ def count(text: str, least: int = 0, most: float = math.inf) -> int:
     value = int(text) if text.isdecimal() and len(text) <= _MOST_DIGITS else -1
     if not least <= value <= most:
         limits = f"of at least {least}" if most == math.inf else f"from {least} to {most}"
+        limits += f" with at most {_MOST_DIGITS} digits" if len(text) > _MOST_DIGITS else ""
         got = text if text.isdecimal() else repr(text)
         raise argparse.ArgumentTypeError(f"expected a whole number {limits}, got {got:.100}")
     return value

@@ -147,7 +147,8 @@ class StandardDeviations:
             if value is None:
                 continue
             if not checked_number(f"deviations.{field.name}", value) >= _SMALLEST_DEVIATION:
-                problem = f"expected a positive standard deviation, got {value:g}"
+                least = f"of at least {_SMALLEST_DEVIATION:g}"
+                problem = f"expected a positive standard deviation {least}, got {value:g}"
                 raise InvalidRequest(f"deviations.{field.name}", problem)
 
     def of(self, kind: str) -> float:

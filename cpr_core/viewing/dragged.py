@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -30,32 +31,42 @@ _ANCHOR = 0.35
 
 
 class Grip:
-    """Who holds a handle: one that is held is not put elsewhere."""
+    """Who holds a handle: one that is held is not put elsewhere. Any thread may ask and tell."""
 
     def __init__(self) -> None:
         """Nobody does."""
+        self._lock = threading.Lock()
         self._hands: set[int] = set()
+        self._offered = True
 
     @property
     def held(self) -> bool:
         """Whether anybody does."""
         return bool(self._hands)
 
-    def hear(self, client: int, phase: str) -> None:
+    def hear(self, client: int, phase: str) -> bool:
         """A browser begins, goes on, or ends; the page's server ends for one that is gone.
 
         Args:
             client: Its number.
             phase: ``start``, ``update`` or ``end``.
-        """
-        if phase == "end":
-            self._hands.discard(client)
-        else:
-            self._hands.add(client)
 
-    def let_go(self) -> None:
+        Returns:
+            Whether that counts: what comes of a hidden handle was on its way when it was hidden.
+        """
+        with self._lock:
+            if phase == "end":
+                self._hands.discard(client)
+            elif self._offered:
+                self._hands.add(client)
+            return self._offered
+
+    def offer(self, offered: bool) -> None:
         """Nobody can hold what is hidden: a browser does not tell the end of that."""
-        self._hands.clear()
+        with self._lock:
+            self._offered = offered
+            if not offered:
+                self._hands.clear()
 
 
 class PlatformHandle:
@@ -78,7 +89,8 @@ class PlatformHandle:
         )
 
         async def moved(event: Any) -> None:
-            self._grip.hear(event.client_id, event.phase)
+            if not self._grip.hear(event.client_id, event.phase):
+                return
             place = np.array(event.target.position), np.array(event.target.wxyz)
             dragged(place if event.phase == "update" else None)
 
@@ -94,8 +106,8 @@ class PlatformHandle:
         if self._gizmo is None:
             return
         self._gizmo.visible = shown
+        self._grip.offer(shown)
         if not shown:
-            self._grip.let_go()
             self._dragged(None)
 
 
@@ -128,7 +140,8 @@ class ForceArrow:
         self._label = scene.add_label("/force/name", "")
 
         async def moved(event: Any) -> None:
-            self._grip.hear(event.client_id, event.phase)
+            if not self._grip.hear(event.client_id, event.phase):
+                return
             if event.phase == "update":
                 dragged(self._unit * (np.array(event.target.position) - self._origin))
             else:
@@ -157,6 +170,6 @@ class ForceArrow:
     def show_handles(self, shown: bool) -> None:
         """Show or hide the handle."""
         self._tip.visible = self._label.visible = shown
+        self._grip.offer(shown)
         if not shown:
-            self._grip.let_go()
             self._dragged(None)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import ipaddress
 import socket
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
@@ -23,6 +23,8 @@ __all__ = ["LOCAL", "MissingViewer", "address_of", "close_server", "open_server"
 #: Where the page is served unless asked.
 LOCAL = "127.0.0.1"
 _HERE = ("127.0.0.1", "localhost", "::1")
+#: Bytes of a reason that a websocket is closed for, at most.
+_LONGEST_REASON = 123
 #: What installs the extra.
 _INSTALL = "-m pip install 'viser>=1.1,<1.2'"
 
@@ -81,7 +83,9 @@ def address_of(server: viser.ViserServer) -> str:
     return f"http://{LOCAL if host in ('0.0.0.0', '') else host}:{server.get_port()}"
 
 
-def origin_problem(host_header: str, origin: str | None, asked: str, machine: str) -> str:
+def origin_problem(
+    host_header: str, origin: str | None, asked: str, machine: Collection[str]
+) -> str:
     """Why a connection is not one of a page that this server served; empty if it is one.
 
     A page of anybody else, open in the same browser, could connect to this machine too, and a name of
@@ -96,11 +100,11 @@ def origin_problem(host_header: str, origin: str | None, asked: str, machine: st
     name = _host_of(f"//{host_header}")
     if asked in _HERE:
         if name not in _HERE:
-            return f"this page is for {asked} only, not for {name!r}"
+            return f"this page is for {asked} only, not for {name!r:.60}"
     elif not _is_number(name) and name not in _names(asked, machine):
-        return f"this machine is not known as {name!r}: open its number, or serve at that name"
+        return f"this machine does not know itself as {name!r:.60}: open its number"
     if origin is not None and origin.partition("://")[2] != host_header:
-        return f"a page of {origin!r} may not move this robot"
+        return f"a page of {origin!r:.60} may not move this robot"
     return ""
 
 
@@ -119,11 +123,11 @@ def _is_number(name: str) -> bool:
     return True
 
 
-def _names(asked: str, machine: str) -> set[str]:
+def _names(asked: str, machine: Collection[str]) -> set[str]:
     """What a server that listens to others may be called in their browsers."""
-    whole = machine.lower()
-    short = whole.partition(".")[0]
-    return {"localhost", asked.lower(), whole, short, f"{short}.local"} - {""}
+    whole = {name.lower() for name in machine}
+    short = {name.partition(".")[0] for name in whole}
+    return {"localhost", asked.lower(), *whole, *short, *(f"{name}.local" for name in short)} - {""}
 
 
 @contextmanager
@@ -157,7 +161,9 @@ def _refuse_strangers(server: viser.ViserServer, host: str) -> None:
 
     viser has no such check, and no public place for one: hence the underscores.
     """
-    sockets, machine = server._websock_server, socket.gethostname()
+    sockets = server._websock_server
+    # The second asks the network, which may take its time.
+    machine = () if host in _HERE else (socket.gethostname(), socket.getfqdn())
 
     async def look(client) -> None:  # type: ignore[no-untyped-def]
         connection = sockets._live_connections[client.client_id]
@@ -168,9 +174,10 @@ def _refuse_strangers(server: viser.ViserServer, host: str) -> None:
         problem = origin_problem(asked_for, ", ".join(origins) or None, host, machine)
         if not problem:
             return
-        await connection.close(1008, problem)
+        await connection.close(1008, problem.encode()[:_LONGEST_REASON].decode(errors="ignore"))
         with suppress(EOFError):  # viser would still read what came until now
             while True:
                 await connection.recv_messages.get(decode=False)
 
     sockets.on_client_connect(look)
+    sockets.disconnect_all_clients()  # who came before; pages of its own connect again

@@ -63,6 +63,8 @@ Integers = NDArray[np.int64]
 
 #: Cells left at once: a checkpoint is possible after each such batch.
 _BATCH = 2048
+#: Cells of a map that is gone on with of which one has to be found again.
+_LOOKED_FOR = 10
 #: Equilibria nearer than this (dimensionless) are the same.
 _SAME = 1e-5
 
@@ -142,13 +144,17 @@ def map_workspace(
     check_grid(robot, grid)
     flood = _Flood(robot, grid, start, loads, tolerance, objective)
     if file is not None:
-        from .store import check_replaceable, check_writable, read_flood, write_map
+        from .map_files import check_replaceable, check_writable
+        from .store import read_flood, write_map
 
         file = Path(file)
         check_writable(file, robot, grid)
         if resume and file.exists():
             known = read_flood(file, robot, loads, grid, flood.objective)
-            flood.take(known)
+            try:
+                flood.take(known, cancelled)
+            except Cancelled:
+                return flood.as_map()
             if flood.reached and known.complete and known.refined(tolerance):
                 return known
         else:
@@ -224,11 +230,12 @@ class _Flood:
         """How far this is."""
         return Progress(self.done, self.reached, self.grid.size)
 
-    def take(self, found: WorkspaceMap) -> None:
+    def take(self, found: WorkspaceMap, cancelled: Callable[[], bool] | None) -> None:
         """Go on with an unfinished map.
 
         Raises:
             InvalidRequest: The start is not on its branch.
+            Cancelled: Before that was known.
         """
         self.cells, self.done = found.cells, found.expanded
         self.borders, self.refined_to = found.borders, found.refined_to
@@ -239,11 +246,13 @@ class _Flood:
         # A way there may be blocked though the branch is the same: any cell found again tells it.
         start = replace(self.start, robot=self.free)
         near = reached_cells_near(self.grid, place_of(start, self.grid), found.reached)
-        if not any(
-            self._is_found_again(start, cell) for cell in dict.fromkeys([found.first, *near])
-        ):
-            problem = "expected a start that leads to a cell of it as it was found: another branch?"
-            raise InvalidRequest("file", f"{problem}; name another file")
+        for cell in list(dict.fromkeys([found.first, *near]))[:_LOOKED_FOR]:
+            if cancelled is not None and cancelled():
+                raise Cancelled
+            if self._is_found_again(start, cell):
+                return
+        problem = "expected a start that leads to a cell of it as it was found: another branch?"
+        raise InvalidRequest("file", f"{problem}; name another file")
 
     def _is_found_again(self, start: Equilibrium, cell: int) -> bool:
         """Whether a walk leads to a cell as the map has it."""

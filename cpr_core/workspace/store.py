@@ -9,7 +9,6 @@ the file is a whole map at any time, and a map that was killed goes on from it.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import os
@@ -28,42 +27,22 @@ from ..model.robot import Robot, checked_robot
 from ..version import __version__
 from .borders import Border, BorderKind
 from .grid import Grid
+from .map_files import MapNotWritten, unfinished_file
 from .workspace_map import CellArrays, WorkspaceMap
 
 if TYPE_CHECKING:
     import xarray
 
 __all__ = [
-    "MapNotWritten",
     "as_dataset",
-    "check_replaceable",
-    "check_writable",
     "read_flood",
     "read_map",
-    "unfinished_file",
     "write_map",
 ]
 
 #: Version of the layout of the file.
 FORMAT = 1
-#: Bytes of the name of a file at most, on all usual file systems.
-_LONGEST_NAME = 255
-#: Largest variable of such a file.
-_MOST_BYTES = 2**31 - 1
 _KINDS: tuple[BorderKind, ...] = ("stability", "stability_free", "limits", "singularity")
-
-
-class MapNotWritten(InvalidRequest):
-    """A map was made, but could not be written to its file.
-
-    Attributes:
-        found: The map, as far as it was made.
-    """
-
-    def __init__(self, file: Path, found: WorkspaceMap, problem: str) -> None:
-        """Name the file and why."""
-        super().__init__("file", f"{file}: cannot be written: {problem}")
-        self.found = found
 
 
 @dataclass(frozen=True)
@@ -89,58 +68,6 @@ def as_dataset(found: WorkspaceMap) -> xarray.Dataset:
     }
     coordinates = {name: whole.pop(name) for name in found.grid.axis_names}
     return xarray.Dataset(whole, coordinates, _attributes(found))
-
-
-def check_writable(file: Path, robot: Robot, grid: Grid) -> None:
-    """Whether a map can be written to a file, before hours are spent on it.
-
-    Raises:
-        InvalidRequest: It cannot.
-    """
-    folder = file.absolute().parent
-    try:
-        with suppress(FileNotFoundError):
-            file.lstat()  # tells of names that no file can have
-    except (OSError, ValueError) as error:
-        raise InvalidRequest(
-            "file", f"expected the name of a file, got {str(file)!r:.300}: {error!s:.300}"
-        ) from None
-    if not folder.is_dir():
-        raise InvalidRequest("file", f"expected a file in a folder that exists, got {file}")
-    if file.is_dir():
-        raise InvalidRequest("file", f"expected a file, {file} is a folder")
-    if not os.access(folder, os.W_OK):
-        raise InvalidRequest("file", f"expected a folder that can be written to, got {file}")
-    largest = grid.size * max(9, len(robot.arrays.unit)) * 8
-    if largest > _MOST_BYTES:
-        raise InvalidRequest(
-            "file",
-            f"expected at most {_MOST_BYTES // (largest // grid.size):,} cells of this robot in a "
-            f"file, got {grid.size:,}",
-        )
-
-
-def check_replaceable(file: Path) -> None:
-    """Whether another map may be put in the place of a file: only where there is a map, or nothing.
-
-    A map so damaged that it cannot be told from something else is not replaced either.
-
-    Raises:
-        InvalidRequest: It is something else.
-    """
-    if not os.path.lexists(file):
-        return
-    try:
-        if not file.is_file():  # to open a pipe would take until somebody writes to it
-            raise InvalidRequest("file", "it is no file")
-        with scipy.io.netcdf_file(file, "r", mmap=True) as source:  # without reading its arrays
-            known = "cpr_map_format" in source._attributes
-    except Exception:  # damaged headers lead the reader anywhere
-        known = False
-    if not known:
-        raise InvalidRequest(
-            "file", f"expected a map, {file} is none and is not replaced; name another file"
-        )
 
 
 def write_map(found: WorkspaceMap, file: str | Path) -> None:
@@ -182,14 +109,6 @@ def _stored_attribute(value: str | int | float) -> Any:
     if isinstance(value, str):
         return value.encode()
     return np.int32(value) if isinstance(value, int) else np.float64(value)
-
-
-def unfinished_file(file: Path, process: int) -> Path:
-    """Where a process writes a map before it is put in its place."""
-    name = f".{file.name}.{process}"
-    if len(os.fsencode(name)) > _LONGEST_NAME:
-        name = f".{hashlib.sha256(os.fsencode(file.name)).hexdigest()}.{process}"
-    return file.with_name(name)
 
 
 def read_map(file: str | Path, robot: Robot, loads: Loads | None = None) -> WorkspaceMap:

@@ -156,11 +156,11 @@ def test_bounds_are_numbers(capsys, data):
 
 def test_what_was_found_is_told_though_it_cannot_be_written(capsys, data, tmp_path):
     """The answer, what was written of it, and a line for each file that was not."""
-    full, there = tmp_path / "full.png", tmp_path / "robot.yaml"
+    full, description = tmp_path / "full.png", tmp_path / "robot.yaml"
     full.symlink_to("/dev/full")
-    status, text, error = calibrate(capsys, data, "--out", there, "--plot", full, "--json")
+    status, text, error = calibrate(capsys, data, "--out", description, "--plot", full, "--json")
     assert status == 2
-    assert json.loads(text)["written"] == [str(there)]
+    assert json.loads(text)["written"] == [str(description)]
     assert error == f"cpr: error: {full}: cannot be written: No space left on device\n"
     status, text, error = calibrate(capsys, data, "--out", full)
     assert status == 2

@@ -7,7 +7,6 @@ import asyncio
 import io
 import math
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -77,9 +76,14 @@ def test_a_handle_is_held_until_the_last_hand_lets_it_go():
     assert grip.held
     grip.hear(2, "end")
     assert not grip.held
-    grip.hear(1, "update")
-    grip.let_go()
+    assert grip.hear(1, "update")
+    grip.offer(False)
     assert not grip.held
+    assert not grip.hear(1, "update")  # it was on its way
+    grip.offer(True)
+    assert not grip.held
+    assert grip.hear(1, "start")
+    assert grip.held
 
 
 def test_of_requests_for_the_same_only_the_newest_is_done():
@@ -107,92 +111,6 @@ def test_of_requests_for_the_same_only_the_newest_is_done():
     mailbox.close()
     mailbox.ask("late", lambda: done.append("late"))
     assert done[-1] == "after"
-
-
-def test_newer_work_of_a_kind_stops_the_older():
-    failures, ended, begun = [], [], threading.Event()
-    background = Background(nothing_is_done, failures.append)
-
-    def work(task):
-        begun.set()
-        while not task.stopped():
-            pass
-        ended.append("older")
-
-    background.start("search", work)
-    assert begun.wait(10.0)
-    newer = threading.Event()
-    background.start("search", lambda task: newer.set())
-    assert newer.wait(10.0)
-    background.close()
-    assert ended == ["older"]
-    assert failures == []
-    background.start("search", lambda task: ended.append("after the end"))
-    assert ended == ["older"]
-
-
-def test_of_work_that_several_threads_start_one_goes_on():
-    class Kind(str):
-        """Looking for it takes so long that the other thread comes between."""
-
-        def __hash__(self):
-            time.sleep(1e-3)
-            return super().__hash__()
-
-    tasks = []
-    background = Background(nothing_is_done, pytest.fail)
-    together = threading.Barrier(2)
-
-    def start():
-        together.wait(10.0)
-        for _ in range(5):
-            background.start(Kind("search"), tasks.append)
-
-    other = threading.Thread(target=start)
-    other.start()
-    start()
-    other.join()
-    background_threads = [thread for thread in threading.enumerate() if "search" in thread.name]
-    for thread in background_threads:
-        thread.join()
-    assert len(tasks) == 10
-    assert sum(not task.stopped() for task in tasks) == 1
-    background.close()
-
-
-def test_nothing_comes_of_what_stopped_work_has_posted():
-    """Neither of what waits already, nor of what it posts afterwards: that replaces nothing newer."""
-    done, tasks = [], []
-    free = threading.Event()
-    mailbox = Mailbox(pytest.fail)
-    background = Background(
-        lambda name, action: mailbox.ask(name, lambda: action(None)), pytest.fail
-    )
-    mailbox.ask("hold", lambda: free.wait(10.0))
-
-    def work(task):
-        tasks.append(task)
-        task.post("result", lambda _: done.append(tasks.index(task)))
-
-    for number in range(3):
-        background.start("search", work)
-        while len(tasks) <= number:
-            pass
-    background.start("other", work)
-    while len(tasks) < 4:
-        pass
-    for task in tasks[:2]:
-        task.post("result", lambda _: done.append("late"))
-    free.set()
-    assert mailbox.wait(10.0)
-    assert done == [2, 3]
-    background.close()
-    mailbox.close()
-
-
-def nothing_is_done(name, action):
-    """The page of whoever posts nothing."""
-    raise AssertionError(name)
 
 
 @pytest.mark.parametrize("text", ["1 2.5 -3", "1, 2.5, -3", "[1; 2.5; -3]", " (1  2.5\t-3) "])
@@ -234,13 +152,14 @@ def test_a_search_that_another_one_replaced_says_nothing(planar):
     server = open_server("equilibria", port=0)
     background = Background(lambda name, action: asked.append(action), pytest.fail)
     try:
-        EquilibriaTab(server.gui, lambda name, action: asked.append(action), background)
+        begun = []
+        EquilibriaTab(server.gui, lambda name, action: begun.append(action), background)
         find, text, *_ = server.gui._container_handle_from_uuid["root"]._children.values()
         handled = HandledRobot(planar)
         for _ in range(2):
             pressed = find._impl.update_cb[0](None)
             asyncio.run_coroutine_threadsafe(pressed, server.get_event_loop()).result(10.0)
-            asked.pop()(handled)
+            begun.pop()(handled)
         searches = [thread for thread in threading.enumerate() if "equilibria" in thread.name]
         for search_ in searches:
             search_.join()

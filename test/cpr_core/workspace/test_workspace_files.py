@@ -19,8 +19,8 @@ from helpers.workspace_cases import assert_same, rfrfr, six_rfs, small_grid, sma
 from cpr_core import InvalidRequest, NoInverseSolution, solve_inverse
 from cpr_core.workspace import map_workspace, pose_grid
 from cpr_core.workspace.first_cell import without_limits
-from cpr_core.workspace.store import as_dataset, read_map, unfinished_file, write_map
-from cpr_core.workspace.summary import summary_of
+from cpr_core.workspace.map_files import unfinished_file
+from cpr_core.workspace.store import as_dataset, read_map, write_map
 
 CHILD = """
 import sys
@@ -117,85 +117,6 @@ def test_a_complete_map_is_not_made_again(tmp_path):
     assert states == []
     map_workspace(rfrfr(), small_grid(), file=file, resume=False, progress=states.append)
     assert states
-
-
-def cancelled_while_refining(file, tolerance=1e-5):
-    """The map of a file gone on with, cancelled as soon as all cells are done."""
-    explored = file.exists()  # then nothing is asked before borders are
-
-    def look(state):
-        nonlocal explored
-        explored = state.done == state.reached
-
-    return map_workspace(
-        rfrfr(),
-        small_grid(),
-        workers=0,
-        file=file,
-        tolerance=tolerance,
-        progress=look,
-        cancelled=lambda: explored,
-    )
-
-
-def test_a_map_without_the_borders_that_were_asked_for_is_not_complete(tmp_path):
-    file = tmp_path / "map.nc"
-    found = cancelled_while_refining(file)
-    assert found.explored and not found.borders
-    assert not found.complete
-    assert not read_map(file, rfrfr()).complete
-    assert not summary_of(found, 1e-4).complete
-    assert_same(map_workspace(rfrfr(), small_grid(), workers=0, file=file), small_map())
-    assert read_map(file, rfrfr()).complete
-
-
-def test_a_map_without_borders_is_complete_if_none_were_asked_for(tmp_path):
-    found = cancelled_while_refining(tmp_path / "map.nc", tolerance=0.0)
-    assert found.complete and not found.borders
-
-
-def as_written(file):
-    """What changes when a file is written, and not when it is read."""
-    return file.stat().st_ino, file.stat().st_mtime_ns
-
-
-def test_borders_are_not_lost(tmp_path):
-    """Whatever tolerance a map is gone on with, and whether it is cancelled: finer or as they were."""
-    file = tmp_path / "map.nc"
-    coarse = map_workspace(rfrfr(), small_grid(), workers=0, file=file, tolerance=1e-2)
-    before = as_written(file)
-    for tolerance in (0.0, 1e-1, 1e-2):
-        again = map_workspace(rfrfr(), small_grid(), workers=0, file=file, tolerance=tolerance)
-        assert_same(again, coarse)
-        assert as_written(file) == before, "a map that is complete is not written again"
-
-    assert_same(cancelled_while_refining(file), coarse)
-    left = read_map(file, rfrfr())
-    assert_same(left, coarse)
-    assert not left.complete and left.refined_to == 1e-2
-    again = map_workspace(rfrfr(), small_grid(), workers=0, file=file, tolerance=1e-2)
-    assert again.complete
-    assert read_map(file, rfrfr()).complete
-
-    finer = map_workspace(rfrfr(), small_grid(), workers=0, file=file)
-    assert finer.refined_to == read_map(file, rfrfr()).refined_to == 1e-5
-    # Cells are those of the coarse map, whose smallest steps are longer; borders are as exact as others.
-    for border, other in zip(finer.borders, small_map().borders, strict=True):
-        if border.kind != "singularity":
-            np.testing.assert_allclose(border.points, other.points, rtol=0.0, atol=1e-5)
-
-
-def test_files_that_do_not_say_what_their_borders_were_refined_to_are_read(tmp_path):
-    file = tmp_path / "map.nc"
-    old = as_dataset(small_map())
-    del old.attrs["tolerance"], old.attrs["refined_to"]
-    old.to_netcdf(file, engine="scipy")
-    found = read_map(file, rfrfr())
-    assert_same(found, small_map())
-    assert found.complete and found.refined_to == np.inf
-    assert_same(cancelled_while_refining(file), small_map())
-    assert_same(map_workspace(rfrfr(), small_grid(), workers=0, file=file), small_map())
-    assert read_map(file, rfrfr()).refined_to == 1e-5
 
 
 def test_a_map_is_gone_on_with_from_each_of_its_cells(tmp_path):

@@ -10,16 +10,20 @@ import sys
 
 import numpy as np
 import pytest
+import rclpy
+from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import Point
 from helpers.browser import Looker
 from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from visualization_msgs.msg import Marker, MarkerArray
 
 import cpr_core
 from cpr_ros.own_domain import private_environment
+from cpr_ros.view_node import ViewNode
 
 
 class ViewProcess:
@@ -171,8 +175,14 @@ class Told:
         self.descriptions = node.create_publisher(String, "/cpr_node/description", latched)
         self.states = node.create_publisher(JointState, "/joint_states", 10)
         self.markers = node.create_publisher(MarkerArray, "/cpr_node/leg_markers", 10)
+        self.stability = node.create_publisher(StabilityMetrics, "/cpr_node/stability", 10)
         self.state = JointState()
-        self.timer = node.create_timer(0.02, lambda: self.states.publish(self.state))
+        self.timer = node.create_timer(0.02, self.tell)
+
+    def tell(self):
+        """Where the motors are, and that the node is there: else control is given back."""
+        self.states.publish(self.state)
+        self.stability.publish(StabilityMetrics(margin=0.9, margin_warning=0.2, margin_stop=0.1))
 
     def describe(self, robot):
         self.descriptions.publish(String(data=robot.description.text))
@@ -190,7 +200,7 @@ class Told:
 
     def close(self):
         self.client.node.destroy_timer(self.timer)
-        for publisher in (self.descriptions, self.states, self.markers):
+        for publisher in (self.descriptions, self.states, self.markers, self.stability):
             self.client.node.destroy_publisher(publisher)
 
 
@@ -256,3 +266,22 @@ def test_a_name_that_no_node_has_is_told(domain):
     assert done.stdout == ""
     assert done.stderr.startswith("cpr_view: Invalid topic name")
     assert "Traceback" not in done.stderr
+
+
+@pytest.fixture
+def shown(domain):
+    """A node of the page, in this process and without a browser."""
+    rclpy.init(domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    node = ViewNode("cpr_node", "127.0.0.1", 0)
+    yield node
+    node.page.close()
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+def test_control_that_was_taken_before_there_was_a_robot_is_kept(shown):
+    """It was given back, as another robot had come."""
+    shown.page._control.switch()
+    for name, kept in (("rfrfr", True), ("six_rfs", False)):
+        shown._hear_description(String(data=cpr_core.load_robot(name).description.text))
+        assert shown.page.in_control == kept
