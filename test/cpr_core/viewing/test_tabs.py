@@ -96,7 +96,7 @@ def test_what_is_no_map_is_told(page, looker, tmp_path):
     looker.open_tab("map")
     looker.page.locator("input[type=file]").last.set_input_files(file)
     looker.page.get_by_text("not a map of this robot").wait_for()
-    assert "wrong.nc" in looker.text()
+    looker.until(lambda: "wrong.nc" in looker.text())
     assert page.equilibrium is before
 
 

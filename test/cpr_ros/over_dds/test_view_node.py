@@ -229,10 +229,10 @@ def test_another_robot_takes_the_place_of_the_first(told, looker, names):
     for _ in range(10):
         told.client.executor.spin_once(timeout_sec=0.02)  # motors of the first
     assert sliders() == 0
-    assert "another robot has come" in looker.text()
+    told.until(looker, lambda: "another robot has come" in looker.text())
     told.move(second)
     told.until(looker, lambda: sliders() == second.motor_count)
-    assert "give control back" not in looker.text()
+    told.until(looker, lambda: "give control back" not in looker.text())
     looker.until(lambda: looker.visible("/platform"))
 
 
