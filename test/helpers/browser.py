@@ -209,6 +209,17 @@ def _click(found: Any) -> None:
     found.click(force=True)
 
 
+def type_into(page: Any, looker: Looker, label: str, text: str) -> None:
+    """Type into a field and wait until the page has heard of it, as a hand does.
+
+    Browsers send every 50 ms: a button that is pressed within them would go out in place of the text.
+    """
+    inputs = page.server.gui._gui_input_handle_from_uuid.values()
+    field = next(part for part in inputs if getattr(part, "label", "") == label)
+    looker.field(label).fill(text, force=True)
+    looker.until(lambda: field.value == text)
+
+
 def settled(page: Any, looker: Looker) -> None:
     """Wait until the scene of the browser is where the robot is, and nobody holds it any more."""
 

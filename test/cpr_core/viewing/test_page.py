@@ -7,7 +7,7 @@ import threading
 
 import numpy as np
 import pytest
-from helpers.browser import TIMEOUT, Looker, settled
+from helpers.browser import TIMEOUT, Looker, settled, type_into
 
 import cpr_core
 from cpr_core.drawing.robot_lines import equilibrium_lines, segments
@@ -57,7 +57,7 @@ def type_numbers(page, looker, kind, text):
         looker.choose("type", kind)
         # The page fills the field with where the robot is.
         looker.until(lambda: looker.field("numbers").input_value() == numbers_as_text(values))
-    looker.field("numbers").fill(text, force=True)
+    type_into(page, looker, "numbers", text)
     looker.press("go there")
 
 
@@ -229,7 +229,7 @@ def test_gravity_modes_and_undo(page, looker):
     assert page.wait()
     sunk = page.equilibrium.platform_position
     assert sunk[2] < home.platform_position[2]
-    looker.field("strain modes").fill("7", force=True)
+    type_into(page, looker, "strain modes", "7")
     looker.press("choose modes")
     looker.until(lambda: page.equilibrium.robot.state_size > home.robot.state_size)
     settled(page, looker)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from helpers.browser import Looker, settled
+from helpers.browser import Looker, settled, type_into
 from PIL import Image
 
 import cpr_core
@@ -105,7 +105,7 @@ def test_a_way_is_traced_and_played(page, looker):
     looker.choose("to", "pose")
     here = numbers_as_text(page.equilibrium.pose)  # what the page fills the field with
     looker.until(lambda: looker.field("end").input_value() == here)
-    looker.field("end").fill("0.1 0.75", force=True)
+    type_into(page, looker, "end", "0.1 0.75")
     looker.press("trace from here")
     looker.page.get_by_text("the end is reached").wait_for()
     looker.until(lambda: looker.visible("/way"))
