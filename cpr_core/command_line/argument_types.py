@@ -34,23 +34,23 @@ def number(text: str) -> float:
 
 def finite(text: str) -> float:
     """A finite number."""
-    value = float(text) if _is_number(text) else math.nan
+    value = _value(text)
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"expected a finite number, got {text!r:.100}")
     return value
 
 
-def _is_number(text: str) -> bool:
+def _value(text: str) -> float:
+    """What a text is as a number; NaN if it is none."""
     try:
-        float(text)
+        return float(text)
     except ValueError:
-        return False
-    return True
+        return math.nan
 
 
 def length(text: str) -> float:
     """A length that is positive."""
-    value = float(text) if _is_number(text) else math.nan
+    value = _value(text)
     if not 0.0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"expected a positive length in metres, got {text:.100}")
     return value
