@@ -41,18 +41,25 @@ class Presence:
         self._silence = silence
         self._last: float | None = None
         self._returned: float | None = None
+        self._missed, self._gone = False, False
 
     def hear(self, now: float) -> None:
         """A message came."""
-        if self._last is not None and now - self._last > self._silence:
+        if self._gone:
             self._returned = now
-        self._last = now
+        self._last, self._missed, self._gone = now, False, False
 
     def seen(self, now: float) -> Seen:
-        """What to say of it: ``back`` for a while after it was gone."""
+        """What to say of it: ``back`` for a while after it was gone.
+
+        Gone is what is missed twice in a row: whoever was held up himself hears in between what came
+        meanwhile.
+        """
         if self._last is None:
             return "waiting"
-        if now - self._last > self._silence:
+        self._gone = self._missed
+        self._missed = now - self._last > self._silence
+        if self._gone:
             return "gone"
         if self._returned is not None and now - self._returned < _BACK:
             return "back"

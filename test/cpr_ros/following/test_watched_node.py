@@ -21,13 +21,30 @@ def test_a_node_is_there_gone_and_back():
     presence.hear(5.0)
     assert presence.seen(5.9) == "there"
     presence.hear(5.9)
-    assert presence.seen(7.0) == "gone"
+    assert [presence.seen(6.8), presence.seen(6.95), presence.seen(7.0)] == [
+        "there",
+        "there",
+        "gone",
+    ]
+    assert presence.seen(8.9) == "gone"
     presence.hear(9.0)
     assert presence.seen(9.1) == "back"
     for tick in range(30):
         presence.hear(9.5 + 0.5 * tick)
     assert presence.seen(24.1) == "there"
-    assert presence.seen(40.0) == "gone"
+    assert [presence.seen(40.0), presence.seen(40.1)] == ["there", "gone"]
+
+
+def test_who_was_held_up_does_not_call_a_node_gone():
+    """What came meanwhile is heard behind the first look."""
+    presence = Presence(silence=1.0)
+    presence.hear(5.0)
+    assert presence.seen(5.1) == "there"
+    assert presence.seen(9.0) == "there"
+    presence.hear(9.01)
+    assert presence.seen(9.1) == "there"
+    assert presence.seen(10.5) == "there"
+    assert presence.seen(10.6) == "gone"
 
 
 def test_a_minute_is_kept():

@@ -7,6 +7,8 @@ import re
 import signal
 import subprocess
 import sys
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import Point
 from helpers.browser import Looker
 from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
@@ -24,6 +27,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 import cpr_core
 from cpr_ros.own_domain import private_environment
 from cpr_ros.view_node import ViewNode
+from cpr_ros.watched_node import Presence
 
 
 class ViewProcess:
@@ -167,22 +171,28 @@ def test_a_node_is_shown_moved_lost_and_found_again(view, looker, client, domain
 
 
 class Told:
-    """What a node tells of its robot, without the node."""
+    """What a node tells of its robot, without the node: all the time, however long a browser takes."""
 
     def __init__(self, client):
-        self.client, node = client, client.node
+        self.node = node = client.node
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.descriptions = node.create_publisher(String, "/cpr_node/description", latched)
         self.states = node.create_publisher(JointState, "/joint_states", 10)
         self.markers = node.create_publisher(MarkerArray, "/cpr_node/leg_markers", 10)
         self.stability = node.create_publisher(StabilityMetrics, "/cpr_node/stability", 10)
         self.state = JointState()
-        self.timer = node.create_timer(0.02, self.tell)
+        self.times = 0
+        self.ended = threading.Event()
+        self.telling = threading.Thread(target=self.tell)
+        self.telling.start()
 
     def tell(self):
         """Where the motors are, and that the node is there: else control is given back."""
-        self.states.publish(self.state)
-        self.stability.publish(StabilityMetrics(margin=0.9, margin_warning=0.2, margin_stop=0.1))
+        metrics = StabilityMetrics(margin=0.9, margin_warning=0.2, margin_stop=0.1)
+        while not self.ended.wait(0.02):
+            self.states.publish(self.state)
+            self.stability.publish(metrics)
+            self.times += 1
 
     def describe(self, robot):
         self.descriptions.publish(String(data=robot.description.text))
@@ -191,17 +201,11 @@ class Told:
         motors = cpr_core.solve_home(robot).motors.tolist()
         self.state = JointState(name=list(robot.motor_names), position=motors)
 
-    def until(self, looker, done):
-        def spun():
-            self.client.executor.spin_once(timeout_sec=0.02)
-            return done()
-
-        looker.until(spun)
-
     def close(self):
-        self.client.node.destroy_timer(self.timer)
+        self.ended.set()
+        self.telling.join()
         for publisher in (self.descriptions, self.states, self.markers, self.stability):
-            self.client.node.destroy_publisher(publisher)
+            self.node.destroy_publisher(publisher)
 
 
 @pytest.fixture
@@ -221,18 +225,18 @@ def test_another_robot_takes_the_place_of_the_first(told, looker, names):
 
     told.describe(first)
     told.move(first)
-    told.until(looker, lambda: sliders() == first.motor_count)
+    looker.until(lambda: sliders() == first.motor_count)
     looker.press("take control")
-    told.until(looker, lambda: "give control back" in looker.text())
+    looker.until(lambda: "give control back" in looker.text())
     told.describe(second)
-    told.until(looker, lambda: not sliders() and not looker.visible("/platform"))
-    for _ in range(10):
-        told.client.executor.spin_once(timeout_sec=0.02)  # motors of the first
+    looker.until(lambda: not sliders() and not looker.visible("/platform"))
+    before = told.times
+    looker.until(lambda: told.times > before + 10)  # motors of the first
     assert sliders() == 0
-    told.until(looker, lambda: "another robot has come" in looker.text())
+    looker.until(lambda: "another robot has come" in looker.text())
     told.move(second)
-    told.until(looker, lambda: sliders() == second.motor_count)
-    told.until(looker, lambda: "give control back" not in looker.text())
+    looker.until(lambda: sliders() == second.motor_count)
+    looker.until(lambda: "give control back" not in looker.text())
     looker.until(lambda: looker.visible("/platform"))
 
 
@@ -241,16 +245,14 @@ def test_nothing_that_is_published_ends_the_page(told, looker, view):
     told.describe(robot)
     told.move(robot)
     sliders = looker.page.get_by_role("slider")
-    told.until(looker, lambda: sliders.count() == robot.motor_count)
+    looker.until(lambda: sliders.count() == robot.motor_count)
     links = Marker(ns="links", points=[Point() for _ in range(3)])  # half a link
-    told.until(looker, lambda: told.markers.get_subscription_count() == 1)
+    looker.until(lambda: told.markers.get_subscription_count() == 1)
     told.markers.publish(MarkerArray(markers=[links]))
-    told.until(looker, lambda: "the page failed" in looker.text())
+    looker.until(lambda: "the page failed" in looker.text())
     told.state.position[0] += 0.5
     expected = f"{told.state.position[0]:.3f}"
-    told.until(
-        looker, lambda: f"{float(sliders.first.get_attribute('aria-valuenow')):.3f}" == expected
-    )
+    looker.until(lambda: f"{float(sliders.first.get_attribute('aria-valuenow')):.3f}" == expected)
     assert view.process.poll() is None
 
 
@@ -285,3 +287,26 @@ def test_control_that_was_taken_before_there_was_a_robot_is_kept(shown):
     for name, kept in (("rfrfr", True), ("six_rfs", False)):
         shown._hear_description(String(data=cpr_core.load_robot(name).description.text))
         assert shown.page.in_control == kept
+
+
+def test_control_is_kept_while_the_page_is_held_up(shown, monkeypatch):
+    """It was given back, as the node was gone: what came meanwhile had not been heard yet."""
+    monkeypatch.setattr(shown, "_presence", Presence(silence=0.3))
+    stability = shown.create_publisher(StabilityMetrics, "/cpr_node/stability", 10)
+    executor = SingleThreadedExecutor()
+    executor.add_node(shown)
+
+    end = time.monotonic() + TIMEOUT
+    while "is there" not in shown.page._presence.content:
+        stability.publish(StabilityMetrics(margin=0.9))
+        executor.spin_once(timeout_sec=0.02)
+        assert time.monotonic() < end
+    shown.page._control.switch()
+    for _ in range(25):
+        stability.publish(StabilityMetrics(margin=0.9))
+        time.sleep(0.02)
+    for _ in range(50):
+        executor.spin_once(timeout_sec=0.02)
+        stability.publish(StabilityMetrics(margin=0.9))
+    assert shown.page.in_control
+    assert "is there" in shown.page._presence.content
