@@ -73,8 +73,10 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     """Files of tests that share what takes long are not taken apart; tests alone stay together.
 
     While these run, no other worker has a node, which would take time from those who measure; and it has
-    short tests only, for which they do not wait long. The mark ``xdist_group`` would say which belong
-    together, but pytest-xdist 3.8 does not see it with pytest 9.2.
+    short tests only, for which they do not wait long. A file of theirs has no other tests, during which
+    the short ones would run out. Later one worker has tests that only compute: nodes and pages wait, and
+    four of them leave a processor idle for half of the time. The mark ``xdist_group`` would say which
+    belong together, but pytest-xdist 3.8 does not see it with pytest 9.2.
     """
     from xdist.scheduler import LoadScopeScheduling
 
@@ -89,9 +91,19 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
             return "alone" if file.rpartition("/")[2] in alone else file
 
         def _assign_work_unit(self, node: object) -> None:
-            under_way = (work.get("alone", {}) for work in self.assigned_work.values())
-            if any(not all(work.values()) for work in under_way):
+            under_way = [
+                scope
+                for work in self.assigned_work.values()
+                for scope, tests in work.items()
+                if not all(tests.values())
+            ]
+            files = [scope for scope in under_way if "::" not in scope]
+            if "alone" in under_way:
                 self.workqueue.move_to_end(next(reversed(self.workqueue)), last=False)
+            elif len(files) >= len(self.nodes) - 1:
+                computing = (scope for scope in self.workqueue if "::" in scope)
+                if (longest := next(computing, None)) is not None:
+                    self.workqueue.move_to_end(longest, last=False)
             super()._assign_work_unit(node)
 
     config.option.loadscopereorder = False

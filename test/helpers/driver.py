@@ -27,6 +27,14 @@ from helpers.node_process import TIMEOUT, Client
 EVERY_MESSAGE = 10_000
 
 
+def pose_at(x: float, y: float, z: float = 0.0) -> PoseStamped:
+    """A place of the platform, not turned."""
+    message = PoseStamped()
+    point = message.pose.position
+    point.x, point.y, point.z = float(x), float(y), float(z)
+    return message
+
+
 class Driver:
     """Publishers and the newest of what the node publishes."""
 
@@ -151,10 +159,7 @@ class Driver:
         self.motor_setpoint.publish(message)
 
     def send_platform(self, x: float, y: float, z: float = 0.0) -> None:
-        message = PoseStamped()
-        point = message.pose.position
-        point.x, point.y, point.z = float(x), float(y), float(z)
-        self.platform.publish(message)
+        self.platform.publish(pose_at(x, y, z))
 
     def pause(self, paused: bool) -> SetBool.Response:
         return self.client.call(SetBool, f"{self.name}/pause", SetBool.Request(data=paused))

@@ -8,35 +8,19 @@ import re
 import signal
 import subprocess
 import sys
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-import pytest
 from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
-from helpers.driver import Driver
+from helpers.example_process import EXAMPLES, started_example
 from helpers.node_process import TIMEOUT, Client, free_domain
 from rclpy.action import ActionServer
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
-
-
-def started(client, name, *arguments, cwd=None, stdout=subprocess.PIPE):
-    domain = str(client.context.get_domain_id())
-    return subprocess.Popen(
-        [sys.executable, EXAMPLES / name, *arguments],
-        env=os.environ | {"ROS_DOMAIN_ID": domain, "PYTHONUNBUFFERED": "1"},
-        cwd=cwd,
-        stdout=stdout,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-
 
 def test_the_supervisor_sends_a_halted_robot_home(rfrfr, drive):
-    supervisor = started(rfrfr.client, "supervisor.py")
+    supervisor = started_example(rfrfr.client, "supervisor.py")
     try:
         drive.client.spin_until(
             lambda: drive.client.node.count_subscribers("/cpr_node/stability") >= 2
@@ -57,7 +41,7 @@ def test_the_supervisor_acts_on_a_halt_in_any_state(rfrfr, drive, tmp_path):
     """A wrench that is not borne halts a robot at rest; its state is IDLE."""
     log = tmp_path / "supervisor.log"
     with log.open("w") as output:
-        supervisor = started(rfrfr.client, "supervisor.py", stdout=output)
+        supervisor = started_example(rfrfr.client, "supervisor.py", stdout=output)
     pushed = WrenchStamped()
     pushed.wrench.force.y = -1000.0
     pushing = drive.client.node.create_timer(0.05, lambda: drive.wrench.publish(pushed))
@@ -92,7 +76,7 @@ def test_the_programs_of_the_page_about_the_node_do_what_they_say(rfrfr, drive, 
     for number, program in enumerate(programs):
         file = tmp_path / f"program{number}.py"
         file.write_text(program)
-        done = started(rfrfr.client, file, cwd=tmp_path)
+        done = started_example(rfrfr.client, file, cwd=tmp_path)
         drive.client.spin_until(lambda done=done: done.poll() is not None, timeout=60.0)
         said = done.stdout.read()
         assert done.returncode == 0, said
@@ -102,36 +86,10 @@ def test_the_programs_of_the_page_about_the_node_do_what_they_say(rfrfr, drive, 
     assert drive.motors[0] == 2.59 + 0.1
 
 
-@pytest.mark.alone(reason="measures how far the robot lags behind")
-def test_the_circle_is_driven(six_rfs):
-    drive = Driver(six_rfs.client)
-    try:
-        drive.until(lambda: True)
-        first = drive.position
-        circle = started(six_rfs.client, "circle.py", "--radius", "0.03", "--period", "4")
-        drive.client.spin_until(lambda: circle.poll() is not None, timeout=60.0)
-        said = circle.stdout.read()
-        assert circle.returncode == 0, said
-        away = float(re.search(r"setpoint: ([\d.]+) mm", said)[1])
-        assert away < 10.0
-        drive.until_state(StabilityMetrics.STATE_IDLE)
-        poses = [
-            [pose.pose.position.x, pose.pose.position.y, pose.pose.position.z]
-            for kind, messages in drive.outputs.items()
-            if kind.__name__ == "PoseStamped"
-            for pose in messages
-        ]
-        drive.go_home()
-    finally:
-        drive.close()
-    assert poses
-    assert np.linalg.norm(np.array(poses)[-1] - first) < 0.01
-
-
 def test_a_map_is_made_cancelled_and_gone_on_with(rfrfr, tmp_path):
     file = tmp_path / "map.nc"
     command = ("map.py", str(file), "x=-0.9:0.9", "y=-1:1", "--resolution", "0.01")
-    cancelled = started(rfrfr.client, *command)
+    cancelled = started_example(rfrfr.client, *command)
     said = ""
     while "/s" not in said:  # feedback on one line, or the end
         read = cancelled.stdout.read(1)
@@ -141,7 +99,7 @@ def test_a_map_is_made_cancelled_and_gone_on_with(rfrfr, tmp_path):
     rest, _ = cancelled.communicate(timeout=60)
     assert cancelled.returncode == 1, said + rest
     assert "-7: the map was cancelled" in rest
-    whole = started(rfrfr.client, *command)
+    whole = started_example(rfrfr.client, *command)
     said, _ = whole.communicate(timeout=120)
     assert whole.returncode == 0, said
     assert f"{file}: 23450 of 36381 cells are reached" in said
@@ -159,7 +117,7 @@ def test_a_map_whose_node_is_gone_is_not_waited_for():
         handle_accepted_callback=goals.append,  # and never executed
     )
     try:
-        asking = started(client, "map.py", "map.nc", "x=-0.9:0.9", "y=-1:1")
+        asking = started_example(client, "map.py", "map.nc", "x=-0.9:0.9", "y=-1:1")
         client.spin_until(lambda: len(goals) == 1 and asking.poll() is None)
         server.destroy()
         client.spin_until(lambda: asking.poll() is not None)

@@ -16,9 +16,8 @@ from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Duration
 from cpr_msgs.action import FollowTrajectory, MapWorkspace, MoveTo
 from cpr_msgs.msg import ErrorCode, MapAxis, StabilityMetrics
-from cpr_msgs.srv import SolveInverse
-from geometry_msgs.msg import PoseStamped, WrenchStamped
-from helpers.driver import Driver
+from geometry_msgs.msg import WrenchStamped
+from helpers.driver import Driver, pose_at
 from helpers.goal_client import GoalClient
 from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain, running_node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -33,15 +32,9 @@ HOME = [2.59, 0.55]
 NAMES = ["motor1", "motor2"]
 
 
-def target(x, y):
-    pose = PoseStamped()
-    pose.pose.position.x, pose.pose.position.y = float(x), float(y)
-    return pose
-
-
 def bad_messages():
     nan, inf = math.nan, math.inf
-    far_frame = target(0.0, 0.5)
+    far_frame = pose_at(0.0, 0.5)
     far_frame.header.frame_id = "camera"
     wrench_frame, nan_wrench, lifted = WrenchStamped(), WrenchStamped(), WrenchStamped()
     wrench_frame.header.frame_id = "camera"
@@ -64,8 +57,8 @@ def bad_messages():
         "long command": ("commands", Float64MultiArray(data=[2.7, 0.4, 0.4])),
         "empty command": ("commands", Float64MultiArray()),
         "NaN command": ("commands", Float64MultiArray(data=[2.7, nan])),
-        "NaN platform": ("platform", target(nan, 0.5)),
-        "infinite platform": ("platform", target(0.0, -inf)),
+        "NaN platform": ("platform", pose_at(nan, 0.5)),
+        "infinite platform": ("platform", pose_at(0.0, -inf)),
         "platform in another frame": ("platform", far_frame),
         "wrench in another frame": ("wrench", wrench_frame),
         "NaN wrench": ("wrench", nan_wrench),
@@ -89,24 +82,6 @@ def test_a_bad_message_is_dropped_whole_and_warned_about(rfrfr, drive, case):
     assert drive.metrics.setpoint_age == -1.0  # no watchdog was fed
     assert drive.metrics.wrench_age == -1.0
     np.testing.assert_array_equal(drive.motors, HOME)
-
-
-@pytest.mark.alone(reason="messages have to come in time")
-def test_a_bad_message_does_not_feed_the_watchdog_of_a_good_one(drive):
-    assert drive.set_parameters(setpoint_timeout=0.3).successful
-    try:
-        drive.send_platform(0.0, -0.2)
-        drive.until_state(StabilityMetrics.STATE_FOLLOWING)
-        end = time.monotonic() + 1.0
-        while time.monotonic() < end:
-            drive.platform.publish(target(math.nan, 0.0))
-            drive.spin(0.02)
-        drive.until(lambda: True)
-        assert drive.metrics.state == StabilityMetrics.STATE_STALE
-        assert drive.metrics.status == StabilityMetrics.STATUS_STALE_COMMAND
-        assert drive.metrics.setpoint_age > 0.9
-    finally:
-        assert drive.set_parameters(setpoint_timeout=0.0).successful
 
 
 @pytest.mark.parametrize("seconds", [0, 1, 4_000_000_000 // 2])
@@ -135,89 +110,6 @@ def test_a_timeout_of_zero_makes_nothing_stale(drive):
         assert StabilityMetrics.STATE_STALE not in states
     finally:
         assert drive.set_parameters(max_speed=4.0).successful
-
-
-@pytest.mark.alone(reason="messages have to come in time")
-def test_a_timeout_below_a_second_is_kept(drive):
-    def stale():
-        told = drive.all(StabilityMetrics)
-        return [metrics for metrics in told if metrics.state == StabilityMetrics.STATE_STALE]
-
-    assert drive.set_parameters(setpoint_timeout=0.2, max_speed=0.05).successful
-    try:
-        drive.forget()
-        drive.send_motors(2.9, 0.55)
-        drive.client.spin_until(stale, timeout=5.0)
-        drive.catch_up(stale()[0])
-        held = drive.motors
-        assert stale()[0].setpoint_age > 0.2
-        farthest = 0.05 * (0.2 + 1 / 200)  # with no tick late
-        assert HOME[0] < held[0] <= HOME[0] + farthest + 1e-12
-        drive.spin(0.3)
-        np.testing.assert_array_equal(drive.motors, held)
-    finally:
-        assert drive.set_parameters(setpoint_timeout=0.0, max_speed=4.0).successful
-
-
-@pytest.mark.alone(reason="takes all the machine can do")
-def test_a_flood_of_setpoints_at_5_khz(rfrfr, drive):
-    """Two seconds, from a process of its own; the last one wins and services answer meanwhile."""
-    flood = subprocess.Popen(
-        [sys.executable, "-c", FLOOD],
-        env=os.environ | {"ROS_DOMAIN_ID": str(rfrfr.client.context.get_domain_id())},
-    )
-    answers = 0
-    while flood.poll() is None:
-        assert drive.forward(*HOME).error_code.val == ErrorCode.SUCCESS
-        answers += 1
-    assert flood.returncode == 0
-    assert answers > 10
-    states = list(drive.all(JointState))  # those of the flood; waiting forgets them
-    drive.until(lambda: np.array_equal(drive.motors, [2.64, 0.5]))
-    stamps = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in states]
-    assert len(stamps) > 10
-    assert np.all(np.diff(stamps) > 0.0)
-
-
-FLOOD = """
-import cpr_ros, rclpy, time
-from sensor_msgs.msg import JointState
-rclpy.init()
-node = rclpy.create_node("flood")
-publisher = node.create_publisher(JointState, "/cpr_node/motor_setpoint", 10)
-while not publisher.get_subscription_count():
-    time.sleep(0.01)
-begin = time.perf_counter()
-message = JointState(name=["motor1", "motor2"], position=[2.6, 0.5])
-for k in range(10_000):
-    message.position[0] = 2.6 + 1e-6 * (k % 50)
-    publisher.publish(message)
-    while time.perf_counter() - begin < k / 5000:
-        pass
-message.position[0] = 2.64
-publisher.publish(message)
-assert publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=10))
-rclpy.shutdown()
-"""
-
-
-@pytest.mark.alone(reason="takes all the machine can do")
-def test_a_burst_of_a_thousand_parallel_calls(drive):
-    client = drive.client.node.create_client(
-        SolveInverse, "/cpr_node/solve_inverse", qos_profile=QoSProfile(depth=1000)
-    )
-    assert client.wait_for_service(TIMEOUT)
-    requests = [
-        SolveInverse.Request(platform=target(0.0, 0.8), start=SolveInverse.Request.START_HOME)
-        for _ in range(1000)
-    ]
-    futures = [client.call_async(request) for request in requests]
-    drive.client.spin_until(lambda: all(future.done() for future in futures), timeout=120.0)
-    answers = [future.result() for future in futures]
-    assert all(answer.error_code.val == ErrorCode.SUCCESS for answer in answers)
-    # Motion went on meanwhile: the ticks are not behind the requests in any line.
-    drive.send_motors(2.6, 0.5)
-    drive.until(lambda: np.array_equal(drive.motors, [2.6, 0.5]))
 
 
 DYING = """

@@ -4,7 +4,6 @@
 """The stability stream, external wrench, description, markers: what a supervisor and rviz see."""
 
 import math
-from itertools import pairwise
 from xml.etree import ElementTree
 
 import numpy as np
@@ -12,7 +11,7 @@ import pytest
 import yaml
 from cpr_msgs.msg import StabilityMetrics
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, WrenchStamped
+from geometry_msgs.msg import PoseStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -44,27 +43,6 @@ def test_metrics_are_those_of_the_library(six_rfs):
     assert metrics.state == StabilityMetrics.STATE_IDLE
     assert (metrics.setpoint_age, metrics.wrench_age) == (-1.0, -1.0)
     assert metrics.margin_trend == 0.0
-
-
-def following(drive):
-    """What was told on the way."""
-    told = drive.all(StabilityMetrics)
-    return [metrics for metrics in told if metrics.state == metrics.STATE_FOLLOWING]
-
-
-@pytest.mark.alone(reason="messages have to come in time")
-def test_trend_and_age_tell_of_motion(drive):
-    drive.set_parameters(max_speed=1.0)
-    try:
-        drive.send_platform(0.0, 0.3)
-        drive.client.spin_until(lambda: len(following(drive)) > 5)
-        moving = following(drive)
-        for before, after in pairwise(moving):
-            assert after.margin < before.margin
-            assert after.margin_trend < 0.0
-            assert after.setpoint_age > before.setpoint_age >= 0.0
-    finally:
-        drive.set_parameters(max_speed=4.0)
 
 
 def test_the_stream_comes_in_every_state(drive):
@@ -119,35 +97,6 @@ def test_dropped_messages_are_counted_in_diagnostics(drive):
     array = drive.client.messages(DiagnosticArray, "/diagnostics", 2)[-1]
     values = {value.key: value.value for value in array.status[0].values}
     assert int(values["dropped ~/motor_setpoint"]) >= 1
-
-
-def send_wrench(drive, fx, fy, frame=""):
-    message = WrenchStamped()
-    message.header.frame_id = frame
-    message.wrench.force.x, message.wrench.force.y = float(fx), float(fy)
-    drive.wrench.publish(message)
-
-
-@pytest.mark.alone(reason="messages have to come in time")
-@pytest.mark.parametrize("frame", ["", "base", "platform"])
-def test_an_external_wrench_acts_and_ends_with_its_timeout(drive, frame):
-    robot = cpr_core.load_robot("rfrfr")
-    field = "wrench_body" if frame == "platform" else "wrench_world"
-    pushed = robot.default_loads.with_(**{field: [0, 0, 0, 0.2, -0.3, 0]})
-    expected = cpr_core.solve_forward(
-        robot, solve_home(robot).motors, loads=pushed
-    ).platform_position
-    for _ in range(30):
-        send_wrench(drive, 0.2, -0.3, frame)
-        drive.spin(0.03)
-    drive.until(lambda: True)
-    np.testing.assert_allclose(drive.position, expected, atol=1e-9)
-    assert 0.0 <= drive.metrics.wrench_age < 0.5
-    assert drive.metrics.energy_criterion_applies == (frame != "platform")
-    home = solve_home(robot).platform_position
-    drive.until(lambda: np.allclose(drive.position, home, atol=1e-9), timeout=5.0)
-    drive.until(lambda: True)
-    assert drive.metrics.wrench_age == -1.0
 
 
 def latched(running, kind, topic):
