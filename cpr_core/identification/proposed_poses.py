@@ -31,6 +31,8 @@ __all__ = ["ProposedPoses", "propose_poses"]
 
 Floats = NDArray[np.float64]
 
+#: More than anybody measures; how long the choice takes grows with the square of them.
+_MOST_POSES = 1000
 #: Candidates for every pose that is asked for.
 _CANDIDATES = 20
 #: Motors are tried this far from home, in radians and rod lengths, within their limits.
@@ -93,13 +95,14 @@ def propose_poses(
         progress: Called with the fraction of candidates that are done.
 
     Raises:
-        InvalidRequest: No parameters, nothing to be measured, or no candidates.
+        InvalidRequest: No parameters, nothing to be measured, no candidates, or more than a
+            thousand poses.
         UnknownParameter: There is no such number.
     """
     checked_robot(robot)
     paths = checked_paths(parameters)
     values = robot.parameter_values(paths)
-    count = checked_count("count", count, 1)
+    count = checked_count("count", count, 1, _MOST_POSES)
     checked_number("margin", margin)
     if not checked_number("reach", reach) > 0.0:
         raise InvalidRequest("reach", f"expected a positive distance, got {reach:g}")

@@ -34,6 +34,8 @@ __all__ = ["FoundEquilibrium", "find_equilibria", "merged_equilibria"]
 
 Floats = NDArray[np.float64]
 
+#: A million take an hour and more; all are numbered before the first one begins.
+_MOST_STARTS = 1_000_000
 #: Bending of random starts: smallest and largest standard deviation of the curvature times the length.
 _BENDING = (0.3, 3.0)
 #: Steps that close the joints of a start.
@@ -94,13 +96,15 @@ def find_equilibria(
         The equilibria by energy, lowest first, each once.
 
     Raises:
-        InvalidRequest: Wrong number of motors, a rod length of zero or less, or no start.
+        InvalidRequest: Wrong number of motors, a rod length of zero or less, no start, or more than a
+            million.
         NonFiniteInput: A NaN or an infinity.
     """
     checked_robot(robot)
     values = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
     check_rod_lengths(robot, values)
-    starts, seed = checked_count("starts", starts, 1), checked_count("seed", seed, 0)
+    starts = checked_count("starts", starts, 1, _MOST_STARTS)
+    seed = checked_count("seed", seed, 0)
     loads = robot.default_loads if loads is None else loads
     seeds = np.random.SeedSequence(seed).spawn(starts)
     home = _from_home(robot, values, loads)

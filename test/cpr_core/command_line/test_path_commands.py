@@ -187,6 +187,12 @@ def test_more_points_than_there_is_room_for_are_refused(capsys):
     assert "points: expected at most 1000000" in error
 
 
+def test_more_starts_than_anybody_waits_for_are_refused(capsys):
+    status, _, error = run(capsys, "equilibria", "rfrfr", "--starts", 10**17)
+    assert status == 2
+    assert "starts: expected at most 1000000" in error
+
+
 @pytest.mark.parametrize("command", ["trace", "equilibria"])
 def test_an_answer_is_told_though_its_picture_cannot_be_drawn(capsys, tmp_path, command):
     full = tmp_path / "full.png"

@@ -53,6 +53,7 @@ def test_what_they_would_not_tell_is_named(robot):
     ("arguments", "text"),
     [
         ({"count": 0}, "at least 1"),
+        ({"count": 10**17}, "at most 1000,"),
         ({"reach": 0.0}, "positive distance"),
         ({"deviations": StandardDeviations(motors=1e-3)}, "position, rotation or efforts"),
         ({"margin": 0.999}, "only 0 of 40 random motor positions"),
