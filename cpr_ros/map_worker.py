@@ -20,7 +20,7 @@ from multiprocessing.connection import Connection
 
 from cpr_core import CprError
 from cpr_core.workspace import MapSummary, map_workspace, summary_of
-from cpr_core.workspace.flooding import Progress
+from cpr_core.workspace.flood import Progress
 from cpr_core.workspace.map_files import unfinished_file
 
 from .map_order import MapFailure, MapOrder, MapState

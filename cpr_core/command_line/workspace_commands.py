@@ -25,7 +25,7 @@ from ..model.robot import Robot
 from ..solving.geometrico_statics import solve_forward, solve_inverse
 from ..solving.home import solve_home
 from ..workspace import Grid, WorkspaceMap, map_workspace, motor_grid, pose_grid
-from ..workspace.flooding import Progress
+from ..workspace.flood import Progress
 from ..workspace.map_files import MapNotWritten
 from ..workspace.summary import summary_of
 from .answer import Answer, written

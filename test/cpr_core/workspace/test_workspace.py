@@ -32,7 +32,7 @@ from cpr_core.lie import quaternion_from_rotation, roll_pitch_yaw, rotation_exp
 from cpr_core.solving.limits import margins
 from cpr_core.workspace import (
     EdgeState,
-    flooding,
+    flood,
     map_workspace,
     motor_grid,
     pose_grid,
@@ -278,9 +278,9 @@ def test_progress_counts_cells():
 
 def test_guesses_save_steps_and_change_nothing_else(monkeypatch):
     found = small_map()
-    guesses = flooding._Flood._guesses
+    guesses = flood.Flood._guesses
     monkeypatch.setattr(
-        flooding._Flood, "_guesses", lambda *arguments: np.full_like(guesses(*arguments), np.nan)
+        flood.Flood, "_guesses", lambda *arguments: np.full_like(guesses(*arguments), np.nan)
     )
     plain = map_workspace(rfrfr(), small_grid(), workers=0)
     np.testing.assert_array_equal(found.reached, plain.reached)
