@@ -30,8 +30,8 @@ class ExternalWrench:
         self._loads: Loads | None = None
 
     @property
-    def told(self) -> bool:
-        """Whether a wrench has come since the start, be it too old by now."""
+    def acts(self) -> bool:
+        """Whether what a message said acts, or its end is not borne yet."""
         return self._loads is not None
 
     def take(self, loads: Loads, now: float) -> None:
@@ -58,4 +58,7 @@ class ExternalWrench:
                 wrench_world=default.wrench_world, wrench_body=default.wrench_body
             )
             self.watchdog.forget()
+        elif self._loads is known and self.watchdog.age(now) < 0.0:
+            self._loads = None  # its end is borne: what is applied later is not taken for it
+            return known
         return self._loads

@@ -53,6 +53,11 @@ class MotorTracker:
         self.watchdog.feed(now)
         self.at_rest = False
 
+    def forget(self) -> None:
+        """Be as if no measured motors had ever come."""
+        self._goal, self.at_rest = None, False
+        self.watchdog.forget()
+
     def tick(self, current: Assessment, loads: Loads, now: float) -> Outcome:
         """Follow the motors; parameters as in :meth:`SetpointFollower.tick`."""
         self.at_rest = self._goal is None or self.watchdog.stale(now)

@@ -106,8 +106,10 @@ class MoveAction(LongAction):
             return
         equilibrium = outcome.assessment.equilibrium
         remaining = session.follower.corrected(motion.goal).remaining(equilibrium)
-        aligned = session.commands.aligned_with(equilibrium.motors)
-        arrived = remaining <= ARRIVED and aligned and outcome.state != State.ALIGNING
+        sent = session.commands.newest is not None  # else the motors may be anywhere
+        aligned = sent and session.commands.aligned_with(equilibrium.motors)
+        aligned = aligned and outcome.state != State.ALIGNING
+        arrived = remaining <= ARRIVED and aligned and outcome.refusal is None
         measured = session.loop_status(now)
         if arrived and motion.measured.met(measured):
             self._end(motion, None)
@@ -206,7 +208,7 @@ def _hindrance(motion: _Motion, outcome: Outcome, measured: LoopStatus | None) -
         outcome: Of the last tick.
         measured: Where the platform is measured, if the model is at its target.
     """
-    if outcome.state == State.HALTED:
+    if outcome.refusal is not None:  # also of a robot that rests at its target
         return "halted", outcome.verdict.text
     why = "" if measured is None else motion.measured.hindrance(measured)
     return ("not measured at its target" if why else "", why)

@@ -224,9 +224,8 @@ class CprNode(LifecycleNode):
 
     def _activate(self) -> None:
         session = self._required_session()
-        session.follower.drop()
+        session.stand()
         self._announcements = Announcements()
-        session.loop.forget()
         if self._whereabouts is not None:
             self._whereabouts.look()
         if self.interfaces is not None:

@@ -140,6 +140,10 @@ class PoseLoop:
         # Corrections are poses: what moves one that is nowhere.
         self._correction = self._wanted = self.coordinates.nowhere
 
+    def beyond(self, settings: LoopSettings) -> bool:
+        """Whether what is corrected is more than other settings allow."""
+        return self.coordinates.size(self.correction) > settings.max_correction
+
     def corrected(self, goal: Goal) -> Goal:
         """Where the model is sent for a goal; the goal itself where nothing is to be corrected."""
         if not isinstance(goal, PoseGoal) or self._correction is self.coordinates.nowhere:

@@ -111,12 +111,15 @@ class Session:
                 and follower.arrived(current)
             )
             or (other_jog and self.jogger.drives(follower.goal))
+            or self.loop.beyond(live.loop)
         )
         if forgotten:
             self.follower.drop("parameters changed: the setpoint is forgotten")
         self.follower.settings = live.settings
         self.solver.time_limit = live.time_limit
         self.wrench.watchdog.timeout = live.wrench_timeout
+        if self.loop.beyond(live.loop):
+            self.loop.forget()  # the robot holds where that has led it
         self.loop.settings = live.loop
         self.jogger.watchdog.timeout = live.twist_timeout
         self.felt.settings = live.felt_wrench
@@ -171,7 +174,8 @@ class Session:
         if self.tracker is None and not aligned and not self.follower.paused:
             borne, burden = self.follower.bear(before, loads)
             told = self.follower.judge(borne, burden)
-            self.outcome = Outcome(borne, borne is not before, State.ALIGNING, told)
+            moved = borne is not before
+            self.outcome = Outcome(borne, moved, State.ALIGNING, told, refusal=burden)
         else:
             mover = self.follower if self.tracker is None else self.tracker
             self.outcome = mover.tick(before, loads, now)
@@ -196,7 +200,8 @@ class Session:
         motors = self.solver.current.equilibrium.motors
         known = self.commands.newest is not None
         nothing_new = self.commands.aligned_with(motors) if known else not self.outcome.obeyed
-        if self.tracker is not None or self.follower.paused or nothing_new:
+        held = self.follower.paused or self.outcome.refusal is not None
+        if self.tracker is not None or held or nothing_new:
             return None
         self.unplaced = False
         return self.commands.step_to(motors, self.follower.settings.max_speed)
@@ -215,7 +220,15 @@ class Session:
         self.solver.current = Assessment(equilibrium, length, solve_time=solve_time)
         self.commands.place(motors)
         current = self.solver.current
-        self.outcome = Outcome(current, False, State.IDLE, self.follower.judge(current))
+        self.outcome = Outcome(current, False, self._state_at_rest, self.follower.judge(current))
+
+    def stand(self) -> None:
+        """Be at rest as the node becomes active: setpoint and what was measured are forgotten."""
+        self.follower.drop()
+        self.loop.forget()
+        if self.tracker is not None:
+            self.tracker.forget()
+        self._be(self._state_at_rest)
 
     def follow(self, goal: Goal, now: float, *, ages: bool = True) -> None:
         """Take a setpoint; arguments as in :meth:`SetpointFollower.follow`.
@@ -250,6 +263,14 @@ class Session:
                 ErrorCode.NOT_READY, "the motor commands are on their way to where the robot is"
             )
         return self.trajectories.take(order, current, now, told)
+
+    @property
+    def _state_at_rest(self) -> State:
+        """What the node does without a setpoint."""
+        if self.follower.paused:
+            return State.PAUSED
+        aligned = self.commands.aligned_with(self.solver.current.equilibrium.motors)
+        return State.IDLE if aligned else State.ALIGNING
 
     @property
     def _awaiting(self) -> bool:
@@ -339,8 +360,7 @@ class Session:
         if paused:
             self._be(State.PAUSED)
         elif self.outcome.state == State.PAUSED:
-            aligned = self.commands.aligned_with(self.solver.current.equilibrium.motors)
-            self._be(State.IDLE if aligned else State.ALIGNING)
+            self._be(self._state_at_rest)
         return "paused, the setpoint is forgotten" if paused else "waiting for a setpoint"
 
     def reset(self) -> str:

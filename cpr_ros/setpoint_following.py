@@ -98,6 +98,8 @@ class SetpointFollower:
         watchdog: Age of the newest setpoint.
         corrected: Where the robot is sent for a goal: there, or where it then is measured there.
         dropped: Why the last setpoint was forgotten that none replaced.
+        orders: How many setpoints, pauses and returns have come, and how often one was forgotten: it
+            tells that something newer has come, also if that is gone already.
     """
 
     def __init__(self, robot: Robot, period: float, settings: Settings) -> None:
@@ -108,6 +110,7 @@ class SetpointFollower:
         self.corrected: Callable[[Goal], Goal] = lambda goal: goal
         self.paused = False
         self.dropped = ""
+        self.orders = 0
         self._goal: Goal | None = None
         self._ages = True
         self._returning, self._under_way = False, False
@@ -172,12 +175,14 @@ class SetpointFollower:
             now: Steady time [s].
             ages: Whether it has to come again and again, or becomes stale.
         """
+        self.orders += 1
         self._goal, self._ages = goal, ages
         self._returning, self._under_way, self._stirred = False, True, True
         self.watchdog.feed(now)
 
     def drop(self, reason: str = "") -> None:
         """Forget the setpoint and hold; the reason is for who sent it."""
+        self.orders += 1
         self.dropped = reason
         self._goal, self._returning, self._under_way = None, False, False
         self._refusal, self._reach, self._stirred = None, 1.0, True
@@ -210,8 +215,10 @@ class SetpointFollower:
         state = State.PAUSED if self.paused else State.IDLE
         self._under_way, obeyed = False, False
         if goal is not None and not self.paused:
-            if goal.remaining(borne.equilibrium) <= ARRIVED:
+            at_goal = goal.remaining(borne.equilibrium) <= ARRIVED
+            if at_goal and not (self._returning and burden):
                 self._refusal, obeyed = None, burden is None
+                self._ages = self._ages and self.stale(now)  # in time: it is held from now on
                 if self._returning:
                     home_missed = self._misses_home(borne.equilibrium)
                     self.drop("~/reset: the robot is at home")

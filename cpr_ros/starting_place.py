@@ -80,7 +80,7 @@ def begin_at_measured(session: Session, measured: Floats) -> str:
         ) from None
     session.begin_at(found, measured, time.perf_counter() - begin)
     said = f"where it is measured, motors {_words(measured)}"
-    if not session.wrench.told and compared(current.loads) != compared(found.loads):
+    if not session.wrench.acts and compared(current.loads) != compared(found.loads):
         said += ", without the wrench of the solution that was applied"
     return said
 

@@ -37,6 +37,9 @@ _SHARE = 0.5
 _TICK_WORK = 1e-4
 #: A trajectory is joined when it will be solved, as far as that is known, and so much later.
 _RESERVE = 1.5
+#: One with a stamp takes the place of an older one so shortly before it is joined [ticks]: more than the
+#: older one goes on in a tick, so that no tick passes the moment by.
+_BEFORE_JOINED = 3.0
 _WATCHED = tuple(name for name in MEASURES if name != "inverse_singularity")
 
 
@@ -67,7 +70,7 @@ class Motion:
         told: Called with its end, once.
         own_time: Where on its path it would be now, in its own time, before it has begun.
         join: Until then, in its own time, the path is what the motors did before [s].
-        after: What the follower had as its goal when it came; anything else is newer.
+        after: How many orders the follower had had when it came; more of them are newer.
         since: When solving its plan began, steady time [s].
         stamp: When its own time is zero, steady time [s]; None: as soon as it is solved.
         goal: What the follower follows; None: it has not begun.
@@ -79,7 +82,7 @@ class Motion:
     told: Callable[[Ending], None]
     own_time: Callable[[float], float]
     join: float
-    after: object
+    after: int
     since: float
     stamp: float | None
     goal: TrajectoryGoal | None = None
@@ -136,7 +139,7 @@ class Trajectories:
             self._follower.drop("a trajectory came")
             plan.advance(_FIRST_GO)
         stamp = None if order.start_in is None else now + order.start_in
-        motion = Motion(order, plan, told, own_time, join, self._follower.goal, now, stamp)
+        motion = Motion(order, plan, told, own_time, join, self._follower.orders, now, stamp)
         self.coming = motion
         self._begin_if_solved(current, now)
         return motion
@@ -168,7 +171,7 @@ class Trajectories:
             self._begin_if_solved(current, now)
         if self.running is not None and self.running.goal is not None:
             self.running.goal.elapse(now)
-            self._follower.watchdog.feed(now)  # all of it has come already
+            self._follower.watchdog.feed(now)
 
     def after_tick(self, outcome: Outcome, now: float) -> None:
         """End what has come to its end."""
@@ -293,9 +296,7 @@ class Trajectories:
             self.running = None
             running.told(Ending(ErrorCode.PREEMPTED, newer, self._time(running)))
         coming = self.coming
-        if coming is not None and (
-            self._follower.goal is not coming.after or self._follower.paused
-        ):
+        if coming is not None and self._follower.orders != coming.after:
             self._end_coming(Ending(ErrorCode.PREEMPTED, f"{newer} before it began"))
 
     def _begin_if_solved(self, current: Assessment, now: float) -> None:
@@ -306,9 +307,18 @@ class Trajectories:
         if plan.refused is not None:
             refused = plan.refused
             self._end_coming(Ending(refused.val, str(refused), refused.time, refused.measure))
-        elif plan.done:
+        elif plan.done and not self._waits(coming, now):
             self._tick_work = 0.5 * (self._tick_work + plan.work / plan.ticks)
             self._begin(coming, current, now)
+
+    def _waits(self, coming: Motion, now: float) -> bool:
+        """Whether one with a stamp, solved already, lets the older one go on."""
+        older = None if self.running is None else self.running.goal
+        if older is None or coming.stamp is None:
+            return False
+        own = coming.own_time(now)
+        ends = own + older.path.end - older.time
+        return ends <= coming.join or own < coming.join - _BEFORE_JOINED * self._period
 
     def _begin(self, coming: Motion, current: Assessment, now: float) -> None:
         own = coming.own_time(now)
@@ -318,9 +328,11 @@ class Trajectories:
             text = "the robot was moved while the trajectory was solved"
             self._end_coming(Ending(ErrorCode.PREEMPTED, text))
             return
-        last_tick = now if before is None else before.last_tick
-        coming.goal = TrajectoryGoal(coming.plan.path, own, self._period, last_tick)
-        self._follower.follow(coming.goal, now)
+        last_tick, rests_until = (now, coming.join) if before is None else (before.last_tick, own)
+        coming.goal = TrajectoryGoal(
+            coming.plan.path, own, self._period, last_tick, rests_until=rests_until
+        )
+        self._follower.follow(coming.goal, now, ages=False)  # all of it has come already
         replaced, self.running, self.coming = self.running, coming, None
         if replaced is not None:
             newer = Ending(ErrorCode.PREEMPTED, "a newer trajectory came", self._time(replaced))
@@ -338,7 +350,7 @@ class Trajectories:
         if self._follower.goal is motion.goal:  # else something newer has come since the last tick
             self._follower.drop(ending.message)
             if self.coming is not None:
-                self.coming.after, self.coming.cut_off = None, True
+                self.coming.after, self.coming.cut_off = self._follower.orders, True
         motion.told(ending)
 
     @staticmethod

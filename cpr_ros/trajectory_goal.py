@@ -34,7 +34,15 @@ class TrajectoryGoal:
         last_tick: Steady time of the last tick [s].
     """
 
-    def __init__(self, path: MotorPath, time: float, period: float, now: float) -> None:
+    def __init__(
+        self,
+        path: MotorPath,
+        time: float,
+        period: float,
+        now: float,
+        *,
+        rests_until: float = -math.inf,
+    ) -> None:
         """Be somewhere on a path.
 
         Args:
@@ -42,8 +50,10 @@ class TrajectoryGoal:
             time: Where [s].
             period: Time of a tick [s].
             now: Steady time [s].
+            rests_until: Up to when the path rests, in its own time: no wait delays it before [s].
         """
         self.path, self.time = path, time
+        self._rests_until = rests_until
         self._period, self.last_tick = period, now
         self._began = now - time
         self._clock, self._elapsed = time, 0.0
@@ -51,7 +61,10 @@ class TrajectoryGoal:
 
     def elapse(self, now: float) -> None:
         """Take note of the time before a tick."""
-        self._elapsed = min(max(now - self.last_tick, 0.0), _STALL * self._period)
+        elapsed = max(now - self.last_tick, 0.0)
+        waited = min(elapsed, max(0.0, self._rests_until - self.time))
+        self.time, self._clock = self.time + waited, self._clock + waited
+        self._elapsed = min(elapsed - waited, _STALL * self._period)
         self.last_tick = now
 
     def due(self, now: float) -> float:

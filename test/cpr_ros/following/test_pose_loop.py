@@ -262,6 +262,16 @@ def test_a_gain_of_zero_holds_what_there_is(bench):
     frozen(bench, 0.5, "loop_gain is 0")
 
 
+def test_a_correction_beyond_a_new_limit_is_forgotten_and_the_robot_holds(bench):
+    """It stayed, frozen, above what loop_max_correction allowed."""
+    size = bench.session.loop.coordinates.size(bench.session.loop.correction)
+    motors = bench.model.motors
+    assert bench.session.apply(live(loop_max_correction=0.5 * size), bench.now)
+    np.testing.assert_array_equal(bench.session.loop.correction, 0.0)
+    bench.run(0.5)
+    np.testing.assert_array_equal(bench.model.motors, motors)
+
+
 def test_no_parameter_sets_a_frozen_correction_free(bench):
     bench.session.apply(live(loop_gain=0.0), bench.now)
     bench.run(0.5)

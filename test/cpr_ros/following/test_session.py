@@ -146,6 +146,74 @@ def test_a_wrench_that_is_not_borne_is_a_halt_in_every_state(source):
     outcome = bench.tick()
     assert outcome.state == (State.LOST if source == "measured" else State.ALIGNING)
     assert (outcome.verdict.action, outcome.verdict.speed_scale) == (Action.HALT, 0.0)
+    sent = len(bench.commands)
+    for _ in range(5):
+        assert bench.tick().verdict.action == Action.HALT
+    assert len(bench.commands) == sent  # they went on to where they were sent, through the halt
+    bench.push(0.0, 0.0, 0.0)
+    bench.tick()
+    assert len(bench.commands) == sent + (source == "setpoint")
+
+
+def test_the_way_home_is_not_over_before_the_motors_have_heard_of_it(bench):
+    """A wrench that was not borne held the one command of it back, and the way was said to be done."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    bench.push(0.0, -1000.0, 0.0)
+    session.reset()
+    for _ in range(3):
+        assert bench.tick().state == State.HALTED
+    assert bench.commands == []
+    bench.push(0.0, 0.0, 0.0)
+    while bench.tick().state != State.IDLE:
+        pass
+    np.testing.assert_array_equal(bench.commands, [home])
+
+
+def test_where_it_is_measured_while_paused_it_stays_paused(bench):
+    """The stream said that it was idle, and setpoints were refused as it was paused."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.pause(True)
+    bench.tick()
+    session.begin_at(home, home.motors, 0.0)
+    assert session.outcome.state == State.PAUSED
+    assert bench.tick().state == State.PAUSED
+
+
+def test_what_is_done_before_the_first_tick_is_not_that_of_before(bench):
+    session = bench.session
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    assert bench.tick().state == State.FOLLOWING
+    session.stand()
+    assert session.outcome.state == State.IDLE
+    assert session.follower.goal is None
+
+
+def test_motors_that_were_measured_before_an_activation_are_forgotten():
+    """They were followed, a thousand seconds later, as if they had just been measured."""
+    bench = Bench(motor_source="measured")
+    bench.session.tracker.take([2.6, 0.55], bench.now)
+    assert bench.tick().state == State.TRACKING
+    bench.session.stand()
+    bench.now += 1000.0
+    outcome = bench.tick()
+    assert (outcome.state, outcome.verdict.action) == (State.IDLE, Action.HALT)
+
+
+def test_the_wrench_of_an_applied_solution_outlives_one_that_is_long_gone(bench):
+    """It was dropped in the next tick if any wrench had ever come."""
+    session = bench.session
+    session.apply(replace(LIVE, wrench_timeout=0.1), bench.now)
+    bench.push(0.05, 0.0, 0.0)
+    for _ in range(30):
+        bench.tick()
+    np.testing.assert_array_equal(session.solver.current.equilibrium.loads.wrench_world, 0.0)
+    assert session.at_rest
+    loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.1, 0, 0])
+    pushed = solve_forward(session.robot, session.solver.current.equilibrium.motors, loads=loads)
+    session.begin_at(pushed, None, 0.0)
+    for _ in range(5):
+        bench.tick()
+    assert session.solver.current.equilibrium is pushed
 
 
 def test_the_state_is_the_new_one_as_soon_as_a_request_is_answered(bench):

@@ -263,6 +263,19 @@ def test_a_reached_setpoint_does_not_become_stale():
         assert drive.tick().state == State.IDLE
 
 
+def test_a_pose_that_was_reached_in_time_is_held_against_a_wrench_of_later():
+    """It was too old by then, and the robot stayed where the wrench had moved it."""
+    drive = Drive(robot("rfrfr"), setpoint_timeout=0.5)
+    pose = drive.current.equilibrium.pose + [0.005, 0.0]
+    drive.follow(PoseGoal(drive.robot, pose))
+    drive.until_state(State.IDLE)
+    drive.now += 1.0
+    drive.loads = drive.loads.with_(wrench_world=[0, 0, 0, 0.05, 0, 0])
+    drive.until_state(State.IDLE)
+    assert {outcome.state for outcome in drive.outcomes} == {State.FOLLOWING, State.IDLE}
+    np.testing.assert_allclose(drive.position[:2], pose, atol=1e-9)
+
+
 def test_a_pause_holds_and_nothing_moves_by_itself_when_it_ends(rfrfr):
     to(rfrfr, 0.0, 0.5)
     for _ in range(10):

@@ -659,3 +659,89 @@ def test_one_with_a_stamp_is_in_time_though_the_one_before_has_ended(rfrfr, monk
     assert not second
     assert rfrfr.until_ended(second).val == ErrorCode.SUCCESS
     assert rfrfr.now - begin == pytest.approx(4.0, abs=2.0 * PERIOD)
+
+
+@pytest.mark.parametrize("what", ["pause", "setpoint", "return"])
+def test_what_came_and_went_between_two_ticks_ends_one_that_is_solved(rfrfr, monkeypatch, what):
+    """A pause that was released before the next tick left it alive: the robot set off by itself."""
+    solved_slowly(monkeypatch, every=20)
+    home = rfrfr.motors.copy()
+    _, endings = rfrfr.take([1.0], [[0.2, -0.2]])
+    rfrfr.tick()
+    if what == "pause":
+        rfrfr.follower.pause(True)
+        rfrfr.follower.pause(False)
+    elif what == "setpoint":
+        rfrfr.follow(MotorGoal(rfrfr.robot, home + 0.1))
+        rfrfr.follower.drop("cancelled")
+    else:
+        rfrfr.follower.reset()
+        rfrfr.follower.drop("cancelled")
+    for _ in range(200):
+        rfrfr.tick()
+    assert [ending.val for ending in endings] == [ErrorCode.PREEMPTED]
+    np.testing.assert_array_equal(rfrfr.motors, home)
+
+
+def test_until_one_with_a_stamp_begins_the_older_one_goes_on_and_is_watched(rfrfr):
+    """It was said to be replaced once the newer one was solved, and was driven to its end."""
+    home = rfrfr.motors.copy()
+    _, first = rfrfr.begin([1.0], [[0.1, -0.1]])
+    begin = rfrfr.now
+    _, second = rfrfr.take([1.0], [[0.2, -0.2]], start_in=3.0)
+    assert rfrfr.until_ended(first).val == ErrorCode.SUCCESS
+    np.testing.assert_allclose(rfrfr.motors, home + [0.1, -0.1], atol=1e-12)
+    assert rfrfr.now - begin == pytest.approx(1.0, abs=2.0 * PERIOD)
+    assert rfrfr.until_ended(second).val == ErrorCode.SUCCESS
+    assert rfrfr.now - begin == pytest.approx(4.0, abs=2.0 * PERIOD)
+    assert rfrfr.steps.max() <= 1.0 + 1e-6
+
+
+def test_one_with_a_stamp_replaces_one_that_is_still_under_way_then(rfrfr):
+    older, first = rfrfr.begin([4.0], [[0.4, -0.4]])
+    begin = rfrfr.now
+    newer, second = rfrfr.take([1.0], [[0.2, -0.2]], start_in=2.0)
+    while not first:
+        assert rfrfr.trajectories.running is older
+        rfrfr.tick()
+    assert first[0].val == ErrorCode.PREEMPTED
+    assert rfrfr.now - begin == pytest.approx(2.0, abs=5.0 * PERIOD)
+    assert rfrfr.trajectories.running is newer
+    assert rfrfr.until_ended(second).val == ErrorCode.SUCCESS
+    assert rfrfr.now - begin == pytest.approx(3.0, abs=2.0 * PERIOD)
+    assert rfrfr.steps.max() <= 1.0 + 1e-6
+
+
+def test_an_older_one_is_cancelled_while_one_with_a_stamp_waits(rfrfr):
+    older, first = rfrfr.begin([4.0], [[0.4, -0.4]])
+    begin = rfrfr.now
+    _, second = rfrfr.take([1.0], [[0.2, -0.2]], start_in=2.0)
+    for _ in range(20):
+        rfrfr.tick()
+    rfrfr.trajectories.cancel(older)
+    held = rfrfr.motors.copy()
+    assert first[0].val == ErrorCode.PREEMPTED
+    while rfrfr.now - begin < 1.9:
+        rfrfr.tick()
+    np.testing.assert_array_equal(rfrfr.motors, held)
+    assert rfrfr.until_ended(second).val == ErrorCode.SUCCESS
+    assert rfrfr.now - begin == pytest.approx(3.0, abs=2.0 * PERIOD)
+
+
+@pytest.mark.parametrize("stalls", [[0.5], [0.05] * 5])
+def test_stalls_do_not_delay_one_that_waits_for_its_stamp(rfrfr, stalls):
+    begin = rfrfr.now
+    _, endings = rfrfr.begin([1.0], [[0.2, -0.2]], start_in=2.0)
+    for late in stalls:
+        rfrfr.tick(late)
+        rfrfr.tick()
+    assert rfrfr.until_ended(endings).val == ErrorCode.SUCCESS
+    assert rfrfr.now - begin == pytest.approx(3.0, abs=2.0 * PERIOD)
+
+
+def test_a_trajectory_does_not_become_stale_between_two_ticks(rfrfr):
+    """All of it has come: parameters that changed then ended it as if it were an old setpoint."""
+    rfrfr.begin([1.0], [[0.2, -0.2]])
+    rfrfr.tick()
+    rfrfr.follower.settings = replace(SETTINGS, setpoint_timeout=0.5 * PERIOD)
+    assert not rfrfr.follower.stale(rfrfr.now + 0.9 * PERIOD)

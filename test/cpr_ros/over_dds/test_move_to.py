@@ -10,11 +10,13 @@ import pytest
 from action_msgs.msg import GoalStatus
 from cpr_msgs.action import MoveTo
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from helpers.driver import Driver
 from helpers.goal_client import GoalClient
-from helpers.node_process import change
+from helpers.node_process import change, running_node
 from lifecycle_msgs.msg import Transition
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
 import cpr_core
@@ -278,3 +280,30 @@ def test_a_node_that_is_deactivated_ends_its_goal(rfrfr, slow, moves):
         assert "inactive: holds and is silent" in rfrfr.process.output()
     finally:
         assert change(rfrfr.client, Transition.TRANSITION_ACTIVATE)
+
+
+def test_what_the_motors_have_not_heard_of_is_not_reached(tmp_path):
+    """A wrench held the first command back, and the goal was said to be reached."""
+    with running_node(tmp_path, "robot:=rfrfr", "wrench_timeout:=0.0") as running:
+        drive = Driver(running.client)
+        moves = MoveClient(running.client)
+        pushed = WrenchStamped()
+
+        def told(action):
+            drive.wrench.publish(pushed)
+            return drive.metrics.action == action
+
+        pushed.wrench.force.y = -1000.0
+        drive.until(lambda: told(StabilityMetrics.ACTION_HALT))
+        status, result = moves.move(**motors(*HOME), patience=0.5)
+        assert (status, result.error_code.val) == (ABORTED, ErrorCode.CONTROL_FAILED)
+        assert "halted for 0.5 s: the external wrench is not borne" in result.error_code.message
+        assert not drive.all(Float64MultiArray)
+        pushed.wrench.force.y = 0.0
+        drive.until(lambda: told(StabilityMetrics.ACTION_NONE))
+        status, result = moves.move(**motors(*HOME))
+        assert (status, result.error_code.val) == (SUCCEEDED, ErrorCode.SUCCESS)
+        drive.client.spin_until(lambda: drive.all(Float64MultiArray))
+        np.testing.assert_array_equal(drive.all(Float64MultiArray)[-1].data, HOME)
+        moves.close()
+        drive.close()
