@@ -136,6 +136,21 @@ def test_a_motor_in_several_joints_is_one():
     assert [(joint.ratio, joint.zero) for joint in joints] == [(-2.0, 0.1)] * 3
 
 
+def test_limits_of_a_shared_motor_are_compared_whichever_joint_has_them_first():
+    changed = content("six_rus")
+    for leg in changed["legs"][3:]:
+        leg["chain"][0] |= {"motor": "common"}
+    changed |= {"controlled": ["x", "y", "z", "yaw"], "home": {"motors": [0] * 4, "bow": "outward"}}
+    _, second, third = (leg["chain"][0] for leg in changed["legs"][3:])
+    second["limits"] = {"position": [-1.0, 1.0]}
+    third["limits"] = {"position": [-1.0, 1.0]}
+    assert load_robot(changed).description.motors[3].limits.upper == 1.0
+    third["limits"] = {"position": [-0.2, 0.2]}
+    with pytest.raises(DescriptionError, match="'common' has other limits") as caught:
+        load_robot(changed)
+    assert caught.value.field == "legs[5].chain"
+
+
 def test_a_universal_joint_is_two_turns_each_with_its_own():
     changed = content("six_rus")
     changed["legs"][0]["chain"][2] |= {
