@@ -27,6 +27,7 @@ __all__ = [
     "Place",
     "changed_content",
     "checked_paths",
+    "in_default",
     "named_parameter",
     "parameter_changes",
 ]
@@ -197,6 +198,14 @@ def changed_content(written: WrittenFields, values: Mapping[Place, float]) -> di
                 copied[part[:-1]][part[-1]] = copied[part]
         copied[place[:-1]][place[-1]] = value
     return dict(content)
+
+
+def in_default(written: WrittenFields, place: Place) -> bool:
+    """Whether a place is within something that is not written but has a default."""
+    value: Any = written.content
+    for key in place[:-1]:
+        value = _entry(value, key)
+    return value is None
 
 
 def _copy(value: Any) -> Any:

@@ -166,6 +166,21 @@ def test_strain_modes_and_held_motors_are_kept():
     assert changed.held_motors == (1,)
 
 
+def test_a_default_follows_what_it_is_of_where_one_of_its_entries_is_given():
+    """The middle of a link that gets longer in the same call, as where one call follows the other."""
+    robot = load_robot(SHARED)
+    end, middle = "legs[0].chain[1].link[0]", "legs[0].chain[1].center_of_mass[1]"
+    for changed in (
+        robot.with_parameters({middle: 0.003, end: 0.06, "rod.length": 0.45}),
+        robot.with_parameters({end: 0.06, middle: 0.003, "rod.length": 0.45}),
+        robot.with_parameters({end: 0.06, "rod.length": 0.45}).with_parameters({middle: 0.003}),
+    ):
+        link = changed.description.legs[0].chain[1]
+        assert (link.offset, link.center_of_mass) == ((0.06, 0.0, 0.0), (0.03, 0.003, 0.0))
+        assert changed.description.rods[0].rod.length == 0.45
+        assert load_robot(changed.description.text).description.legs[0].chain[1].offset[0] == 0.06
+
+
 HOSTILE_PATHS = [
     ("rod.youngs_modulus", UnknownParameter, "did you mean rod.young_modulus"),
     ("legs[6].tip.position[0]", UnknownParameter, r"did you mean legs\[\d\].tip.position\[0\]"),
