@@ -23,6 +23,7 @@ from .parameters import (
     checked_paths,
     in_default,
     named_parameter,
+    pair_of,
     parameter_changes,
 )
 from .robot_description import RobotDescription
@@ -188,6 +189,10 @@ class _Mixture:
         if _is_number(first) and _is_number(last):
             between_them = (1.0 - self.fraction) * first + self.fraction * last
             return first if first == last else between_them
+        if _is_number(first) and isinstance(last, list):
+            first = pair_of(self.first, path)
+        elif _is_number(last) and isinstance(first, list):
+            last = pair_of(self.last, path)
         if isinstance(first, Mapping) and isinstance(last, Mapping):
             mixed = {}
             for name in dict.fromkeys((*first, *last)):
