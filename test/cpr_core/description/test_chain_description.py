@@ -451,6 +451,19 @@ def test_a_joint_of_ones_own_is_one_class(kind, monkeypatch):
         load_robot(misspelt)
 
 
+@pytest.mark.parametrize(("named", "blamed"), [(2, 2), (0, 1)])
+def test_no_leg_is_called_like_a_rod_of_another(named, blamed):
+    """Loads on that rod would act on one of the two, without a word."""
+    changed = content("three_rfr_hubs")
+    changed["legs"][1]["chain"] += [{"rod": {}}]
+    changed["home"] = {"motors": [0, 0, 0], "bow": "outward"}
+    assert "leg2.rod2" in load_robot(changed).rod_names
+    changed["legs"][named]["name"] = "leg2.rod2"
+    with pytest.raises(DescriptionError, match=r"'leg2\.rod2' is the name of a rod of") as caught:
+        load_robot(changed)
+    assert caught.value.field == f"legs[{blamed}].name"
+
+
 def test_rods_are_needed():
     changed = content("three_rfr_hubs")
     for leg in changed["legs"]:
