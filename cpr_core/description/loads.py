@@ -258,7 +258,8 @@ class Loads:
     def conservative(self, planar: bool) -> bool:
         """Whether all loads have a potential, so that energy decides stability (Section V-D).
 
-        Moments in space and following forces have none; a moment in the plane has one.
+        Moments in space and following forces have none; a moment in the plane has one, which
+        ``Equilibrium.energy`` leaves out.
         """
         return self._conservative_in_plane if planar else self._conservative_in_space
 
