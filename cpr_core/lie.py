@@ -10,17 +10,18 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import InvalidQuaternion
+from .errors import InvalidQuaternion, InvalidRequest
 from .kernels.rotation_matrices import (
     roll_pitch_yaw_into,
     rotation_exp_into,
     rotation_from_angles_into,
 )
-from .validation import checked_vector
+from .validation import checked_matrix, checked_vector
 
 __all__ = [
     "angle_motions",
     "directions_across",
+    "nearest_rotation",
     "quaternion_from_rotation",
     "roll_pitch_yaw",
     "rotation_exp",
@@ -33,6 +34,10 @@ __all__ = [
 
 #: Quaternions whose norm differs from 1 by more than this are refused, not normalised.
 QUATERNION_TOLERANCE = 1e-3
+
+#: Matrices that stretch some direction by more than this part of it are refused as rotations: rounding
+#: to two digits stays below.
+ROTATION_TOLERANCE = 0.02
 
 #: The one direction near which `directions_across` turns quickly: none that descriptions have.
 _POLE = np.array([0.48, -0.64, 0.6])
@@ -136,6 +141,31 @@ def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+
+
+def nearest_rotation(name: str, matrix: ArrayLike) -> NDArray[np.float64]:
+    """The rotation matrix, (3, 3), nearest to a rounded one.
+
+    Args:
+        name: What the matrix is called, in errors.
+        matrix: Nearly a rotation, (3, 3).
+
+    Raises:
+        InvalidRequest: Not a 3 x 3 matrix, or one that stretches, shears or mirrors by more than
+            ``ROTATION_TOLERANCE``.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    given = checked_matrix(name, matrix, 3, 3)
+    left, stretches, right = np.linalg.svd(given)
+    rotation = np.asarray(left @ right, float)
+    stretched = np.abs(stretches - 1.0).max()
+    if stretched > ROTATION_TOLERANCE or np.linalg.det(rotation) < 0.0:
+        raise InvalidRequest(
+            name,
+            "expected a rotation matrix, orthogonal and of determinant 1 up to rounding, "
+            f"got {given.tolist()}",
+        )
+    return rotation
 
 
 def directions_across(direction: ArrayLike) -> NDArray[np.float64]:

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.msg import Singularity as SingularityMessage
@@ -12,6 +14,7 @@ from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot, kinemato_statics, spectrum
+from cpr_core.errors import InvalidRequest
 from cpr_core.model.kinemato_statics import KinematoStatics, Problem, Singularity
 from cpr_core.validation import checked_vector
 
@@ -24,6 +27,7 @@ __all__ = [
     "fill_stability",
     "message_matrix",
     "singularity_message",
+    "stiffness_message",
 ]
 
 Floats = NDArray[np.float64]
@@ -58,7 +62,7 @@ def fill_kinemato_statics(
     response.efforts_by_motors = model.efforts_by_motors.ravel().tolist()
     response.efforts_by_wrench = _rows(robot, model.efforts_by_wrench.T).T.ravel().tolist()
     response.compliance = message_matrix(robot, compliance).ravel().tolist()
-    response.stiffness = message_matrix(robot, model.stiffness(stiffness)).ravel().tolist()
+    response.stiffness = stiffness_message(model, stiffness).tolist()
     response.forward = _singularity(model, "forward", length)
     if "inverse" in model.problems:
         response.inverse = _singularity(model, "inverse", length)
@@ -66,6 +70,23 @@ def fill_kinemato_statics(
         response.inverse.smallest_singular_value = np.nan
         response.inverse.inverse_condition_number = np.nan
     response.inverse_by_effort = _singularity(model, "inverse_by_effort", length)
+
+
+def stiffness_message(
+    model: KinematoStatics, motor_stiffness: Sequence[float] | None = None
+) -> Floats:
+    """Stiffness of the platform, (36,); NaN where it cannot move in some direction of its own.
+
+    Raises:
+        InvalidRequest: No stiffness of motors.
+    """
+    try:
+        stiffness = model.stiffness(motor_stiffness)
+    except InvalidRequest as error:
+        if error.argument != "stiffness":
+            raise
+        return np.full(36, np.nan)
+    return message_matrix(model.equilibrium.robot, stiffness).ravel()
 
 
 def fill_prediction(

@@ -8,14 +8,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
 from cpr_msgs.msg import Singularity as SingularityMessage
 from cpr_msgs.msg import StabilityMetrics
 from std_msgs.msg import Header
 
 from cpr_core.model.assessment import Assessment, Thresholds
 
-from .analysis import message_matrix, singularity_message
+from .analysis import singularity_message, stiffness_message
 from .conversions import Frames
 from .model_error import estimated_error, warned_error
 from .pose_loop import LoopStatus
@@ -128,7 +127,7 @@ def _metrics(outcome: Outcome, thresholds: Thresholds, frames: Frames) -> Stabil
         model_error_warning=warned_error(equilibrium),
         nearest_threshold=told.nearest,
         distance_to_threshold=told.distance,
-        stiffness=_stiffness(assessment),
+        stiffness=stiffness_message(assessment.kinemato_statics),
         solve_time=assessment.solve_time,
     )
 
@@ -139,12 +138,3 @@ def _inverse_singularity(assessment: Assessment) -> SingularityMessage:
             smallest_singular_value=math.nan, inverse_condition_number=math.nan
         )
     return singularity_message(assessment.equilibrium.robot, assessment.inverse)
-
-
-def _stiffness(assessment: Assessment) -> np.ndarray:
-    """Stiffness of the platform; NaN where the compliance is singular."""
-    try:
-        stiffness = assessment.kinemato_statics.stiffness()
-    except np.linalg.LinAlgError:
-        return np.full(36, math.nan)
-    return message_matrix(assessment.equilibrium.robot, stiffness).ravel()

@@ -6,10 +6,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
+from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium, spectrum
 from ..model.kinemato_statics import KinematoStatics
 from ..model.stability import MotorReading
@@ -187,10 +188,18 @@ def kinemato_statics_as_dict(
         "efforts_by_motors": model.efforts_by_motors.tolist(),
         "efforts_by_wrench": model.efforts_by_wrench.tolist(),
         "compliance_motors_held": model.compliance().tolist(),
-        "stiffness_motors_held": model.stiffness().tolist(),
+        "stiffness_motors_held": _stiffness(model),
         "compliance_constant_effort": model.compliance(np.zeros(robot.motor_count)).tolist(),
         "singularities": singularities,
     }
+
+
+def _stiffness(model: KinematoStatics) -> list[list[float]] | None:
+    """Stiffness of the platform; None where it cannot move in some direction."""
+    try:
+        return cast(list[list[float]], model.stiffness().tolist())
+    except InvalidRequest:
+        return None
 
 
 def kinemato_statics_as_text(model: KinematoStatics, characteristic_length: float | None) -> str:

@@ -15,6 +15,11 @@ from .chain import ChainJoint, DescribedJoint, Shift, Turn
 __all__ = ["CHAIN_JOINTS", "UniversalInChain"]
 
 
+#: Fields of turns that a motor moves, and of passive ones.
+_OF_MOTORS = ("ratio", "offset", "limits")
+_OF_SPRINGS = ("stiffness", "rest")
+
+
 def _pair(items: Mapping[str, Any]) -> dict[str, Any]:
     return {"type": "array", "items": items, "minItems": 2, "maxItems": 2}
 
@@ -24,7 +29,8 @@ def _of_each_axis(schema: Mapping[str, Any]) -> dict[str, Any]:
     kind = {name: value for name, value in schema.items() if name != "description"}
     return {
         "anyOf": [kind, _pair({"anyOf": [kind, {"type": "null"}]})],
-        "description": f"{schema['description']}; a pair: of either axis, null where it has none",
+        "description": f"{schema['description']}; a pair: of either axis, null where it has none; "
+        "one value is for those axes that can have it",
     }
 
 
@@ -54,17 +60,31 @@ class UniversalInChain(DescribedJoint):
         axes = [part.direction_of(f"axes[{i}]", axis) for i, axis in enumerate(part.get("axes"))]
         if abs(axes[0] @ axes[1]) > 0.999:
             raise part.fail("axes", f"expected two directions, got {part.get('axes')}")
-        own = [replace(part, content=_about_axis(part.content, number)) for number in range(2)]
-        return tuple(
-            Turn.on_axis(triple(axis), own[number], f"{name}[{number}]")
-            for number, axis in enumerate(axes)
-        )
+        single = [part.path_of(name) for name in ("ratio", "offset", "stiffness", "rest")]
+        turns = []
+        for number, axis in enumerate(axes):
+            own = replace(part, content=_about_axis(part.content, number), read={})
+            turns.append(Turn.on_axis(triple(axis), own, f"{name}[{number}]"))
+            for path, value in own.read.items():
+                part.read[path] = value
+                if path in single:
+                    part.read[f"{path}[{number}]"] = value
+        return tuple(turns)
 
 
 def _about_axis(content: Mapping[str, Any], number: int) -> dict[str, Any]:
-    """What the fields of a universal joint say of one of its axes."""
+    """What the fields of a universal joint say of one of its axes.
+
+    One value for both is only for the axis that can have it where the other one cannot.
+    """
+    motors = content.get("motor") or (None, None)
+    foreign: tuple[str, ...] = ()
+    if (motors[0] is None) != (motors[1] is None):
+        foreign = _OF_MOTORS if motors[number] is None else _OF_SPRINGS
     own = {
-        name: value[number] if isinstance(value, list) else value for name, value in content.items()
+        name: value[number] if isinstance(value, list) else value
+        for name, value in content.items()
+        if isinstance(value, list) or name not in foreign
     }
     return {name: value for name, value in own.items() if value is not None}
 

@@ -21,7 +21,9 @@ from .parameters import (
     Place,
     changed_content,
     checked_paths,
+    in_default,
     named_parameter,
+    pair_of,
     parameter_changes,
 )
 from .robot_description import RobotDescription
@@ -81,7 +83,7 @@ def with_parameters(description: RobotDescription, values: Mapping[str, float]) 
     """
     written = _written(description)
     changes = parameter_changes(written, values)
-    content = changed_content(written, changes)
+    content = _content(description, changes)
     check_numbers(description.source, content, changes)
     text = "" if written.read_text == "" else None
     changed = described_robot(description.source, content, text)
@@ -112,7 +114,7 @@ def shifted_together(
     for parameter, change in changes:
         for place, value in zip(parameter.places, parameter.values, strict=True):
             values[place] = values.get(place, value) + change
-    return _quietly(description, changed_content(_written(description), values))
+    return _quietly(description, _content(description, values))
 
 
 def between(first: RobotDescription, last: RobotDescription, fraction: float) -> RobotDescription:
@@ -132,6 +134,21 @@ def check_numbers_only(first: RobotDescription, last: RobotDescription) -> None:
         InvalidRequest: They differ in more.
     """
     _Mixture(_written(first), _written(last), 0.5).content()
+
+
+def _content(description: RobotDescription, changes: Mapping[Place, float]) -> dict[str, Any]:
+    """The fields of a description with other numbers.
+
+    Where one is an entry of a default, the others of that default are written too: as they are with all
+    other changes made, for a default may follow them, as the centre of mass of a link does its end.
+    """
+    written = _written(description)
+    last = {place: value for place, value in changes.items() if in_default(written, place)}
+    if 0 < len(last) < len(changes):
+        first = {place: value for place, value in changes.items() if place not in last}
+        written = _written(_quietly(description, changed_content(written, first)))
+        changes = last
+    return changed_content(written, changes)
 
 
 def _quietly(description: RobotDescription, content: dict[str, Any]) -> RobotDescription:
@@ -172,6 +189,10 @@ class _Mixture:
         if _is_number(first) and _is_number(last):
             between_them = (1.0 - self.fraction) * first + self.fraction * last
             return first if first == last else between_them
+        if _is_number(first) and isinstance(last, list):
+            first = pair_of(self.first, path)
+        elif _is_number(last) and isinstance(first, list):
+            last = pair_of(self.last, path)
         if isinstance(first, Mapping) and isinstance(last, Mapping):
             mixed = {}
             for name in dict.fromkeys((*first, *last)):

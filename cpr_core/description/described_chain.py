@@ -13,7 +13,7 @@ from .chain_joints import CHAIN_JOINTS
 from .described_rods import check_jumps, described_modes, described_rod
 from .joints import JOINTS
 from .leg_description import LegDescription
-from .motors import MotorLimits, Welded
+from .motors import NO_LIMITS, MotorLimits, Welded
 from .plausibility import check_link, check_moved
 
 __all__ = ["chain_leg", "check_joints", "check_motors"]
@@ -120,12 +120,13 @@ def check_motors(part: Part, legs: tuple[LegDescription, ...]) -> None:
             if first.kind != element.kind:
                 problem = f"motor {element.motor!r} cannot turn, shift or feed at the same time"
                 raise part.fail(f"legs[{number}].chain", problem)
-            if (
-                MotorLimits() not in (first.limits, element.limits)
-                and first.limits != element.limits
-            ):
+            if NO_LIMITS not in (first.limits, element.limits) and first.limits != element.limits:
                 problem = f"motor {element.motor!r} has other limits at an earlier joint"
                 raise part.fail(f"legs[{number}].chain", problem)
+            if first.limits == NO_LIMITS:
+                known[element.motor] = (
+                    element  # the first that has limits is what others are held to
+                )
     for number, leg in enumerate(legs):
         if leg.motor_name in known:
             problem = (

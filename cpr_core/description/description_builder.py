@@ -123,10 +123,26 @@ def _legs(part: Part) -> tuple[LegDescription, ...]:
                 raise part.fail(
                     f"legs[{index}].{kind}", f"{name!r} is the name of an earlier leg already"
                 )
+    _check_rod_names(part, legs)
     check_joints(part, legs)
     if not any(leg.rods for leg in legs):
         raise part.fail("legs", "expected a rod in at least one leg")
     return legs
+
+
+def _check_rod_names(part: Part, legs: tuple[LegDescription, ...]) -> None:
+    """Whether every rod has a name of its own: a leg may be called like a rod of another leg.
+
+    Raises:
+        DescriptionError: It has not.
+    """
+    owners: dict[str, LegDescription] = {}
+    for index, leg in enumerate(legs):
+        for name in leg.rod_names:
+            if name in owners:
+                problem = f"{name!r} is the name of a rod of {owners[name].name} already"
+                raise part.fail(f"legs[{index}].name", problem)
+            owners[name] = leg
 
 
 def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -26,10 +27,34 @@ def _bytes(vector: Floats) -> bytes:
     return bytes((vector + 0.0).tobytes())  # -0 is 0
 
 
-def _zeros(size: int) -> Floats:
-    zeros = np.zeros(size)
-    zeros.flags.writeable = False
-    return zeros
+#: Vectors of loads: how many numbers, and what they mean.
+_VECTORS = {
+    "gravity": (3, "x y z in the world, m/s^2"),
+    "rod_force": (3, "x y z in the world, N/m"),
+    "wrench_world": (6, "mx my mz fx fy fz, N m and N"),
+    "wrench_body": (6, "mx my mz fx fy fz, N m and N"),
+}
+_FLOAT = np.dtype(np.float64)
+
+
+def _kept(name: str, value: ArrayLike) -> Floats:
+    """A vector that nobody else can write to: the same object where it is one already.
+
+    Raises:
+        InvalidRequest: No vector, or one of the wrong length.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    size, meaning = _VECTORS[name]
+    if (
+        type(value) is np.ndarray
+        and value.base is None
+        and not value.flags.writeable
+        and value.dtype is _FLOAT
+        and value.shape == (size,)
+        and all(map(math.isfinite, value.tolist()))
+    ):
+        return value
+    return checked_vector(name, value, size, meaning)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +98,9 @@ class DistributedForce:
             for number, row in enumerate(self.force)
         ]
         object.__setattr__(self, "at", stations)
-        object.__setattr__(self, "force", np.array(force))
+        forces = np.array(force)
+        forces.flags.writeable = False
+        object.__setattr__(self, "force", forces)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +146,8 @@ class Loads:
         wrench_body: Platform wrench that turns with the platform, shape (6,); not conservative.
         distributed: Forces per length on single rods.
         points: Forces on points of rods.
+
+    Vectors may be given in any form, forces as any sequence; kept are copies that cannot be written to.
     """
 
     gravity: Floats
@@ -128,11 +157,33 @@ class Loads:
     distributed: tuple[DistributedForce, ...] = ()
     points: tuple[PointForce, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Check all parts, and copy what others may change: what is found for loads is kept with them.
+
+        Raises:
+            InvalidRequest: A vector of the wrong length, or no forces.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        for name in _VECTORS:
+            given = getattr(self, name)
+            kept = _kept(name, given)
+            if kept is not given:
+                object.__setattr__(self, name, kept)
+        for name, kind in (("distributed", DistributedForce), ("points", PointForce)):
+            forces = getattr(self, name)
+            if not isinstance(forces, Sequence) or not all(
+                isinstance(force, kind) for force in forces
+            ):
+                raise InvalidRequest(
+                    name, f"expected a sequence of {kind.__name__}, got {forces!r:.200}"
+                )
+            if type(forces) is not tuple:
+                object.__setattr__(self, name, tuple(forces))
+
     def __repr__(self) -> str:
-        vectors = ("gravity", "rod_force", "wrench_world", "wrench_body")
         parts = [
             f"{name}={getattr(self, name).tolist()}"
-            for name in vectors
+            for name in _VECTORS
             if getattr(self, name).any()
         ]
         for name in ("distributed", "points"):
@@ -143,7 +194,7 @@ class Loads:
     @classmethod
     def none(cls) -> Loads:
         """No load at all, gravity neither: ``robot.default_loads`` has that of the description."""
-        return cls(_zeros(3), _zeros(3), _zeros(6), _zeros(6))
+        return cls(np.zeros(3), np.zeros(3), np.zeros(6), np.zeros(6))
 
     def with_(
         self,
@@ -161,31 +212,15 @@ class Loads:
             InvalidRequest: A vector of the wrong length, or no forces.
             NonFiniteInput: A NaN or an infinity.
         """
-        given = {
-            "gravity": (gravity, 3, "x y z in the world, m/s^2"),
-            "rod_force": (rod_force, 3, "x y z in the world, N/m"),
-            "wrench_world": (wrench_world, 6, "mx my mz fx fy fz, N m and N"),
-            "wrench_body": (wrench_body, 6, "mx my mz fx fy fz, N m and N"),
+        given: dict[str, Any] = {
+            "gravity": gravity,
+            "rod_force": rod_force,
+            "wrench_world": wrench_world,
+            "wrench_body": wrench_body,
+            "distributed": distributed,
+            "points": points,
         }
-        changes: dict[str, Any] = {
-            name: checked_vector(name, value, size, meaning)
-            for name, (value, size, meaning) in given.items()
-            if value is not None
-        }
-        for name, forces, kind in (
-            ("distributed", distributed, DistributedForce),
-            ("points", points, PointForce),
-        ):
-            if forces is None:
-                continue
-            if not isinstance(forces, Sequence) or not all(
-                isinstance(force, kind) for force in forces
-            ):
-                raise InvalidRequest(
-                    name, f"expected a sequence of {kind.__name__}, got {forces!r:.200}"
-                )
-            changes[name] = tuple(forces)
-        return replace(self, **changes)
+        return replace(self, **{name: value for name, value in given.items() if value is not None})
 
     def scaled(self, factor: float) -> Loads:
         """All loads times a factor.
@@ -223,7 +258,8 @@ class Loads:
     def conservative(self, planar: bool) -> bool:
         """Whether all loads have a potential, so that energy decides stability (Section V-D).
 
-        Moments in space and following forces have none; a moment in the plane has one.
+        Moments in space and following forces have none; a moment in the plane has one, which
+        ``Equilibrium.energy`` leaves out.
         """
         return self._conservative_in_plane if planar else self._conservative_in_space
 

@@ -79,12 +79,24 @@ def _descend(root: Any, schema: Any, instance: Any, key: str | int, below: list[
             below.append(part)
         elif keyword in ("anyOf", "oneOf"):
             if any(set(choice) != {"required"} for choice in part):
-                return False
+                # Where only one choice is a list, or has fields, as the instance does, it has to hold.
+                parts = [choice for choice in part if _may_hold(root, choice, instance)]
+                if len(parts) != 1:
+                    return False
         elif keyword not in _STRUCTURE:
             return False
         if not all(_descend(root, other, instance, key, below) for other in parts):
             return False
     return True
+
+
+def _may_hold(root: Any, schema: Any, instance: Any) -> bool:
+    """Whether a schema may be that of a list, or of something with fields, to go by its type."""
+    while isinstance(schema, Mapping) and "$ref" in schema:
+        schema = reduce(getitem, schema["$ref"].removeprefix("#/").split("/"), root)
+    kind = schema.get("type") if isinstance(schema, Mapping) else None
+    own = "array" if isinstance(instance, list) else "object"
+    return kind is None or own == kind or own in kind
 
 
 def _holds(condition: Any, instance: Any) -> bool | None:

@@ -27,7 +27,9 @@ __all__ = [
     "Place",
     "changed_content",
     "checked_paths",
+    "in_default",
     "named_parameter",
+    "pair_of",
     "parameter_changes",
 ]
 
@@ -193,10 +195,26 @@ def changed_content(written: WrittenFields, values: Mapping[Place, float]) -> di
         for depth in range(1, len(place)):
             part = place[:depth]
             if part not in copied:
-                copied[part] = _copy(_at(written, part))
+                present = _at(written, part)
+                if isinstance(present, int | float):
+                    present = pair_of(written, _path_of(part))
+                copied[part] = _copy(present)
                 copied[part[:-1]][part[-1]] = copied[part]
         copied[place[:-1]][place[-1]] = value
     return dict(content)
+
+
+def pair_of(written: WrittenFields, path: str) -> list[float | None]:
+    """A number that stands for both of a pair as the pair; None for one that has no such number."""
+    return [written.read.get(f"{path}[{number}]") for number in range(2)]
+
+
+def in_default(written: WrittenFields, place: Place) -> bool:
+    """Whether a place is within something that is not written but has a default."""
+    value: Any = written.content
+    for key in place[:-1]:
+        value = _entry(value, key)
+    return value is None
 
 
 def _copy(value: Any) -> Any:
@@ -211,7 +229,8 @@ def parameter_changes(written: WrittenFields, values: Mapping[str, object]) -> d
 
     Raises:
         UnknownParameter: There is no such number.
-        InvalidRequest: What is there or what is given is no number, or a place is given two.
+        InvalidRequest: What is there or what is given is no number, or a place is given two, be it by a
+            number that stands for a pair.
         NonFiniteInput: A NaN or an infinity.
     """
     if not isinstance(values, Mapping) or not values:
@@ -223,6 +242,13 @@ def parameter_changes(written: WrittenFields, values: Mapping[str, object]) -> d
         for place in parameter.places:
             if changes.setdefault(place, number) != number:
                 raise InvalidRequest("parameters", f"{_path_of(place)} is given two values")
+    for place in [place for place in changes if place[:-1] in changes]:
+        if changes.pop(place) != changes[place[:-1]]:
+            raise InvalidRequest(
+                "parameters",
+                f"{_path_of(place)} is given two values, one of them for both as "
+                f"{_path_of(place[:-1])}",
+            )
     return changes
 
 

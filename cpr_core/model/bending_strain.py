@@ -17,11 +17,12 @@ Floats = NDArray[np.float64]
 
 
 def bending_strains(equilibrium: Equilibrium) -> Floats:
-    """Largest bending strain of every rod, (R,), dimensionless.
+    """Largest bending strain of every rod at nodes and ends, (R,), dimensionless.
 
     The strain of the outermost fibre, curvature (less the one at rest) times its distance from the
-    centre line, at the quadrature nodes and at both ends. Torsion and tension are not counted. Where a
-    profile changes the stiffness, the section is still the one of the description.
+    centre line, at the quadrature nodes and at both ends. In between it may be larger, of shipped robots
+    by up to 1 %. Torsion and tension are not counted. Where a profile changes the stiffness, the section
+    is still the one of the description.
     """
     return strains_in(equilibrium.robot, equilibrium.state)
 

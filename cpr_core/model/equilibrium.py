@@ -137,7 +137,11 @@ class Equilibrium:
 
     @property
     def energy(self) -> float:
-        """Potential energy without the work of motors and non-conservative loads [J]."""
+        """Potential energy without the work of motors, platform moments and following forces [J].
+
+        In the plane a moment has a potential, moment times angle of the platform, and the energy
+        criterion applies; it is left out here all the same, for an angle counts whole turns.
+        """
         return self._number(ENERGY)
 
     @cached_property

@@ -32,6 +32,8 @@ __all__ = ["Increments", "KinematoStatics", "Singularity", "kinemato_statics"]
 
 Floats = NDArray[np.float64]
 
+#: Part of the largest compliance, in radians and rod lengths, below which there is none: rounding is.
+_RIGID = 1e-12
 
 #: The linear problems of Section V-C.
 #:
@@ -332,8 +334,27 @@ class KinematoStatics:
         return self.platform_by_wrench - self.jacobian @ (unit[:, None] * moved)
 
     def stiffness(self, motor_stiffness: ArrayLike | None = None) -> Floats:
-        """Stiffness ``dw_p/dSigma_p``, the inverse of :meth:`compliance`."""
-        return np.asarray(np.linalg.inv(self.compliance(motor_stiffness)), float)
+        """Stiffness ``dw_p/dSigma_p``, the inverse of :meth:`compliance`.
+
+        Args:
+            motor_stiffness: As for :meth:`compliance`.
+
+        Raises:
+            InvalidRequest: The platform cannot move in some direction, as a rigid leg holds it or rods
+                that are straight: there is no stiffness. Or no stiffness of motors.
+        """
+        robot, compliance = self.equilibrium.robot, self.compliance(motor_stiffness)
+        unit = robot.arrays.unit[robot.platform_indices]
+        scaled = compliance / unit[:, None] / unit
+        directions, values, _ = np.linalg.svd(scaled)
+        if values[-1] <= _RIGID * values[0]:
+            way = ", ".join(f"{part:.3g}" for part in unit * directions[:, -1])
+            raise InvalidRequest(
+                "stiffness",
+                f"expected a platform that can move, this one cannot along its twist [{way}] "
+                "(turn, then shift, in its frame): the compliance is singular",
+            )
+        return np.asarray(np.linalg.inv(scaled) / unit[:, None] / unit, float)
 
     def matrices(
         self, characteristic_length: float | None = None

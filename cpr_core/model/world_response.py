@@ -37,23 +37,19 @@ class WorldResponse:
         equilibrium: Where.
         twist_by_wrench: World twist, motors held, (b, b).
         efforts_by_wrench: Motors held, (n, b).
-        wrench_by_motors: That holds the platform where it is, (b, n).
-        held_by_motors: Efforts while the platform is held where it is, (n, n).
+        twist_by_motors: World twist at constant loads, (b, n).
+        efforts_by_motors: At constant loads, (n, n).
     """
 
     equilibrium: Equilibrium
     twist_by_wrench: Floats
     efforts_by_wrench: Floats
-    wrench_by_motors: Floats
-    held_by_motors: Floats
+    twist_by_motors: Floats
+    efforts_by_motors: Floats
 
     def by_way(self, way: Floats) -> tuple[Floats, Floats]:
-        """Efforts, (n,), and twist, (b,), of a way of the motors, (n,): held, then let go."""
-        wrench = self.wrench_by_motors @ way
-        return (
-            self.held_by_motors @ way - self.efforts_by_wrench @ wrench,
-            -self.twist_by_wrench @ wrench,
-        )
+        """Efforts, (n,), and twist, (b,), of a way of the motors, (n,), at constant loads."""
+        return self.efforts_by_motors @ way, self.twist_by_motors @ way
 
 
 def wrench_units(robot: Robot) -> Floats:
@@ -89,8 +85,8 @@ def world_response(equilibrium: Equilibrium) -> WorldResponse:
         equilibrium=equilibrium,
         twist_by_wrench=inverse,
         efforts_by_wrench=efforts,
-        wrench_by_motors=coupling.T,
-        held_by_motors=border[size:, size:],
+        twist_by_motors=-inverse @ coupling.T,
+        efforts_by_motors=border[size:, size:] - efforts @ coupling.T,
     )
 
 
@@ -106,21 +102,20 @@ def _border(equilibrium: Equilibrium) -> Floats | None:
 
 
 def _dense(equilibrium: Equilibrium) -> WorldResponse:
-    """The same from `kinemato_statics`, turned to the world."""
+    """The same from `kinemato_statics`, turned to the world.
+
+    Nothing is inverted: a rigid leg may leave the platform no way to move with the motors held.
+    """
     robot, model = equilibrium.robot, kinemato_statics(equilibrium)
     axes, energy = robot.platform_axes, robot.arrays.energy_unit
     turn = np.kron(np.eye(2), equilibrium.platform_rotation)[np.ix_(axes, axes)]
     lengths, motors = twist_units(robot), robot.motor_units
     # Of natural wrenches, and to natural twists.
     pushed, moved = turn.T * (energy / lengths), turn / lengths[:, None]
-    yielding = moved @ model.platform_by_wrench @ pushed
-    efforts = motors[:, None] / energy * (model.efforts_by_wrench @ pushed)
-    wrench = -np.linalg.solve(yielding, moved @ model.jacobian * motors)
     return WorldResponse(
         equilibrium=equilibrium,
-        twist_by_wrench=yielding,
-        efforts_by_wrench=efforts,
-        wrench_by_motors=np.asarray(wrench),
-        held_by_motors=motors[:, None] / energy * model.efforts_by_motors * motors
-        + efforts @ wrench,
+        twist_by_wrench=moved @ model.platform_by_wrench @ pushed,
+        efforts_by_wrench=motors[:, None] / energy * (model.efforts_by_wrench @ pushed),
+        twist_by_motors=moved @ model.jacobian * motors,
+        efforts_by_motors=motors[:, None] / energy * model.efforts_by_motors * motors,
     )

@@ -93,7 +93,8 @@ def find_equilibria(
         progress: Called with the fraction of the starts that are done.
 
     Returns:
-        The equilibria by energy, lowest first, each once.
+        The equilibria by energy, lowest first, each once. As ``Equilibrium.energy`` leaves out moments
+        on the platform, the first of them need not be the lowest where one acts on a planar robot.
 
     Raises:
         InvalidRequest: Wrong number of motors, a rod length of zero or less, no start, or more than a

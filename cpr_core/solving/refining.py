@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..kernels.square_problem import Tolerances
+from ..lie import ROTATION_TOLERANCE, nearest_rotation
 from ..model.equilibrium import Equilibrium, corrected, record_of
 from ..model.robot import Robot, checked_robot
-from ..validation import checked_matrix, checked_vector
+from ..validation import checked_vector
 from .requests import motor_vector
 
 __all__ = ["refine", "restore_equilibrium"]
@@ -38,11 +39,12 @@ def restore_equilibrium(
         motors: Motor positions, (n,).
         leg_coordinates: ``Equilibrium.leg_coordinates``.
         multipliers: ``Equilibrium.multipliers``.
-        platform_rotation: R_p, (3, 3).
+        platform_rotation: R_p, (3, 3). A rounded one stands for the rotation nearest to it.
         platform_position: p_p, (3,) [m].
 
     Raises:
-        InvalidRequest: Wrong lengths, or the numbers are no equilibrium of this robot and these loads.
+        InvalidRequest: Wrong lengths, no rotation, or the numbers are no equilibrium of this robot and
+            these loads.
         NonFiniteInput: A NaN or an infinity.
     """
     checked_robot(robot)
@@ -53,23 +55,37 @@ def restore_equilibrium(
         ("multipliers", robot.multiplier_indices, multipliers),
     ):
         state[indices] = checked_vector(name, values, len(indices))
-    rotation = checked_matrix("platform_rotation", platform_rotation, 3, 3)
+    # A sheared platform would stay so in whatever is solved from here: solvers only turn it further.
+    rotation = nearest_rotation("platform_rotation", platform_rotation)
     position = np.array(checked_vector("platform_position", platform_position, 3))
     _check_freedom(robot, rotation, position)
-    given = state / robot.arrays.unit, rotation.copy(), position / robot.mean_length
     found = refine(robot, loads, state, rotation, position, iterations=6, contraction=0.5)
-    result = state / robot.arrays.unit, rotation, position / robot.mean_length
-    same = all(
-        np.allclose(first, last, rtol=1e-3, atol=1e-3)
-        for first, last in zip(given, result, strict=True)
-    )
-    if not same or not found.converged or np.any(found.state[robot.length_indices] <= 0.0):
+    if not found.converged or not _near(found, state, rotation, position):
         raise InvalidRequest(
             "start",
             f"expected an equilibrium of {robot.description.name} under its loads; these numbers "
             "belong to another robot, other loads or another number of modes",
         )
     return found
+
+
+def _near(found: Equilibrium, state: Floats, rotation: Floats, position: Floats) -> bool:
+    """Whether an equilibrium is where the numbers it was found from have it, up to rounding.
+
+    Multipliers do not count: they are found in one step wherever that begins.
+    """
+    robot = found.robot
+    legs, unit = robot.elastic_indices, robot.arrays.unit
+    pairs = (
+        (found.state[legs] / unit[legs], state[legs] / unit[legs]),
+        (found.platform_rotation, rotation),
+        (found.platform_position / robot.mean_length, position / robot.mean_length),
+    )
+    near = all(
+        np.allclose(last, first, rtol=ROTATION_TOLERANCE, atol=ROTATION_TOLERANCE)
+        for last, first in pairs
+    )
+    return near and not np.any(found.state[robot.length_indices] <= 0.0)
 
 
 def _check_freedom(robot: Robot, rotation: Floats, position: Floats) -> None:

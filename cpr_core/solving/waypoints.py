@@ -235,12 +235,12 @@ def _checked_rows(robot: Robot, kind: str, values: ArrayLike) -> Floats:
         raise InvalidRequest(kind, f"{expected}, got {values!r:.200}") from None
     if rows.ndim != 2 or rows.shape[1] != len(names) or not len(rows):
         raise InvalidRequest(kind, f"{expected}, got an array of shape {rows.shape}")
-    if kind == "motors":
-        for row in rows:
-            check_rod_lengths(robot, row)
     wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
     if wrong.size:
         raise NonFiniteInput(kind, f"{expected}, all finite, row {wrong[0]} is {rows[wrong[0]]}")
+    if kind == "motors":
+        for row in rows:
+            check_rod_lengths(robot, row)
     return rows
 
 

@@ -14,7 +14,7 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from cpr_core import lie
-from cpr_core.errors import CprError, InvalidQuaternion, NonFiniteInput
+from cpr_core.errors import CprError, InvalidQuaternion, InvalidRequest, NonFiniteInput
 from cpr_core.kernels.rotation_matrices import multiply, rotation_log_into
 
 settings.register_profile("lie", deadline=None, derandomize=True, max_examples=100)
@@ -275,3 +275,27 @@ def test_directions_across_change_smoothly():
     pole = np.array([0.48, -0.64, 0.6])
     rows = np.vstack([pole, lie.directions_across(pole)])
     assert_allclose(rows @ rows.T, np.eye(3), rtol=0.0, atol=1e-15)
+
+
+def test_a_rounded_rotation_is_the_nearest_one():
+    rotation = Rotation.from_euler("xyz", [0.3, -1.1, 2.2]).as_matrix()
+    for digits, allowed in ((2, 0.01), (5, 1e-5), (16, 1e-15)):
+        found = lie.nearest_rotation("turned", rotation.round(digits))
+        assert_allclose(found.T @ found, np.eye(3), atol=1e-15)
+        assert_allclose(found, rotation, atol=allowed)
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [
+        1.1 * np.eye(3),
+        -np.eye(3),
+        np.diag([1.0, 1.0, -1.0]),
+        np.zeros((3, 3)),
+        [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]],
+        1e200 * np.eye(3),
+    ],
+)
+def test_a_matrix_that_is_far_from_any_rotation_is_refused(matrix):
+    with pytest.raises(InvalidRequest, match="turned: expected a rotation matrix"):
+        lie.nearest_rotation("turned", matrix)

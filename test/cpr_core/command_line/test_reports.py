@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from helpers.rigid_leg import rigid_leg
 
 from cpr_core import (
     kinemato_statics,
@@ -17,6 +18,7 @@ from cpr_core import (
     spectrum,
 )
 from cpr_core.command_line import main
+from cpr_core.command_line.reports import kinemato_statics_as_dict, kinemato_statics_as_text
 from cpr_core.description.description_file import shipped_robots
 
 
@@ -54,6 +56,12 @@ def test_a_moment_leaves_stability_undecided(capsys):
         "not decided by energy"
         in run(capsys, "stability", "six_rfs", "--wrench", 0, 0, 0.01, 0, 0, 0)[1]
     )
+
+
+def test_kinemato_has_no_stiffness_where_a_rigid_leg_holds_the_platform():
+    model = kinemato_statics(solve_home(rigid_leg()))
+    assert kinemato_statics_as_dict(model, None)["stiffness_motors_held"] is None
+    assert "compliance" in kinemato_statics_as_text(model, None)
 
 
 @pytest.mark.parametrize("name", sorted(shipped_robots()))

@@ -136,6 +136,21 @@ def test_a_motor_in_several_joints_is_one():
     assert [(joint.ratio, joint.zero) for joint in joints] == [(-2.0, 0.1)] * 3
 
 
+def test_limits_of_a_shared_motor_are_compared_whichever_joint_has_them_first():
+    changed = content("six_rus")
+    for leg in changed["legs"][3:]:
+        leg["chain"][0] |= {"motor": "common"}
+    changed |= {"controlled": ["x", "y", "z", "yaw"], "home": {"motors": [0] * 4, "bow": "outward"}}
+    _, second, third = (leg["chain"][0] for leg in changed["legs"][3:])
+    second["limits"] = {"position": [-1.0, 1.0]}
+    third["limits"] = {"position": [-1.0, 1.0]}
+    assert load_robot(changed).description.motors[3].limits.upper == 1.0
+    third["limits"] = {"position": [-0.2, 0.2]}
+    with pytest.raises(DescriptionError, match="'common' has other limits") as caught:
+        load_robot(changed)
+    assert caught.value.field == "legs[5].chain"
+
+
 def test_a_universal_joint_is_two_turns_each_with_its_own():
     changed = content("six_rus")
     changed["legs"][0]["chain"][2] |= {
@@ -175,6 +190,27 @@ def test_one_value_is_for_both_turns_of_a_universal_joint():
         assert (turn.limits.lower, turn.zero) == (-1.0, 0.3)
 
 
+@pytest.mark.parametrize("turned", [0, 1])
+def test_one_value_is_for_the_turn_of_a_universal_joint_that_can_have_it(turned):
+    changed = content("six_rus")
+    changed["legs"][0]["chain"][2] |= {
+        "motor": ["m", None] if turned == 0 else [None, "m"],
+        "ratio": -2.0,
+        "offset": 0.3,
+        "limits": {"position": [-1.0, 1.0]},
+        "stiffness": 0.2,
+        "rest": 0.1,
+    }
+    changed |= {"controlled": [], "home": {"motors": [0] * 7, "bow": "outward"}}
+    turns = load_robot(changed).description.legs[0].chain[2:4]
+    moved, passive = turns[turned], turns[1 - turned]
+    assert (moved.ratio, moved.zero, moved.limits.lower) == (-2.0, 0.3, -1.0)
+    assert (moved.stiffness, moved.rest) == (0.0, 0.0)
+    assert (passive.stiffness, passive.rest, passive.ratio, passive.zero) == (0.2, 0.1, 1.0, 0.0)
+
+
+#: A joint with a motor about its first axis.
+HALF_MOVED = {"joint": "universal", "axes": [[0, 1, 0], [0, 0, 1]], "motor": ["m", None]}
 #: Name of the robot, path of the element changed, what it becomes, field blamed, words of the error.
 WRONG = {
     "motor and chain": (
@@ -231,13 +267,22 @@ WRONG = {
     ),
     "spring and motor about one axis": (
         "six_rus", ["legs", 0, "chain", 2],
-        {"joint": "universal", "axes": [[0, 1, 0], [0, 0, 1]], "motor": ["m", None], "stiffness": 0.1},
+        HALF_MOVED | {"stiffness": [0.1, 0]},
         "legs[0].chain[2].stiffness", "a motor holds this joint",
     ),
     "offset of a passive axis": (
         "six_rus", ["legs", 0, "chain", 2],
-        {"joint": "universal", "axes": [[0, 1, 0], [0, 0, 1]], "motor": ["m", None], "offset": 0.1},
+        HALF_MOVED | {"offset": [0, 0.1]},
         "legs[0].chain[2].offset", "no motor moves this joint",
+    ),
+    "one spring of two axes with motors": (
+        "six_rus", ["legs", 0, "chain", 2],
+        {"joint": "universal", "axes": [[0, 1, 0], [0, 0, 1]], "motor": ["m", "n"], "rest": 0.1},
+        "legs[0].chain[2].rest", "a motor holds this joint",
+    ),
+    "one ratio of two passive axes": (
+        "six_rus", ["legs", 0, "chain", 2, "ratio"], 2.0, "legs[0].chain[2].ratio",
+        "no motor moves this joint",
     ),
     "negative mass": (
         "six_rus", ["legs", 0, "chain", 1, "mass"], -1.0, "legs[0].chain[1].mass", "at least 0",
@@ -404,6 +449,19 @@ def test_a_joint_of_ones_own_is_one_class(kind, monkeypatch):
     misspelt["legs"][0]["chain"].insert(3, OWN[kind][0][0] | {"bend": 1})
     with pytest.raises(DescriptionError, match="unknown field 'bend'"):
         load_robot(misspelt)
+
+
+@pytest.mark.parametrize(("named", "blamed"), [(2, 2), (0, 1)])
+def test_no_leg_is_called_like_a_rod_of_another(named, blamed):
+    """Loads on that rod would act on one of the two, without a word."""
+    changed = content("three_rfr_hubs")
+    changed["legs"][1]["chain"] += [{"rod": {}}]
+    changed["home"] = {"motors": [0, 0, 0], "bow": "outward"}
+    assert "leg2.rod2" in load_robot(changed).rod_names
+    changed["legs"][named]["name"] = "leg2.rod2"
+    with pytest.raises(DescriptionError, match=r"'leg2\.rod2' is the name of a rod of") as caught:
+        load_robot(changed)
+    assert caught.value.field == f"legs[{blamed}].name"
 
 
 def test_rods_are_needed():

@@ -268,3 +268,53 @@ def test_forces_on_rods_are_weighed_between_loads(fraction):
     total = {"leg1": (1.0 - fraction) * 0.2, "leg2": -fraction * 0.3}
     assert {force.leg: force.force[0] for force in between.points} == pytest.approx(total)
     assert {force.leg: force.force[0, 0] for force in between.distributed} == pytest.approx(total)
+
+
+def made(**parts):
+    """Loads as a caller makes them, without ``with_``."""
+    zeros = {name: np.zeros(size) for name, size in FIELDS.items()}
+    return Loads(**zeros | parts)
+
+
+def test_loads_are_made_of_vectors_in_any_form():
+    loads = made(gravity=[0, 0, -9.81], wrench_body=range(6))
+    assert loads.gravity.tolist() == [0.0, 0.0, -9.81]
+    assert loads.wrench_body.dtype == np.float64
+    assert "gravity=[0.0, 0.0, -9.81]" in repr(loads)
+    assert made(points=[PointForce("leg1", 0.5, [1, 0, 0])]).points[0].leg == "leg1"
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_loads_that_make_no_sense_are_refused_when_they_are_made(name):
+    with pytest.raises(InvalidRequest, match=f"{name}: expected {FIELDS[name]} numbers .*got 2"):
+        made(**{name: np.zeros(2)})
+    wrong = np.full(FIELDS[name], np.nan)
+    for writeable in (True, False):
+        wrong.flags.writeable = writeable
+        with pytest.raises(NonFiniteInput, match=name):
+            made(**{name: wrong})
+    for kind, forces in (("distributed", 5), ("points", ["leg1"]), ("points", None)):
+        with pytest.raises(InvalidRequest, match=f"{kind}: expected a sequence"):
+            made(**{kind: forces})
+
+
+def test_a_caller_cannot_change_loads_that_were_given():
+    """Arrays for the kernels are kept with loads: a change would be seen by some solves only."""
+    given = {name: np.ones(size) for name, size in FIELDS.items()}
+    view = np.ones(6)
+    shown = view[:]
+    shown.flags.writeable = False
+    along = np.ones((2, 3))
+    distributed = DistributedForce("leg1", [0.0, 1.0], along)
+    loads = Loads(**given, distributed=(distributed,)).with_(wrench_body=shown)
+    for vector in (*given.values(), view, along):
+        vector[:] = 7.0
+    for vector in (*(getattr(loads, name) for name in FIELDS), distributed.force):
+        assert np.all(vector == 1.0)
+        with pytest.raises(ValueError, match="read-only"):
+            vector[0] = 7.0
+
+
+def test_what_stays_of_loads_is_not_copied():
+    loads = Loads.none().with_(gravity=[0, 0, -9.81])
+    assert loads.with_(wrench_world=np.ones(6)).gravity is loads.gravity

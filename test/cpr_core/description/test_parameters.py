@@ -21,6 +21,7 @@ from cpr_core import (
     UnknownParameter,
     load_robot,
 )
+from cpr_core.description.changed_description import between
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.errors import CprError
 
@@ -164,6 +165,67 @@ def test_strain_modes_and_held_motors_are_kept():
         rod.modes for rod in robot.description.rods
     ]
     assert changed.held_motors == (1,)
+
+
+def test_a_default_follows_what_it_is_of_where_one_of_its_entries_is_given():
+    """The middle of a link that gets longer in the same call, as where one call follows the other."""
+    robot = load_robot(SHARED)
+    end, middle = "legs[0].chain[1].link[0]", "legs[0].chain[1].center_of_mass[1]"
+    for changed in (
+        robot.with_parameters({middle: 0.003, end: 0.06, "rod.length": 0.45}),
+        robot.with_parameters({end: 0.06, middle: 0.003, "rod.length": 0.45}),
+        robot.with_parameters({end: 0.06, "rod.length": 0.45}).with_parameters({middle: 0.003}),
+    ):
+        link = changed.description.legs[0].chain[1]
+        assert (link.offset, link.center_of_mass) == ((0.06, 0.0, 0.0), (0.03, 0.003, 0.0))
+        assert changed.description.rods[0].rod.length == 0.45
+        assert load_robot(changed.description.text).description.legs[0].chain[1].offset[0] == 0.06
+
+
+def half_moved():
+    """A robot with a universal joint of which a motor turns the first axis; defaults and one value."""
+    content = yaml.safe_load(shipped_robots()["six_rus"].read_text(encoding="utf-8"))
+    content["legs"][0]["chain"][2] |= {"motor": ["m", None], "stiffness": 0.2}
+    content |= {"controlled": [], "home": {"motors": [0] * 7, "bow": "outward"}}
+    return load_robot(content)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "before", "attributes"),
+    [
+        ("offset", 0.1, 0.0, {"zero": (0.1, 0.0)}),
+        ("offset[0]", 0.1, 0.0, {"zero": (0.1, 0.0)}),
+        ("ratio", 1.5, 1.0, {"ratio": (1.5, 1.0)}),
+        ("ratio[0]", 1.5, 1.0, {"ratio": (1.5, 1.0)}),
+        ("stiffness", 0.3, 0.2, {"stiffness": (0.0, 0.3)}),
+        ("stiffness[1]", 0.3, 0.2, {"stiffness": (0.0, 0.3)}),
+        ("rest", 0.1, 0.0, {"rest": (0.0, 0.1)}),
+        ("rest[1]", 0.1, 0.0, {"rest": (0.0, 0.1)}),
+    ],
+)
+def test_numbers_of_a_universal_joint_are_named_once_or_by_axis(path, value, before, attributes):
+    robot, path = half_moved(), f"legs[0].chain[2].{path}"
+    assert robot.parameter_values(path) == [before]
+    changed = robot.with_parameters({path: value})
+    turns = changed.description.legs[0].chain[2:4]
+    for name, expected in attributes.items():
+        assert tuple(getattr(turn, name) for turn in turns) == expected
+    assert turns[1].stiffness == (0.3 if "stiffness" in path else 0.2)
+    assert changed.parameter_values(path) == [value]
+    middle = between(robot.description, changed.description, 0.5)
+    turns = middle.legs[0].chain[2:4]
+    for name, expected in attributes.items():
+        own = 0 if name in ("zero", "ratio") else 1
+        assert getattr(turns[own], name) == pytest.approx(0.5 * (before + expected[own]))
+
+
+def test_numbers_that_an_axis_of_a_universal_joint_cannot_have_are_unknown():
+    robot, joint = half_moved(), "legs[0].chain[2]"
+    for path in ("offset[1]", "ratio[1]", "stiffness[0]", "rest[0]"):
+        with pytest.raises(UnknownParameter):
+            robot.parameter_values(f"{joint}.{path}")
+    with pytest.raises(InvalidRequest, match="two values, one of them for both"):
+        robot.with_parameters({f"{joint}.ratio": 2.0, f"{joint}.ratio[0]": 3.0})
 
 
 HOSTILE_PATHS = [

@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+from helpers.rigid_leg import rigid_leg
 from helpers.shipped_steps import STEPS
 from numpy.testing import assert_allclose
 from scipy import stats
@@ -83,6 +84,26 @@ def test_an_exact_pose_and_efforts_tell_the_wrench(name):
     assert len(found.felt) + len(found.unfelt) == size
     both = np.vstack([found.felt, found.unfelt]) / [*[robot.mean_length] * 3, 1, 1, 1]
     assert_allclose(both @ both.T, np.eye(size), atol=1e-12)
+
+
+def test_a_robot_whose_platform_a_rigid_leg_holds_feels_the_wrench():
+    """Its compliance is singular; the next estimate steps along the way of the motors too."""
+    robot, wrench = rigid_leg(), np.array([0.0, 0.0, 0.01, 0.1, 0.2, 0.0])
+    home, loads = solve_home(robot), robot.default_loads.with_(wrench_world=wrench)
+    last = None
+    for step in (0.0, 0.01):
+        true = solve_forward(robot, home.motors + [step, -step, 0.1 * step], loads=loads)
+        last = estimate_wrench(
+            robot,
+            true.motors,
+            efforts=true.efforts,
+            effort_deviation=1e-4,
+            pose=pose_of(true),
+            pose_deviation=DEVIATION,
+            start=last,
+        )
+        assert_allclose(last.wrench_world, wrench, rtol=0, atol=1e-9)
+        assert last.words == "all of the wrench is felt"
 
 
 def test_a_changing_wrench_is_followed_while_the_motors_move():

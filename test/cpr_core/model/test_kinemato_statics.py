@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+from helpers.rigid_leg import rigid_leg
 from helpers.shipped_steps import REDUNDANT, STEPS
 
 from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home, solve_inverse
@@ -108,6 +109,21 @@ def test_compliance_is_symmetric_and_motors_only_add_to_it(here):
     np.testing.assert_allclose(
         model.stiffness() @ held, np.eye(len(held)), atol=1e-7 * np.linalg.cond(held)
     )
+
+
+def test_a_platform_that_cannot_move_along_a_rigid_leg_has_no_stiffness():
+    model = kinemato_statics(solve_home(rigid_leg()))
+    with pytest.raises(InvalidRequest, match=r"stiffness: .*cannot along its twist") as caught:
+        model.stiffness()
+    named = np.array(str(caught.value).split("[")[1].split("]")[0].split(", "), float)
+    here = model.equilibrium
+    leg = here.platform_rotation.T @ (here.platform_position - [0.0, -0.1, 0.0])
+    np.testing.assert_allclose(
+        named[1:] / np.linalg.norm(named[1:]), leg[:2] / np.linalg.norm(leg), atol=1e-2
+    )
+    assert named[0] == pytest.approx(0.0, abs=1e-9)
+    yielding = model.compliance([5.0, 5.0, 5.0])
+    close(model.stiffness([5.0, 5.0, 5.0]) @ yielding, np.eye(3))
 
 
 def test_compliance_at_constant_effort_is_that_of_the_condensed_stiffness(here):

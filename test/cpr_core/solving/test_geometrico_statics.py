@@ -231,6 +231,39 @@ def test_an_equilibrium_is_restored_from_its_numbers(robot):
         restore(kept.leg_coordinates[1:])
 
 
+def restored(kept, rotation, loads=None):
+    return restore_equilibrium(
+        kept.robot,
+        kept.loads if loads is None else loads,
+        kept.motors,
+        kept.leg_coordinates,
+        kept.multipliers,
+        rotation,
+        kept.platform_position,
+    )
+
+
+@pytest.mark.parametrize("digits", [2, 4])
+def test_a_rounded_rotation_does_not_shear_the_platform(digits):
+    robot = load_robot("six_rfs")
+    kept = solve_forward(robot, SIX_TARGET)
+    found = restored(kept, np.round(kept.platform_rotation, digits))
+    np.testing.assert_allclose(found.platform_rotation, kept.platform_rotation, atol=1e-9)
+    np.testing.assert_allclose(found.state, kept.state, atol=1e-9)
+    for rotation in (1.1 * kept.platform_rotation, -kept.platform_rotation):
+        with pytest.raises(InvalidRequest, match="platform_rotation: expected a rotation matrix"):
+            restored(kept, rotation)
+
+
+def test_numbers_of_other_loads_are_not_restored_as_another_equilibrium():
+    """Newton's method finds one all the same where they are no more than some percent off."""
+    robot = load_robot("six_rfs")
+    kept = solve_forward(robot, SIX_TARGET)
+    pushed = kept.loads.with_(wrench_world=[0, 0, 0, 0, 0.2, 0])
+    with pytest.raises(InvalidRequest, match="expected an equilibrium"):
+        restored(kept, kept.platform_rotation, pushed)
+
+
 def test_a_planar_equilibrium_is_restored_in_its_plane_only():
     kept = solve_home(load_robot("rfrfr"))
     turned = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])

@@ -168,3 +168,12 @@ def test_limits_stop_a_trajectory_where_they_are_passed():
 def test_wrong_requests_are_refused(requests, error, says):
     with pytest.raises(error, match=says):
         trace_through(load_robot("rfrfr"), **requests)
+
+
+def test_numbers_that_are_not_finite_are_told_before_lengths():
+    """A NaN is no length above 0 either, but that is not what is wrong with it."""
+    robot = load_robot("gough_stewart")
+    rows = np.tile(solve_home(robot).motors, (2, 1))
+    rows[1, 2] = np.nan
+    with pytest.raises(NonFiniteInput, match="row 1"):
+        trace_through(robot, motors=rows)

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from cpr_msgs.msg import ErrorCode
+from cpr_msgs.srv import GetKinematoStatics
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from helpers.drive import SETTINGS, Drive, changed_robot, robot, uncontrolled_robot
+from helpers.rigid_leg import rigid_leg
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import Marker
 
@@ -28,6 +30,7 @@ from cpr_core import (
 from cpr_core.drawing.robot_lines import bending_curvature
 from cpr_core.lie import rotation_exp
 from cpr_core.model.assessment import Assessment
+from cpr_ros.analysis import fill_kinemato_statics
 from cpr_ros.conversions import (
     Frames,
     platform_pose,
@@ -219,3 +222,15 @@ def test_a_robot_without_an_inverse_problem_has_a_stream():
     assert np.isnan(message.inverse.smallest_singular_value)
     assert message.forward.smallest_singular_value > 0.0
     assert outcome.assessment.inverse_singularity == np.inf
+
+
+def test_a_platform_that_a_rigid_leg_holds_has_no_stiffness_in_messages():
+    """All else is answered; a stiffness of motors that cannot be is refused as ever."""
+    home, answer = solve_home(rigid_leg()), GetKinematoStatics.Response()
+    fill_kinemato_statics(home, GetKinematoStatics.Request(), answer)
+    assert np.isnan(answer.stiffness).all()
+    assert np.isfinite(answer.compliance).all()
+    fill_kinemato_statics(home, GetKinematoStatics.Request(motor_stiffness=[5.0] * 3), answer)
+    assert np.isfinite(answer.stiffness).all()
+    with pytest.raises(InvalidRequest, match="motor_stiffness"):
+        fill_kinemato_statics(home, GetKinematoStatics.Request(motor_stiffness=[5.0]), answer)
