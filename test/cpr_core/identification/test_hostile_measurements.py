@@ -207,7 +207,7 @@ def test_a_parameter_that_is_not_there(robot, rows):
         calibrate(robot, rows, "rod.youngs_modulus", DEVIATIONS)
 
 
-@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, "1"])
-def test_standard_deviations_are_positive(value):
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, "1", 1e-200, 1e31, 1e200])
+def test_standard_deviations_are_positive_and_have_squares(value):
     with pytest.raises(InvalidRequest, match=r"deviations\.efforts"):
         StandardDeviations(efforts=value)

@@ -104,6 +104,34 @@ def test_deviations_are_needed_and_positive():
         estimate(pose=None, effort_deviation=np.inf)
 
 
+def test_what_is_all_infinite_is_named():
+    """The efforts were named, given or not."""
+    nothing = {"efforts": None, "effort_deviation": None, "pose_deviation": (np.inf, np.inf)}
+    with pytest.raises(InvalidRequest, match=r"^pose_deviation: .*all are infinite$"):
+        estimate(**nothing)
+    with pytest.raises(InvalidRequest, match=r"^effort_deviation and pose_deviation: expected a f"):
+        estimate(effort_deviation=np.inf, pose_deviation=(np.inf, np.inf))
+    point = solve_home(load_robot("rfrfr"))
+    pose = np.concatenate([point.platform_position, point.platform_quaternion])
+    with pytest.raises(
+        InvalidRequest, match=r"^pose_deviation: .*a point platform has no rotation"
+    ):
+        estimate_wrench(point.robot, point.motors, pose=pose, pose_deviation=(np.inf, 1e-3))
+
+
+@pytest.mark.parametrize("deviation", [1e-200, 1e-31, 1e31, 1e200])
+def test_deviations_whose_squares_are_no_numbers_are_refused(deviation):
+    """Their reciprocals squared were nothing, and what was not known was known exactly."""
+    for name, value in (
+        ("effort_deviation", deviation),
+        ("pose_deviation", (1e-3, deviation)),
+    ):
+        with pytest.raises(InvalidRequest, match=f"{name}: expected numbers from 1e-30 to 1e"):
+            estimate(**{name: value})
+    for edge in (1e-30, 1e30):
+        assert np.isfinite(estimate(pose=None, effort_deviation=edge).covariance).all()
+
+
 def test_a_quaternion_in_the_order_of_ros_is_told():
     with pytest.raises(InvalidRequest, match="looks like x y z w, expected w x y z"):
         estimate(pose=np.concatenate([POSE[:3], POSE[[4, 5, 6, 3]]]))
