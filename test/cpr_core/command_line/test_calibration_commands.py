@@ -270,3 +270,31 @@ def test_a_file_is_written_once(capsys, tmp_path, monkeypatch, there, arguments)
 def test_what_is_no_file_may_be_written_twice():
     nothing = Path("/dev/null")
     check_files({"DATA": nothing}, {"--out": nothing, "--plot": nothing})
+
+
+def test_nothing_is_given_twice(capsys, data):
+    """The last one was taken, without a word."""
+    without_rotation(data)
+    status, _, error = calibrate(capsys, data, "position=5")
+    assert status == 2
+    assert error == "cpr: error: --deviations: expected every kind once, position is given twice\n"
+    common = ("rfrfr", "--parameters", *PATHS, "--deviations", "position=5", "position=5")
+    status, _, error = run(capsys, "measure", *common)
+    assert (status, "--deviations: expected every kind once" in error) == (2, True)
+    again = ("--deviations", "motors=1", "--deviations", "position=5")
+    status, _, error = calibrate(capsys, data, *again)
+    assert (status, "--deviations: expected every kind once" in error) == (2, True)
+    bound = ("--bound", PATHS[0], -1, 1)
+    status, _, error = calibrate(capsys, data, *bound, "--bound", PATHS[1], -1, 1, *bound)
+    assert status == 2
+    expected = f"expected every parameter once, {PATHS[0]} is given twice"
+    assert error == f"cpr: error: --bound: {expected}\n"
+
+
+def test_options_with_several_values_may_be_given_several_times(capsys):
+    """Only the last ones counted."""
+    common = ("measure", "rfrfr", "--count", 2, "--reach", 0.1, "--deviations", DEVIATION, "--json")
+    parameters = ("--parameters", PATHS[0], "--parameters", PATHS[1])
+    status, text, _ = run(capsys, *common, *parameters)
+    assert status == 0
+    assert list(json.loads(text)["standard_deviations"]) == list(PATHS)
