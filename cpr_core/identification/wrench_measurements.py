@@ -20,6 +20,7 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..model.world_response import WorldResponse, effort_units, twist_units
 from ..validation import checked_vector
+from .doubts import plane_doubt
 from .measurements import LARGEST_DEVIATION, SMALLEST_DEVIATION
 from .residual_kernel import residual_into
 
@@ -159,8 +160,8 @@ def wrench_measurements(
         seen_from: Where the robot was before: what the order of a quaternion is doubted from.
 
     Raises:
-        InvalidRequest: Wrong lengths, nothing measured, no standard deviations, or a quaternion that is
-            in another order.
+        InvalidRequest: Wrong lengths, nothing measured, no standard deviations, a quaternion that is in
+            another order, or a pose far out of the plane of a planar robot.
         InvalidQuaternion: A quaternion far from unit length.
         NonFiniteInput: A NaN or an infinity.
     """
@@ -196,6 +197,11 @@ def wrench_measurements(
         if len(known) >= _KEPT:
             known.clear()
         weights = known[key] = _weights(robot, *deviations)
+    if robot.planar and deviations[1] is not None:
+        exactness = (float(value) for value in deviations[1])
+        doubt = plane_doubt(robot, position, rotation, *exactness)
+        if doubt:
+            raise InvalidRequest("pose", doubt)
     return WrenchMeasurements(at, pushed, position, rotation, weights)
 
 
