@@ -275,7 +275,10 @@ def _measure(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> 
 
 def _poses_as_dict(found: ProposedPoses) -> dict[str, Any]:
     """Proposed poses as plain values, SI units."""
+    robot = found.equilibria[0].robot
     return {
+        "robot": robot.description.name,
+        "motor_names": list(robot.motor_names),
         "motors": [each.motors.tolist() for each in found.equilibria],
         "platform_positions": [each.platform_position.tolist() for each in found.equilibria],
         "platform_quaternions_wxyz": [

@@ -297,4 +297,6 @@ def test_options_with_several_values_may_be_given_several_times(capsys):
     parameters = ("--parameters", PATHS[0], "--parameters", PATHS[1])
     status, text, _ = run(capsys, *common, *parameters)
     assert status == 0
-    assert list(json.loads(text)["standard_deviations"]) == list(PATHS)
+    told = json.loads(text)
+    assert list(told["standard_deviations"]) == list(PATHS)
+    assert (told["robot"], told["motor_names"]) == ("rfrfr", ["motor1", "motor2"])

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.loads import DistributedForce, Loads, PointForce, checked_vector
-from cpr_core.errors import CprError, InvalidRequest, NonFiniteInput
+from cpr_core.errors import CprError, DescriptionError, InvalidRequest, NonFiniteInput
 from cpr_core.kernels.kernel_arrays import PLATFORM_LOADS, interpolated_loads
 from cpr_core.solving.load_robot import load_robot
 
@@ -268,3 +268,14 @@ def test_forces_on_rods_are_weighed_between_loads(fraction):
     total = {"leg1": (1.0 - fraction) * 0.2, "leg2": -fraction * 0.3}
     assert {force.leg: force.force[0] for force in between.points} == pytest.approx(total)
     assert {force.leg: force.force[0, 0] for force in between.distributed} == pytest.approx(total)
+
+
+def test_stations_that_do_not_reach_the_ends_are_told_so():
+    """They were told not to be increasing from 0 to 1."""
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    force = [[0.0, 0.0, 0.0]] * 3
+    content["loads"] = {"distributed": [{"leg": "leg1", "at": [0.1, 0.4, 0.8], "force": force}]}
+    with pytest.raises(
+        DescriptionError, match=r"the first 0 and the last 1, got \[0.1, 0.4, 0.8\]"
+    ):
+        load_robot(content)
