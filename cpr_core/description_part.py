@@ -153,11 +153,13 @@ class Part:
         return np.array([[a, x, b * z - c * y], [b, y, c * x - a * z], [c, z, a * y - b * x]])
 
     def stations(self, name: str) -> Floats:
-        """Stations along a rod, increasing from 0 to 1."""
+        """Stations along a rod, increasing, the first 0 and the last 1."""
         at = self.get(name)
         stations = np.array(at, float)
         if stations[0] != 0.0 or stations[-1] != 1.0 or np.any(np.diff(stations) <= 0.0):
-            raise self.fail(name, f"expected increasing numbers from 0 to 1, got {at}")
+            raise self.fail(
+                name, f"expected increasing numbers, the first 0 and the last 1, got {at}"
+            )
         return stations
 
 

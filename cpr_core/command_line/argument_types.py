@@ -9,10 +9,14 @@ import argparse
 import math
 import os
 import re
+from collections.abc import Mapping
 from contextlib import suppress
+from itertools import combinations
 from pathlib import Path
 
-__all__ = ["count", "finite", "length", "new_file", "number", "picture"]
+from ..errors import InvalidRequest
+
+__all__ = ["check_files", "count", "finite", "length", "new_file", "number", "picture"]
 
 _PI = re.compile(r"^([+-]?\d*\.?\d*)\*?pi(?:/(\d+\.?\d*))?$")
 #: Whole numbers of more digits than any that is meant; Python does not even read 4300 of them.
@@ -95,3 +99,30 @@ def picture(text: str) -> Path:
             f"expected a name ending in .png, .svg or .pdf, got {text!r}"
         )
     return new_file(text)
+
+
+def check_files(read: Mapping[str, Path | None], written: Mapping[str, Path | None]) -> None:
+    """Whether nothing that is written takes the place of what is read, or of something else written.
+
+    Args:
+        read: Files by what they are called on the command line.
+        written: The same of files to write.
+
+    Raises:
+        InvalidRequest: Two names stand for one file.
+    """
+    pairs = [(own, other) for own in written.items() for other in read.items()]
+    for (name, file), (other, place) in [*pairs, *combinations(written.items(), 2)]:
+        if file is not None and place is not None and _same_file(file, place):
+            lost = "would be overwritten" if other in read else "is to be written too"
+            raise InvalidRequest(name, f"expected another file than {other}, {place}, which {lost}")
+
+
+def _same_file(first: Path, second: Path) -> bool:
+    """Whether two names stand for one file, there or not; what is no file, /dev/null, loses nothing."""
+    try:
+        if first.exists() and second.exists():
+            return first.is_file() and first.samefile(second)
+        return first.resolve() == second.resolve()
+    except (OSError, ValueError, RuntimeError):  # such as links in a circle: opening them tells
+        return False

@@ -89,6 +89,7 @@ def _add_parameters(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--parameters",
         nargs="+",
+        action="extend",
         required=True,
         metavar="PATH",
         help="numbers of the description, such as rod.young_modulus",
@@ -96,6 +97,7 @@ def _add_parameters(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--deviations",
         nargs="+",
+        action="extend",
         required=True,
         type=_deviation,
         metavar="KIND=VALUE",
@@ -117,14 +119,29 @@ def _deviation(text: str) -> tuple[str, float]:
     return kind, number
 
 
+def _deviations(options: argparse.Namespace) -> StandardDeviations:
+    """Standard deviations of what is measured.
+
+    Raises:
+        InvalidRequest: One of them is given twice, or is beyond what can be computed with.
+    """
+    kinds = [kind for kind, _ in options.deviations]
+    for number, kind in enumerate(kinds):
+        if kind in kinds[:number]:
+            raise InvalidRequest("--deviations", f"expected every kind once, {kind} is given twice")
+    return StandardDeviations(**dict(options.deviations))
+
+
 def _bounds(options: argparse.Namespace) -> dict[str, tuple[float, float]]:
     """Bounds by path.
 
     Raises:
-        InvalidRequest: No numbers.
+        InvalidRequest: No numbers, or bounds of one parameter twice.
     """
-    found = {}
+    found: dict[str, tuple[float, float]] = {}
     for path, low, high in options.bound:
+        if path in found:
+            raise InvalidRequest("--bound", f"expected every parameter once, {path} is given twice")
         try:
             found[path] = float(low), float(high)
         except ValueError:
@@ -135,6 +152,7 @@ def _bounds(options: argparse.Namespace) -> dict[str, tuple[float, float]]:
 
 def _calibrate(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
     """Calibrate, done if the answer can be used without a second look."""
+    deviations, bounds = _deviations(options), _bounds(options)
     rows = read_measurements(robot, options.data, loads)
     with progress_bar("of the calibration") as progress, warnings.catch_warnings():
         warnings.simplefilter("ignore", CalibrationWarning)  # the report has them
@@ -142,8 +160,8 @@ def _calibrate(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
             robot,
             rows,
             options.parameters,
-            StandardDeviations(**dict(options.deviations)),
-            bounds=_bounds(options),
+            deviations,
+            bounds=bounds,
             loss=options.loss,
             progress=progress,
         )
@@ -236,11 +254,12 @@ def _result_as_text(found: CalibrationResult, files: list[str]) -> str:
 
 def _measure(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
     """Propose poses."""
+    deviations = _deviations(options)
     with progress_bar("of the candidates") as progress:
         found = propose_poses(
             robot,
             options.parameters,
-            StandardDeviations(**dict(options.deviations)),
+            deviations,
             options.count,
             loads=() if loads is None else (loads,),
             reach=options.reach,
@@ -256,7 +275,10 @@ def _measure(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> 
 
 def _poses_as_dict(found: ProposedPoses) -> dict[str, Any]:
     """Proposed poses as plain values, SI units."""
+    robot = found.equilibria[0].robot
     return {
+        "robot": robot.description.name,
+        "motor_names": list(robot.motor_names),
         "motors": [each.motors.tolist() for each in found.equilibria],
         "platform_positions": [each.platform_position.tolist() for each in found.equilibria],
         "platform_quaternions_wxyz": [

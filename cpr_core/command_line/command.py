@@ -11,6 +11,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from ..description.description_file import shipped_robots
@@ -26,7 +27,7 @@ from ..solving.home import solve_home
 from ..solving.load_robot import load_robot
 from ..version import __version__
 from .answer import Answer
-from .argument_types import count, length
+from .argument_types import check_files, count, length
 from .calibration_commands import add_calibrate_options, add_measure_options
 from .compile_command import compile_all, show_compilation
 from .modes_command import add_modes_options
@@ -87,6 +88,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.robot is None:
         print(compile_all())
         return 0
+    _check_files(options)
     robot = load_robot(options.robot, modes=options.modes)
     if options.report is None:
         answer: Answer = options.run(robot, _loads(robot, options), options)
@@ -99,6 +101,19 @@ def _run(options: argparse.Namespace) -> int:
         return 0 if answer.done else EXIT_NO_SOLUTION
     print(options.report(_solved(robot, options), options))
     return 0
+
+
+def _check_files(options: argparse.Namespace) -> None:
+    """Whether no file of a command is lost to another one, whatever files it has.
+
+    Raises:
+        InvalidRequest: One would be.
+    """
+    described = shipped_robots().get(options.robot, Path(options.robot))
+    check_files(
+        {"ROBOT": described, "DATA": getattr(options, "data", None)},
+        {f"--{name}": getattr(options, name, None) for name in ("out", "plot")},
+    )
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -85,13 +85,12 @@ def _as_dict(
     compared = [
         {
             "modes": name,
-            "strain_coordinates": _coordinates(row.robot),
-            "estimated_error": row.estimated,
-            "difference": row.true,
-            "solve_time": row.solve_time,
+            "strain_coordinates": None if row is None else _coordinates(row.robot),
+            "estimated_error": None if row is None else row.estimated,
+            "difference": None if row is None else row.true,
+            "solve_time": None if row is None else row.solve_time,
         }
         for name, row in rows
-        if row is not None
     ]
     return {
         "robot": chosen.description.name,

@@ -68,8 +68,8 @@ def calibrate(
 
     Raises:
         InvalidRequest: A start of another robot; measurements that do not fit the robot, that have no
-            equilibrium, that look like other units or another order of numbers, or that are fewer
-            numbers than parameters.
+            equilibrium, that look like other units or another order of numbers, that are far out of the
+            plane of a planar robot, or that are fewer numbers than parameters.
         InvalidRequest: A parameter that cannot be changed alone, such as a tangent with a normal.
         UnknownParameter: There is no such number.
         DescriptionError: No robot is near the described one in a number.
@@ -85,7 +85,7 @@ def calibrate(
     limits = _checked_bounds(bounds, paths, values)
     tell = progress if progress is not None else _silent
     before = first_equilibria(robot, rows, start, lambda done: tell(0.5 * done))
-    check_measured(rows, before)
+    check_measured(rows, before, deviations)
     compared = tuple(
         compared_row(row, equilibrium, deviations)
         for row, equilibrium in zip(rows, before, strict=True)

@@ -16,9 +16,16 @@ from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from .compared import ComparedRow
-from .measurements import Measurement
+from .measurements import Measurement, StandardDeviations
 
-__all__ = ["bound_doubts", "check_measured", "fit_doubts", "measured_doubts", "unit_doubt"]
+__all__ = [
+    "bound_doubts",
+    "check_measured",
+    "fit_doubts",
+    "measured_doubts",
+    "plane_doubt",
+    "unit_doubt",
+]
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +39,9 @@ _DIFFERENT = 10.0
 _BEYOND, _FREE = 1.6, 8
 #: With fewer of them residuals are so large by chance in so few cases where they are doubted.
 _CHANCE = 1e-3
+#: How far out of its plane a planar robot may be measured: in standard deviations, and in rod lengths or
+#: radians. What is farther by both is of another frame, or of another order of numbers.
+_OUT_OF_PLANE, _NEAR_PLANE = 10.0, 0.02
 #: How near to a bound, in standard deviations, is at it.
 _AT_BOUND = 1e-2
 
@@ -45,16 +55,59 @@ def unit_doubt(robot: Robot, row: Measurement) -> str:
     return request_doubt(robot.description, *given)
 
 
-def check_measured(rows: Sequence[Measurement], predicted: Sequence[Equilibrium]) -> None:
-    """Whether measurements are in the units and the order that are expected.
+def plane_doubt(
+    robot: Robot,
+    position: Floats | None,
+    rotation: Floats | None,
+    position_deviation: float,
+    rotation_deviation: float,
+) -> str:
+    """Why a measured pose is not in the plane of a planar robot, which drops what leads out of it.
+
+    Args:
+        robot: Any robot.
+        position: Of the platform, (3,), NaN for what was not measured [m]; None: not measured.
+        rotation: Of the platform, (3, 3); None: not measured.
+        position_deviation: Standard deviation of the position [m].
+        rotation_deviation: Standard deviation of the rotation [rad].
+
+    Returns:
+        In words; empty: it is in the plane, or the robot has none.
+    """
+    if not robot.planar:
+        return ""
+    if position is not None:
+        near = max(_OUT_OF_PLANE * position_deviation, _NEAR_PLANE * robot.mean_length)
+        if abs(position[2]) > near:
+            return (
+                f"z is {position[2]:g} m, of a robot in the plane z = 0: expected at most {near:.3g}, "
+                "in the frame of the description"
+            )
+    if rotation is not None and not robot.description.point_platform:
+        tilt = float(np.arctan2(np.hypot(rotation[0, 2], rotation[1, 2]), rotation[2, 2]))
+        near = max(_OUT_OF_PLANE * rotation_deviation, _NEAR_PLANE)
+        if tilt > near:
+            return (
+                f"the orientation leads out of the plane z = 0 of this robot by {tilt:.3g} rad: "
+                f"expected at most {near:.3g}, a turn about z"
+            )
+    return ""
+
+
+def check_measured(
+    rows: Sequence[Measurement], predicted: Sequence[Equilibrium], deviations: StandardDeviations
+) -> None:
+    """Whether measurements are in the units, the order and the plane that are expected.
 
     Args:
         rows: Checked measurements.
         predicted: Their equilibria.
+        deviations: Of the measurements.
 
     Raises:
         InvalidRequest: They are not; names the first such row.
     """
+    exactness = deviations.position or 0.0, deviations.rotation or 0.0
     for row, equilibrium in zip(rows, predicted, strict=True):
         robot, position = equilibrium.robot, row.position
         if position is not None and np.isfinite(position).all():
@@ -72,6 +125,10 @@ def check_measured(rows: Sequence[Measurement], predicted: Sequence[Equilibrium]
         row, doubt = doubtful[0]
         more = f", as in {len(doubtful)} of {len(pairs)} rows" if len(pairs) > 1 else ""
         raise InvalidRequest(row.named("quaternion_wxyz"), f"{doubt}{more}")
+    for row, equilibrium in zip(rows, predicted, strict=True):
+        doubt = plane_doubt(equilibrium.robot, row.position, row.rotation, *exactness)
+        if doubt:
+            raise InvalidRequest(row.label, doubt)
     for name, unit, predictions in (
         ("position", "m", [found.platform_position for found in predicted]),
         ("efforts", "N m or N", [found.efforts for found in predicted]),

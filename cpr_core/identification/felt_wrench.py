@@ -146,7 +146,7 @@ def estimate_wrench(
 
     Raises:
         InvalidRequest: Wrong lengths, nothing measured, no standard deviations, a pose in other units or
-            a quaternion in another order.
+            far out of the plane of a planar robot, or a quaternion in another order.
         InvalidQuaternion: A quaternion far from unit length.
         NonFiniteInput: A NaN or an infinity.
         NotReached: No equilibrium at the measured motors, or none under a wrench that explains the

@@ -167,7 +167,9 @@ def write_poses(file: str | Path, equilibria: Sequence[Equilibrium]) -> None:
         InvalidRequest: The file cannot be written.
     """
     robot = equilibria[0].robot
-    loaded = any(equilibrium.loads.wrench_world.any() for equilibrium in equilibria)
+    # No wrench is told too where the description has one: a row without cells stands for that.
+    acting = [robot.default_loads, *(equilibrium.loads for equilibrium in equilibria)]
+    loaded = any(loads.wrench_world.any() for loads in acting)
     posed = _POSITION if robot.description.point_platform else (*_POSITION, *_QUATERNION)
     header = [*_motors(robot), *posed, *(_WRENCH if loaded else ())]
     try:

@@ -22,13 +22,22 @@ from ..solving.requests import pose_meaning
 from ..solving.targets import ProblemName
 from ..validation import checked_number
 
-__all__ = ["Drive", "Measurement", "StandardDeviations", "checked_measurements", "driven_by"]
+__all__ = [
+    "LARGEST_DEVIATION",
+    "SMALLEST_DEVIATION",
+    "Drive",
+    "Measurement",
+    "StandardDeviations",
+    "checked_measurements",
+    "driven_by",
+]
 
 Floats = NDArray[np.float64]
 
 
-#: Smallest standard deviation, far below the rounding of any number: squares over it are finite.
-_SMALLEST_DEVIATION = 1e-30
+#: Standard deviations, far below the rounding of any number and far beyond any measurement: squares
+#: over them are finite, and more than nothing.
+SMALLEST_DEVIATION, LARGEST_DEVIATION = 1e-30, 1e30
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,15 +149,16 @@ class StandardDeviations:
         """Check them.
 
         Raises:
-            InvalidRequest: One that is not a positive number.
+            InvalidRequest: One that is not a positive number, or too small or too large for its square.
         """
         for field in fields(self):
             value = getattr(self, field.name)
             if value is None:
                 continue
-            if not checked_number(f"deviations.{field.name}", value) >= _SMALLEST_DEVIATION:
-                least = f"of at least {_SMALLEST_DEVIATION:g}"
-                problem = f"expected a positive standard deviation {least}, got {value:g}"
+            number = checked_number(f"deviations.{field.name}", value)
+            if not SMALLEST_DEVIATION <= number <= LARGEST_DEVIATION:
+                limits = f"from {SMALLEST_DEVIATION:g} to {LARGEST_DEVIATION:g}"
+                problem = f"expected a positive standard deviation {limits}, got {value:g}"
                 raise InvalidRequest(f"deviations.{field.name}", problem)
 
     def of(self, kind: str) -> float:

@@ -20,6 +20,8 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..model.world_response import WorldResponse, effort_units, twist_units
 from ..validation import checked_vector
+from .doubts import plane_doubt
+from .measurements import LARGEST_DEVIATION, SMALLEST_DEVIATION
 from .residual_kernel import residual_into
 
 __all__ = ["WrenchMeasurements", "wrench_measurements"]
@@ -158,8 +160,8 @@ def wrench_measurements(
         seen_from: Where the robot was before: what the order of a quaternion is doubted from.
 
     Raises:
-        InvalidRequest: Wrong lengths, nothing measured, no standard deviations, or a quaternion that is
-            in another order.
+        InvalidRequest: Wrong lengths, nothing measured, no standard deviations, a quaternion that is in
+            another order, or a pose far out of the plane of a planar robot.
         InvalidQuaternion: A quaternion far from unit length.
         NonFiniteInput: A NaN or an infinity.
     """
@@ -195,6 +197,11 @@ def wrench_measurements(
         if len(known) >= _KEPT:
             known.clear()
         weights = known[key] = _weights(robot, *deviations)
+    if robot.planar and deviations[1] is not None:
+        exactness = (float(value) for value in deviations[1])
+        doubt = plane_doubt(robot, position, rotation, *exactness)
+        if doubt:
+            raise InvalidRequest("pose", doubt)
     return WrenchMeasurements(at, pushed, position, rotation, weights)
 
 
@@ -221,22 +228,28 @@ def _weights(
     """Weights from standard deviations, as far as measured.
 
     Raises:
-        InvalidRequest: Another number of them, one that is not positive, or all infinite.
+        InvalidRequest: Another number of them, one that is not positive or that is too small or too
+            large for its square, or all infinite.
         NonFiniteInput: A NaN.
     """
     rows, natural, count = [], [], robot.motor_count
+    names = []
     if of_efforts is not None:
+        names.append("effort_deviation")
         given = of_efforts if of_efforts.ndim else np.full(count, of_efforts)
         rows.append(_reciprocals("effort_deviation", given, count, _OF_EFFORTS))
         natural.append(rows[-1] * effort_units(robot))
     if of_pose is not None:
+        names.append("pose_deviation")
         position, rotation = _reciprocals("pose_deviation", of_pose, 2, _OF_POSE)
         rows.append(np.where(robot.platform_axes < 3, rotation, position))
         natural.append(rows[-1] * twist_units(robot))
     joined = np.concatenate(rows)
     measured = int(np.count_nonzero(joined))
     if not measured:
-        raise InvalidRequest("effort_deviation", "expected a finite one at least, all are infinite")
+        freedom = "" if (robot.platform_axes < 3).any() else " (a point platform has no rotation)"
+        problem = f"expected a finite one at least, all are infinite{freedom}"
+        raise InvalidRequest(" and ".join(names), problem)
     return WrenchWeights(joined, np.concatenate(natural), measured)
 
 
@@ -248,4 +261,9 @@ def _reciprocals(name: str, deviation: NDArray[Any], size: int, meaning: str) ->
     if not np.all(values > 0.0):
         error = NonFiniteInput if np.any(np.isnan(values)) else InvalidRequest
         raise error(name, f"expected numbers above 0, got {values.tolist()}")
+    finite = values[np.isfinite(values)]
+    if np.any((finite < SMALLEST_DEVIATION) | (finite > LARGEST_DEVIATION)):
+        limits = f"from {SMALLEST_DEVIATION:g} to {LARGEST_DEVIATION:g}"
+        problem = f"expected numbers {limits}, infinite for what is not measured"
+        raise InvalidRequest(name, f"{problem}, got {values.tolist()}")
     return np.asarray(1.0 / values)

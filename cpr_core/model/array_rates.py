@@ -34,6 +34,8 @@ Integers = NDArray[np.int64]
 _MISSED = 1e-9
 #: How far from the change of another one that of a parameter is, so that no two misses cancel.
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+#: They say where nodes are and nothing else: what moves with one alone is the error of the quadrature.
+_STATIONS = "stations"
 #: So many rates are kept: loads in force may have other forces on rods at every question.
 _KEPT = 1000
 #: Rates by path and by what loads in force have of their own.
@@ -220,17 +222,18 @@ def _rates(robot: Robot, loads: Loads, parameter: Parameter, near: Nearby) -> Ar
         InvalidRequest: The quadrature is another one, or the loads have been given in place of those the
             parameter is of.
     """
+    problem = f"{parameter.path} cannot be varied: the quadrature depends on it"
+    if any(place[0] == _STATIONS for place in parameter.places):
+        raise InvalidRequest("parameters", problem)
     before = robot.default_loads
     for beside in near.robots:
         own = overridden_loads(loads, before, beside.default_loads)
         if own:
-            problem = f"{parameter.path} has no effect: {', '.join(own)} of the request is in force"
-            raise InvalidRequest("parameters", problem)
+            others = f"{parameter.path} has no effect: {', '.join(own)} of the request is in force"
+            raise InvalidRequest("parameters", others)
     sides = [_numbers_beside(robot, beside, loads) for beside in near.robots]
     if any(len(side) != len(_numbers(robot, loads)) for side in sides):
-        raise InvalidRequest(
-            "parameters", f"{parameter.path} cannot be varied: the quadrature depends on it"
-        )
+        raise InvalidRequest("parameters", problem)
     changed = np.any([side != sides[0] for side in sides[1:]], axis=0)
     places = np.flatnonzero(changed & _kinds(robot, loads)[0])
     rates = sum(weight * side[places] for weight, side in zip(near.weights, sides, strict=True))

@@ -55,6 +55,10 @@ class JointPlace(NamedTuple):
     position: Floats
 
 
+#: Most points of a rod: the time for them grows with their third power.
+_MOST_POINTS = 1000
+
+
 @dataclass(frozen=True, eq=False)
 class LegShape:
     """One leg from base to tip: points along its rods, and where its links and shifts lead.
@@ -93,13 +97,13 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
 
     Args:
         equilibrium: Where.
-        points: Points of a rod, both ends included, at least 4.
+        points: Points of a rod, both ends included, from 4 to 1000.
 
     Raises:
-        InvalidRequest: Too few points, or no whole number of them.
+        InvalidRequest: Too few points or too many, or no whole number of them.
     """
     robot, state = equilibrium.robot, equilibrium.state
-    return state_shapes(robot, state, checked_count("points", points, 4))
+    return state_shapes(robot, state, checked_count("points", points, 4, _MOST_POINTS))
 
 
 def state_shapes(robot: Robot, state: Floats, points: int = 32) -> tuple[LegShape, ...]:

@@ -24,7 +24,7 @@ from .assembly import (
     turned_over,
     with_best_multipliers,
 )
-from .limits import check_limits
+from .limits import ROUNDING, check_limits
 from .not_reached import MotorLimitExceeded, NoForwardSolution, NotReached
 from .refining import refine
 from .rough_shape import rough_platforms, rough_state
@@ -41,6 +41,8 @@ _NO_STIFFNESS, _NO_STIFFNESS_HELD = 1e-9, 1e-6
 _LOOSE = 0.1
 #: Distance from the rough pose to the home found that is no roughness any more, in rod lengths.
 _ROUGH = 0.5
+#: Position of a motor, in its units, beyond which rounding hides where the motor is.
+_COUNTED = 1e9
 #: Misfit of a tip [rod lengths and rad] below which springs have closed its joint.
 _FITS = 0.01
 
@@ -59,6 +61,43 @@ def solve_home(robot: Robot) -> Equilibrium:
 
 
 def _found(robot: Robot) -> Equilibrium:
+    """The home equilibrium.
+
+    Raises:
+        DescriptionError: Motors are beyond their limits, or numbers beyond all robots.
+    """
+    _check_motors(robot)
+    try:
+        return _assembled_and_loaded(robot)
+    except np.linalg.LinAlgError:
+        problem = (
+            "the robot cannot be assembled: expected positions, lengths and loads of a robot, some are "
+            "beyond what can be computed with"
+        )
+        raise DescriptionError(robot.description.source, "home", problem) from None
+
+
+def _check_motors(robot: Robot) -> None:
+    """Whether the motors can be where home has them: before rods are bent that far.
+
+    Raises:
+        DescriptionError: One cannot.
+    """
+    motors, units = robot.description.motors, robot.motor_units
+    positions = robot.description.home.motors
+    for number, (motor, at) in enumerate(zip(motors, positions.tolist(), strict=True)):
+        slack, limits = ROUNDING * units[number], motor.limits
+        problem = ""
+        if not limits.lower - slack <= at <= limits.upper + slack:
+            problem = f"within the limits {limits.lower:g} to {limits.upper:g} of {motor.name}"
+        elif abs(at) > _COUNTED * units[number]:
+            problem = f"of at most {_COUNTED * units[number]:g}"
+        if problem:
+            expected = f"expected a position {problem}, got {at:g} {motor.unit}"
+            raise DescriptionError(robot.description.source, f"home.motors[{number}]", expected)
+
+
+def _assembled_and_loaded(robot: Robot) -> Equilibrium:
     guess, source = robot.description.home, robot.description.source
     unloaded = (_assembled if guess.strain is None else _from_strain)(robot, guess)
     leg = turned_over(unloaded)

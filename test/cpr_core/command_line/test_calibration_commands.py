@@ -5,11 +5,14 @@
 
 import csv
 import json
+from pathlib import Path
 
 import pytest
 
 import cpr_core
-from cpr_core.command_line import main
+from cpr_core.command_line import command, main
+from cpr_core.command_line.argument_types import check_files
+from cpr_core.description.description_file import shipped_robots
 
 PATHS = ("legs[0].motor.offset", "legs[1].motor.offset")
 DEVIATION = "position=1e-3"
@@ -199,3 +202,101 @@ def test_deviations_below_all_rounding_are_refused(capsys):
     status, _, error = run(capsys, "measure", "rfrfr", "--parameters", *PATHS, *small)
     assert status == 2
     assert "deviations.position: expected a positive standard deviation" in error
+
+
+def lost(capsys, read, *arguments):
+    """The error of a command that would write over a file; what it reads stays as it was."""
+    before = [file.read_bytes() for file in read]
+    status, text, error = run(capsys, *arguments, "--json")
+    assert (status, error) == (2, "")
+    assert [file.read_bytes() for file in read] == before
+    return json.loads(text)["error"]["message"]
+
+
+@pytest.mark.parametrize("link", [None, "symlink_to", "hardlink_to"])
+def test_nothing_that_is_read_is_written_over(capsys, tmp_path, link):
+    """The description was lost to the poses, and the measurements to the description."""
+    robot, data = tmp_path / "robot.yaml", tmp_path / "data.csv"
+    robot.write_text(shipped_robots()["rfrfr"].read_text())
+    data.write_text("motor1,motor2,x,y\n2.5,0.6,0,0.8\n")
+    names = {}
+    for file in (robot, data):
+        names[file] = tmp_path / ".." / tmp_path.name / file.name
+        if link is not None:
+            names[file] = tmp_path / f"other-{file.name}"
+            getattr(names[file], link)(file)
+    parameters = ("--parameters", *PATHS, "--deviations", DEVIATION)
+    for first, file, called in (
+        (("measure", robot), robot, "ROBOT"),
+        (("calibrate", robot, data), robot, "ROBOT"),
+        (("calibrate", robot, data), data, "DATA"),
+    ):
+        message = lost(capsys, (robot, data), *first, *parameters, "--out", names[file])
+        assert message == (
+            f"--out: expected another file than {called}, {file}, which would be overwritten"
+        )
+
+
+def test_a_shipped_description_is_not_written_over(capsys, tmp_path, monkeypatch):
+    file = tmp_path / "shipped.yaml"  # a copy, lest the test itself loses it
+    file.write_text(shipped_robots()["rfrfr"].read_text())
+    monkeypatch.setattr(command, "shipped_robots", lambda: {"rfrfr": file})
+    common = ("--parameters", *PATHS, "--deviations", DEVIATION)
+    message = lost(capsys, (file,), "measure", "rfrfr", *common, "--out", file)
+    assert "expected another file than ROBOT" in message
+
+
+@pytest.mark.parametrize("there", [False, True])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("calibrate", "rfrfr", "data.csv", "--parameters", PATHS[0], "--deviations", DEVIATION),
+        ("workspace", "rfrfr", "--slice", "x=0:0.1", "--resolution", "0.1"),
+    ],
+)
+def test_a_file_is_written_once(capsys, tmp_path, monkeypatch, there, arguments):
+    """The picture was written over the description, or over the map."""
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "one.png"
+    if there:
+        file.write_text("something")
+    read = (file,) if there else ()
+    message = lost(capsys, read, *arguments, "--out", "one.png", "--plot", file)
+    assert (
+        message == f"--out: expected another file than --plot, {file}, which is to be written too"
+    )
+
+
+def test_what_is_no_file_may_be_written_twice():
+    nothing = Path("/dev/null")
+    check_files({"DATA": nothing}, {"--out": nothing, "--plot": nothing})
+
+
+def test_nothing_is_given_twice(capsys, data):
+    """The last one was taken, without a word."""
+    without_rotation(data)
+    status, _, error = calibrate(capsys, data, "position=5")
+    assert status == 2
+    assert error == "cpr: error: --deviations: expected every kind once, position is given twice\n"
+    common = ("rfrfr", "--parameters", *PATHS, "--deviations", "position=5", "position=5")
+    status, _, error = run(capsys, "measure", *common)
+    assert (status, "--deviations: expected every kind once" in error) == (2, True)
+    again = ("--deviations", "motors=1", "--deviations", "position=5")
+    status, _, error = calibrate(capsys, data, *again)
+    assert (status, "--deviations: expected every kind once" in error) == (2, True)
+    bound = ("--bound", PATHS[0], -1, 1)
+    status, _, error = calibrate(capsys, data, *bound, "--bound", PATHS[1], -1, 1, *bound)
+    assert status == 2
+    expected = f"expected every parameter once, {PATHS[0]} is given twice"
+    assert error == f"cpr: error: --bound: {expected}\n"
+
+
+def test_options_with_several_values_may_be_given_several_times(capsys):
+    """Only the last ones counted."""
+    common = ("measure", "rfrfr", "--count", 2, "--reach", 0.1, "--deviations", DEVIATION, "--json")
+    parameters = ("--parameters", PATHS[0], "--parameters", PATHS[1])
+    status, text, _ = run(capsys, *common, *parameters)
+    assert status == 0
+    told = json.loads(text)
+    assert list(told["standard_deviations"]) == list(PATHS)
+    assert (told["robot"], told["motor_names"]) == ("rfrfr", ["motor1", "motor2"])

@@ -15,10 +15,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 from cpr_core import __version__
-from cpr_core.command_line import main
+from cpr_core.command_line import main, modes_command
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernel_warmup import compile_kernels
 from cpr_core.lie import rotation_from_quaternion
+from cpr_core.solving.not_reached import NotReached
 
 HOME = {"rfrfr": [2.59, 0.55], "six_rfs": [5.86, 5.56, 5.86, 5.46, 5.86, 5.26]}
 
@@ -463,3 +464,20 @@ def test_an_answer_that_cannot_be_printed_is_an_error_in_a_line(option):
         )
     assert done.returncode == 1
     assert done.stderr == "cpr: error: [Errno 28] No space left on device\n"
+
+
+def test_numbers_of_modes_without_an_equilibrium_are_told_in_json_too(cpr, monkeypatch):
+    """The text had a row for them."""
+    compared = modes_command.compared_modes
+
+    def of_many_modes(robot, exact):
+        if robot.description.rods[0].modes.counts[2] == 2:
+            raise NotReached("there is none", 0.0, None)
+        return compared(robot, exact)
+
+    monkeypatch.setattr(modes_command, "compared_modes", of_many_modes)
+    status, out, _ = cpr("modes", "rfrfr", "--json")
+    assert status == 0
+    first, second, *_ = json.loads(out)["compared"]
+    assert first["modes"] == "2" and first["estimated_error"] is first["solve_time"] is None
+    assert second["modes"] == "3" and second["estimated_error"] > 0.0

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.loads import DistributedForce, Loads, PointForce, checked_vector
-from cpr_core.errors import CprError, InvalidRequest, NonFiniteInput
+from cpr_core.errors import CprError, DescriptionError, InvalidRequest, NonFiniteInput
 from cpr_core.kernels.kernel_arrays import PLATFORM_LOADS, interpolated_loads
 from cpr_core.solving.load_robot import load_robot
 
@@ -318,3 +318,14 @@ def test_a_caller_cannot_change_loads_that_were_given():
 def test_what_stays_of_loads_is_not_copied():
     loads = Loads.none().with_(gravity=[0, 0, -9.81])
     assert loads.with_(wrench_world=np.ones(6)).gravity is loads.gravity
+
+
+def test_stations_that_do_not_reach_the_ends_are_told_so():
+    """They were told not to be increasing from 0 to 1."""
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    force = [[0.0, 0.0, 0.0]] * 3
+    content["loads"] = {"distributed": [{"leg": "leg1", "at": [0.1, 0.4, 0.8], "force": force}]}
+    with pytest.raises(
+        DescriptionError, match=r"the first 0 and the last 1, got \[0.1, 0.4, 0.8\]"
+    ):
+        load_robot(content)

@@ -22,6 +22,7 @@ from cpr_core import (
     calibrate,
 )
 from cpr_core.description.description_file import shipped_robots
+from cpr_core.lie import quaternion_from_rotation, rotation_exp
 
 
 @pytest.fixture(scope="module")
@@ -207,7 +208,68 @@ def test_a_parameter_that_is_not_there(robot, rows):
         calibrate(robot, rows, "rod.youngs_modulus", DEVIATIONS)
 
 
-@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, "1"])
-def test_standard_deviations_are_positive(value):
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, "1", 1e-200, 1e31, 1e200])
+def test_standard_deviations_are_positive_and_have_squares(value):
     with pytest.raises(InvalidRequest, match=r"deviations\.efforts"):
         StandardDeviations(efforts=value)
+
+
+@pytest.fixture(scope="module")
+def flat():
+    """Measurements of a planar robot whose platform turns."""
+    robot = cpr_core.load_robot("four_rfr")
+    seen = equilibria(robot, cpr_core.solve_home(robot), count=2, reach=0.1)
+    return robot, [
+        Measurement(
+            motors=each.motors,
+            position=each.platform_position,
+            quaternion_wxyz=each.platform_quaternion,
+        )
+        for each in seen
+    ]
+
+
+def tilted(row, angle):
+    turn = rotation_exp(np.array([angle, 0.0, 0.0]))
+    return quaternion_from_rotation(turn @ row.rotation)
+
+
+@pytest.mark.parametrize(
+    ("fields", "text"),
+    [
+        ({"position": lambda row: row.position + [0, 0, 0.05]}, r"\[0\]: z is 0.05 m, .*z = 0"),
+        ({"position": lambda row: [*row.position[:2], -0.05]}, r"\[0\]: z is -0.05 m"),
+        ({"quaternion_wxyz": lambda row: tilted(row, 0.1)}, r"\[0\]: the orientation .*by 0.1 rad"),
+        ({"quaternion_wxyz": lambda row: tilted(row, np.pi)}, r"by 3.14 rad"),
+    ],
+)
+def test_what_is_far_out_of_the_plane_is_not_dropped_without_a_word(flat, fields, text):
+    robot, rows = flat
+    with pytest.raises(InvalidRequest, match=text):
+        calibrate(robot, changed(rows, **fields), "legs[0].chain[0].offset", DEVIATIONS)
+
+
+@pytest.mark.parametrize(
+    ("fields", "deviations"),
+    [
+        ({"position": lambda row: row.position + [0, 0, 0.005]}, DEVIATIONS),
+        ({"position": lambda row: [*row.position[:2], None]}, DEVIATIONS),
+        ({"position": lambda row: row.position + [0, 0, 0.05]}, StandardDeviations(0.01, 0.01)),
+        ({"quaternion_wxyz": lambda row: tilted(row, 0.015)}, DEVIATIONS),
+        ({"quaternion_wxyz": lambda row: tilted(row, 0.08)}, StandardDeviations(0.01, 0.01)),
+    ],
+)
+def test_what_a_measurement_may_be_out_of_the_plane_is_left_out(flat, fields, deviations):
+    robot, rows = flat
+    found = calibrate(robot, changed(rows, **fields), "legs[0].chain[0].offset", deviations)
+    assert found.values[0] == pytest.approx(0.0, abs=1e-5)
+
+
+def test_a_point_has_no_tilt():
+    robot = cpr_core.load_robot("rfrfr")
+    (seen,) = equilibria(robot, cpr_core.solve_home(robot), count=1, reach=0.1)
+    row = Measurement(
+        motors=seen.motors, position=seen.platform_position, quaternion_wxyz=[0.0, 1.0, 0.0, 0.0]
+    )
+    found = calibrate(robot, [row], "legs[0].motor.offset", DEVIATIONS)
+    assert found.values[0] == pytest.approx(0.0, abs=1e-5)

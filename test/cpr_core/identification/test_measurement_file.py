@@ -42,6 +42,21 @@ def test_poses_that_are_written_are_measurements(spatial, tmp_path, loaded):
         assert force == ([0, 0, 0, 0, 0, -1] if loaded else None)
 
 
+@pytest.mark.parametrize("force", [0.0, -1.0, -2.5])
+def test_a_wrench_that_is_not_the_description_s_is_written_though_it_is_none(tmp_path, force):
+    """Poses without a wrench were read as those of the description's."""
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content["loads"] = {"platform_force": [0.0, -1.0, 0.0]}
+    robot = cpr_core.load_robot(content)
+    loads = robot.default_loads.with_(wrench_world=[0.0, 0.0, 0.0, 0.0, force, 0.0])
+    found = cpr_core.solve_forward(robot, cpr_core.solve_home(robot).motors, loads=loads)
+    write_poses(tmp_path / "poses.csv", [found])
+    (row,) = read_measurements(robot, tmp_path / "poses.csv")
+    assert row.loads.wrench_world.tolist() == [0.0, 0.0, 0.0, 0.0, force, 0.0]
+    again = cpr_core.solve_forward(robot, row.motors, loads=row.loads)
+    assert row.position == pytest.approx(again.platform_position, abs=1e-7)
+
+
 def test_cells_may_be_empty_and_columns_in_any_order(robot, tmp_path):
     name, other = robot.motor_names
     file = tmp_path / "some.csv"

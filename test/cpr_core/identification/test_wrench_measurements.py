@@ -104,6 +104,52 @@ def test_deviations_are_needed_and_positive():
         estimate(pose=None, effort_deviation=np.inf)
 
 
+def test_what_is_all_infinite_is_named():
+    """The efforts were named, given or not."""
+    nothing = {"efforts": None, "effort_deviation": None, "pose_deviation": (np.inf, np.inf)}
+    with pytest.raises(InvalidRequest, match=r"^pose_deviation: .*all are infinite$"):
+        estimate(**nothing)
+    with pytest.raises(InvalidRequest, match=r"^effort_deviation and pose_deviation: expected a f"):
+        estimate(effort_deviation=np.inf, pose_deviation=(np.inf, np.inf))
+    point = solve_home(load_robot("rfrfr"))
+    pose = np.concatenate([point.platform_position, point.platform_quaternion])
+    with pytest.raises(
+        InvalidRequest, match=r"^pose_deviation: .*a point platform has no rotation"
+    ):
+        estimate_wrench(point.robot, point.motors, pose=pose, pose_deviation=(np.inf, 1e-3))
+
+
+def test_a_pose_far_out_of_the_plane_is_told():
+    """It was projected into the plane, without a word."""
+    home = solve_home(load_robot("four_rfr"))
+    position, turn = home.platform_position, home.platform_rotation
+
+    def felt(shift, tilt, deviations=(1e-3, 1e-3)):
+        rotation = rotation_exp(np.array([0.0, tilt, 0.0])) @ turn
+        pose = [*(position + [0.0, 0.0, shift]), *quaternion_from_rotation(rotation)]
+        return estimate_wrench(home.robot, home.motors, pose=pose, pose_deviation=deviations)
+
+    with pytest.raises(InvalidRequest, match=r"^pose: z is 0.05 m, of a robot in the plane z = 0"):
+        felt(0.05, 0.0)
+    with pytest.raises(InvalidRequest, match=r"^pose: the orientation leads out .* by 0.1 rad"):
+        felt(0.0, 0.1)
+    for near in (felt(0.005, 0.015), felt(0.05, 0.0, (np.inf, 1e-3)), felt(0.0, 0.1, (1e-3, 0.02))):
+        assert near.wrench_world == pytest.approx(np.zeros(6), abs=1e-3)
+
+
+@pytest.mark.parametrize("deviation", [1e-200, 1e-31, 1e31, 1e200])
+def test_deviations_whose_squares_are_no_numbers_are_refused(deviation):
+    """Their reciprocals squared were nothing, and what was not known was known exactly."""
+    for name, value in (
+        ("effort_deviation", deviation),
+        ("pose_deviation", (1e-3, deviation)),
+    ):
+        with pytest.raises(InvalidRequest, match=f"{name}: expected numbers from 1e-30 to 1e"):
+            estimate(**{name: value})
+    for edge in (1e-30, 1e30):
+        assert np.isfinite(estimate(pose=None, effort_deviation=edge).covariance).all()
+
+
 def test_a_quaternion_in_the_order_of_ros_is_told():
     with pytest.raises(InvalidRequest, match="looks like x y z w, expected w x y z"):
         estimate(pose=np.concatenate([POSE[:3], POSE[[4, 5, 6, 3]]]))

@@ -36,8 +36,8 @@ def test_curvature_is_the_turning_of_the_tangent():
     np.testing.assert_allclose(slope[20:-20], shape.curvature[20:-20, 2], rtol=1e-3, atol=1e-3)
 
 
-@pytest.mark.parametrize("points", [3, 0, -1, 4.5, "many"])
-def test_too_few_points_are_refused(points):
+@pytest.mark.parametrize("points", [3, 0, -1, 4.5, "many", 1001])
+def test_too_few_points_and_too_many_are_refused(points):
     with pytest.raises(InvalidRequest, match="points"):
         leg_shapes(solve_home(load_robot("rfrfr")), points)
     assert len(leg_shapes(solve_home(load_robot("rfrfr")), 4)[0].arc_length) == 4

@@ -203,3 +203,34 @@ def test_left_and_right_are_for_the_plane():
     content["home"]["bow"] = "left"
     with pytest.raises(DescriptionError, match="expected outward, inward or a vector, got 'left'"):
         load_robot(content)
+
+
+@pytest.mark.parametrize(
+    ("position", "limits", "text"),
+    [
+        (1e155, [-1.5, 1.5], "within the limits -1.5 to 1.5 of motor1, got 1e+155 rad"),
+        (1.6, [-1.5, 1.5], "within the limits -1.5 to 1.5 of motor1, got 1.6 rad"),
+        (1e155, None, "of at most 1e+09, got 1e+155 rad"),
+        (-1e300, None, "of at most 1e+09, got -1e+300 rad"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::cpr_core.DescriptionWarning")
+def test_motors_are_within_their_limits_before_rods_are_bent(position, limits, text):
+    """Rods that were bent by numbers beyond all others ended in an assertion."""
+    content = content_of("rfrfr")
+    content["home"]["motors"] = [position, 0.55]
+    content["legs"][0]["motor"] |= {"limits": {"position": limits} if limits else {}}
+    with pytest.raises(DescriptionError) as caught:
+        solve_home(load_robot(content))
+    assert caught.value.field == "home.motors[0]"
+    assert f"expected a position {text}" in str(caught.value)
+
+
+@pytest.mark.filterwarnings("ignore::cpr_core.DescriptionWarning")
+@pytest.mark.parametrize("far", [1e155, 1e200])
+def test_a_tip_beyond_all_numbers_cannot_be_assembled(far):
+    """It was an error of the linear algebra."""
+    content = content_of("four_rfr")
+    content["legs"][2]["tip"]["position"] = [0.05, far, 0.0]
+    with pytest.raises(DescriptionError, match="home: the robot cannot be assembled: expected pos"):
+        solve_home(load_robot(content))

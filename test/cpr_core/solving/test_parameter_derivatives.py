@@ -11,6 +11,7 @@ import yaml
 from helpers.parameter_kinds import parameter_kinds, with_loads
 from helpers.shipped_steps import REDUNDANT, STEPS
 from helpers.solved_beside import polished, robots_beside, solved_slopes
+from helpers.yaml_content import yaml_content
 from numpy.testing import assert_allclose, assert_array_equal
 
 from cpr_core import (
@@ -18,6 +19,7 @@ from cpr_core import (
     InvalidRequest,
     Robot,
     UnknownParameter,
+    continued,
     derivatives,
     kinemato_statics,
     load_robot,
@@ -297,3 +299,31 @@ def test_strain_modes_are_those_of_the_robot():
     found = [derivatives(solve_home(robot), "rod.length").position for robot in (coarse, fine)]
     assert_allclose(found[0], found[1], rtol=0.05)
     assert np.abs(found[0] - found[1]).max() > 1e-6
+
+
+def test_where_forces_may_act_is_not_varied_and_where_they_do_is():
+    """A station that moves alone moves the nodes: what differed was the error of the quadrature."""
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content["stations"] = [0.3]
+    content["rod"]["profile"] = {"at": [0.0, 0.45, 1.0], "stiffness": [1.0, 1.3, 1.1]}
+    content["loads"] = {
+        "points": [{"leg": "leg1", "at": 0.6, "force": [2.0, 1.0, 0.0]}],
+        "distributed": [
+            {"leg": "leg2", "at": [0.0, 0.7, 1.0], "force": [[0, 0, 0], [3, 1, 0], [0, 0, 0]]}
+        ],
+    }
+    robot = load_robot(content)
+    home = solve_home(robot)
+    for path in ("stations[0]", "stations[*]"):
+        with pytest.raises(InvalidRequest, match=r"stations.* cannot be varied: the quadrature"):
+            derivatives(home, [path, "rod.young_modulus"])
+    for path in ("rod.profile.at[1]", "loads.points[0].at", "loads.distributed[0].at[1]"):
+        at = robot.parameter_values(path)[0]
+        ahead, behind = (
+            continued(home, robot.with_parameters({path: at + way})).platform_position
+            for way in (1e-4, -1e-4)
+        )
+        slope = (ahead - behind) / 2e-4
+        assert np.linalg.norm(slope) > 1e-4
+        found = derivatives(home, path).position[:, 0]
+        assert_allclose(found, slope, rtol=0.0, atol=1e-3 * np.linalg.norm(slope))
