@@ -20,7 +20,7 @@ from .described_chain import chain_leg, check_joints, check_motors
 from .described_rods import check_jumps, described_modes, described_rod, described_tolerance
 from .home_guess import home_guess
 from .joints import JOINTS, Joint
-from .leg_description import LegDescription
+from .leg_description import LegDescription, described_motors
 from .loads import DistributedForce, Loads, PointForce
 from .motors import MOTORS, Motor, MotorLimits
 from .plausibility import check_inertia, check_moved, check_positions
@@ -31,6 +31,8 @@ __all__ = ["described_robot"]
 
 Floats = NDArray[np.float64]
 
+#: What columns of measurements that are about a motor begin with, before its name.
+_COLUMNS_OF_MOTORS = ("motor:", "effort:")
 #: Cosine beyond which an axis along the tangent no longer tells a direction across it.
 _ALONG = 0.9
 #: What rounding in a file may do to an inertia.
@@ -114,6 +116,7 @@ def _legs(part: Part) -> tuple[LegDescription, ...]:
         for index, leg in enumerate(part.parts("legs"))
     )
     check_motors(part, legs)
+    _check_motor_names(part, legs)
     for kind, names in (
         ("name", [leg.name for leg in legs]),
         ("motor.name", [leg.motor_name for leg in legs if leg.motor_name]),
@@ -143,6 +146,27 @@ def _check_rod_names(part: Part, legs: tuple[LegDescription, ...]) -> None:
                 problem = f"{name!r} is the name of a rod of {owners[name].name} already"
                 raise part.fail(f"legs[{index}].name", problem)
             owners[name] = leg
+
+
+def _check_motor_names(part: Part, legs: tuple[LegDescription, ...]) -> None:
+    """Whether motors are called so that they can name columns of a file of measurements.
+
+    Raises:
+        DescriptionError: One is not.
+    """
+    names = [motor.name for motor in described_motors(legs)]
+    for name in names:
+        expected = ""
+        if name.startswith("#"):  # its line would be a comment
+            expected = "one that does not begin with #"
+        elif name != name.strip() or len(name.splitlines()) > 1:
+            expected = "one without spaces around it and without line breaks"
+        for column in _COLUMNS_OF_MOTORS:
+            if name.startswith(column) and name.removeprefix(column) in names:
+                other = name.removeprefix(column)
+                expected = f"another one, which is a column of motor {other} in measurements"
+        if expected:
+            raise part.fail("legs", f"motor {name!r:.80}: expected a name, {expected}")
 
 
 def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:

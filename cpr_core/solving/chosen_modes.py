@@ -76,7 +76,9 @@ def choose_modes(robot: Robot, tolerance: float) -> Robot:
         raise InvalidRequest("tolerance", f"expected at least {_LEAST:g} m, got {tolerance:g}")
     bases = (rod.modes.basis for rod in robot.description.rods)
     if any(isinstance(basis, DescribedBasis) and basis.modes is not None for basis in bases):
-        raise InvalidRequest("tolerance", "B-splines have as many modes as degree and knots say")
+        raise InvalidRequest(
+            "modes", "they cannot be chosen: B-splines have as many modes as degree and knots say"
+        )
     exact = with_many_modes(robot, tolerance)
     budget = _BUDGET * tolerance
     for _ in range(_TRIES):

@@ -122,3 +122,33 @@ def test_motors_may_be_called_as_coordinates(tmp_path):
     (row,) = read_measurements(gantry, tmp_path / "poses.csv")
     assert row.motors == pytest.approx(home.motors, abs=1e-8)
     assert row.position == pytest.approx(home.platform_position, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("names", "text"),
+    [
+        (("#q", "r"), "motor '#q': expected a name, one that does not begin with #"),
+        ((" q", "r"), "motor ' q': expected a name, one without spaces around it"),
+        (("q", "r\ns"), "expected a name, one without spaces around it and without line breaks"),
+        (("x", "motor:x"), "motor 'motor:x': expected a name, another one"),
+        (("effort:q", "q"), "motor 'effort:q': expected a name, another one"),
+    ],
+)
+def test_names_of_motors_that_could_not_be_read_are_refused(names, text):
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    for leg, name in zip(content["legs"], names, strict=True):
+        leg["motor"]["name"] = name
+    with pytest.raises(cpr_core.DescriptionError) as caught:
+        cpr_core.load_robot(content)
+    assert text in str(caught.value)
+
+
+@pytest.mark.parametrize("names", [("a,b", "q#"), ("motor:z", 'say "q"')])
+def test_names_of_motors_are_read_as_they_are_written(tmp_path, names):
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    for leg, name in zip(content["legs"], names, strict=True):
+        leg["motor"]["name"] = name
+    home = cpr_core.solve_home(cpr_core.load_robot(content))
+    write_poses(tmp_path / "poses.csv", [home])
+    (row,) = read_measurements(home.robot, tmp_path / "poses.csv")
+    assert row.motors == pytest.approx(home.motors, abs=1e-8)
