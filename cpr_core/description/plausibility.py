@@ -54,6 +54,8 @@ _SOFTEST, _SOFT, _STIFFEST = 1e4, 1e6, 2e12
 _LIGHTEST, _HEAVY = 30.0, 2000.0
 #: Angle of a motor [rad], and a distance in rod lengths.
 _MANY_TURNS, _FAR = 4.0 * math.pi, 10.0
+#: Distance that no robot has, in rod lengths.
+_BEYOND = 1e9
 
 
 def _warn(part: Part, name: str, problem: str) -> None:
@@ -211,8 +213,16 @@ def check_quaternion(part: Part, name: str, quaternion: Sequence[float]) -> None
 
 
 def check_positions(part: Part, description: RobotDescription) -> None:
-    """Whether bases, tips and platform are where the rods can reach."""
-    found = [name for name, distance in _distances(description) if distance > _FAR]
+    """Whether bases, tips and platform are where the rods can reach.
+
+    Raises:
+        DescriptionError: One is so far away that rounding hides the robot.
+    """
+    distances = list(_distances(description))
+    for name, distance in distances:
+        if distance > _BEYOND:
+            raise part.fail(name, f"more than {_BEYOND:g} rod lengths away: {_MILLIMETRES}")
+    found = [name for name, distance in distances if distance > _FAR]
     if found:
         more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
         _warn(part, found[0] + more, f"more than {_FAR:g} rod lengths away: {_MILLIMETRES}")

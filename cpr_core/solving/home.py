@@ -61,43 +61,7 @@ def solve_home(robot: Robot) -> Equilibrium:
 
 
 def _found(robot: Robot) -> Equilibrium:
-    """The home equilibrium.
-
-    Raises:
-        DescriptionError: Motors are beyond their limits, or numbers beyond all robots.
-    """
     _check_motors(robot)
-    try:
-        return _assembled_and_loaded(robot)
-    except np.linalg.LinAlgError:
-        problem = (
-            "the robot cannot be assembled: expected positions, lengths and loads of a robot, some are "
-            "beyond what can be computed with"
-        )
-        raise DescriptionError(robot.description.source, "home", problem) from None
-
-
-def _check_motors(robot: Robot) -> None:
-    """Whether the motors can be where home has them: before rods are bent that far.
-
-    Raises:
-        DescriptionError: One cannot.
-    """
-    motors, units = robot.description.motors, robot.motor_units
-    positions = robot.description.home.motors
-    for number, (motor, at) in enumerate(zip(motors, positions.tolist(), strict=True)):
-        slack, limits = ROUNDING * units[number], motor.limits
-        problem = ""
-        if not limits.lower - slack <= at <= limits.upper + slack:
-            problem = f"within the limits {limits.lower:g} to {limits.upper:g} of {motor.name}"
-        elif abs(at) > _COUNTED * units[number]:
-            problem = f"of at most {_COUNTED * units[number]:g}"
-        if problem:
-            expected = f"expected a position {problem}, got {at:g} {motor.unit}"
-            raise DescriptionError(robot.description.source, f"home.motors[{number}]", expected)
-
-
-def _assembled_and_loaded(robot: Robot) -> Equilibrium:
     guess, source = robot.description.home, robot.description.source
     unloaded = (_assembled if guess.strain is None else _from_strain)(robot, guess)
     leg = turned_over(unloaded)
@@ -114,6 +78,28 @@ def _assembled_and_loaded(robot: Robot) -> Equilibrium:
         raise NoForwardSolution(f"{source}: home: {loose}", 0.0, None)
     _check_distance(guess, home)
     return home
+
+
+def _check_motors(robot: Robot) -> None:
+    """Whether the motors can be where home has them: before rods are bent that far.
+
+    Raises:
+        DescriptionError: One cannot.
+    """
+    motors, units = robot.description.motors, robot.motor_units
+    positions = robot.description.home.motors
+    for number, (motor, at) in enumerate(zip(motors, positions.tolist(), strict=True)):
+        slack, limits = ROUNDING * units[number], (motor.limits.lower, motor.limits.upper)
+        problem = ""
+        if not limits[0] - slack <= at <= limits[1] + slack:
+            problem = str(MotorLimitExceeded(motor.name, "position", at, limits, motor.unit))
+        elif abs(at) > _COUNTED * units[number]:
+            most = f"{_COUNTED * units[number]:g} {motor.unit}"
+            problem = (
+                f"{motor.name}: expected a position of at most {most}, got {at:g} {motor.unit}"
+            )
+        if problem:
+            raise DescriptionError(robot.description.source, "home", problem)
 
 
 def _check_distance(guess: HomeGuess, home: Equilibrium) -> None:

@@ -208,10 +208,10 @@ def test_left_and_right_are_for_the_plane():
 @pytest.mark.parametrize(
     ("position", "limits", "text"),
     [
-        (1e155, [-1.5, 1.5], "within the limits -1.5 to 1.5 of motor1, got 1e+155 rad"),
-        (1.6, [-1.5, 1.5], "within the limits -1.5 to 1.5 of motor1, got 1.6 rad"),
-        (1e155, None, "of at most 1e+09, got 1e+155 rad"),
-        (-1e300, None, "of at most 1e+09, got -1e+300 rad"),
+        (1e155, [-1.5, 1.5], "motor1: position 1e+155 rad is outside its limits [-1.5, 1.5]"),
+        (1.6, [-1.5, 1.5], "motor1: position 1.6 rad is outside its limits [-1.5, 1.5]"),
+        (1e155, None, "motor1: expected a position of at most 1e+09 rad, got 1e+155 rad"),
+        (-1e300, None, "motor1: expected a position of at most 1e+09 rad, got -1e+300 rad"),
     ],
 )
 @pytest.mark.filterwarnings("ignore::cpr_core.DescriptionWarning")
@@ -222,15 +222,17 @@ def test_motors_are_within_their_limits_before_rods_are_bent(position, limits, t
     content["legs"][0]["motor"] |= {"limits": {"position": limits} if limits else {}}
     with pytest.raises(DescriptionError) as caught:
         solve_home(load_robot(content))
-    assert caught.value.field == "home.motors[0]"
-    assert f"expected a position {text}" in str(caught.value)
+    assert caught.value.field == "home"
+    assert text in str(caught.value)
 
 
-@pytest.mark.filterwarnings("ignore::cpr_core.DescriptionWarning")
-@pytest.mark.parametrize("far", [1e155, 1e200])
-def test_a_tip_beyond_all_numbers_cannot_be_assembled(far):
+@pytest.mark.parametrize("far", [1e12, 1e155, 1e200])
+def test_a_tip_beyond_all_numbers_is_refused(far):
     """It was an error of the linear algebra."""
     content = content_of("four_rfr")
     content["legs"][2]["tip"]["position"] = [0.05, far, 0.0]
-    with pytest.raises(DescriptionError, match="home: the robot cannot be assembled: expected pos"):
-        solve_home(load_robot(content))
+    with pytest.raises(
+        DescriptionError, match=r"1e\+09 rod lengths away: looks like milli"
+    ) as caught:
+        load_robot(content)
+    assert caught.value.field == "legs[2].tip.position"
