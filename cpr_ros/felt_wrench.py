@@ -91,13 +91,13 @@ class FeltWrench:
         self.watchdog.timeout = settings.timeout
 
     def take_pose(self, pose: Floats, time: float) -> None:
-        """Take a measured pose of the whole platform.
+        """Take a measured pose of the whole platform; of a planar robot what is in its plane.
 
         Args:
             pose: x y z qw qx qy qz in the base frame, (7,) [m].
             time: When it was measured [s].
         """
-        self._pose = time, pose
+        self._pose = time, _in_plane(pose) if self.robot.planar else pose
 
     def refuse(self, kind: str, reason: str) -> None:
         """Take note of a measurement that tells nothing; reasons of a kind are announced once."""
@@ -218,3 +218,12 @@ class FeltWrench:
                 f"{found.degrees_of_freedom} degrees of freedom"
             )
         return ""
+
+
+def _in_plane(pose: Floats) -> Floats:
+    """A pose, (7,), without its height and tilt: cameras hang above the plane, and a little askew."""
+    x, y, _, w, _, _, z = pose.tolist()
+    size = float(np.hypot(w, z))
+    if size == 0.0:
+        return pose  # upside down, and refused as such
+    return np.array([x, y, 0.0, w / size, 0.0, 0.0, z / size])

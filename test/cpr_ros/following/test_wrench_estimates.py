@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose
 from sensor_msgs.msg import JointState
 
 from cpr_core import InvalidRequest, NonFiniteInput, solve_forward, solve_home
+from cpr_core.lie import quaternion_from_rotation, rotation_exp, rotation_from_quaternion
 from cpr_ros import felt_wrench
 from cpr_ros.conversions import Frames, joint_state
 from cpr_ros.felt_wrench import FeltWrench, WrenchSettings
@@ -84,6 +85,23 @@ def test_a_pose_of_the_same_time_is_used():
     without = Measured(position_deviation=0.0)
     without.take_pose()
     assert without.take().degrees_of_freedom == 0
+
+
+def test_height_and_tilt_of_a_camera_above_a_planar_robot_are_left_aside():
+    """It is above the plane and hangs askew; the library refuses what is so far out of it."""
+    measured = Measured("planar_body")
+    measured.push([0.0, 0.0, 0.02, 0.3, -0.2, 0.0])
+    measured.take_pose()
+    expected = measured.take()
+    assert expected is not None and measured.felt.with_pose
+    turned = rotation_from_quaternion(measured.true.platform_quaternion) @ rotation_exp([0.1, 0, 0])
+    position = measured.true.platform_position + [0.0, 0.0, 0.4]
+    pose = np.concatenate([position, quaternion_from_rotation(turned)])
+    measured.felt.take_pose(pose, measured.now)
+    found = measured.take()
+    assert found is not None, measured.felt.reason(measured.now)
+    assert measured.felt.with_pose
+    assert_allclose(found.wrench_world, expected.wrench_world, atol=1e-9)
 
 
 def test_a_pose_that_contradicts_the_efforts_silences():
