@@ -123,10 +123,8 @@ def check_motors(part: Part, legs: tuple[LegDescription, ...]) -> None:
             if NO_LIMITS not in (first.limits, element.limits) and first.limits != element.limits:
                 problem = f"motor {element.motor!r} has other limits at an earlier joint"
                 raise part.fail(f"legs[{number}].chain", problem)
-            if first.limits == NO_LIMITS:
-                known[element.motor] = (
-                    element  # the first that has limits is what others are held to
-                )
+            if first.limits == NO_LIMITS:  # the first that has some is what others are held to
+                known[element.motor] = element
     for number, leg in enumerate(legs):
         if leg.motor_name in known:
             problem = (
