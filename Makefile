@@ -1,6 +1,5 @@
 # Everything runs in .venv, on ROS 2 from PyPI wheels; tools/setup.sh makes it and is done at once when nothing changed.
-PYTHON ?= python3
-export PYTHON
+# PYTHON=/path/to/python makes it with another Python than the distribution's.
 
 # A ROS 2 sourced in this shell must not mix with the wheels.
 unexport PYTHONPATH PYTHONHOME CMAKE_PREFIX_PATH COLCON_PREFIX_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE

@@ -1,5 +1,5 @@
 # Sourced by setup.sh and colcon.sh: numbered steps with a stamp each, output in a log, a sign of life on a terminal.
-PYTHON=${PYTHON:-python3}
+PYTHON=${PYTHON:-}
 log=$PWD/log/setup.log
 number=0
 started=false
@@ -33,6 +33,19 @@ stop_ticker() {
 }
 trap stop_ticker EXIT
 
+# The distribution's Python before others that come first in PATH: ROS 2 runs on it, and it is built with
+# profile-guided optimisation, without which (pyenv's default) Python code takes a fifth to a half longer.
+chosen_python() {
+    local python
+    for python in /usr/bin/python3 python3; do
+        if PYTHON=$python bash tools/check_machine.sh 2>/dev/null; then
+            echo "$python"
+            return
+        fi
+    done
+    echo python3 # what it lacks is said by who takes it
+}
+
 # Checksum of files and folders (names and contents).
 checksum() {
     find "$@" -type f -not -path '*/__pycache__/*' -print0 | sort -z | xargs -0 sha256sum | sha256sum | cut -c1-16
@@ -44,6 +57,7 @@ step() {
     number=$((number + 1))
     [[ ! -f $stamp || $(<"$stamp") != "$sum" ]] || return 0
     if ! $started; then
+        PYTHON=${PYTHON:-$(chosen_python)}
         PYTHON=$PYTHON bash tools/check_machine.sh || exit 1
         mkdir -p log
         : >"$log"
