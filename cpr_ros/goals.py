@@ -163,7 +163,7 @@ def motor_steps(robot: Robot, max_speed: float, period: float) -> Floats:
 
     Args:
         robot: The robot; a motor with a speed limit keeps it.
-        max_speed: Speed no motor exceeds [rad/s, rod lengths/s].
+        max_speed: Speed no motor exceeds, behind its gear [rad/s, rod lengths/s].
         period: Time of a tick [s].
     """
     own = [motor.limits.speed for motor in robot.description.motors]

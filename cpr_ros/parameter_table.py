@@ -182,7 +182,7 @@ _LIVE = (
         "max_speed",
         1.0,
         "rad/s, rod lengths/s",
-        "speed no motor exceeds",
+        "speed no motor exceeds, behind its gear",
         (1e-6, 1000.0),
         live=True,
     ),

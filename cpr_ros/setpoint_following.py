@@ -55,7 +55,7 @@ class Settings:
     Attributes:
         thresholds: Of every measure.
         hysteresis: Of the action, as a fraction of the way between the thresholds.
-        max_speed: Speed no motor exceeds [rad/s, rod lengths/s].
+        max_speed: Speed no motor exceeds, behind its gear [rad/s, rod lengths/s].
         setpoint_timeout: Age beyond which a setpoint is not followed further [s]; 0: never.
     """
 

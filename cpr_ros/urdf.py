@@ -104,11 +104,14 @@ class _Writer:
                 child = f"{leg.name}.{number + 1}"
                 kind = "revolute" if isinstance(element, Turn) else "prismatic"
                 place = place.behind(element)
-                self._add_motor(element.motor, kind, place, child, element.axis, element.ratio)
+                shaft = "revolute" if element.motor_unit == "rad" else "prismatic"
+                kinds = kind, shaft
+                self._add_motor(element.motor, kinds, place, child, element.axis, element.ratio)
                 place = _Place(child, np.eye(3), np.zeros(3))
             elif isinstance(element, ChainRod) and element.motor is not None:
                 child = f"{leg.name}.{number + 1}"
-                self._add_motor(element.motor, "prismatic", place, child, (1.0, 0.0, 0.0))
+                kinds = "prismatic", "prismatic"
+                self._add_motor(element.motor, kinds, place, child, (1.0, 0.0, 0.0))
                 return
             elif isinstance(element, ChainJoint | ChainRod):
                 return
@@ -122,18 +125,19 @@ class _Writer:
     def _add_motor(
         self,
         motor: str,
-        kind: str,
+        kinds: tuple[str, str],
         place: _Place,
         child: str,
         axis: tuple[float, float, float],
         ratio: float = 1.0,
     ) -> None:
-        """A joint that a motor moves; the first one that goes with it has its name."""
-        own = motor not in self._moved and ratio == 1.0
+        """A joint that a motor moves, of a kind with that of the motor; the first has its name."""
+        kind, kind_of_motor = kinds
+        own = motor not in self._moved and ratio == 1.0 and kind == kind_of_motor
         if motor not in self._moved and not own:  # the motor itself, for others to follow
             shaft = f"{child}.motor"
             SubElement(self._root, "link", name=shaft)
-            self._add_joint(motor, kind, place, shaft, axis, motor, 1.0)
+            self._add_joint(motor, kind_of_motor, place, shaft, axis, motor, 1.0)
         self._moved.add(motor)
         link = SubElement(self._root, "link", name=child)
         self._draw_motor(link, kind, axis)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -123,13 +123,10 @@ class ChainJoint(DescribedJoint, ChainElement):
                     given,
                     "a motor holds this joint: for its compliance put a passive joint behind it",
                 )
-        ratio = part.number("ratio", 1.0)
-        if ratio == 0.0:
-            raise part.fail("ratio", "expected a number other than zero")
         return cls(
             axis,
             str(part.get("motor")),
-            ratio,
+            cls._ratio(part),
             part.number("offset", 0.0),
             limits=MotorLimits.from_description(part.part("limits"), extensible=False),
             name=name,
@@ -151,6 +148,13 @@ class ChainJoint(DescribedJoint, ChainElement):
     @classmethod
     def _axis(cls, part: Part) -> Floats:
         raise NotImplementedError
+
+    @classmethod
+    def _ratio(cls, part: Part) -> float:
+        ratio = part.number("ratio", 1.0)
+        if ratio == 0.0:
+            raise part.fail("ratio", "expected a number other than zero")
+        return ratio
 
 
 @dataclass(frozen=True)
@@ -174,10 +178,34 @@ class Turn(ChainJoint):
 
 @dataclass(frozen=True)
 class Shift(ChainJoint):
-    """Shifts all behind it along its axis."""
+    """Shifts all behind it along its axis.
 
+    Attributes:
+        screw: Whether its motor turns, by a screw or a belt.
+    """
+
+    screw: bool = False
     kind = "shift"
     unit = "m"
+    fields: ClassVar[Mapping[str, Any]] = {
+        **ChainJoint.fields,
+        "lead": {
+            "type": "number",
+            "description": "way per turn of a motor that turns a screw or a belt [m]; in place of ratio",
+        },
+    }
+
+    @classmethod
+    def on_axis(cls, axis: Vector, part: Part, name: str) -> Self:
+        """A joint with a motor that shifts, or turns a screw, or without one."""
+        if "lead" in part and "motor" not in part:
+            raise part.fail("lead", "no motor moves this joint: give one, or leave it out")
+        return replace(super().on_axis(axis, part, name), screw="lead" in part)
+
+    @property
+    def motor_unit(self) -> Literal["rad", "m"]:
+        """Unit of the position of its motor."""
+        return "rad" if self.screw else "m"
 
     def behind(
         self, rotation: Floats, position: Floats, coordinate: float
@@ -189,6 +217,17 @@ class Shift(ChainJoint):
     @classmethod
     def _axis(cls, part: Part) -> Floats:
         return part.shift_axis("axis")
+
+    @classmethod
+    def _ratio(cls, part: Part) -> float:
+        if "lead" not in part:
+            return super()._ratio(part)
+        if "ratio" in part:
+            raise part.fail("lead", "a motor that turns has a lead, one that shifts a ratio")
+        lead = part.number("lead")
+        if lead == 0.0:
+            raise part.fail("lead", "expected a number other than zero")
+        return lead / (2.0 * math.pi)
 
 
 @dataclass(frozen=True, eq=False)

@@ -48,9 +48,18 @@ class ChainElement(Described):
         """Whether it has a coordinate that no motor moves."""
         return self.kind in ("turn", "shift") and self.motor is None
 
+    @property
+    def motor_unit(self) -> Literal["rad", "m", ""]:
+        """Unit of the position of its motor."""
+        return self.unit
+
     def natural_unit(self, length: float) -> float:
-        """Natural unit of its coordinate in a robot with rods of a length [m]."""
-        return 1.0 if self.unit == "rad" else length
+        """Natural unit of its coordinate in a robot with rods of a length [m].
+
+        Of a motor with a gear it is what moves the joint by a radian or a rod length: how fast the shaft
+        in front of the gear turns says nothing of the robot.
+        """
+        return (1.0 if self.unit == "rad" else length) / abs(self.ratio)
 
     def constants(self) -> Mapping[str, ArrayLike]:
         """Its numbers in the mechanics, by the names of ``kernels.kernel_arrays.element_dtype``."""

@@ -68,7 +68,7 @@ def _check_units(part: Part, element: ChainElement, length: float) -> None:
     if isinstance(element, Link):
         check_link(part, element, length)
     else:
-        check_moved(part, element.unit, element.limits, length, element.zero, element.rest)
+        check_moved(part, element, length)
 
 
 def _chain_rod(part: Part, rod: Part, strain: Part) -> ChainRod:
@@ -119,6 +119,12 @@ def check_motors(part: Part, legs: tuple[LegDescription, ...]) -> None:
             first = known.setdefault(element.motor, element)
             if first.kind != element.kind:
                 problem = f"motor {element.motor!r} cannot turn, shift or feed at the same time"
+                raise part.fail(f"legs[{number}].chain", problem)
+            if first.motor_unit != element.motor_unit:
+                problem = (
+                    f"motor {element.motor!r} cannot turn at one joint, which has a lead, and shift at "
+                    "another, which has none"
+                )
                 raise part.fail(f"legs[{number}].chain", problem)
             if NO_LIMITS not in (first.limits, element.limits) and first.limits != element.limits:
                 problem = f"motor {element.motor!r} has other limits at an earlier joint"

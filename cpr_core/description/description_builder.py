@@ -185,9 +185,8 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
     limits = MotorLimits.from_description(motor_part.part("limits"), motor.extensible)
     turns_or_shifts = motor.actuated and not motor.extensible
     offset = motor_part.number("offset", 0.0) if turns_or_shifts else 0.0
-    check_moved(motor_part, motor.unit, limits, rod.length, offset)
     base = part.part("base")
-    return LegDescription(
+    leg = LegDescription(
         name=part.get("name", f"leg{index + 1}"),
         motor_name=motor_part.get("name", f"motor{index + 1}") if motor.actuated else None,
         rod=rod,
@@ -199,6 +198,10 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
         limits=limits,
         offset=offset,
     )
+    for element in leg.chain:
+        if element.motor is not None:
+            check_moved(motor_part, element, rod.length)
+    return leg
 
 
 def _base_rotation(part: Part, motor: Motor, joint: Joint) -> Floats:

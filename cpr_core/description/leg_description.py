@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,12 +49,16 @@ class DescribedMotor:
         unit: Of its position.
         limits: What it can do.
         feeds_rod: Whether its position is the length of a rod.
+        moves: Unit of the joint that it moves: metres, where it turns a screw.
+        ratio: How far that joint goes when it goes one; of several the one that goes farthest.
     """
 
     name: str
-    unit: str
+    unit: Literal["rad", "m", ""]
     limits: MotorLimits
     feeds_rod: bool
+    moves: Literal["rad", "m", ""]
+    ratio: float
 
     @property
     def effort_unit(self) -> str:
@@ -201,13 +205,23 @@ class LegDescription:
 
 def described_motors(legs: Sequence[LegDescription]) -> tuple[DescribedMotor, ...]:
     """The motors of legs in order; one may move joints of several legs."""
-    found: dict[str, DescribedMotor] = {}
+    moved: dict[str, list[ChainElement]] = {}
     for leg in legs:
         for element in leg.chain:
-            if element.motor is None:
-                continue
-            feeds = element.kind == "rod"
-            motor = DescribedMotor(element.motor, element.unit, element.limits, feeds)
-            if found.setdefault(motor.name, motor).limits == NO_LIMITS:
-                found[motor.name] = motor  # limits may be said at any of its joints
-    return tuple(found.values())
+            if element.motor is not None:
+                moved.setdefault(element.motor, []).append(element)
+    return tuple(_described_motor(name, elements) for name, elements in moved.items())
+
+
+def _described_motor(name: str, elements: Sequence[ChainElement]) -> DescribedMotor:
+    """What moves these elements; limits may be said at any of them."""
+    farthest = max(elements, key=lambda element: abs(element.ratio))
+    limits = (element.limits for element in elements if element.limits != NO_LIMITS)
+    return DescribedMotor(
+        name,
+        farthest.motor_unit,
+        next(limits, NO_LIMITS),
+        feeds_rod=farthest.kind == "rod",
+        moves=farthest.unit,
+        ratio=farthest.ratio,
+    )

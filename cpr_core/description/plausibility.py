@@ -20,8 +20,8 @@ from ..description_part import Part
 from ..errors import DescriptionWarning
 from ..rods.rod import Rod
 from .chain import ChainJoint, Link
+from .chain_element import ChainElement
 from .leg_description import DescribedMotor
-from .motors import MotorLimits
 from .robot_description import RobotDescription
 
 __all__ = [
@@ -122,32 +122,22 @@ def _can_be_computed(rod: Rod) -> bool:
     return all(1e-100 < scale < 1e100 for scale in scales) and mass < 1e100
 
 
-def check_moved(
-    part: Part,
-    unit: str,
-    limits: MotorLimits,
-    length: float,
-    offset: float = 0.0,
-    rest: float = 0.0,
-) -> None:
+def check_moved(part: Part, element: ChainElement, length: float) -> None:
     """Whether positions of a joint, or lengths of a rod, are in radians and metres.
 
     Args:
         part: The joint, motor or rod in the description.
-        unit: Expected.
-        limits: Of its motor.
+        element: The same.
         length: Of the rods of its leg [m].
-        offset: Where it is with its motor at zero.
-        rest: Where its spring is at rest.
     """
-    for name, value in (
-        ("limits.position", limits.lower),
-        ("limits.position", limits.upper),
-        ("offset", offset),
-        ("rest", rest),
-    ):
-        if math.isfinite(value) and (doubt := _motor_doubt(unit, value, length)):
-            _warn(part, name, f"{value:g}: {doubt}")
+    for position in (element.limits.lower, element.limits.upper):
+        way = element.ratio * position
+        if math.isfinite(way) and (doubt := _doubt(element.motor_unit, element.unit, way, length)):
+            _warn(part, "limits.position", f"{position:g}: {doubt}")
+            return
+    for name, way in (("offset", element.zero), ("rest", element.rest)):
+        if doubt := _doubt(element.unit, element.unit, way, length):
+            _warn(part, name, f"{way:g}: {doubt}")
             return
 
 
@@ -180,7 +170,7 @@ def check_home_motors(
 ) -> None:
     """Whether motor positions at home are in radians and metres."""
     for index, (motor, position) in enumerate(zip(motors, positions, strict=True)):
-        doubt = _motor_doubt(motor.unit, position, length)
+        doubt = _motor_doubt(motor, position, length)
         if doubt:
             _warn(part, f"motors[{index}]", f"{position:g}: {doubt}")
             return
@@ -192,16 +182,21 @@ def check_home_joints(
     """Whether rough positions of passive joints at home are in radians and metres."""
     for joint in joints:
         position = positions.get(joint.name, 0.0)
-        doubt = _motor_doubt(joint.unit, position, length)
+        doubt = _doubt(joint.unit, joint.unit, position, length)
         if doubt:
             _warn(part, f"joints.{joint.name}", f"{position:g}: {doubt}")
             return
 
 
-def _motor_doubt(unit: str, position: float, length: float) -> str:
-    if unit == "rad":
-        return _DEGREES if abs(position) > _MANY_TURNS else ""
-    return _MILLIMETRES if abs(position) > _FAR * length else ""
+def _motor_doubt(motor: DescribedMotor, position: float, length: float) -> str:
+    return _doubt(motor.unit, motor.moves, motor.ratio * position, length)
+
+
+def _doubt(unit: str, moves: str, way: float, length: float) -> str:
+    """What looks wrong with a number in a unit by which a joint would go so far [rad or m]."""
+    if abs(way) <= (_MANY_TURNS if moves == "rad" else _FAR * length):
+        return ""
+    return _DEGREES if unit == "rad" else _MILLIMETRES
 
 
 def check_quaternion(part: Part, name: str, quaternion: Sequence[float]) -> None:
@@ -253,7 +248,7 @@ def request_doubt(
     longest, middle = _reach(description)
     given = () if motors is None else motors
     for value, motor in zip(given, description.motors, strict=motors is not None):
-        doubt = _motor_doubt(motor.unit, float(value), longest)
+        doubt = _motor_doubt(motor, float(value), longest)
         if doubt:
             return f"{motor.name} at {value:g} {doubt}"
     if position is not None and math.dist(position, middle) > _FAR * longest:

@@ -232,10 +232,11 @@ def _deviations(information: Floats) -> Floats:
 
 def _short_way(equilibria: Sequence[Equilibrium]) -> list[Equilibrium]:
     """The same from home on, each time to the nearest that is left."""
-    left, found = list(equilibria), []
-    at = solve_home(equilibria[0].robot).motors
+    left, found, robot = list(equilibria), [], equilibria[0].robot
+    at = solve_home(robot).motors
     while left:
-        distances = [float(np.abs(other.motors - at).max()) for other in left]
+        ways = [np.abs(other.motors - at) / robot.motor_units for other in left]
+        distances = [float(way.max()) for way in ways]
         found.append(left.pop(int(np.argmin(distances))))
         at = found[-1].motors
     return found

@@ -224,8 +224,8 @@ class KinematoStatics:
     def self_motions(self) -> Floats:
         """Motor motions that leave the controlled coordinates where they are, (n, redundancy).
 
-        Columns in rad and m, orthonormal in radians and rod lengths; none where there are no more motors
-        than controlled coordinates.
+        Columns in rad and m, orthonormal in radians and rod lengths behind gears; none where there are
+        no more motors than controlled coordinates.
         """
         robot = self.equilibrium.robot
         if robot.redundancy == 0:

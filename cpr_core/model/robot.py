@@ -240,7 +240,7 @@ class Robot:
 
     @cached_property
     def motor_units(self) -> Floats:
-        """Natural units of the motors, (n,)."""
+        """Natural units of the motors, (n,): what moves their joints by a radian or a rod length."""
         return self.arrays.unit[self.motor_indices]
 
     @cached_property

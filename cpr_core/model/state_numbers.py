@@ -128,8 +128,12 @@ def state_numbers(description: RobotDescription, coordinates: PlatformCoordinate
     motors: dict[str, int] = {}
     for leg in legs:
         for element in leg.chain:
-            if element.motor is not None and element.motor not in motors:
-                motors[element.motor] = take(1, element.natural_unit(length_unit)).start
+            if element.motor is not None:
+                natural = element.natural_unit(length_unit)
+                index = motors.setdefault(element.motor, len(unit))
+                if index == len(unit):
+                    unit.append(natural)
+                unit[index] = min(unit[index], natural)  # of the joint that goes farthest
     return StateNumbers(
         legs=tuple(
             _leg_numbers(number, leg, *numbers, motors)

@@ -132,14 +132,15 @@ def limit_error(
         name, borne = robot.rod_names[limit.number], float(robot.strain_limits[limit.number])
         return StrainLimitExceeded(name, value, borne, fraction, last, event)
     motor = robot.description.motors[limit.number]
-    name, unit, limits = motor.name, motor.unit, motor.limits
+    name, limits = motor.name, motor.limits
     if limit.kind == "motor_limit":
         motors = equilibrium.motors if requested is None else requested
         value, interval = float(motors[limit.number]), (limits.lower, limits.upper)
-        return MotorLimitExceeded(name, "position", value, interval, unit, fraction, last, event)
+        position = "position", value, interval, motor.unit
+        return MotorLimitExceeded(name, *position, fraction, last, event)
     value, interval = float(equilibrium.efforts[limit.number]), (-limits.effort, limits.effort)
-    unit = motor.effort_unit
-    return MotorLimitExceeded(name, "effort", value, interval, unit, fraction, last, event)
+    effort = "effort", value, interval, motor.effort_unit
+    return MotorLimitExceeded(name, *effort, fraction, last, event)
 
 
 def check_limits(equilibrium: Equilibrium) -> None:

@@ -55,7 +55,7 @@ class MotorSliders:
         #: Where each was put by us, and where its last request, which was done, wanted it.
         self._put, self._done = [*motors], [*motors]
         for number, (motor, at) in enumerate(zip(robot.description.motors, motors, strict=True)):
-            reach = _REACH[motor.unit] * (1.0 if motor.unit == "rad" else robot.mean_length)
+            reach = _REACH[motor.moves] * robot.motor_units[number]
             low = motor.limits.lower if math.isfinite(motor.limits.lower) else at - reach
             high = motor.limits.upper if math.isfinite(motor.limits.upper) else at + reach
             low, high = min(low, at), max(high, at)

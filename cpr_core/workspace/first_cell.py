@@ -50,6 +50,8 @@ def without_limits(robot: Robot) -> Robot:
 def step_fractions(robot: Robot, grid: Grid, tolerance: float) -> tuple[Floats, Floats]:
     """Longest and smallest step along every axis, as fractions of the way between neighbours, (D,)."""
     natural = np.array([robot.mean_length if unit == "m" else 1.0 for unit in grid.units])
+    if grid.given == "motors":
+        natural = robot.motor_units
     largest = np.array([np.diff(values).max() for values in grid.values])
     moved = np.abs(grid.directions / natural).max(axis=1) * largest
     longest = np.minimum(1.0, LONGEST_STEP / moved)

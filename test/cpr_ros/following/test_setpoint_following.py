@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from helpers.branches import stable_elsewhere
 from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, Drive, changed_robot, robot
+from helpers.geared_robots import geared
+from helpers.shipped_steps import STEPS
 
 from cpr_core import Equilibrium, load_robot, solve_forward, solve_home
 from cpr_core.model.assessment import Assessment, Threshold
@@ -42,6 +44,27 @@ def test_motors_reach_a_setpoint_at_their_speed(rfrfr):
     np.testing.assert_array_equal(rfrfr.motors, [2.69, 0.50])
     assert steps_of(rfrfr).max() <= PERIOD * (1.0 + 1e-6)
     assert len(rfrfr.outcomes) == pytest.approx(0.1 / PERIOD, abs=2)
+
+
+@pytest.mark.parametrize("name", ["three_prs", "six_rus"])
+def test_gears_and_screws_make_a_robot_neither_faster_nor_slower(name):
+    """The speed limit is that of what the motor moves; the same ticks, the same places."""
+    plain, moved, ratios = geared(name)
+    target = solve_forward(plain, solve_home(plain).motors + STEPS[name])
+    for goals in (
+        [MotorGoal(plain, target.motors), MotorGoal(moved, target.motors / ratios)],
+        [PoseGoal(plain, target.pose), PoseGoal(moved, target.pose)],
+    ):
+        drives = [Drive(plain), Drive(moved)]
+        for drive, goal in zip(drives, goals, strict=True):
+            drive.follow(goal)
+            drive.until_state(State.IDLE)
+        ways = [
+            [outcome.assessment.equilibrium.motors for outcome in drive.outcomes]
+            for drive in drives
+        ]
+        assert len(ways[0]) == len(ways[1]) > 5
+        np.testing.assert_allclose(np.array(ways[1]) * ratios, ways[0], atol=1e-8)
 
 
 def test_the_newest_setpoint_wins(rfrfr):

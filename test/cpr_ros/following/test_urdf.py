@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from helpers.geared_robots import geared
 from helpers.yaml_content import yaml_content
 
 from cpr_core import leg_shapes, load_robot, solve_forward, solve_home
@@ -121,6 +122,22 @@ def test_a_joint_with_a_ratio_and_an_offset_follows_its_motor():
         rotation, _ = tree.frame(f"{leg.name}.1", motors)
         expected = leg.base_rotation @ rotation_exp([0.0, 0.1 - 2.0 * 0.2, 0.0])
         np.testing.assert_allclose(rotation, expected, atol=1e-9)
+
+
+def test_a_screw_is_a_motor_that_turns_and_a_joint_that_shifts():
+    _, robot, ratios = geared("three_prs")
+    tree = Tree(robot_urdf(robot, "base", "platform"))
+    motors = dict(zip(robot.motor_names, 0.15 / ratios, strict=True))
+    for leg in robot.description.legs:
+        joint, led = tree.joints[f"motor{leg.name[-1]}"], tree.joints[f"{leg.name}.1.joint"]
+        assert (joint.get("type"), led.get("type")) == ("revolute", "prismatic")
+        limit, motor = joint.find("limit"), leg.joints[0]
+        assert float(limit.get("upper")) == pytest.approx(motor.limits.upper)
+        assert float(led.find("limit").get("upper")) == pytest.approx(0.25)
+        assert float(led.find("limit").get("effort")) == pytest.approx(30.0)
+        _, position = tree.frame(f"{leg.name}.1", motors)
+        expected = leg.base_position + 0.15 * leg.base_rotation[:, 0]
+        np.testing.assert_allclose(position, expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("ratio", [-2.0, 0.5])
