@@ -33,6 +33,7 @@ __all__ = [
     "check_positions",
     "check_quaternion",
     "check_rod",
+    "in_other_units",
     "quaternion_order_doubt",
     "request_doubt",
 ]
@@ -255,6 +256,14 @@ def request_doubt(
         place = ", ".join(f"{value:g}" for value in position)
         return f"the platform position ({place}) {_MILLIMETRES}"
     return ""
+
+
+def in_other_units(description: RobotDescription, motors: Floats) -> Iterator[tuple[Floats, str]]:
+    """Motors (n,) as they were meant if they are in another unit, and what then looks wrong."""
+    for unit, factor, doubt in (("rad", math.pi / 180.0, _DEGREES), ("m", 1e-3, _MILLIMETRES)):
+        meant = np.array([motor.unit == unit for motor in description.motors], np.bool_)
+        if meant.any():
+            yield np.where(meant, factor * motors, motors), f"motors: {doubt}"
 
 
 def quaternion_order_doubt(quaternion: Floats, before: Floats) -> str:

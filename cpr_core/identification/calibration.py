@@ -174,7 +174,7 @@ def _result(
         values,
         covariance,
         words,
-        (*doubts, *fit_doubts(problem.robot, problem.rows, fit, freedom)),
+        (*doubts, *fit_doubts(problem.rows, problem.before, fit, freedom)),
         fit,
         problem.rows,
         tuple(problem.before),

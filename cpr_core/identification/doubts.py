@@ -11,10 +11,11 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..description.plausibility import quaternion_order_doubt, request_doubt
-from ..errors import InvalidRequest
+from ..description.plausibility import in_other_units, quaternion_order_doubt, request_doubt
+from ..errors import CprError, InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
+from ..solving.geometrico_statics import solve_forward
 from .compared import ComparedRow
 from .measurements import Measurement, StandardDeviations
 
@@ -42,6 +43,8 @@ _CHANCE = 1e-3
 #: How far out of its plane a planar robot may be measured: in standard deviations, and in rod lengths or
 #: radians. What is farther by both is of another frame, or of another order of numbers.
 _OUT_OF_PLANE, _NEAR_PLANE = 10.0, 0.02
+#: Residuals that another unit of the motors has to leave, of those they have as they are.
+_BETTER = 0.3
 #: How near to a bound, in standard deviations, is at it.
 _AT_BOUND = 1e-2
 
@@ -219,12 +222,14 @@ def _columns(
             yield "quaternion ", name, own[:, axis], other[:, axis], float(turned[0].deviations[-1])
 
 
-def fit_doubts(robot: Robot, rows: Sequence[ComparedRow], fit: float, freedom: int) -> list[str]:
+def fit_doubts(
+    rows: Sequence[ComparedRow], described: Sequence[Equilibrium], fit: float, freedom: int
+) -> list[str]:
     """What residuals say of the standard deviations that were stated, and of units.
 
     Args:
-        robot: The robot as it is described.
         rows: How rows were compared.
+        described: Their equilibria, of the robot as it is described.
         fit: Root mean square of the residuals in standard deviations.
         freedom: Degrees of freedom.
     """
@@ -236,12 +241,33 @@ def fit_doubts(robot: Robot, rows: Sequence[ComparedRow], fit: float, freedom: i
         return []
     if freedom < _FREE and scipy.special.gammaincc(0.5 * freedom, 0.5 * freedom * fit**2) > _CHANCE:
         return []
-    units = [(row.measurement.label, unit_doubt(robot, row.measurement)) for row in rows]
+    sizes = [
+        np.linalg.norm(row.residual(found)) for row, found in zip(rows, described, strict=True)
+    ]
+    worst = int(np.argmax(sizes))
+    robot = described[worst].robot
+    pairs = [(row, unit_doubt(robot, row.measurement)) for row in rows]
+    pairs.append((rows[worst], _other_unit(rows[worst], described[worst])))
     return [
         f"residuals are {fit:.3g} times as large as the standard deviations say: outliers, standard "
         "deviations that are too small, or a robot that differs in more than these parameters",
-        *[f"{label}: {doubt}" for label, doubt in units if doubt][:1],
+        *[f"{row.measurement.label}: {doubt}" for row, doubt in pairs if doubt][:1],
     ]
+
+
+def _other_unit(row: ComparedRow, found: Equilibrium) -> str:
+    """In which other unit the motors of a row fit much better; empty: in none."""
+    motors, robot = row.measurement.motors, found.robot
+    if row.problem != "motors" or motors is None:
+        return ""
+    for meant, doubt in in_other_units(robot.description, motors):
+        try:
+            other = solve_forward(robot, meant, loads=found.loads)
+        except CprError:
+            continue
+        if np.linalg.norm(row.residual(other)) < _BETTER * np.linalg.norm(row.residual(found)):
+            return doubt
+    return ""
 
 
 def bound_doubts(

@@ -191,6 +191,15 @@ def test_degrees_for_which_there_is_an_equilibrium_are_doubted_in_a_single_row_t
     assert any("looks like degrees" in doubt for doubt in found.doubts)
 
 
+def test_many_turns_of_a_geared_motor_are_no_degrees_when_something_else_is_wrong(geared):
+    rows = measured(equilibria(geared, cpr_core.solve_home(geared), reach=40.0), seed=1)
+    wrong = changed(rows, position=lambda row: row.position + [0.0, 0.0, 0.02])
+    with pytest.warns(CalibrationWarning):
+        found = calibrate(geared, wrong, "rod.young_modulus", DEVIATIONS)
+    assert any("residuals are" in doubt for doubt in found.doubts)
+    assert not any("degrees" in doubt for doubt in found.doubts)
+
+
 def test_a_direction_that_another_one_is_across_cannot_be_found_alone():
     stewart = cpr_core.load_robot("gough_stewart")
     path = "legs[0].base.tangent[0]"
