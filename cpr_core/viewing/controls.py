@@ -183,11 +183,12 @@ class Controls:
             except CprError as error:
                 handled.refuse(error)
                 return
-            fill(handled)
             if kind == "wrench":
-                handled.load(handled.equilibrium.loads.with_(wrench_world=values))
+                done = handled.load(handled.equilibrium.loads.with_(wrench_world=values))
             else:
-                (handled.move_motors if kind == "motors" else handled.move_pose)(values)
+                done = (handled.move_motors if kind == "motors" else handled.move_pose)(values)
+            if done:  # what was refused stays to be mended
+                fill(handled)
 
         async def asked(_: Any) -> None:
             self._do("typed", act)

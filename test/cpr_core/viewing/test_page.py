@@ -208,6 +208,7 @@ def test_absurd_numbers_change_nothing_and_are_told(page, looker, kind, text, sa
     assert page.wait()
     looker.until(lambda: said in looker.text())  # "Refused" may be what the one before was told
     assert page.equilibrium is home
+    assert looker.field("numbers").input_value() == text  # to be mended
 
 
 def test_two_pages_see_the_same_robot(page, looker, browser):
