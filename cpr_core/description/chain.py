@@ -23,7 +23,7 @@ from ..description_part import field as described
 from ..lie import rotation_exp
 from ..rods.rod import Rod, StrainModes
 from .chain_element import ChainElement
-from .motors import NO_LIMITS, OFFSET, MotorLimits
+from .motors import LEAD, NO_LIMITS, OFFSET, RATIO, MotorLimits, described_ratio
 
 __all__ = [
     "ChainElement",
@@ -89,10 +89,7 @@ class ChainJoint(DescribedJoint, ChainElement):
         "name": _NAME,
         "axis": described("axis", "in the frame before it"),
         "motor": described("name", "the motor that moves it; default none: it is passive"),
-        "ratio": {
-            "type": "number",
-            "description": "way of the joint per way of the motor; default 1",
-        },
+        "ratio": RATIO,
         "offset": OFFSET,
         "limits": described("limits", "what the motor can do"),
         **_SPRING,
@@ -126,7 +123,7 @@ class ChainJoint(DescribedJoint, ChainElement):
         return cls(
             axis,
             str(part.get("motor")),
-            cls._ratio(part),
+            described_ratio(part),
             part.number("offset", 0.0),
             limits=MotorLimits.from_description(part.part("limits"), extensible=False),
             name=name,
@@ -148,13 +145,6 @@ class ChainJoint(DescribedJoint, ChainElement):
     @classmethod
     def _axis(cls, part: Part) -> Floats:
         raise NotImplementedError
-
-    @classmethod
-    def _ratio(cls, part: Part) -> float:
-        ratio = part.number("ratio", 1.0)
-        if ratio == 0.0:
-            raise part.fail("ratio", "expected a number other than zero")
-        return ratio
 
 
 @dataclass(frozen=True)
@@ -187,13 +177,7 @@ class Shift(ChainJoint):
     screw: bool = False
     kind = "shift"
     unit = "m"
-    fields: ClassVar[Mapping[str, Any]] = {
-        **ChainJoint.fields,
-        "lead": {
-            "type": "number",
-            "description": "way per turn of a motor that turns a screw or a belt [m]; in place of ratio",
-        },
-    }
+    fields: ClassVar[Mapping[str, Any]] = {**ChainJoint.fields, "lead": LEAD}
 
     @classmethod
     def on_axis(cls, axis: Vector, part: Part, name: str) -> Self:
@@ -217,17 +201,6 @@ class Shift(ChainJoint):
     @classmethod
     def _axis(cls, part: Part) -> Floats:
         return part.shift_axis("axis")
-
-    @classmethod
-    def _ratio(cls, part: Part) -> float:
-        if "lead" not in part:
-            return super()._ratio(part)
-        if "ratio" in part:
-            raise part.fail("lead", "a motor that turns has a lead, one that shifts a ratio")
-        lead = part.number("lead")
-        if lead == 0.0:
-            raise part.fail("lead", "expected a number other than zero")
-        return lead / (2.0 * math.pi)
 
 
 @dataclass(frozen=True, eq=False)

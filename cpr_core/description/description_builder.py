@@ -8,6 +8,7 @@ Motors, tip joints, sections and strain bases read their own parts; here is what
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,13 +17,14 @@ from numpy.typing import NDArray
 from ..description_part import EXACTLY_ACROSS, Part
 from ..lie import directions_across
 from ..rods.rod import Rod
+from .chain import ChainJoint
 from .described_chain import chain_leg, check_joints, check_motors
 from .described_rods import check_jumps, described_modes, described_rod, described_tolerance
 from .home_guess import home_guess
 from .joints import JOINTS, Joint
 from .leg_description import LegDescription, described_motors
 from .loads import DistributedForce, Loads, PointForce
-from .motors import MOTORS, Motor, MotorLimits
+from .motors import MOTORS, NO_LIMITS, Motor, MotorLimits, Welded, described_ratio
 from .plausibility import check_inertia, check_moved, check_positions
 from .robot_description import CONTROLLED_COORDINATES, RobotDescription
 from .written_fields import WrittenFields
@@ -126,6 +128,10 @@ def _legs(part: Part) -> tuple[LegDescription, ...]:
                 raise part.fail(
                     f"legs[{index}].{kind}", f"{name!r} is the name of an earlier leg already"
                 )
+    legs = tuple(
+        leg if "chain" in leg_part else _geared(leg, leg_part)
+        for leg, leg_part in zip(legs, part.parts("legs"), strict=True)
+    )
     _check_rod_names(part, legs)
     check_joints(part, legs)
     if not any(leg.rods for leg in legs):
@@ -186,7 +192,7 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
     turns_or_shifts = motor.actuated and not motor.extensible
     offset = motor_part.number("offset", 0.0) if turns_or_shifts else 0.0
     base = part.part("base")
-    leg = LegDescription(
+    return LegDescription(
         name=part.get("name", f"leg{index + 1}"),
         motor_name=motor_part.get("name", f"motor{index + 1}") if motor.actuated else None,
         rod=rod,
@@ -198,9 +204,26 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
         limits=limits,
         offset=offset,
     )
+
+
+def _geared(leg: LegDescription, part: Part) -> LegDescription:
+    """The leg, as the chain it is where there is a gear or a screw behind its motor."""
+    motor_part = part.part("motor")
+    if "ratio" in motor_part or "lead" in motor_part:
+        gear: dict[str, Any] = {"ratio": described_ratio(motor_part)}
+        if "lead" in motor_part:
+            gear["screw"] = True
+        elements = tuple(
+            replace(element, **gear)
+            if isinstance(element, ChainJoint) and element.motor is not None
+            else element
+            for element in leg.chain
+        )
+        plain = replace(leg, motor=Welded(), motor_name=None, limits=NO_LIMITS, offset=0.0)
+        leg = replace(plain, elements=elements)
     for element in leg.chain:
         if element.motor is not None:
-            check_moved(motor_part, element, rod.length)
+            check_moved(motor_part, element, leg.rod.length)
     return leg
 
 

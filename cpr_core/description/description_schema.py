@@ -17,7 +17,7 @@ from ..rods.strain_basis import STRAIN_BASES
 from .chain import ChainRod, Link
 from .chain_joints import CHAIN_JOINTS
 from .joints import JOINTS
-from .motors import MOTORS, OFFSET, Motor
+from .motors import LEAD, MOTORS, OFFSET, RATIO, Motor
 
 __all__ = ["DEFAULT_BASIS", "description_schema"]
 
@@ -82,8 +82,10 @@ def _chain_element() -> dict[str, Any]:
 def _motor_fields(kind: type[Motor]) -> Mapping[str, Any]:
     if not kind.actuated:
         return kind.fields
-    # The length of a rod is what it is.
-    return {**kind.fields, **_ACTUATED} | ({} if kind.extensible else {"offset": OFFSET})
+    if kind.extensible:  # the length of a rod is what it is
+        return {**kind.fields, **_ACTUATED}
+    gear = {"offset": OFFSET, "ratio": RATIO} | ({"lead": LEAD} if kind.unit == "m" else {})
+    return {**kind.fields, **_ACTUATED, **gear}
 
 
 def _choice(

@@ -21,9 +21,11 @@ from numpy.typing import NDArray
 from ..description_part import Described, Part, Vector, field, triple
 
 __all__ = [
+    "LEAD",
     "MOTORS",
     "NO_LIMITS",
     "OFFSET",
+    "RATIO",
     "Extensible",
     "Hinge",
     "Motor",
@@ -31,6 +33,7 @@ __all__ = [
     "Prismatic",
     "RevoluteMotor",
     "Welded",
+    "described_ratio",
 ]
 
 
@@ -68,11 +71,34 @@ class MotorLimits:
 
 NO_LIMITS = MotorLimits()
 
-#: Schema of the zero of a motor.
+#: Schema of the zero of a motor, and of what is between it and its joint.
 OFFSET = {
     "type": "number",
     "description": "where the joint is with its motor at zero [rad or m]; default 0",
 }
+RATIO = {
+    "type": "number",
+    "description": "way of the joint per way of the motor; default 1",
+}
+LEAD = {
+    "type": "number",
+    "description": "way per turn of a motor that turns a screw or a belt [m]; in place of ratio",
+}
+
+
+def described_ratio(part: Part) -> float:
+    """Way of a joint per way of its motor, of either sign.
+
+    Raises:
+        DescriptionError: It is zero, or said twice.
+    """
+    if "lead" in part and "ratio" in part:
+        raise part.fail("lead", "a motor that turns has a lead, one that shifts a ratio")
+    name = "lead" if "lead" in part else "ratio"
+    way = part.number(name, 1.0)
+    if way == 0.0:
+        raise part.fail(name, "expected a number other than zero")
+    return way / (2.0 * math.pi) if name == "lead" else way
 
 
 @dataclass(frozen=True)

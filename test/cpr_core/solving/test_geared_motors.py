@@ -150,6 +150,37 @@ def test_limits_of_a_motor_are_those_in_front_of_its_gear():
     assert solve_forward(moved, inside).converged
 
 
+@pytest.mark.parametrize(
+    ("name", "motor", "gear"),
+    [
+        ("six_rfs", {}, {"ratio": -0.01}),
+        ("rfrfr", {}, {"ratio": 3.0}),
+        ("planar_body", {"type": "prismatic", "axis": [0.6, -0.8, 0.0]}, {"ratio": 0.1}),
+        ("planar_body", {"type": "prismatic", "axis": [0.6, -0.8, 0.0]}, {"lead": -0.002}),
+    ],
+)
+def test_the_short_form_has_gears_too(name, motor, gear):
+    content = yaml_content(shipped_robots()[name].read_text())
+    leg = content["legs"][0]
+    if motor:  # the joint has to reach: zero at the base
+        leg["motor"] = dict(motor)
+        content["home"]["motors"][0] = 0.0
+        content["home"].pop("platform", None)
+    plain = load_robot(content)
+    leg["motor"] |= gear
+    ratio = gear.get("ratio", gear.get("lead", 0.0) / (2.0 * np.pi))
+    ratios = np.array([ratio] + [1.0] * (plain.motor_count - 1))
+    content["home"]["motors"][0] /= ratio
+    moved = load_robot(content)
+    assert moved.motor_names == plain.motor_names
+    units = [each.description.motors[0].unit for each in (moved, plain)]
+    assert units == ["rad" if "lead" in gear else units[1], "m" if motor else "rad"]
+    assert_same(solve_home(moved), solve_home(plain), ratios)
+    way = 0.02 * plain.motor_units * np.cos(np.arange(plain.motor_count))
+    target = solve_home(plain).motors + way
+    assert_same(solve_forward(moved, target / ratios), solve_forward(plain, target), ratios)
+
+
 # What is written.
 
 
@@ -201,10 +232,21 @@ def test_what_no_screw_can_be_is_refused(fields, text):
         load_robot(screwed(**fields))
 
 
-def test_a_turning_joint_has_no_lead():
-    content = yaml_content(shipped_robots()["six_rus"].read_text())
-    content["legs"][0]["chain"][0]["lead"] = 0.01
-    with pytest.raises(DescriptionError, match="lead"):
+@pytest.mark.parametrize(
+    ("name", "gear"),
+    [
+        ("six_rus", {"lead": 0.01}),
+        ("six_rfs", {"lead": 0.01}),
+        ("gough_stewart", {"ratio": 0.5}),
+        ("six_rfs", {"ratio": 0.0}),
+        ("six_rfs", {"ratio": 0.5, "name": "motor2"}),
+    ],
+)
+def test_a_turning_joint_has_no_lead_and_no_other_motors_name(name, gear):
+    content = yaml_content(shipped_robots()[name].read_text())
+    leg = content["legs"][0]
+    (leg["chain"][0] if "chain" in leg else leg["motor"]).update(gear)
+    with pytest.raises(DescriptionError, match=list(gear)[-1]):
         load_robot(content)
 
 
