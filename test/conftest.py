@@ -31,8 +31,10 @@ sys.dont_write_bytecode = False
 settings.register_profile("any machine", deadline=None, derandomize=True)
 settings.load_profile("any machine")
 
+#: Folders whose tests wait for most of their time, for a node or a page.
+_WAITING = ("over_dds", "viewing")
 #: Folders whose files begin with what takes long: a node, a page, compiled kernels, references.
-_TOGETHER = ("over_dds", "viewing", "kernels", "verification")
+_TOGETHER = (*_WAITING, "kernels", "verification")
 #: Processor time of a slow test that does not say it [s].
 _SLOW = 10.0
 
@@ -46,8 +48,12 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Two more than cores: tests of nodes and pages wait for most of their time."""
-    return len(os.sched_getaffinity(0)) + 2
+    """Three more than cores: tests of nodes and pages wait for most of their time."""
+    return _cores() + 3
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0))
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -74,9 +80,10 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
 
     While these run, no other worker has a node, which would take time from those who measure; and it has
     short tests only, for which they do not wait long. A file of theirs has no other tests, during which
-    the short ones would run out. Later one worker has tests that only compute: nodes and pages wait, and
-    four of them leave a processor idle for half of the time. The mark ``xdist_group`` would say which
-    belong together, but pytest-xdist 3.8 does not see it with pytest 9.2.
+    the short ones would run out. Later as many workers as there are cores have tests that compute, the
+    others wait for nodes and pages; four of these would leave a processor idle for half of the time. The
+    mark ``xdist_group`` would say which belong together, but pytest-xdist 3.8 does not see it with pytest
+    9.2.
     """
     from xdist.scheduler import LoadScopeScheduling
 
@@ -97,17 +104,21 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
                 for scope, tests in work.items()
                 if not all(tests.values())
             ]
-            files = [scope for scope in under_way if "::" not in scope]
             if "alone" in under_way:
                 self.workqueue.move_to_end(next(reversed(self.workqueue)), last=False)
-            elif len(files) >= len(self.nodes) - 1:
-                computing = (scope for scope in self.workqueue if "::" in scope)
+            elif sum(map(_waits, under_way)) >= max(1, len(self.nodes) - _cores()):
+                computing = (scope for scope in self.workqueue if not _waits(scope))
                 if (longest := next(computing, None)) is not None:
                     self.workqueue.move_to_end(longest, last=False)
             super()._assign_work_unit(node)
 
     config.option.loadscopereorder = False
     return LongestFirst(config, log)
+
+
+def _waits(scope: str) -> bool:
+    """Whether the tests of a file wait for most of their time."""
+    return Path(scope.partition("::")[0]).parent.name in _WAITING
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
