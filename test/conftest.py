@@ -81,9 +81,9 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     While these run, no other worker has a node, which would take time from those who measure; and it has
     short tests only, for which they do not wait long. A file of theirs has no other tests, during which
     the short ones would run out. Later as many workers as there are cores have tests that compute, the
-    others wait for nodes and pages; four of these would leave a processor idle for half of the time. The
-    mark ``xdist_group`` would say which belong together, but pytest-xdist 3.8 does not see it with pytest
-    9.2.
+    others wait for nodes and pages; four of these would leave a processor idle for half of the time.
+    The mark ``xdist_group`` would say which belong together, but pytest-xdist 3.8 does not see it with
+    pytest 9.2.
     """
     from xdist.scheduler import LoadScopeScheduling
 
