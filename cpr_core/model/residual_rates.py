@@ -15,6 +15,8 @@ from ..description.inherited_loads import inheritance
 from ..description.parameters import Parameter
 from ..kernels.parameter_kernel import Variations, vary_residual
 from ..kernels.prepared_robot import evaluate_prepared
+from ..kernels.record_layout import POSITION, ROTATION
+from ..lie import rotation_exp
 from .array_rates import ArrayRates, array_rates
 from .equilibrium import Equilibrium
 from .varied_numbers import VariedNumbers
@@ -119,15 +121,13 @@ def _found_plan(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _P
     rates = array_rates(robot, equilibrium.loads, parameters)
     first_load = VariedNumbers.of(robot, equilibrium.load_arrays).robot_count
     loads = any(len(own.places) and own.places[-1] >= first_load for own in rates)
-    # Bent, under forces: in a state without, a parameter may look as if it did nothing.
-    count = np.arange(robot.state_size)
-    pattern = np.cos(1.0 + 2.3 * count) * (count < arrays.platform_index)
-    record = equilibrium.record.copy()
-    record[: robot.state_size] += _BENT * arrays.unit * pattern
-    natural, changes = arrays.unit / arrays.energy_unit, np.empty((len(parameters), len(count)))
-    bent, other = record[: robot.state_size].copy(), changes.copy()
-    place = equilibrium.platform_rotation.copy(), equilibrium.platform_position.copy()
-    middle, unused = np.empty(len(count)), np.empty((len(count), len(count)))
+    size = robot.state_size
+    record = _bent(equilibrium)
+    natural, changes = arrays.unit / arrays.energy_unit, np.empty((len(parameters), size))
+    bent, other = record[:size].copy(), changes.copy()
+    place = record[size:][ROTATION : ROTATION + 9].reshape(3, 3).copy(), np.empty(3)
+    place[1][:] = record[size:][POSITION : POSITION + 3]
+    middle, unused = np.empty(size), np.empty((size, size))
     evaluate_prepared(robot.prepared, equilibrium.load_arrays, bent, *place, middle, unused)
 
     def tried(steps: Floats, linear: bool, result: Floats) -> Variations:
@@ -149,6 +149,26 @@ def _found_plan(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _P
     second = sizes * np.abs(changes - other).max(axis=1)
     linear = second < _LINEAR * max(1.0, float(np.abs(natural * middle).max()))
     return _Plan(_variations(rates, np.where(linear, sizes, steps), linear), sizes, loads)
+
+
+def _bent(equilibrium: Equilibrium) -> Floats:
+    """A record near an equilibrium, under forces and in no special place.
+
+    At home a motor at zero, or a level platform, hides what a parameter does elsewhere.
+    """
+    robot, arrays = equilibrium.robot, equilibrium.robot.arrays
+    size = robot.state_size
+    record, change = equilibrium.record.copy(), _BENT * np.cos(1.0 + 2.3 * np.arange(size))
+    lengths = record[robot.length_indices] * (1.0 + change[robot.length_indices])
+    twist = np.zeros(6)
+    twist[robot.platform_axes] = (change * arrays.unit)[robot.platform_indices]
+    change[robot.platform_indices] = 0.0
+    record[:size] += arrays.unit * change
+    record[robot.length_indices] = lengths  # none is as short as nothing
+    turned = rotation_exp(twist[:3]) @ equilibrium.platform_rotation
+    record[size:][ROTATION : ROTATION + 9] = turned.ravel()
+    record[size:][POSITION : POSITION + 3] += twist[3:]
+    return record
 
 
 def _variations(

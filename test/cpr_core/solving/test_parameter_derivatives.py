@@ -203,6 +203,38 @@ def test_what_is_asked_for_is_there_and_nothing_else():
     assert derivatives(equilibrium, "rod.length", problem="efforts").problem == "efforts"
 
 
+@pytest.mark.parametrize("name", ROBOTS)
+def test_it_does_not_matter_where_was_asked_first(name):
+    """At home motors at zero or a level platform may hide what a parameter does elsewhere."""
+    answers = []
+    for first in (False, True):
+        robot = with_loads(load_robot(name))
+        home = solve_home(robot)
+        away = polished(solve_forward(robot, home.motors + 2.0 * np.array(STEPS[name])), "motors")
+        paths = parameter_kinds(robot)
+        for path in paths if first else ():
+            refusal(home, path)
+        answers.append([refusal(away, path) for path in paths])
+    units = natural_units(robot)
+    for path, mine, other in zip(paths, *answers, strict=True):
+        if isinstance(mine, CprError):
+            assert str(mine) == str(other)
+            continue
+        (scale,) = parameter_scales(away, named_parameters(robot.description, path))
+        for name in STATE:
+            values = [scale * getattr(found, name)[:, 0] / units[name] for found in (other, mine)]
+            size = max(np.abs(values[1]).max(), 1e-2)
+            assert_allclose(*values, rtol=0.0, atol=1e-6 * size, err_msg=path)
+
+
+def refusal(equilibrium, path):
+    """Derivatives, or why there are none."""
+    try:
+        return derivatives(equilibrium, path)
+    except CprError as error:
+        return error
+
+
 def test_the_second_question_is_answered_by_the_same_numbers():
     equilibrium = equilibrium_of("six_rfs")
     paths = ["rod.length", "legs[0].motor.offset"]
