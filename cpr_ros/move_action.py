@@ -166,7 +166,7 @@ class MoveAction(LongAction):
             return False
         # The next tick finds another goal than this one's: none.
         if session is not None and session.follower.goal is motion.goal:
-            session.follower.drop()
+            session.drop()
         return True
 
     def _end(self, motion: _Motion, error: Exception | None) -> None:

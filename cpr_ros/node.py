@@ -295,7 +295,7 @@ class CprNode(LifecycleNode):
         session = self._required_session()
         outcome = session.move(now)
         command = session.next_command()
-        if self._whereabouts is not None and (outcome.moved or command is not None):
+        if self._whereabouts is not None:
             self._whereabouts.keep()  # before anybody hears of it
         if command is not None:
             self.outputs.motor_commands(command)

@@ -250,6 +250,8 @@ class PoseLoop:
         watchdog = self._measured.watchdog
         if self.settings.gain <= 0.0:
             return "loop_gain is 0"
+        if self.settings.max_rate <= 0.0:
+            return "loop_max_rate is 0"
         if watchdog.stale(now) and not self._measured.problem:
             return (
                 f"the measured pose is {watchdog.age(now):.3g} s old, "

@@ -209,13 +209,17 @@ class Session:
     def begin_at(
         self, equilibrium: Equilibrium, motors: NDArray[np.float64] | None, solve_time: float
     ) -> None:
-        """Be at an equilibrium, at rest.
+        """Be at an equilibrium, at rest: what was to lead elsewhere, or is thought reached, ends.
 
         Args:
             equilibrium: Where the robot is.
             motors: Where its motors are known to be, (n,); None: unknown, commands begin there.
             solve_time: Time it took to find it [s].
         """
+        reason = "the robot was found to be elsewhere"
+        self.trajectories.stop(ErrorCode.PREEMPTED, reason)
+        if self.follower.goal is not None:
+            self.follower.drop(reason)
         length = self.solver.current.characteristic_length
         self.solver.current = Assessment(equilibrium, length, solve_time=solve_time)
         self.commands.place(motors)
@@ -300,6 +304,10 @@ class Session:
         self._check_moving()
         reason = "an empty trajectory came: hold"
         self.trajectories.stop(ErrorCode.PREEMPTED, reason)
+        self.drop(reason)
+
+    def drop(self, reason: str = "") -> None:
+        """Forget the setpoint and hold; the reason is for who sent it."""
         self.follower.drop(reason)
         if not self.commands.aligned_with(self.solver.current.equilibrium.motors):
             self.pause(True)  # nothing else holds commands that are on their way

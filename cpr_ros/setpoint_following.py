@@ -117,6 +117,7 @@ class SetpointFollower:
         self._action = Action.NONE
         self._reach = 1.0
         self._refusal: Refusal | None = None
+        self._burdened = False
         self._worsening: frozenset[str] = frozenset(MEASURES)
         self._motor_steps_per_way = math.nan
 
@@ -140,7 +141,7 @@ class SetpointFollower:
     @property
     def returning(self) -> bool:
         """Whether the robot is on its way home and takes no setpoints."""
-        return self._returning and self._refusal is None
+        return self._returning and self._refusal is None and not self._burdened
 
     @property
     def moving(self) -> bool:
@@ -210,6 +211,7 @@ class SetpointFollower:
         """
         self._stirred = False
         borne, burden = self.bear(current, loads)
+        self._burdened = burden is not None
         goal = None if self._goal is None else self.corrected(self._goal)
         moved, home_missed = borne is not current, False
         state = State.PAUSED if self.paused else State.IDLE
@@ -228,8 +230,9 @@ class SetpointFollower:
             else:
                 self._under_way = True
                 ahead = borne if burden else self._move(borne, goal)
-                obeyed = ahead is not borne
-                moved, borne = moved or obeyed, ahead
+                waits = isinstance(goal, TrajectoryGoal) and goal.waits
+                obeyed = ahead is not borne and not waits
+                moved, borne = moved or ahead is not borne, ahead
                 state = State.RETURNING if self._returning else State.FOLLOWING
                 if burden or self._refusal:
                     state = State.HALTED

@@ -59,6 +59,11 @@ class TrajectoryGoal:
         self._clock, self._elapsed = time, 0.0
         self._proposed = (time, time)
 
+    @property
+    def waits(self) -> bool:
+        """Whether its path rests, until its own time has come."""
+        return self.time < self._rests_until
+
     def elapse(self, now: float) -> None:
         """Take note of the time before a tick."""
         elapsed = max(now - self.last_tick, 0.0)

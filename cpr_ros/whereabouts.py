@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.node import Node
 
-from cpr_core import CprError
+from cpr_core import CprError, Equilibrium
 
 from .inputs import MEASURED, newest_measured
 from .kept_state import KeptState, state_folder
@@ -55,6 +55,7 @@ class Whereabouts:
         #: Why the robot can only be where it is measured; empty if it can be elsewhere.
         self._lost = ""
         self._kept: KeptState | None = None
+        self._newest: tuple[Equilibrium, NDArray[np.float64]] | None = None
         folder = state_folder(parameters.state_directory)
         name = node.get_fully_qualified_name().strip("/").replace("/", ".")
         file = folder / f"{name}.{node.context.get_domain_id()}.state"
@@ -151,9 +152,24 @@ class Whereabouts:
             time.sleep(0.02)
 
     def keep(self) -> None:
-        """Remember where the robot is now."""
-        if self._kept is not None and self._session.commands.newest is not None:
-            self._kept.keep(self._session.solver.current.equilibrium, self._session.commands.newest)
+        """Remember where the robot is now, if that is not what was remembered last.
+
+        Also what no motion led to: an applied solution may have the motors of the last commands.
+        """
+        equilibrium, commands = (
+            self._session.solver.current.equilibrium,
+            self._session.commands.newest,
+        )
+        if self._kept is None or commands is None:
+            return
+        if (
+            self._newest is not None
+            and self._newest[0] is equilibrium
+            and self._newest[1] is commands
+        ):
+            return
+        self._kept.keep(equilibrium, commands)
+        self._newest = equilibrium, commands
 
     def close(self) -> None:
         """Let the file go."""

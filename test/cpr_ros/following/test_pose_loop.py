@@ -262,6 +262,22 @@ def test_a_gain_of_zero_holds_what_there_is(bench):
     frozen(bench, 0.5, "loop_gain is 0")
 
 
+@pytest.mark.parametrize("seen", [True, False])
+def test_a_rate_that_was_zero_sets_nothing_in_motion(bench, seen):
+    """What was wound up meanwhile was let go: the motors set off by themselves."""
+    bench.session.apply(live(loop_gain=4.0, loop_max_rate=0.0), bench.now)
+    bench.follow(TARGET + [0.0, 0.01])
+    bench.run(1.0)
+    frozen(bench, 0.5, "loop_max_rate is 0")
+    if not seen:
+        bench.every = 0.0
+        bench.run(0.3)
+    before = bench.session.commands.newest
+    assert bench.session.apply(live(loop_gain=4.0, loop_max_rate=1.0), bench.now)
+    bench.run(0.5)
+    np.testing.assert_array_equal(bench.session.commands.newest, before)
+
+
 def test_a_correction_beyond_a_new_limit_is_forgotten_and_the_robot_holds(bench):
     """It stayed, frozen, above what loop_max_correction allowed."""
     size = bench.session.loop.coordinates.size(bench.session.loop.correction)

@@ -432,3 +432,84 @@ def test_the_command_of_a_tick_is_there_before_note_is_taken_of_it(bench):
     way = session.solver.current.equilibrium.motors - bench.commands[-1]
     np.testing.assert_allclose(session.velocity, way / PERIOD)
     assert session.loop._history.newest.equilibrium is session.solver.current.equilibrium
+
+
+def timed(points, start_in):
+    """A trajectory with a stamp, a point a second."""
+    points, nothing = np.array(points), np.full(2, np.inf)
+    times = np.arange(1.0, len(points) + 1.0)
+    return TrajectoryOrder(times, points, None, None, start_in, nothing, nothing, np.inf)
+
+
+def test_a_place_that_is_found_late_ends_a_setpoint_that_was_thought_reached(bench):
+    """Any tick, after a change of parameters say, then sent the robot back to where it had been."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.begin_at(home, home.motors, 0.0)  # the last command, of a node before
+    session.follow(MotorGoal(session.robot, home.motors), bench.now)
+    bench.tick()
+    found = solve_forward(session.robot, home.motors + [0.3, -0.2])
+    session.begin_at(found, found.motors, 0.0)
+    assert session.follower.goal is None
+    assert "elsewhere" in session.follower.dropped
+    session.apply(replace(LIVE, settings=replace(SETTINGS, hysteresis=0.2)), bench.now)
+    for _ in range(5):
+        assert bench.tick().state == State.IDLE
+    assert bench.commands == []
+
+
+def test_a_place_that_is_found_late_ends_a_trajectory_that_waits(bench):
+    """It never began and never ended."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.begin_at(home, home.motors, 0.0)
+    endings = []
+    session.follow_trajectory(timed([home.motors + 0.1], 1.0), bench.now, endings.append)
+    for _ in range(5):
+        bench.tick()
+    found = solve_forward(session.robot, home.motors + [0.3, -0.2])
+    session.begin_at(found, found.motors, 0.0)
+    assert [ending.val for ending in endings] == [ErrorCode.PREEMPTED]
+    bench.tick()
+    assert bench.commands == []
+    assert session.at_rest
+
+
+def test_a_trajectory_sends_nothing_before_its_stamp_to_motors_of_which_nothing_is_known(bench):
+    """They were sent home at once, perhaps minutes before."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    points = [home.motors, home.motors + 0.01]
+    session.follow_trajectory(timed(points, 0.5), bench.now, lambda _: None)
+    while bench.now < 0.45:
+        bench.tick()
+    assert bench.commands == []
+    while bench.now < 3.0:
+        bench.tick()
+    np.testing.assert_allclose(bench.commands[0], home.motors, atol=1e-3)
+    np.testing.assert_allclose(bench.commands[-1], home.motors + 0.01, atol=1e-12)
+
+
+def test_a_return_that_a_wrench_holds_up_can_be_replaced(bench):
+    session = bench.session
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    while bench.tick().state != State.IDLE:
+        pass
+    session.reset()
+    bench.tick()
+    with pytest.raises(RequestError, match="on its way home"):
+        session.follow(MotorGoal(session.robot, [2.65, 0.52]), bench.now)
+    bench.push(-1e4, 0.0, 0.0)
+    assert bench.tick().state == State.HALTED
+    session.follow(MotorGoal(session.robot, [2.65, 0.52]), bench.now)
+    assert not session.follower.returning
+
+
+def test_a_setpoint_that_is_dropped_while_commands_are_on_their_way_holds_them(bench):
+    """Cancelled goals were said to hold, and the motors went on."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.begin_at(home, home.motors + 0.1, 0.0)
+    session.follow(MotorGoal(session.robot, home.motors + 0.2), bench.now)
+    assert bench.tick().state == State.ALIGNING
+    held = bench.commands[-1]
+    session.drop()
+    for _ in range(5):
+        assert bench.tick().state == State.PAUSED
+    np.testing.assert_array_equal(bench.commands[-1], held)

@@ -10,7 +10,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
+from cpr_msgs.msg import Equilibrium
 from cpr_msgs.srv import SolveForward
+from helpers.branches import stable_elsewhere
 from helpers.driver import EVERY_MESSAGE
 from helpers.node_process import Client, NodeProcess, change, free_domain
 from lifecycle_msgs.msg import Transition
@@ -19,7 +22,8 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
-from cpr_core import load_robot, solve_forward, solve_inverse
+from cpr_core import load_robot, solve_forward, solve_home, solve_inverse
+from cpr_ros.conversions import Frames, fill_equilibrium
 from cpr_ros.kept_state import KeptState
 
 HOME = np.array([2.59, 0.55])
@@ -194,6 +198,32 @@ def test_an_applied_solution_is_gone_to_at_the_speed_limit(bench):
     bench.until_at([2.9, 0.2])
     assert bench.longest_step() <= 1.0 + 2e-5
     assert len(bench.commands) > 0.19 / STEP
+
+
+def test_an_applied_solution_at_the_last_commands_is_where_it_was_last(bench):
+    """Only motion was kept: one that was taken back came alive again, another branch was forgotten."""
+    robot = load_robot("rfrfr")
+    home, other = solve_home(robot), stable_elsewhere(robot)
+    bench.keep(robot, home)
+    bench.start()
+    bench.until_heard()
+    message = Equilibrium()
+    fill_equilibrium(message, other, Frames("base", "platform"), Time(), 0.0, eigenvalues=False)
+    motors = JointState(name=["motor1", "motor2"], position=home.motors.tolist())
+    request = SolveForward.Request(
+        motors=motors,
+        apply=True,
+        start=SolveForward.Request.START_GIVEN,
+        start_equilibrium=[message],
+    )
+    answer = bench.client.call(SolveForward, "/cpr_node/solve_forward", request)
+    assert answer.error_code.val == 1, answer.error_code.message
+    bench.until_heard()
+    bench.kill()
+    bench.start()
+    states = bench.client.messages(JointState, "/joint_states", 1)
+    np.testing.assert_allclose(states[0].effort, other.efforts, rtol=0.0, atol=1e-8)
+    assert np.abs(other.efforts - home.efforts).max() > 1e-3
 
 
 def test_what_is_measured_is_where_the_node_begins(bench):
