@@ -196,7 +196,9 @@ class Inputs:
             session.tracker.take(measured_motors(session.robot, message), now)
         elif session.unplaced:
             self._place(measured_motors(session.robot, message))
-        self._feel(session, message, now)
+        # Grippers and others may say on the same topic where they are.
+        if not message.name or not set(message.name).isdisjoint(session.robot.motor_names):
+            self._feel(session, message, now)
 
     def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
         delay = measurement_delay(message.header, self._node.get_clock().now())

@@ -77,6 +77,9 @@ def measured_motors(robot: Robot, message: JointState) -> Floats:
     """
     names = list(message.name)
     mine = [name for name in names if name in robot.motor_names]
+    if names and not mine:
+        expected, found = ", ".join(robot.motor_names), ", ".join(names)
+        raise InvalidRequest("name", f"expected every motor once ({expected}), got {found:.200}")
     check_names(mine, list(robot.motor_names), "name", "expected every motor once")
     if len(message.position) != len(names):
         raise InvalidRequest(

@@ -27,6 +27,7 @@ class Listening:
     """A session, and what listens for it, with given times."""
 
     def __init__(self, robot, **changed):
+        self.felt_names = []
         fixed = Parameters(**FIXED | {"characteristic_length": None})
         live = live_parameters(lambda name: changed.get(name, DEFAULTS[name]))
         self.session, self.now, self._callbacks = Session(robot, FRAMES, fixed, live), 100.0, {}
@@ -43,7 +44,7 @@ class Listening:
         self._callbacks[topic] = callback
 
     def _feel(self, session, message, now):
-        pass
+        self.felt_names.append(list(message.name))
 
     def hear(self, topic, message):
         self._callbacks[topic](message)
@@ -163,3 +164,12 @@ def test_a_robot_that_controls_nothing_feels_with_a_measured_pose():
     assert listening.felt is not None and listening.believed is None
     listening.hear_pose([0.0, 0.84, 0.0], [0, 0, 0, 0])
     assert listening.dropped == 1
+
+
+def test_joints_of_others_on_the_topic_are_nothing_to_be_felt_with():
+    """Every message of a gripper was a reason of its own, told in the log, and so was the end of it."""
+    listening = Listening(robot("rfrfr"))
+    for names in (["gripper"], ["motor1", "motor2"], ["gripper", "motor1"]):
+        message = JointState(name=names, position=[0.1] * len(names))
+        listening.hear("measured_joint_states", message)
+    assert listening.felt_names == [["motor1", "motor2"], ["gripper", "motor1"]]

@@ -97,6 +97,12 @@ def test_a_partial_setpoint_keeps_the_others():
     np.testing.assert_array_equal(motor_setpoint(planar, message, np.array([1.0, 2.0])), [1.0, 0.4])
 
 
+def test_joints_of_others_alone_are_named():
+    message = JointState(name=["gripper", "lift"], position=[0.1, 0.2])
+    with pytest.raises(InvalidRequest, match=r"\(motor1, motor2\), got gripper, lift"):
+        measured_motors(robot("rfrfr"), message)
+
+
 def test_measured_motors_are_found_among_others():
     planar = robot("rfrfr")
     names = ["gripper", "motor2", "motor1"]
