@@ -278,10 +278,11 @@ def bound_doubts(
     Args:
         paths: Of the parameters, P.
         values: What was found, (P,).
-        deviations: Their standard deviations, (P,).
+        deviations: Their standard deviations, (P,); infinite ones are of values that stayed.
         bounds: Lowest and highest values, (2, P).
     """
-    near = np.abs(values - bounds) <= _AT_BOUND * deviations
+    moved = np.where(np.isfinite(deviations), deviations, 0.0)
+    near = np.abs(values - bounds) <= _AT_BOUND * moved
     return tuple(
         f"{paths[column]} ends at its bound {bounds[side, column]:g}: the measurements fit better "
         "beyond it, and standard deviations are those without bounds"

@@ -169,6 +169,9 @@ def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: 
     bounds, near = (limits - problem.values) / problem.scales, _DEVIATIONS
     for _ in range(_ROUNDS):
         unseen = unseen_directions(problem.rates(change))
+        if len(unseen) == len(change):  # nothing says where to go
+            problem.settled = True
+            break
         hold = np.abs(problem.rates(change)).max() * unseen
         # Unknowns are counted in the deviations they have where the others are known.
         deviation = 1.0 / np.linalg.norm(np.vstack([problem.rates(change), hold]), axis=0)

@@ -138,6 +138,18 @@ def test_what_is_not_determined_is_named_and_stays(robot, truth, home):
     assert np.all(np.abs(found.values - TRUTH)[1:] < 4.0 * found.standard_deviations[1:])
 
 
+@pytest.mark.parametrize("loss", ["linear", "soft_l1", "huber", "cauchy"])
+@pytest.mark.parametrize("bounds", [None, {"platform.mass": (-1.0, 1.0)}])
+def test_where_nothing_is_determined_everything_stays(robot, home, loss, bounds):
+    rows = measured(equilibria(robot, home, count=3), seed=1)  # without gravity
+    paths = ("platform.mass", "rod.density")
+    found = calibrate(robot, rows, paths, DEVIATIONS, loss=loss, bounds=bounds)
+    assert found.undetermined == tuple(f"{path} is not determined" for path in paths)
+    assert np.array_equal(found.values, robot.parameter_values(paths))
+    assert np.all(np.isinf(found.standard_deviations))
+    assert found.doubts == ()
+
+
 def test_ratios_are_told_as_ratios(robot):
     weighing = robot.with_parameters(
         {"platform.mass": 0.1, "gravity[2]": -9.81, "rod.density": 0.0}
