@@ -22,7 +22,7 @@ from ..solving.targets import ProblemName
 from .compared import ComparedRow
 from .measured_equilibria import followed
 from .robust_loss import Loss, loss_width
-from .undetermined import unseen_directions
+from .undetermined import parameter_sizes, unseen_directions
 
 __all__ = ["TRIED", "ParameterProblem", "natural_changes", "solution"]
 
@@ -149,6 +149,10 @@ class ParameterProblem:
             self._rates = change.copy(), np.vstack(each) * self.scales
         return self._rates[1]
 
+    def unseen(self, change: Floats) -> Floats:
+        """Directions in which nothing that is compared changes there, orthonormal rows (K, P)."""
+        return unseen_directions(self.rates(change), parameter_sizes(self.values, self.scales))
+
 
 def solution(problem: ParameterProblem, limits: Floats, loss: Loss) -> Floats:
     """Changes of the parameters with the least loss, (P,).
@@ -168,7 +172,7 @@ def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: 
     """The same by one loss, from changes that are near."""
     bounds, near = (limits - problem.values) / problem.scales, _DEVIATIONS
     for _ in range(_ROUNDS):
-        unseen = unseen_directions(problem.rates(change))
+        unseen = problem.unseen(change)
         if len(unseen) == len(change):  # nothing says where to go
             problem.settled = True
             break
@@ -181,8 +185,12 @@ def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: 
         ) -> Floats:
             return np.concatenate([problem.residual(unit * at), hold @ (unit * at - begin)])
 
-        def rates(at: Floats, hold: Floats = hold, unit: Floats = deviation) -> Floats:
-            return np.vstack([problem.rates(unit * at), hold]) * unit
+        def rates(
+            at: Floats, hold: Floats = hold, unit: Floats = deviation, unseen: Floats = unseen
+        ) -> Floats:
+            seen = problem.rates(unit * at)
+            # What little they are along the directions is not to be followed, however weak the rest.
+            return np.vstack([seen - seen @ unseen.T @ unseen, hold]) * unit
 
         found = scipy.optimize.least_squares(
             residual,
@@ -199,7 +207,7 @@ def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: 
         )
         change = deviation * found.x
         problem.settled = found.status > 0
-        same = len(unseen_directions(problem.rates(change))) >= len(unseen)
+        same = len(problem.unseen(change)) >= len(unseen)
         fit = float(np.sqrt(2.0 * found.cost / len(found.fun)))
         before, near = near, max(_ROUNDING, _DEVIATIONS * min(1.0, fit / _FITS))
         if same and near > 0.5 * before:

@@ -150,6 +150,28 @@ def test_where_nothing_is_determined_everything_stays(robot, home, loss, bounds)
     assert found.doubts == ()
 
 
+@pytest.mark.parametrize("force", [0.0, 1e-6])
+@pytest.mark.parametrize(
+    "paths", [("rod.young_modulus",), ("rod.young_modulus", "rod.section.radius")]
+)
+def test_stiffness_that_only_rounding_shows_stays(robot, home, paths, force):
+    found_at = equilibria(robot, home, count=5, loads=payload(robot, -force))
+    found = calibrate(robot, measured(found_at, seed=1), paths, DEVIATIONS)
+    assert found.undetermined == tuple(f"{path} is not determined" for path in paths)
+    assert np.array_equal(found.values, robot.parameter_values(paths))
+    assert np.all(np.isinf(found.standard_deviations))
+
+
+def test_what_is_weakly_determined_is_found_with_its_deviation(robot, home):
+    truth = robot.with_parameters({"rod.young_modulus": 200e9})
+    rows = measured(equilibria(truth, home, count=5, loads=payload(robot, -1e-3)))
+    with pytest.warns(CalibrationWarning, match="may be too large"):
+        found = calibrate(robot, rows, "rod.young_modulus", DEVIATIONS)
+    assert found.undetermined == ()
+    assert 5e11 < found.standard_deviations[0] < 5e13
+    assert found.values[0] == pytest.approx(200e9, rel=0.01)
+
+
 def test_ratios_are_told_as_ratios(robot):
     weighing = robot.with_parameters(
         {"platform.mass": 0.1, "gravity[2]": -9.81, "rod.density": 0.0}
