@@ -98,6 +98,27 @@ def test_intervals_hold_the_truth_as_often_as_they_say(robot, loaded):
     assert 0.90 <= np.mean(inside) <= 0.99
 
 
+def test_the_answer_does_not_depend_on_where_the_descent_begins():
+    robot = cpr_core.load_robot("three_prs")  # natural units of stiffness are thrice its value
+    paths = ("rod.young_modulus", "legs[0].chain[0].offset", "legs[1].chain[0].offset")
+    truth = robot.with_parameters({paths[0]: 203.7e9, paths[1]: 0.01})
+    bent = robot.default_loads.with_(wrench_world=[0, 0, 0, 0, 0, -0.3])
+    poses = cpr_core.propose_poses(robot, paths, DEVIATIONS, 5, reach=0.2, loads=[bent])
+    rows = measured([cpr_core.continued(pose, truth) for pose in poses.equilibria], seed=1)
+    starts = (robot, truth, robot.with_parameters({paths[0]: 220e9}))
+    first, *others = [calibrate(start, rows, paths, DEVIATIONS) for start in starts]
+    for other in others:
+        apart = np.abs(first.values - other.values) / first.standard_deviations
+        assert apart.max() < 0.01
+        assert other.standard_deviations == pytest.approx(first.standard_deviations, rel=1e-3)
+    rates = np.vstack(
+        [row.rates(at, paths) for row, at in zip(first.rows, first.after, strict=True)]
+    )
+    units = np.linalg.norm(rates, axis=0)
+    covariance = np.linalg.inv((rates / units).T @ (rates / units)) / np.outer(units, units)
+    assert first.covariance == pytest.approx(covariance, rel=1e-6)
+
+
 def test_a_robust_loss_bears_gross_outliers(robot, loaded):
     rows = measured(loaded, seed=7)
     rows[11] = replace(rows[11], position=rows[11].position + [0.1, -0.2, 0.05])
