@@ -28,7 +28,7 @@ from .measured_equilibria import first_equilibria
 from .measurements import Measurement, StandardDeviations, checked_measurements
 from .parameter_problem import TRIED, ParameterProblem, natural_changes, solution
 from .robust_loss import Loss, checked_loss, variance_factor
-from .undetermined import unseen_directions, unseen_in_words
+from .undetermined import unseen_in_words
 
 __all__ = ["calibrate"]
 
@@ -142,7 +142,7 @@ def _result(
 ) -> CalibrationResult:
     """What was found, and how exact it is."""
     residual, rates = problem.residual(change), problem.rates(change)
-    unseen = unseen_directions(rates)
+    unseen = problem.unseen(change)
     count = len(problem.paths)
     seen = scipy.linalg.null_space(unseen) if len(unseen) else np.eye(count)
     known = rates @ seen

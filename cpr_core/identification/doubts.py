@@ -195,21 +195,18 @@ def _columns(
     names = [("position ", axis) for axis in "xyz"] + [("", "")] * 3
     names += [("motors: ", name) for name in robot.motor_names]
     names += [("efforts: ", name) for name in robot.motor_names]
-    differences = [
-        row.differences(equilibrium) for row, equilibrium in zip(rows, predicted, strict=True)
-    ]
+    shown = [_shown(row.measurement, count) for row in rows]
     for place in (*range(3), *range(6, 6 + 2 * count)):
         values, foretold, deviations = [], [], [0.0]
-        for row, equilibrium, difference in zip(rows, predicted, differences, strict=True):
+        for row, equilibrium, numbers in zip(rows, predicted, shown, strict=True):
             if place not in row.places:
                 continue
             at = int(np.searchsorted(row.places, place))
             all_of = (equilibrium.platform_position, np.zeros(3), equilibrium.motors)
             foretold.append(float(np.concatenate([*all_of, equilibrium.efforts])[place]))
-            values.append(foretold[-1] - float(difference[at]))
+            values.append(float(numbers[place]))
             deviations.append(float(row.deviations[at]))
-        rounded = np.round(np.array(values), 14)
-        yield (*names[place], rounded, np.array(foretold), max(deviations))
+        yield (*names[place], np.array(values), np.array(foretold), max(deviations))
     turned = [row for row in rows if row.measurement.rotation is not None and 3 in row.places]
     if turned:
         poses = [
@@ -220,6 +217,15 @@ def _columns(
         own, other = np.array(poses).transpose(1, 0, 2)
         for axis, name in enumerate("wxyz"):
             yield "quaternion ", name, own[:, axis], other[:, axis], float(turned[0].deviations[-1])
+
+
+def _shown(row: Measurement, count: int) -> Floats:
+    """Position, rotation (not here), motors and efforts as they were measured, (6 + 2 n,)."""
+    found = np.full(6 + 2 * count, np.nan)
+    for first, values in ((0, row.position), (6, row.motors), (6 + count, row.efforts)):
+        if values is not None:
+            found[first : first + len(values)] = values
+    return found
 
 
 def fit_doubts(
@@ -278,10 +284,11 @@ def bound_doubts(
     Args:
         paths: Of the parameters, P.
         values: What was found, (P,).
-        deviations: Their standard deviations, (P,).
+        deviations: Their standard deviations, (P,); infinite ones are of values that stayed.
         bounds: Lowest and highest values, (2, P).
     """
-    near = np.abs(values - bounds) <= _AT_BOUND * deviations
+    moved = np.where(np.isfinite(deviations), deviations, 0.0)
+    near = np.abs(values - bounds) <= _AT_BOUND * moved
     return tuple(
         f"{paths[column]} ends at its bound {bounds[side, column]:g}: the measurements fit better "
         "beyond it, and standard deviations are those without bounds"

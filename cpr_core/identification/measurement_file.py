@@ -49,7 +49,7 @@ def read_measurements(
     place = Path(file)
     try:
         with place.open(newline="", encoding="utf-8-sig") as opened:
-            lines = list(_lines(opened.read().splitlines()))
+            lines = _lines(place, opened.read().splitlines())
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidRequest("measurements", f"{place}: cannot be read: {error}") from None
     if len(lines) < 2:
@@ -68,13 +68,21 @@ def read_measurements(
     return tuple(found)
 
 
-def _lines(texts: Sequence[str]) -> list[tuple[int, list[str]]]:
-    """Lines that are neither empty nor comments, with their numbers."""
-    return [
-        (number, next(csv.reader([text])))
-        for number, text in enumerate(texts, start=1)
-        if text.strip().strip(",") and not text.lstrip().startswith("#")
-    ]
+def _lines(place: Path, texts: Sequence[str]) -> list[tuple[int, list[str]]]:
+    """Lines that are neither empty nor comments, with their numbers.
+
+    Raises:
+        InvalidRequest: One has no cells that can be read, such as one without an end.
+    """
+    found = []
+    for number, text in enumerate(texts, start=1):
+        if text.strip().strip(",") and not text.lstrip().startswith("#"):
+            try:
+                found.append((number, next(csv.reader([text]))))
+            except csv.Error as error:
+                problem = f"{place}: line {number}: cannot be read: {error}"
+                raise InvalidRequest("measurements", problem) from None
+    return found
 
 
 def _motors(robot: Robot) -> tuple[str, ...]:
@@ -126,7 +134,8 @@ def _measurement(
         if not text:
             continue
         try:
-            value = float(text)
+            # Underscores, which Python takes between digits, are slips here.
+            value = float(text.replace("_", "no digit"))
         except ValueError:
             expected = "expected a number, or nothing where nothing was measured"
             raise InvalidRequest(

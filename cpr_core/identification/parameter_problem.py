@@ -22,7 +22,7 @@ from ..solving.targets import ProblemName
 from .compared import ComparedRow
 from .measured_equilibria import followed
 from .robust_loss import Loss, loss_width
-from .undetermined import unseen_directions
+from .undetermined import parameter_sizes, unseen_directions
 
 __all__ = ["TRIED", "ParameterProblem", "natural_changes", "solution"]
 
@@ -37,8 +37,9 @@ _DEVIATIONS, _FITS = 1e-3, 0.1
 _ROUNDING = float(np.finfo(float).eps)
 #: Residual of rows whose robot or equilibrium does not exist: a trial step is never taken there.
 _REFUSED = 1e12
-#: Change of the parameters, in natural units, over which derivatives are taken for constant:
-#: standard deviations differ by less than a hundredth for it.
+#: How far derivatives are taken for constant on the way: in natural units of the parameters, which may
+#: be several times their values, and in standard deviations of all that is compared. The answer moves by
+#: less than a hundredth of its standard deviation for it.
 _SAME = 1e-2
 #: Change of a parameter, in natural units, that some robot has to allow.
 _ALONE = 1e-3
@@ -92,7 +93,10 @@ class ParameterProblem:
 
     def values_at(self, change: Floats) -> Floats:
         """Values of the parameters, (P,)."""
-        return self.values + self.scales * change
+        found = self.values + self.scales * change
+        # Derivatives of numbers are taken over a part of what they are: next to zero that is rounding.
+        found[(np.abs(found) < _PARAMETERS * self.scales) & (change != 0.0)] = 0.0
+        return found
 
     def equilibria(self, change: Floats) -> list[Equilibrium]:
         """Equilibria of all rows.
@@ -141,13 +145,28 @@ class ParameterProblem:
                 raise InvalidRequest("parameters", f"{path} cannot be changed alone: {refused}")
         self._each_alone = True
 
-    def rates(self, change: Floats) -> Floats:
-        """Its derivatives by the changes, here or next to here, (M, P)."""
-        if self._rates is None or np.abs(self._rates[0] - change).max() > _SAME:
-            pairs = zip(self.rows, self.equilibria(change), strict=True)
-            each = [row.rates(equilibrium, self.paths) for row, equilibrium in pairs]
-            self._rates = change.copy(), np.vstack(each) * self.scales
-        return self._rates[1]
+    def rates(self, change: Floats, *, near: bool = False) -> Floats:
+        """Its derivatives by the changes, (M, P).
+
+        Args:
+            change: Where.
+            near: They may be those of a place so near that they are nearly the same.
+        """
+        if self._rates is not None:
+            place, known = self._rates
+            apart = change - place
+            far = max(np.abs(apart).max(), np.linalg.norm(known @ apart))
+            if far <= (_SAME if near else 0.0):
+                return known
+        pairs = zip(self.rows, self.equilibria(change), strict=True)
+        each = [row.rates(equilibrium, self.paths) for row, equilibrium in pairs]
+        found: Floats = np.vstack(each) * self.scales
+        self._rates = change.copy(), found
+        return found
+
+    def unseen(self, change: Floats) -> Floats:
+        """Directions in which nothing that is compared changes there, orthonormal rows (K, P)."""
+        return unseen_directions(self.rates(change), parameter_sizes(self.values, self.scales))
 
 
 def solution(problem: ParameterProblem, limits: Floats, loss: Loss) -> Floats:
@@ -168,7 +187,10 @@ def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: 
     """The same by one loss, from changes that are near."""
     bounds, near = (limits - problem.values) / problem.scales, _DEVIATIONS
     for _ in range(_ROUNDS):
-        unseen = unseen_directions(problem.rates(change))
+        unseen = problem.unseen(change)
+        if len(unseen) == len(change):  # nothing says where to go
+            problem.settled = True
+            break
         hold = np.abs(problem.rates(change)).max() * unseen
         # Unknowns are counted in the deviations they have where the others are known.
         deviation = 1.0 / np.linalg.norm(np.vstack([problem.rates(change), hold]), axis=0)
@@ -178,8 +200,12 @@ def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: 
         ) -> Floats:
             return np.concatenate([problem.residual(unit * at), hold @ (unit * at - begin)])
 
-        def rates(at: Floats, hold: Floats = hold, unit: Floats = deviation) -> Floats:
-            return np.vstack([problem.rates(unit * at), hold]) * unit
+        def rates(
+            at: Floats, hold: Floats = hold, unit: Floats = deviation, unseen: Floats = unseen
+        ) -> Floats:
+            seen = problem.rates(unit * at, near=True)
+            # What little they are along the directions is not to be followed, however weak the rest.
+            return np.vstack([seen - seen @ unseen.T @ unseen, hold]) * unit
 
         found = scipy.optimize.least_squares(
             residual,
@@ -196,7 +222,7 @@ def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: 
         )
         change = deviation * found.x
         problem.settled = found.status > 0
-        same = len(unseen_directions(problem.rates(change))) >= len(unseen)
+        same = len(problem.unseen(change)) >= len(unseen)
         fit = float(np.sqrt(2.0 * found.cost / len(found.fun)))
         before, near = near, max(_ROUNDING, _DEVIATIONS * min(1.0, fit / _FITS))
         if same and near > 0.5 * before:

@@ -25,7 +25,7 @@ from ..validation import checked_count, checked_number
 from .compared import compared_row
 from .measurements import Measurement, StandardDeviations
 from .parameter_problem import natural_changes
-from .undetermined import unseen_directions, unseen_in_words
+from .undetermined import parameter_sizes, unseen_directions, unseen_in_words
 
 __all__ = ["ProposedPoses", "propose_poses"]
 
@@ -114,7 +114,8 @@ def propose_poses(
     rates = np.array([_rates(each, deviations, paths) for each in candidates]) * scales
     information = np.einsum("ckp,ckq->cpq", rates, rates)
     chosen = _chosen(information, count)
-    unseen = unseen_directions(np.vstack(list(rates[chosen])))
+    seen = np.vstack(list(rates[chosen]))
+    unseen = unseen_directions(seen, parameter_sizes(values, scales))
     generator = np.random.default_rng(seed)
     several = [
         _deviations(information[generator.choice(len(candidates), count, replace=False)])

@@ -11,25 +11,41 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-__all__ = ["unseen_directions", "unseen_in_words"]
+__all__ = ["parameter_sizes", "unseen_directions", "unseen_in_words"]
 
 Floats = NDArray[np.float64]
 
 #: Singular values below this times the largest are those of rounding.
 _UNSEEN = 1e-7
+#: Standard deviations by which what is compared has to change where parameters change by their sizes.
+#: Less leaves them uncertain by a thousand sizes: no robot differs so much from what is described, and
+#: noise alone would say how much. Rounding of equilibria, where nothing else is seen, is some 1e-8 for
+#: positions to a millimetre.
+_SHOWN = 1e-3
 #: Coefficients below this are rounding in directions.
 _NOTHING = 1e-3
 
 
-def unseen_directions(rates: Floats) -> Floats:
+def unseen_directions(rates: Floats, sizes: Floats | float = 1.0) -> Floats:
     """Directions in which nothing that is compared changes, orthonormal rows (K, P).
 
     Args:
-        rates: Derivatives of what is compared by parameters in natural units, (M, P).
+        rates: Derivatives of what is compared, in standard deviations, by parameters in natural units,
+            (M, P).
+        sizes: How far parameters may be from what is described, in natural units, (P,).
     """
-    _, values, rows = scipy.linalg.svd(rates, full_matrices=True)
-    seen = int(np.sum(values > _UNSEEN * max(values.max(initial=0.0), np.finfo(float).tiny)))
-    found: Floats = rows[seen:]
+    _, some, rows = scipy.linalg.svd(rates, full_matrices=True)
+    values = np.zeros(len(rows))
+    values[: len(some)] = some
+    shown = values * np.linalg.norm(rows * sizes, axis=1)
+    seen = (values > _UNSEEN * values.max(initial=0.0)) & (shown > _SHOWN)
+    found: Floats = rows[~seen]
+    return found
+
+
+def parameter_sizes(values: Floats, scales: Floats) -> Floats:
+    """Natural units of parameters, or their values where these are larger, in natural units, (P,)."""
+    found: Floats = np.maximum(1.0, np.abs(values / scales))
     return found
 
 

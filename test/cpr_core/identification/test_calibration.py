@@ -98,6 +98,27 @@ def test_intervals_hold_the_truth_as_often_as_they_say(robot, loaded):
     assert 0.90 <= np.mean(inside) <= 0.99
 
 
+def test_the_answer_does_not_depend_on_where_the_descent_begins():
+    robot = cpr_core.load_robot("three_prs")  # natural units of stiffness are thrice its value
+    paths = ("rod.young_modulus", "legs[0].chain[0].offset", "legs[1].chain[0].offset")
+    truth = robot.with_parameters({paths[0]: 203.7e9, paths[1]: 0.01})
+    bent = robot.default_loads.with_(wrench_world=[0, 0, 0, 0, 0, -0.3])
+    poses = cpr_core.propose_poses(robot, paths, DEVIATIONS, 5, reach=0.2, loads=[bent])
+    rows = measured([cpr_core.continued(pose, truth) for pose in poses.equilibria], seed=1)
+    starts = (robot, truth, robot.with_parameters({paths[0]: 220e9}))
+    first, *others = [calibrate(start, rows, paths, DEVIATIONS) for start in starts]
+    for other in others:
+        apart = np.abs(first.values - other.values) / first.standard_deviations
+        assert apart.max() < 0.01
+        assert other.standard_deviations == pytest.approx(first.standard_deviations, rel=1e-3)
+    rates = np.vstack(
+        [row.rates(at, paths) for row, at in zip(first.rows, first.after, strict=True)]
+    )
+    units = np.linalg.norm(rates, axis=0)
+    covariance = np.linalg.inv((rates / units).T @ (rates / units)) / np.outer(units, units)
+    assert first.covariance == pytest.approx(covariance, rel=1e-6)
+
+
 def test_a_robust_loss_bears_gross_outliers(robot, loaded):
     rows = measured(loaded, seed=7)
     rows[11] = replace(rows[11], position=rows[11].position + [0.1, -0.2, 0.05])
@@ -136,6 +157,40 @@ def test_what_is_not_determined_is_named_and_stays(robot, truth, home):
     assert np.isnan(found.correlations[0]).all() and np.isnan(found.correlations[:, 0]).all()
     assert np.diag(found.correlations)[1:] == pytest.approx(1.0)
     assert np.all(np.abs(found.values - TRUTH)[1:] < 4.0 * found.standard_deviations[1:])
+
+
+@pytest.mark.parametrize("loss", ["linear", "soft_l1", "huber", "cauchy"])
+@pytest.mark.parametrize("bounds", [None, {"platform.mass": (-1.0, 1.0)}])
+def test_where_nothing_is_determined_everything_stays(robot, home, loss, bounds):
+    rows = measured(equilibria(robot, home, count=3), seed=1)  # without gravity
+    paths = ("platform.mass", "rod.density")
+    found = calibrate(robot, rows, paths, DEVIATIONS, loss=loss, bounds=bounds)
+    assert found.undetermined == tuple(f"{path} is not determined" for path in paths)
+    assert np.array_equal(found.values, robot.parameter_values(paths))
+    assert np.all(np.isinf(found.standard_deviations))
+    assert found.doubts == ()
+
+
+@pytest.mark.parametrize("force", [0.0, 1e-6])
+@pytest.mark.parametrize(
+    "paths", [("rod.young_modulus",), ("rod.young_modulus", "rod.section.radius")]
+)
+def test_stiffness_that_only_rounding_shows_stays(robot, home, paths, force):
+    found_at = equilibria(robot, home, count=5, loads=payload(robot, -force))
+    found = calibrate(robot, measured(found_at, seed=1), paths, DEVIATIONS)
+    assert found.undetermined == tuple(f"{path} is not determined" for path in paths)
+    assert np.array_equal(found.values, robot.parameter_values(paths))
+    assert np.all(np.isinf(found.standard_deviations))
+
+
+def test_what_is_weakly_determined_is_found_with_its_deviation(robot, home):
+    truth = robot.with_parameters({"rod.young_modulus": 200e9})
+    rows = measured(equilibria(truth, home, count=5, loads=payload(robot, -1e-3)))
+    with pytest.warns(CalibrationWarning, match="may be too large"):
+        found = calibrate(robot, rows, "rod.young_modulus", DEVIATIONS)
+    assert found.undetermined == ()
+    assert 5e11 < found.standard_deviations[0] < 5e13
+    assert found.values[0] == pytest.approx(200e9, rel=0.01)
 
 
 def test_ratios_are_told_as_ratios(robot):

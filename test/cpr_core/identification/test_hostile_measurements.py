@@ -22,6 +22,8 @@ from cpr_core import (
     calibrate,
 )
 from cpr_core.description.description_file import shipped_robots
+from cpr_core.identification.compared import compared_row
+from cpr_core.identification.doubts import measured_doubts
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 
 
@@ -118,6 +120,27 @@ def test_a_sensor_that_is_stuck(robot, rows, fields, text):
         text in str(warning.message) and "stuck" in str(warning.message) for warning in warned
     )
     assert found.doubts == tuple(str(warning.message) for warning in warned)
+
+
+@pytest.mark.parametrize("gear", [1.0, 140.0, 300.0, 7e4])
+def test_a_sensor_that_is_stuck_is_so_behind_any_gear(robot, rows, gear):
+    """Large efforts had hidden it: rounding of what they differ by."""
+    content = yaml_content(shipped_robots()["six_rfs"].read_text())
+    for leg in content["legs"]:
+        leg["motor"]["ratio"] = gear
+    content["home"]["motors"] = [at / gear for at in content["home"]["motors"]]
+    geared = cpr_core.load_robot(content)
+    found = [cpr_core.solve_forward(geared, row.motors / gear, loads=row.loads) for row in rows]
+    stuck = [
+        Measurement(
+            motors=at.motors, efforts=[0.3513 * gear, *at.efforts[1:]], loads=at.loads, label="line"
+        )
+        for at in found
+    ]
+    exactness = StandardDeviations(efforts=1e-3 * gear)
+    compared = [compared_row(row, at, exactness) for row, at in zip(stuck, found, strict=True)]
+    [doubt] = measured_doubts(compared, found)
+    assert doubt.startswith(f"efforts: motor1 is {0.3513 * gear:g} in all 6 rows, though it should")
 
 
 def test_motors_that_never_move_are_no_doubt(robot, rows):

@@ -47,6 +47,10 @@ def test_what_they_would_not_tell_is_named(robot):
     assert np.isinf(found.standard_deviations[0]) and found.standard_deviations[1] < 0.01
     known = propose_poses(robot, PATHS[:2], replace(DEVIATIONS, efforts=0.01), 3)
     assert known.undetermined == ()
+    for paths in (PATHS[:1], (PATHS[0], "rod.section.radius"), ("platform.mass",)):
+        hidden = propose_poses(robot, paths, DEVIATIONS, 3)
+        assert hidden.undetermined == tuple(f"{path} is not determined" for path in paths)
+        assert np.all(np.isinf(hidden.standard_deviations))
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cpr_core.identification.undetermined import unseen_directions, unseen_in_words
+from cpr_core.identification.undetermined import (
+    parameter_sizes,
+    unseen_directions,
+    unseen_in_words,
+)
 
 NAMES = ("a", "b", "c", "d")
 
@@ -22,6 +26,21 @@ def test_directions_change_nothing_and_all_others_something(seed, hidden):
     assert found.shape == (hidden, 4)
     assert np.abs(rates @ found.T).max(initial=0.0) < 1e-10
     assert found @ found.T == pytest.approx(np.eye(hidden))
+
+
+def test_rounding_alone_shows_nothing():
+    rounding = 4e-9 * np.random.default_rng(0).normal(size=(9, 2))
+    assert unseen_directions(rounding).shape == (2, 2)
+    weak = np.diag([1e3, 0.01])
+    assert unseen_directions(weak).shape == (0, 2)
+
+
+def test_what_shows_only_changes_far_beyond_the_value_is_not_seen():
+    rates = np.diag([5.0, 1e-4])
+    assert np.abs(unseen_directions(rates)) == pytest.approx(np.array([[0.0, 1.0]]))
+    # Uncertain by ten thousand natural units, which are half a percent of such a value.
+    sizes = parameter_sizes(np.array([1.0, -2e6]), np.array([1.0, 1.0]))
+    assert unseen_directions(rates, sizes).shape == (0, 2)
 
 
 @pytest.mark.parametrize(
