@@ -141,6 +141,6 @@ def _side(
     size = float(np.linalg.norm(vector))
     if isinstance(side, str):
         size = max(size, leg.rod.length)
-    if not np.linalg.norm(across) > 1e-6 * size:
+    if np.linalg.norm(across) <= 1e-6 * size:
         raise part.fail(name, f"expected a side across the tangent of {leg.name} at its base")
     return np.asarray(across / np.linalg.norm(across))
