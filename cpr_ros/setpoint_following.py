@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Loads, Robot, solve_home
 from cpr_core.description.loads import compared
+from cpr_core.distinct_numbers import distinct
 from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
 
-from .distinct_numbers import distinct
 from .goals import Goal, MotorGoal, PoseGoal, motor_steps
 from .steps import attempt, change_between, falls
 from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict

@@ -19,9 +19,9 @@ from cpr_core import (
     Robot,
     StrainLimitExceeded,
 )
+from cpr_core.distinct_numbers import distinct
 from cpr_core.model.assessment import Assessment
 
-from .distinct_numbers import distinct
 from .goals import Goal
 from .supervision import Refusal
 

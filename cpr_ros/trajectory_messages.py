@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from cpr_core import InvalidRequest, Robot
+from cpr_core.distinct_numbers import distinct
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 
@@ -151,11 +152,12 @@ def _check_times(times: Floats) -> None:
             f"points[0].time_from_start: expected at least 0, got {times[0]:g} s",
         )
     for number in np.flatnonzero(np.diff(times) <= 0.0) + 1:
+        before, time = distinct(float(times[number - 1]), float(times[number]), fewest=6)
         raise TrajectoryRefused(
             float(times[number]),
             "points",
-            f"points[{number}].time_from_start: expected more than the {times[number - 1]:g} s of the "
-            f"point before, got {times[number]:g} s",
+            f"points[{number}].time_from_start: expected more than the {before} s of the "
+            f"point before, got {time} s",
         )
 
 
@@ -164,11 +166,12 @@ def _check_ranges(robot: Robot, times: Floats, positions: Floats) -> None:
     for number, motor in robot.limited_motors:
         lower, upper = motor.limits.lower, motor.limits.upper
         for row in np.flatnonzero((positions[:, number] < lower) | (positions[:, number] > upper)):
+            told = distinct(float(positions[row, number]), lower, upper, fewest=6)
             raise TrajectoryRefused(
                 float(times[row]),
                 "motor_range",
-                f"points[{row}].positions: expected {motor.name} within [{lower:g}, {upper:g}] "
-                f"{motor.unit}, got {positions[row, number]:g}",
+                f"points[{row}].positions: expected {motor.name} within [{told[1]}, {told[2]}] "
+                f"{motor.unit}, got {told[0]}",
             )
     for row in positions:
         check_rod_lengths(robot, row)

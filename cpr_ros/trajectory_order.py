@@ -12,6 +12,7 @@ from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 
 from cpr_core import Robot
+from cpr_core.distinct_numbers import distinct, rounded_seconds
 
 from .error_codes import RequestError
 from .goals import motor_steps
@@ -91,11 +92,13 @@ def ordered_path(
     join, (motors, velocity, acceleration) = before.end, before.at_end()
     ahead = order.times > join + 1e-9
     if not ahead.any():
+        last = round(order.duration, 9)  # what is due within a nanosecond is due now
+        due, now = distinct(last, max(round(join, 9), last), fewest=6)
         raise TrajectoryRefused(
             order.duration,
             "header.stamp" if order.start_in is not None else "points",
-            f"expected a point still to come, the last one is due at {order.duration:g} s and now it "
-            f"is {join:.3f} s since the start of the trajectory",
+            f"expected a point still to come, the last one is due at {due} s and now it "
+            f"is {now} s since the start of the trajectory",
         )
     limits = motor_steps(robot, max_speed, 1.0)
     _check_beginning(robot, order, join, motors, limits)
@@ -133,12 +136,13 @@ def _check_beginning(
     at = path.at(join)[0]
     allowed = NEAR * robot.motor_units + limits * (join - order.times[0])
     for number in np.flatnonzero(np.abs(at - motors) > allowed):
+        there, command = distinct(float(at[number]), float(motors[number]), fewest=6)
         raise TrajectoryRefused(
             join,
             "points",
-            f"expected a trajectory that begins where the motors are commanded to: at {join:g} s "
-            f"{robot.motor_names[number]} would be at {at[number]:.6g}, its command is "
-            f"{motors[number]:.6g}",
+            "expected a trajectory that begins where the motors are commanded to: at "
+            f"{rounded_seconds(join)} s {robot.motor_names[number]} would be at {there}, its command "
+            f"is {command}",
         )
 
 
@@ -148,10 +152,11 @@ def _check_speeds(robot: Robot, path: MotorPath, limits: Floats) -> None:
     if len(beyond):
         piece, number = beyond[0]
         motor = robot.description.motors[number]
+        limit, speed = distinct(float(limits[number]), float(speeds[piece, number]), fewest=6)
+        begin, end = (rounded_seconds(float(path.breaks[row])) for row in (piece, piece + 1))
         raise TrajectoryRefused(
             float(path.breaks[piece]),
             "speed",
-            f"expected {motor.name} at no more than {limits[number]:g} {motor.unit}/s, between "
-            f"{path.breaks[piece]:g} and {path.breaks[piece + 1]:g} s it would have "
-            f"{speeds[piece, number]:.6g}",
+            f"expected {motor.name} at no more than {limit} {motor.unit}/s, between "
+            f"{begin} and {end} s it would have {speed}",
         )

@@ -199,7 +199,10 @@ def _limit(limits: MotorLimits, ratio: float, endless: bool) -> dict[str, str]:
     """Attributes of a limit: of the motor, or of a joint that goes a multiple of its way."""
     ends = sorted(ratio * end for end in (limits.lower, limits.upper))
     speed, effort = abs(ratio) * limits.speed, limits.effort / abs(ratio)
-    range_ = {} if endless else {"lower": _finite(ends[0]), "upper": _finite(ends[1])}
+    # With one end only: the other is beyond it.
+    beyond = max([_UNLIMITED, *(2.0 * abs(end) for end in ends if math.isfinite(end))])
+    lower, upper = (_finite(end, beyond) for end in ends)
+    range_ = {} if endless else {"lower": lower, "upper": upper}
     return range_ | {"effort": _finite(effort), "velocity": _finite(speed)}
 
 
@@ -209,8 +212,9 @@ def _angles_of(direction: Floats) -> Floats:
     return np.array([0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)])
 
 
-def _finite(value: float) -> str:
-    return _number(max(-_UNLIMITED, min(_UNLIMITED, value)))
+def _finite(value: float, beyond: float = _UNLIMITED) -> str:
+    """A limit as it is, however large, since motors may count in small steps; where none is, one."""
+    return _number(value if math.isfinite(value) else math.copysign(beyond, value))
 
 
 def _number(value: float) -> str:

@@ -209,8 +209,11 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
 def _geared(leg: LegDescription, part: Part) -> LegDescription:
     """The leg, as the chain it is where there is a gear or a screw behind its motor."""
     motor_part = part.part("motor")
-    if "ratio" in motor_part or "lead" in motor_part:
-        gear: dict[str, Any] = {"ratio": described_ratio(motor_part)}
+    # Read where it is not written too: a default counts as a parameter, and may be changed as one.
+    takes_gear = bool(leg.motor.actuated) and not leg.motor.extensible
+    ratio = described_ratio(motor_part) if takes_gear else 1.0
+    if ratio != 1.0 or "lead" in motor_part:
+        gear: dict[str, Any] = {"ratio": ratio}
         if "lead" in motor_part:
             gear["screw"] = True
         elements = tuple(

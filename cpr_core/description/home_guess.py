@@ -137,6 +137,10 @@ def _side(
     else:
         vector = part.in_plane(name, side)
     across = vector - (vector @ tangent) * tangent
-    if np.linalg.norm(across) < 1e-6 * max(1.0, float(np.linalg.norm(vector))):
+    # The length of a vector says nothing; which way from the middle to a base is short, rods say.
+    size = float(np.linalg.norm(vector))
+    if isinstance(side, str):
+        size = max(size, leg.rod.length)
+    if np.linalg.norm(across) <= 1e-6 * size:
         raise part.fail(name, f"expected a side across the tangent of {leg.name} at its base")
     return np.asarray(across / np.linalg.norm(across))

@@ -134,12 +134,17 @@ class LegDescription:
         return replace(self, elements=tuple(part.with_modes(changed) for part in self.elements))
 
     def with_modes_of(self, leg: LegDescription) -> LegDescription:
-        """The same leg with the strain modes of another one that has the same chain."""
-        elements = self.elements and tuple(
+        """The same leg with the strain modes of another one that has the same chain.
+
+        One of the two may be written as a chain, for a gear behind its motor, and the other not.
+        """
+        if self.elements is None:
+            return replace(self, modes=leg.rods[0].modes)
+        elements = tuple(
             replace(element, modes=other.modes)
             if isinstance(element, ChainRod) and isinstance(other, ChainRod)
             else element
-            for element, other in zip(self.elements, leg.elements or (), strict=True)
+            for element, other in zip(self.elements, leg.chain, strict=True)
         )
         return replace(self, modes=leg.modes, elements=elements)
 

@@ -86,11 +86,16 @@ LEAD = {
 }
 
 
+#: Ratios and leads [m] of either sign: their squares, and those of what they are the inverse of, are
+#: numbers still.
+_RATIOS = (1e-30, 1e30)
+
+
 def described_ratio(part: Part) -> float:
     """Way of a joint per way of its motor, of either sign.
 
     Raises:
-        DescriptionError: It is zero, or said twice.
+        DescriptionError: It is zero, too small or too large to compute with, or said twice.
     """
     if "lead" in part and "ratio" in part:
         raise part.fail("lead", "a motor that turns has a lead, one that shifts a ratio")
@@ -98,6 +103,11 @@ def described_ratio(part: Part) -> float:
     way = part.number(name, 1.0)
     if way == 0.0:
         raise part.fail(name, "expected a number other than zero")
+    smallest, largest = _RATIOS
+    if not smallest <= abs(way) <= largest:
+        raise part.fail(
+            name, f"expected a number from {smallest:g} to {largest:g}, or negative, got {way:g}"
+        )
     return way / (2.0 * math.pi) if name == "lead" else way
 
 

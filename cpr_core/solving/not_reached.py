@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from ..distinct_numbers import distinct
 from ..errors import CprError
 from ..model.equilibrium import Equilibrium
 from .events import PathEvent
@@ -96,9 +97,9 @@ class MotorLimitExceeded(NotReached):
     ) -> None:
         """Name the motor, the value and the limits."""
         self.motor, self.quantity, self.value, self.limits = motor, quantity, value, limits
-        lower, upper = limits
+        told, lower, upper = distinct(value, *limits, fewest=6)
         super().__init__(
-            f"{motor}: {quantity} {value:.6g} {unit} is outside its limits [{lower:g}, {upper:g}]"
+            f"{motor}: {quantity} {told} {unit} is outside its limits [{lower}, {upper}]"
             + _place(fraction),
             fraction,
             last,

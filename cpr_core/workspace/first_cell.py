@@ -35,8 +35,10 @@ __all__ = [
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Smallest steps, as fractions of the way between neighbours.
-_SMALLEST_STEP = (1e-6, 1e-2)
+#: Smallest steps, as fractions of the way between neighbours: below, numbers of the way are rounded.
+_SMALLEST_STEP = (1e-12, 1e-2)
+#: Nearer to a fold than 1.5 steps they do not contract; the last that fails is below two smallest ones.
+_STEPS_BEFORE_FOLD = 3.0
 #: Cells per axis that are tried as the first one, beside the nearest.
 _TRIED_ALONG = 5
 
@@ -55,7 +57,8 @@ def step_fractions(robot: Robot, grid: Grid, tolerance: float) -> tuple[Floats, 
     largest = np.array([np.diff(values).max() for values in grid.values])
     moved = np.abs(grid.directions / natural).max(axis=1) * largest
     longest = np.minimum(1.0, LONGEST_STEP / moved)
-    smallest = np.clip((tolerance or 1e-3 * grid.steps) / largest, *_SMALLEST_STEP)
+    step = tolerance / _STEPS_BEFORE_FOLD if tolerance else 1e-3 * grid.steps
+    smallest = np.clip(step / largest, *_SMALLEST_STEP)
     return longest, np.minimum(smallest, 0.25 * longest)
 
 

@@ -47,6 +47,7 @@ from .first_cell import (
 )
 from .grid import Grid
 from .redundant_ways import RedundantWays
+from .refinement import ends_of_branches
 from .way_kernel import ARRIVED, FLIPPED
 from .workspace_map import CellArrays, EdgeState, WorkspaceMap, equilibrium_of
 
@@ -209,6 +210,34 @@ class Flood:
         self.cells.measures[batch] = np.concatenate([part.measures for part in analyses])
         self._arrive(batch[origin], column, target, joined(list(arrivals)))
         self.done += len(batch)
+
+    def follow_again(self, executor: Executor | None, cancelled: Callable[[], bool] | None) -> None:
+        """Follow the branch again to where it ends, in steps as small as the tolerance asks.
+
+        A map from a file may have been explored, as a whole or in part, in steps for a coarser one. What
+        finer steps lead on to is entered, and cells they reach are to be left too.
+        """
+        if self.aim is not None:  # walks end where they end, whatever the tolerance
+            return
+        sources, columns = ends_of_branches(self.grid, self.cells)
+        for first in range(0, len(sources), _BATCH):
+            source, column = sources[first : first + _BATCH], columns[first : first + _BATCH]
+            batch, origin = np.unique(source, return_inverse=True)
+            target = self.grid.neighbours[source, column]
+            ways = Ways(
+                origin=origin,
+                targets=self.grid.kernel_coordinates(self.grid.places(target)),
+                longest=self.longest[column // 2],
+                smallest=self.smallest[column // 2],
+                # Without guesses, which were of no use: with equal steps the ends are the same.
+                guesses=np.full((len(origin), self.cells.state.shape[1] + 12), np.nan),
+            )
+            cells = cells_at(self.grid, self.cells, batch)
+            pieces = in_pieces(executor, self.arrive, self.problem, cells, ways, cancelled)
+            arrivals = joined(list(pieces))
+            known = self.cells.edge_fraction[source, column]
+            farthest = np.maximum(arrivals.fraction, known)
+            self._arrive(source, column, target, arrivals._replace(fraction=farthest))
 
     def _guesses(
         self, batch: Integers, origin: Integers, column: Integers, target: Integers

@@ -113,6 +113,8 @@ def map_workspace(
         try:
             if progress is not None and flood.done < flood.reached:
                 progress(flood.progress)
+            if flood.done and not flood.as_map().refined(tolerance):
+                flood.follow_again(pool, cancelled)
             while flood.done < flood.reached:
                 flood.leave_some(pool, cancelled)
                 if progress is not None:

@@ -16,12 +16,13 @@ from .batch_kernel import Arrivals, Cells, Ways
 from .batches import Task, arrivals_of, cells_at, guesses_of, in_pieces, joined
 from .borders import Border, BorderKind
 from .cell_problem import CellProblem
+from .grid import Grid
 from .map_limits import limit_margins
 from .segments import segments_of
 from .way_kernel import ARRIVED
-from .workspace_map import EdgeState, WorkspaceMap
+from .workspace_map import CellArrays, EdgeState, WorkspaceMap
 
-__all__ = ["refined_borders"]
+__all__ = ["ends_of_branches", "refined_borders"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -176,14 +177,20 @@ def _solved_at(
     return joined(list(in_pieces(executor, arrive, problem, near, ways, cancelled)))
 
 
-def _singular(found: WorkspaceMap) -> Border:
-    """Where the branch ends on the way to a neighbour."""
-    grid, cells = found.grid, found.cells
+def ends_of_branches(grid: Grid, cells: CellArrays) -> tuple[Integers, Integers]:
+    """Cells, and columns of their ways, on which the branch ends and to which no other way leads."""
     stopped = (cells.edges == EdgeState.BLOCKED) | (cells.edges == EdgeState.FLIPPED)
     cell, column = np.nonzero(stopped)
     neighbour = grid.neighbours[cell, column]
     open_ = cells.edges[neighbour, column ^ 1] != EdgeState.PASSED  # no way leads there from behind
-    cell, column, neighbour = cell[open_], column[open_], neighbour[open_]
+    return cell[open_], column[open_]
+
+
+def _singular(found: WorkspaceMap) -> Border:
+    """Where the branch ends on the way to a neighbour."""
+    grid, cells = found.grid, found.cells
+    cell, column = ends_of_branches(grid, cells)
+    neighbour = grid.neighbours[cell, column]
     pairs = np.stack([cell, neighbour], axis=1)
     points = _between(found, cell, neighbour, cells.edge_fraction[cell, column])
     return Border(

@@ -3,11 +3,13 @@
 
 """What motors can do, as descriptions say it: limits that make no sense are refused by name."""
 
+import math
+
 import pytest
 from helpers.yaml_content import yaml_content
 
 from cpr_core import DescriptionError, load_robot
-from cpr_core.description.description_file import shipped_robots
+from cpr_core.description.description_file import read_description, shipped_robots
 
 
 def with_limits(name, limits):
@@ -42,3 +44,36 @@ def test_limits_are_those_of_the_motor_they_are_given_for():
 
 def test_a_lower_limit_below_zero_is_fine_where_it_is_no_length():
     assert with_limits("rfrfr", {"position": [-1.0, 1.0]}).description.legs[1].limits.lower == -1.0
+
+
+def with_gear(kind, gear):
+    """A robot whose first motor is of the short form, or in a chain, with a gear or a screw."""
+    content = yaml_content(shipped_robots()[kind].read_text())
+    leg = content["legs"][0]
+    (leg["chain"][0] if "chain" in leg else leg["motor"]).update(gear)
+    return content
+
+
+@pytest.mark.parametrize("value", [1e308, -1e308, 1e31, 1e-31, -1e-320])
+@pytest.mark.parametrize(
+    ("name", "field", "path"),
+    [
+        ("rfrfr", "ratio", "legs[0].motor.ratio"),
+        ("six_rus", "ratio", "legs[0].chain[0].ratio"),
+        ("three_prs", "lead", "legs[0].chain[0].lead"),
+    ],
+)
+def test_ratios_and_leads_that_nothing_can_be_computed_with_are_refused(name, field, path, value):
+    with pytest.raises(DescriptionError) as caught:
+        read_description(with_gear(name, {field: value}))
+    text = str(caught.value)
+    assert f"{path}: expected a number from 1e-30 to 1e+30" in text
+    assert f"got {value:g}" in text
+
+
+@pytest.mark.parametrize("value", [1e-30, -1e30, 2.0 * math.pi / 2**32])
+def test_ratios_of_any_use_are_not_refused(value):
+    content = with_gear("rfrfr", {"ratio": value})
+    content["home"]["motors"][0] /= value
+    legs = read_description(content).legs
+    assert legs[0].chain[0].ratio == value

@@ -19,7 +19,10 @@ from cpr_core import (
     NonFiniteInput,
     Robot,
     UnknownParameter,
+    continued,
+    derivatives,
     load_robot,
+    solve_home,
 )
 from cpr_core.description.changed_description import between
 from cpr_core.description.description_file import shipped_robots
@@ -84,6 +87,36 @@ def test_defaults_count_as_written():
     changed = robot.with_parameters({"platform.center_of_mass[2]": 0.1, paths[1]: 2.0})
     assert_array_equal(changed.description.center_of_mass, [0.0, 0.0, 0.1])
     assert changed.description.legs[0].chain[0].ratio == 2.0
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "planar_body", "six_rfs"])
+def test_ratios_of_the_short_form_that_are_not_written_are_one(name):
+    """As those of chains; the legs stay what they are, and robots beside them have other ratios."""
+    path = "legs[0].motor.ratio"
+    robot = load_robot(name)
+    assert robot.parameter_values(path) == [1.0]
+    assert robot.description.legs[0].elements is None
+    richer = load_robot(name, modes=7)
+    changed = richer.with_parameters({path: 1.5})
+    assert changed.description.legs[0].chain[0].ratio == 1.5
+    assert changed.description.legs[0].rods[0].modes == richer.description.legs[0].modes
+    same(richer, changed.with_parameters({path: 1.0}))
+
+    home, change = solve_home(robot), 1e-4
+    found = derivatives(home, path, of=("pose", "efforts"))
+    above, below = (
+        continued(home, robot.with_parameters({path: 1.0 + sign * change})) for sign in (1, -1)
+    )
+    position = (above.platform_position - below.platform_position) / (2.0 * change)
+    efforts = (above.efforts - below.efforts) / (2.0 * change)
+    np.testing.assert_allclose(found.position.ravel(), position, atol=1e-6)
+    np.testing.assert_allclose(found.efforts.ravel(), efforts, rtol=1e-5, atol=1e-6)
+
+
+def test_what_has_no_gear_has_no_ratio():
+    """A rod that is fed."""
+    with pytest.raises(UnknownParameter):
+        load_robot("gough_stewart").parameter_values("legs[0].motor.ratio")
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -393,6 +393,38 @@ def test_one_vector_is_the_side_of_all_rods_in_space():
         np.testing.assert_allclose(side, [0, 0, 1], atol=1e-12)
 
 
+@pytest.mark.parametrize("size", [1e-7, 1e-3, 3.0])
+@pytest.mark.parametrize("side", ["outward", "inward", [2e-7, 0.0, 1e-7]])
+def test_sides_of_rods_do_not_depend_on_the_size_of_a_robot(size, side):
+    content = content_of("rfrfr")
+    content["home"]["bow"] = side if isinstance(side, str) else [side[0], side[2], 0.0]
+    same = read_description(content).home.bow
+    content["rod"]["length"] *= size
+    content["rod"]["section"]["radius"] *= size
+    for leg in content["legs"]:
+        leg["base"]["position"] = [size * number for number in leg["base"]["position"]]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DescriptionWarning)  # of micrometres, or kilometres
+        bows = read_description(content).home.bow
+    np.testing.assert_allclose(bows, same, atol=1e-9)
+
+
+@pytest.mark.parametrize("size", [1e-7, 1.0])
+def test_there_is_no_outside_in_the_middle_of_the_bases(size):
+    content = content_of("rfrfr")
+    content["rod"]["length"] *= size
+    content["rod"]["section"]["radius"] *= size
+    for leg, noise in zip(content["legs"], (1e-17, -1e-17), strict=True):
+        leg["base"]["position"] = [size * noise, 0.0, 0.0]
+    content["home"]["bow"] = "outward"
+    with (
+        warnings.catch_warnings(),
+        pytest.raises(DescriptionError, match=r"home\.bow: expected a side across"),
+    ):
+        warnings.simplefilter("ignore", DescriptionWarning)
+        read_description(content)
+
+
 def test_a_rough_pose_far_from_home_is_said():
     content = content_of("rfrfr")
     content["home"]["platform"] = {"position": [0, 1.2, 0]}

@@ -65,3 +65,16 @@ def test_a_limit_may_be_passed_within_a_step_that_changes_its_margin_by_as_much(
     before, after, asked
 ):
     assert grazes(np.array(before), np.array(after)) == asked
+
+
+@pytest.mark.parametrize(
+    ("value", "limits", "words"),
+    [
+        (1.5000001, (-1.5, 1.5), "position 1.5000001 rad is outside its limits [-1.5, 1.5]"),
+        (0.25, (-785.398, -0.0), "position 0.25 rad is outside its limits [-785.398, 0]"),
+    ],
+)
+def test_a_value_beyond_a_limit_is_told_from_it(value, limits, words):
+    """In as many digits as it takes; and zero has no sign."""
+    error = MotorLimitExceeded("motor1", "position", value, limits, "rad")
+    assert f"motor1: {words}" in str(error)

@@ -4,6 +4,7 @@
 """What the borders of a map are refined to: it is complete only then, and they are not lost."""
 
 import numpy as np
+import pytest
 from helpers.workspace_cases import assert_same, rfrfr, small_grid, small_map
 
 from cpr_core.workspace import map_workspace
@@ -81,10 +82,27 @@ def test_borders_are_not_lost(tmp_path):
 
     finer = map_workspace(rfrfr(), small_grid(), workers=0, file=file)
     assert finer.refined_to == read_map(file, rfrfr()).refined_to == 1e-5
-    # Cells are those of the coarse map, whose smallest steps are longer; borders are as exact as others.
     for border, other in zip(finer.borders, small_map().borders, strict=True):
-        if border.kind != "singularity":
-            np.testing.assert_allclose(border.points, other.points, rtol=0.0, atol=1e-5)
+        np.testing.assert_allclose(border.points, other.points, rtol=0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
+def test_ends_of_branches_are_as_exact_as_asked_in_a_map_that_was_explored_coarsely(
+    tmp_path, tolerance
+):
+    """Every rod of the RFRFR robot is a metre long, and straight where its workspace ends."""
+    file = tmp_path / "map.nc"
+    map_workspace(rfrfr(), small_grid(), workers=0, file=file, tolerance=5e-2)
+    found = map_workspace(rfrfr(), small_grid(), workers=0, file=file, tolerance=tolerance)
+    assert found.complete and found.refined(tolerance)
+    border = next(border for border in found.borders if border.kind == "singularity")
+    bases = np.array([leg.base_position[:2] for leg in rfrfr().description.legs])
+    reach = np.linalg.norm(border.points[:, None] - bases, axis=2).max(axis=1)
+    assert len(reach)
+    # Along the axes, to which the border is oblique, points are no nearer to it than across it.
+    np.testing.assert_allclose(reach, rfrfr().description.legs[0].rod.length, atol=tolerance)
+    directly = map_workspace(rfrfr(), small_grid(), workers=0, tolerance=tolerance)
+    assert_same(found, directly)
 
 
 def test_files_that_do_not_say_what_their_borders_were_refined_to_are_read(tmp_path):

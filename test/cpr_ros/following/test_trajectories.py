@@ -3,18 +3,21 @@
 
 """Timed trajectories: solved ahead, followed in time, replaced, refused and halted."""
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Duration, Time
 from cpr_msgs.msg import ErrorCode
 from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, Drive, robot
 from helpers.pendulum import pendulum
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from cpr_core import solve_forward, trace_through
 from cpr_core.model.assessment import MEASURES, Threshold
@@ -24,6 +27,7 @@ from cpr_ros.goals import MotorGoal, motor_steps
 from cpr_ros.motor_path import MotorPath
 from cpr_ros.supervision import State
 from cpr_ros.trajectory_following import Trajectories
+from cpr_ros.trajectory_messages import trajectory_order
 from cpr_ros.trajectory_order import TrajectoryOrder, TrajectoryRefused
 from cpr_ros.trajectory_plan import TrajectoryPlan
 
@@ -262,6 +266,52 @@ def test_what_cannot_be_followed_is_refused_with_the_reason(rfrfr, points, given
         rfrfr.take(*points, **given)
     assert refused.value.measure == measure
     assert rfrfr.follower.goal is None
+
+
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        (
+            ([0.3], [[0.3 * (1.0 + 2e-6), 0.0]]),
+            r"than 1 rad/s, between 0 and 0\.3 s .* 1\.000002\Z",
+        ),
+        (([-6.9e-18, 1.0], [[0.3, 0.0], [0.3, 0.0]]), "at 0 s motor1 would be at"),
+        (([-6.9e-18], [[0.0, 0.0]]), r"due at 0 s and now it is 0 s since"),
+        (([1.0], [[0.2, 0.0]]), r"due at 1 s and now it is 1\.0000001 s since"),
+    ],
+)
+def test_refusals_show_what_is_compared_in_enough_digits(rfrfr, points, words):
+    # Under way for 0.925 s already, and joined 0.075 s later.
+    start_in = -0.9250001 if points[0] == [1.0] else None
+    with pytest.raises(TrajectoryRefused, match=words):
+        rfrfr.take(*points, start_in=start_in)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [(1.5000001, r"1\.5000001"), (math.nextafter(1.5, 2.0), r"1\.5000000000000002")],
+)
+def test_motors_a_little_beyond_their_ranges_are_told_from_them(given, told):
+    made = robot("planar_body")
+    point = JointTrajectoryPoint(positions=[0.5, 0.5, given], time_from_start=Duration(sec=1))
+    message = JointTrajectory(joint_names=list(made.motor_names), points=[point])
+    words = rf"motor3 within \[-1\.5, 1\.5\] rad, got {told}\Z"
+    with pytest.raises(TrajectoryRefused, match=words):
+        trajectory_order(made, message, Time())
+
+
+def test_times_that_do_not_grow_are_told_apart():
+    made = robot("rfrfr")
+    points = [
+        JointTrajectoryPoint(
+            positions=[0.5, 0.5], time_from_start=Duration(sec=1000, nanosec=nanoseconds)
+        )
+        for nanoseconds in (2, 1)
+    ]
+    message = JointTrajectory(joint_names=list(made.motor_names), points=points)
+    words = r"more than the 1000\.000000002 s of the point before, got 1000\.000000001 s"
+    with pytest.raises(TrajectoryRefused, match=words):
+        trajectory_order(made, message, Time())
 
 
 def test_one_into_the_instability_is_refused_before_its_first_step(rfrfr):

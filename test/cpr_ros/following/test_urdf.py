@@ -72,10 +72,34 @@ def test_every_shipped_robot_is_a_tree_with_its_motors(name):
             ("prismatic",) if motor.unit == "m" else ("revolute", "continuous")
         )
         if joint.get("type") != "continuous":
-            assert float(limit.get("lower")) == pytest.approx(max(motor.limits.lower, -1e6))
-            assert float(limit.get("upper")) == pytest.approx(min(motor.limits.upper, 1e6))
-        assert float(limit.get("velocity")) == pytest.approx(min(motor.limits.speed, 1e6))
-        assert float(limit.get("effort")) == pytest.approx(min(motor.limits.effort, 1e6))
+            assert float(limit.get("lower")) == pytest.approx(written(motor.limits.lower))
+            assert float(limit.get("upper")) == pytest.approx(written(motor.limits.upper))
+        assert float(limit.get("velocity")) == pytest.approx(written(motor.limits.speed))
+        assert float(limit.get("effort")) == pytest.approx(written(motor.limits.effort))
+
+
+def written(limit):
+    """A limit as URDF has it, which knows no infinity."""
+    return limit if np.isfinite(limit) else np.copysign(1e6, limit)
+
+
+def test_limits_of_motors_that_count_in_small_steps_are_not_cut():
+    content = yaml_content(shipped_robots()["planar_body"].read_text())
+    counts = 2.0**24 / (2.0 * np.pi)  # per rad
+    for leg in content["legs"]:
+        motor = leg["motor"]
+        motor["ratio"] = 1.0 / counts
+        motor["limits"]["position"] = [counts * end for end in motor["limits"]["position"]]
+        motor["limits"]["speed"] *= counts
+    content["home"]["motors"] = [counts * position for position in content["home"]["motors"]]
+    robot = load_robot(content)
+    tree = Tree(robot_urdf(robot, "base", "platform"))
+    for motor in robot.description.motors:
+        limit = tree.joints[motor.name].find("limit")
+        assert motor.limits.upper > 1e6
+        assert float(limit.get("lower")) == pytest.approx(motor.limits.lower)
+        assert float(limit.get("upper")) == pytest.approx(motor.limits.upper)
+        assert float(limit.get("velocity")) == pytest.approx(motor.limits.speed)
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "delta", "six_rus", "three_prs"])
