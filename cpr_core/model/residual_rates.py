@@ -138,6 +138,9 @@ def _found_plan(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _P
 
     steps = np.array([_STEP * (parameter.size or 1.0) for parameter in parameters])
     steps[[not len(own.places) for own in rates]] = 0.0
+    tried(steps, False, changes)
+    lost = (steps > 0.0) & ~changes.any(axis=1)  # in rounding, as that of a number next to zero
+    steps[lost] = _STEP
     sizes = np.zeros(len(steps))
     for _ in range(2):  # the first guess may be far off where the parameter is next to zero
         tried(steps, False, changes)

@@ -223,8 +223,21 @@ def test_it_does_not_matter_where_was_asked_first(name):
         (scale,) = parameter_scales(away, named_parameters(robot.description, path))
         for name in STATE:
             values = [scale * getattr(found, name)[:, 0] / units[name] for found in (other, mine)]
-            size = max(np.abs(values[1]).max(), 1e-2)
+            size = max(np.abs(values[1]).max(), 1.0)  # as of full solves
             assert_allclose(*values, rtol=0.0, atol=1e-6 * size, err_msg=path)
+
+
+@pytest.mark.parametrize("tiny", [1e-9, 3e-11, 1e-13, -1e-20, 1e-300])
+def test_a_number_next_to_zero_is_varied_as_zero_is(tiny):
+    """Steps that were parts of it were lost beside a motor at 5 rad: it did nothing at all."""
+    path, answers = "legs[3].motor.offset", []
+    for value in (0.0, tiny):
+        robot = load_robot("six_rfs").with_parameters({path: value})
+        answers.append(derivatives(solve_home(robot), path))
+    for name in STATE:
+        both = [getattr(found, name) for found in answers]
+        assert_allclose(*both, rtol=0.0, atol=1e-6 * max(1.0, np.abs(both[0]).max()))
+    assert np.abs(answers[1].position).max() > 0.1
 
 
 def refusal(equilibrium, path):
