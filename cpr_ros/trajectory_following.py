@@ -13,6 +13,7 @@ from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 
 from cpr_core import Robot
+from cpr_core.distinct_numbers import distinct
 from cpr_core.model.assessment import MEASURES, Assessment
 
 from .goals import motor_steps
@@ -129,7 +130,8 @@ class Trajectories:
         """
         left = order.duration + (order.start_in or 0.0)
         if left > LONGEST:
-            text = f"expected an end within {LONGEST:g} s from now, got {left:g} s"
+            longest, asked = distinct(LONGEST, left, fewest=6)
+            text = f"expected an end within {longest} s from now, got {asked} s"
             raise TrajectoryRefused(order.duration, "points", text)
         plan, own_time, join = self._planned(order, current, now, self._tick_work / _SHARE)
         self._notice_newer()
@@ -202,9 +204,10 @@ class Trajectories:
         names, error = self._robot.motor_names, np.abs(goal.path.at(due)[0] - motors)
         if due <= order.duration:
             for number in np.flatnonzero(error > order.path_tolerance):
+                away, allowed = distinct(float(error[number]), float(order.path_tolerance[number]))
                 return "path_tolerance", (
-                    f"at {due:.3f} s {names[number]} is {error[number]:.4g} from where the trajectory "
-                    f"has it, its tolerance is {order.path_tolerance[number]:g}"
+                    f"at {due:.3f} s {names[number]} is {away} from where the trajectory has it, "
+                    f"its tolerance is {allowed}"
                 )
         elif due > order.duration + max(order.goal_time_tolerance, 2.0 * self._period):
             exact = np.where(np.isfinite(order.goal_tolerance), order.goal_tolerance, 0.0)

@@ -300,6 +300,11 @@ def test_motors_a_little_beyond_their_ranges_are_told_from_them(given, told):
         trajectory_order(made, message, Time())
 
 
+def test_an_end_a_little_too_late_is_told_from_the_latest(rfrfr):
+    with pytest.raises(TrajectoryRefused, match=r"within 600 s from now, got 600\.0001 s"):
+        rfrfr.take([600.0001], [[0.1, 0.0]], start_in=0.0)
+
+
 def test_times_that_do_not_grow_are_told_apart():
     made = robot("rfrfr")
     points = [
