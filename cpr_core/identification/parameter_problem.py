@@ -220,7 +220,9 @@ def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: 
             gtol=near,
             max_nfev=TRIED,
         )
-        change = deviation * found.x
+        moved = deviation * found.x - change
+        # Nor is what rounding has made of the rest along them.
+        change = np.clip(change + moved - unseen.T @ (unseen @ moved), *bounds)
         problem.settled = found.status > 0
         same = len(problem.unseen(change)) >= len(unseen)
         fit = float(np.sqrt(2.0 * found.cost / len(found.fun)))

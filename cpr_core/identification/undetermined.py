@@ -22,7 +22,9 @@ _UNSEEN = 1e-7
 #: noise alone would say how much. Rounding of equilibria, where nothing else is seen, is some 1e-8 for
 #: positions to a millimetre.
 _SHOWN = 1e-3
-#: Coefficients below this are rounding in directions.
+#: Coefficients below this are rounding: what is kept would follow the parameters that are found.
+_ROUNDED = 1e-9
+#: Coefficients below this are of no use in words.
 _NOTHING = 1e-3
 
 
@@ -39,7 +41,7 @@ def unseen_directions(rates: Floats, sizes: Floats | float = 1.0) -> Floats:
     values[: len(some)] = some
     shown = values * np.linalg.norm(rows * sizes, axis=1)
     seen = (values > _UNSEEN * values.max(initial=0.0)) & (shown > _SHOWN)
-    found: Floats = rows[~seen]
+    found: Floats = np.where(np.abs(rows[~seen]) < _ROUNDED, 0.0, rows[~seen])
     return found
 
 
