@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Loads, Robot, solve_home
 from cpr_core.description.loads import compared
-from cpr_core.distinct_numbers import distinct
 from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
+from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import Goal, MotorGoal, PoseGoal, motor_steps
 from .steps import attempt, change_between, falls

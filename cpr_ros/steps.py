@@ -19,8 +19,8 @@ from cpr_core import (
     Robot,
     StrainLimitExceeded,
 )
-from cpr_core.distinct_numbers import distinct
 from cpr_core.model.assessment import Assessment
+from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import Goal
 from .supervision import Refusal

@@ -13,8 +13,8 @@ from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 
 from cpr_core import Robot
-from cpr_core.distinct_numbers import distinct
 from cpr_core.model.assessment import MEASURES, Assessment
+from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import motor_steps
 from .motor_path import MotorPath

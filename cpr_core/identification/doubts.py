@@ -247,13 +247,13 @@ def fit_doubts(
         return []
     if freedom < _FREE and scipy.special.gammaincc(0.5 * freedom, 0.5 * freedom * fit**2) > _CHANCE:
         return []
-    sizes = [
-        np.linalg.norm(row.residual(found)) for row, found in zip(rows, described, strict=True)
-    ]
-    worst = int(np.argmax(sizes))
-    robot = described[worst].robot
-    pairs = [(row, unit_doubt(robot, row.measurement)) for row in rows]
-    pairs.append((rows[worst], _other_unit(rows[worst], described[worst])))
+    pairs = [(row, unit_doubt(described[0].robot, row.measurement)) for row in rows]
+    if not any(doubt for _, doubt in pairs):
+        sizes = [
+            np.linalg.norm(row.residual(found)) for row, found in zip(rows, described, strict=True)
+        ]
+        worst = int(np.argmax(sizes))
+        pairs = [(rows[worst], _other_unit(rows[worst], described[worst]))]
     return [
         f"residuals are {fit:.3g} times as large as the standard deviations say: outliers, standard "
         "deviations that are too small, or a robot that differs in more than these parameters",

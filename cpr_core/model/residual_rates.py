@@ -15,7 +15,7 @@ from ..description.inherited_loads import inheritance
 from ..description.parameters import Parameter
 from ..kernels.parameter_kernel import Variations, vary_residual
 from ..kernels.prepared_robot import evaluate_prepared
-from ..kernels.record_layout import POSITION, ROTATION
+from ..kernels.record_layout import ENERGY, POSITION, ROTATION
 from ..lie import rotation_exp
 from .array_rates import ArrayRates, array_rates
 from .equilibrium import Equilibrium
@@ -125,8 +125,8 @@ def _found_plan(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _P
     record = _bent(equilibrium)
     natural, changes = arrays.unit / arrays.energy_unit, np.empty((len(parameters), size))
     bent, other = record[:size].copy(), changes.copy()
-    place = record[size:][ROTATION : ROTATION + 9].reshape(3, 3).copy(), np.empty(3)
-    place[1][:] = record[size:][POSITION : POSITION + 3]
+    pose = record[size:]
+    place = pose[ROTATION:POSITION].reshape(3, 3).copy(), pose[POSITION:ENERGY].copy()
     middle, unused = np.empty(size), np.empty((size, size))
     evaluate_prepared(robot.prepared, equilibrium.load_arrays, bent, *place, middle, unused)
 

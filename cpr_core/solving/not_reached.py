@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-from ..distinct_numbers import distinct
 from ..errors import CprError
 from ..model.equilibrium import Equilibrium
+from .distinct_numbers import distinct
 from .events import PathEvent
 
 __all__ = [

@@ -15,7 +15,6 @@ ROOT = Path(__file__).resolve().parents[2]
 FLOORS = (
     "cpr_core.version",
     "cpr_core.errors",
-    "cpr_core.distinct_numbers",
     "cpr_core.validation",
     "cpr_core.blas_threads",
     "cpr_core.numba_fence",

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from cpr_core.distinct_numbers import distinct, rounded_seconds
+from cpr_core.solving.distinct_numbers import distinct, rounded_seconds
 
 
 @pytest.mark.parametrize(
