@@ -65,11 +65,13 @@ class Frames:
         platform: Frame of the platform.
         rotation_to_base: Rotation from another frame to the base frame, (3, 3), or None if it is not
             known; None where nobody knows other frames.
+        tracker: Frame of the tracker, where the description of the robot has one.
     """
 
     base: str
     platform: str
     rotation_to_base: Callable[[str], Floats | None] | None = None
+    tracker: str = "tracker"
 
 
 def pose_from_message(

@@ -34,7 +34,12 @@ from .conversions import (
 from .dropped_messages import DroppedMessages
 from .goals import MotorGoal, PoseGoal
 from .motor_messages import measured_motors, motor_setpoint
-from .platform_messages import check_frame, measured_pose, measurement_delay, platform_twist
+from .platform_messages import (
+    measured_pose,
+    measurement_delay,
+    platform_in_base,
+    platform_twist,
+)
 from .session import Session
 from .trajectory_following import Ending
 from .trajectory_messages import trajectory_order
@@ -192,8 +197,8 @@ class Inputs:
         session.wrench.take(with_wrench(loads, message, self._frames), now)
 
     def _measured(self, session: Session, message: JointState, now: float) -> None:
-        if session.tracker is not None:
-            session.tracker.take(measured_motors(session.robot, message), now)
+        if session.tracking is not None:
+            session.tracking.take(measured_motors(session.robot, message), now)
         elif session.unplaced:
             self._place(measured_motors(session.robot, message))
         # Grippers and others may say on the same topic where they are.
@@ -202,16 +207,18 @@ class Inputs:
 
     def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
         delay = measurement_delay(message.header, self._node.get_clock().now())
-        if not session.robot.description.controlled:  # there is nothing to correct
-            check_frame(message, self._frames)
+        corrected = bool(session.robot.description.controlled)
+        try:
+            message = platform_in_base(session.robot, message, self._frames)
+            if corrected:
+                session.loop.take(measured_pose(session.robot, message), now, delay)
+        except CprError as error:
+            if corrected:
+                session.loop.refuse(str(error))
+            raise
+        if not corrected:
             session.felt.take_pose(whole_pose(message), now - delay)
             return
-        try:
-            pose = measured_pose(session.robot, message, self._frames)
-        except CprError as error:
-            session.loop.refuse(str(error))
-            raise
-        session.loop.take(pose, now, delay)
         with contextlib.suppress(CprError):  # it takes what is not controlled, too
             session.felt.take_pose(whole_pose(message), now - delay)
 

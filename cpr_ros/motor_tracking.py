@@ -16,13 +16,13 @@ from .steps import attempt, change_between
 from .supervision import Refusal, State
 from .watchdog import Watchdog
 
-__all__ = ["MotorTracker"]
+__all__ = ["MotorTracking"]
 
 #: Longest way in one tick [rad, rod lengths]: stability is looked at in between.
 LONGEST_STEP = 0.1
 
 
-class MotorTracker:
+class MotorTracking:
     """Keeps the equilibrium at the measured motors.
 
     Nothing is refused for its margin: the motors are where they are. What the branch of the last

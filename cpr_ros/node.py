@@ -72,11 +72,8 @@ class CprNode(LifecycleNode):
             self._tick,
             lambda: self._required_session().at_rest,
         )
-        self.transforms = Transforms(
-            self,
-            self.parameters.frame_prefix + self.parameters.base_frame,
-            self.parameters.frame_prefix + self.parameters.platform_frame,
-        )
+        prefix, names = self.parameters.frame_prefix, self.parameters.frames
+        self.transforms = Transforms(self, *(prefix + name for name in names))
         self.outputs = Outputs(self, self.transforms, self.parameters)
         self.interfaces: Interfaces | None = None
         self._announcements = Announcements()
@@ -209,7 +206,7 @@ class CprNode(LifecycleNode):
         logger.info(f"at home after {time.monotonic() - begin:.1f} s, index {index}")
         if index > 0:
             logger.warning("home is unstable: does every leg bow to the side it should?")
-        if session.tracker is None:
+        if session.tracking is None:
             self._whereabouts = Whereabouts(
                 self, self.parameters, session, self._stop, self._started
             )
@@ -321,7 +318,7 @@ class CprNode(LifecycleNode):
     def _repeat_commands(self) -> None:
         """For a controller that came later."""
         session = self._required_session()
-        if session.tracker is None and session.commands.newest is not None:
+        if session.tracking is None and session.commands.newest is not None:
             self.outputs.motor_commands(session.commands.newest)
 
     def _publish_state(self) -> None:

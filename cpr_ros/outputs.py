@@ -109,8 +109,7 @@ class Outputs:
         robot, frames, stamp = session.robot, self._transforms.frames, self._stamp()
         self._description.publish(String(data=robot.description.text))
         # Without `frame_prefix`: who reads URDF has a prefix of its own.
-        names = self._parameters.base_frame, self._parameters.platform_frame
-        self._urdf.publish(String(data=robot_urdf(robot, *names)))
+        self._urdf.publish(String(data=robot_urdf(robot, *self._parameters.frames)))
         home = solve_home(robot)
         self._command = CommandMessage(robot.motor_count)
         self._home.publish(joint_state(home, frames, stamp))

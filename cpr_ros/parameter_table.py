@@ -70,6 +70,12 @@ _FIXED = (
     DeclaredParameter("base_frame", "base", "", "frame fixed in space"),
     DeclaredParameter("platform_frame", "platform", "", "frame of the platform"),
     DeclaredParameter(
+        "tracker_frame",
+        "tracker",
+        "",
+        "frame of measured poses that are those of the marker, as the tracker of the description tells",
+    ),
+    DeclaredParameter(
         "frame_prefix",
         "",
         "",

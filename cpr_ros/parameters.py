@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
+from itertools import combinations
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -41,7 +42,8 @@ class Parameters:
         modes: Strain modes per direction; 0 for the description's.
         base_frame: Frame fixed in space.
         platform_frame: Frame of the platform.
-        frame_prefix: Stands before the names of both.
+        tracker_frame: Frame of the tracker of the description.
+        frame_prefix: Stands before the names of all of them.
         autostart: Whether the node configures and activates itself.
         motor_source: ``setpoint`` (the node moves the motors) or ``measured`` (it tracks them).
         start_from: Where the robot is when the node becomes active: ``auto``, ``home``, ``measured``,
@@ -62,6 +64,7 @@ class Parameters:
     modes: int
     base_frame: str
     platform_frame: str
+    tracker_frame: str
     frame_prefix: str
     autostart: bool
     motor_source: str
@@ -76,6 +79,11 @@ class Parameters:
     marker_rate: float
     marker_color: str
     characteristic_length: float | None
+
+    @property
+    def frames(self) -> tuple[str, str, str]:
+        """Names of the frames of base, platform and tracker, without the prefix."""
+        return self.base_frame, self.platform_frame, self.tracker_frame
 
 
 @dataclass(frozen=True)
@@ -122,10 +130,12 @@ def declare(node: Node) -> Parameters:
             values[parameter.name] = value
     values["characteristic_length"] = values["characteristic_length"] or None
     parameters = Parameters(**values)
-    if parameters.base_frame == parameters.platform_frame:
-        raise CprError(
-            f"expected two frames, base_frame and platform_frame are {parameters.base_frame}"
-        )
+    names = ("base_frame", "platform_frame", "tracker_frame")
+    for (first, one), (second, other) in combinations(
+        zip(names, parameters.frames, strict=True), 2
+    ):
+        if one == other:
+            raise CprError(f"expected two frames, {first} and {second} are {one}")
     return parameters
 
 

@@ -13,6 +13,7 @@ from rclpy.time import Time
 from std_msgs.msg import Header
 
 from cpr_core import InvalidRequest, Robot
+from cpr_core.lie import quaternion_from_rotation, rotation_from_quaternion
 from cpr_core.solving.requests import pose_meaning
 from cpr_core.validation import checked_vector
 
@@ -20,7 +21,7 @@ from .conversions import Frames, controlled_pose, twist_vector
 from .error_codes import RequestError
 from .jogging import PlatformTwist
 
-__all__ = ["check_frame", "measured_pose", "measurement_delay", "platform_twist"]
+__all__ = ["measured_pose", "measurement_delay", "platform_in_base", "platform_twist"]
 
 #: Tilt out of the plane, 1 - cos(angle), that a measured pose may have: 0.2 rad.
 _TILT = 0.02
@@ -39,33 +40,52 @@ _MOVED_BY = {
 }
 
 
-def measured_pose(robot: Robot, message: PoseStamped, frames: Frames) -> NDArray[np.float64]:
-    """Controlled coordinates of a measured pose; of a planar robot a small tilt is left out.
+def measured_pose(robot: Robot, message: PoseStamped) -> NDArray[np.float64]:
+    """Controlled coordinates of a pose measured in the base frame; in the plane without a small tilt.
 
     Raises:
-        RequestError: The frame is not the base frame.
         InvalidRequest: The robot controls no coordinates.
         InvalidQuaternion: No rotation.
         NonFiniteInput: A NaN or an infinity in a controlled coordinate.
     """
-    check_frame(message, frames)
     _check_controlled(robot)
     pose = controlled_pose(robot, message.pose, tilt=_TILT)
     return checked_vector("pose", pose, len(pose), " ".join(pose_meaning(robot)))
 
 
-def check_frame(message: PoseStamped, frames: Frames) -> None:
-    """Whether a measured pose is in the base frame.
+def platform_in_base(robot: Robot, message: PoseStamped, frames: Frames) -> PoseStamped:
+    """A measured pose as that of the platform in the base frame, of one in the tracker's frame too.
+
+    Where the orientation was not measured (all zeros) it stays so, and the marker has to be at the
+    platform origin.
 
     Raises:
-        RequestError: It is not.
+        RequestError: Another frame, or a robot whose description has no tracker.
+        InvalidQuaternion: No rotation, in the tracker's frame.
+        NonFiniteInput: A NaN or an infinity, in the tracker's frame.
     """
-    frame = message.header.frame_id or frames.base
-    if frame != frames.base:
+    frame, tracker = message.header.frame_id or frames.base, robot.description.tracker
+    if frame == frames.base:
+        return message
+    if frame != frames.tracker or tracker is None:
+        known = repr(frames.base) + ("" if tracker is None else f" or {frames.tracker!r}")
         raise RequestError(
             ErrorCode.FRAME_TRANSFORM_FAILURE,
-            f"header.frame_id: expected {frames.base!r}, got {frame!r}",
+            f"header.frame_id: expected {known}, got {frame!r}",
         )
+    point, turn = message.pose.position, message.pose.orientation
+    told = checked_vector("pose.position", [point.x, point.y, point.z], 3, "x y z")
+    orientation = [turn.w, turn.x, turn.y, turn.z]
+    turned = any(orientation) or tracker.marker_position.any()
+    rotation = rotation_from_quaternion(orientation) if turned else np.eye(3)
+    position, rotation = tracker.platform_in_world(told, rotation)
+    if turned:
+        orientation = quaternion_from_rotation(rotation).tolist()
+    found = PoseStamped(header=Header(stamp=message.header.stamp, frame_id=frames.base))
+    point, turn = found.pose.position, found.pose.orientation
+    point.x, point.y, point.z = position.tolist()
+    turn.w, turn.x, turn.y, turn.z = orientation
+    return found
 
 
 def measurement_delay(header: Header, now: Time) -> float:

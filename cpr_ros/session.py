@@ -22,7 +22,7 @@ from .felt_wrench import FeltWrench
 from .goals import Goal
 from .jogging import Jogger, PlatformTwist
 from .motor_commands import MotorCommands
-from .motor_tracking import MotorTracker
+from .motor_tracking import MotorTracking
 from .parameters import LiveParameters, Parameters
 from .pose_loop import Loop, LoopStatus, PoseLoop
 from .setpoint_following import Outcome, SetpointFollower
@@ -43,7 +43,7 @@ class Session:
         solver: Its current equilibrium and answers about it.
         follower: Setpoint following.
         trajectories: Timed trajectories, which it follows too.
-        tracker: Tracking of measured motors; None if the node moves the motors itself.
+        tracking: Tracking of measured motors; None if the node moves the motors itself.
         wrench: External wrench.
         felt: The wrench that measured motors tell of; it moves nothing.
         loop: Correction of platform setpoints by measured poses.
@@ -69,8 +69,8 @@ class Session:
         self.solver = Solver(
             robot, frames, self.follower, live.time_limit, parameters.characteristic_length
         )
-        self.tracker = (
-            MotorTracker(robot, live.measured_timeout, self.follower)
+        self.tracking = (
+            MotorTracking(robot, live.measured_timeout, self.follower)
             if parameters.motor_source == "measured"
             else None
         )
@@ -123,15 +123,15 @@ class Session:
         self.loop.settings = live.loop
         self.jogger.watchdog.timeout = live.twist_timeout
         self.felt.settings = live.felt_wrench
-        if self.tracker is not None:
-            self.tracker.watchdog.timeout = live.measured_timeout
-            self.tracker.at_rest = False
+        if self.tracking is not None:
+            self.tracking.watchdog.timeout = live.measured_timeout
+            self.tracking.at_rest = False
         return forgotten
 
     @property
     def input_watchdog(self) -> Watchdog:
         """Age of the newest setpoint, or of the measured motors."""
-        return self.follower.watchdog if self.tracker is None else self.tracker.watchdog
+        return self.follower.watchdog if self.tracking is None else self.tracking.watchdog
 
     @property
     def at_rest(self) -> bool:
@@ -147,8 +147,8 @@ class Session:
             self.trajectories.at_rest and self.loop.at_rest(goal) and self.jogger.at_rest(goal)
         ):
             return False
-        if self.tracker is not None:
-            return self.tracker.at_rest and not self.wrench.watchdog.expires
+        if self.tracking is not None:
+            return self.tracking.at_rest and not self.wrench.watchdog.expires
         return (
             self.follower.at_rest
             and self.wrench.at_rest(current.equilibrium.loads)
@@ -171,13 +171,13 @@ class Session:
         self.loop.advance(now)
         loads = self.wrench.loads(before.equilibrium.loads, now)
         aligned = self.commands.aligned_with(before.equilibrium.motors)
-        if self.tracker is None and not aligned and not self.follower.paused:
+        if self.tracking is None and not aligned and not self.follower.paused:
             borne, burden = self.follower.bear(before, loads)
             told = self.follower.judge(borne, burden)
             moved = borne is not before
             self.outcome = Outcome(borne, moved, State.ALIGNING, told, refusal=burden)
         else:
-            mover = self.follower if self.tracker is None else self.tracker
+            mover = self.follower if self.tracking is None else self.tracking
             self.outcome = mover.tick(before, loads, now)
         self.solver.current = self.outcome.assessment
         return self.outcome
@@ -201,7 +201,7 @@ class Session:
         known = self.commands.newest is not None
         nothing_new = self.commands.aligned_with(motors) if known else not self.outcome.obeyed
         held = self.follower.paused or self.outcome.refusal is not None
-        if self.tracker is not None or held or nothing_new:
+        if self.tracking is not None or held or nothing_new:
             return None
         self.unplaced = False
         return self.commands.step_to(motors, self.follower.settings.max_speed)
@@ -230,8 +230,8 @@ class Session:
         """Be at rest as the node becomes active: setpoint and what was measured are forgotten."""
         self.follower.drop()
         self.loop.forget()
-        if self.tracker is not None:
-            self.tracker.forget()
+        if self.tracking is not None:
+            self.tracking.forget()
         self._be(self._state_at_rest)
 
     def follow(self, goal: Goal, now: float, *, ages: bool = True) -> None:
@@ -318,7 +318,7 @@ class Session:
         Raises:
             RequestError: It is not.
         """
-        if self.tracker is not None:
+        if self.tracking is not None:
             raise RequestError(
                 ErrorCode.NOT_READY, "the node tracks measured motors and takes no setpoints"
             )
@@ -360,7 +360,7 @@ class Session:
         Raises:
             RequestError: There is nothing to pause.
         """
-        if self.tracker is not None:
+        if self.tracking is not None:
             raise RequestError(
                 ErrorCode.NOT_READY, "the node tracks measured motors, it moves none"
             )
@@ -377,7 +377,7 @@ class Session:
         Raises:
             RequestError: The node is paused.
         """
-        if self.tracker is not None:
+        if self.tracking is not None:
             length = self.solver.current.characteristic_length
             self.solver.current = Assessment(solve_home(self.robot), length)
             return "tracking from home again"

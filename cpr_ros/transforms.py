@@ -43,10 +43,10 @@ class Transforms:
         available: Whether tf2_ros is installed.
     """
 
-    def __init__(self, node: Node, base: str, platform: str) -> None:
+    def __init__(self, node: Node, base: str, platform: str, tracker: str) -> None:
         """Listen and broadcast as the node, if that can be done."""
         self.available = tf2_ros is not None
-        self.frames = Frames(base, platform, self.rotation_to_base)
+        self.frames = Frames(base, platform, self.rotation_to_base, tracker)
         if tf2_ros is not None:
             self._buffer = tf2_ros.Buffer()
             self._listener = tf2_ros.TransformListener(self._buffer, node)

@@ -6,6 +6,7 @@
 URDF knows trees of rigid links only. What motors move from the base on is one: motors, cranks and
 carriages, up to the first passive joint or rod of a leg. The platform hangs on no such tree: it is a
 child of the base by a floating joint, whose transform the node sends. Rods are shown by markers.
+A tracker stands on the base, its marker on the platform.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ _UNLIMITED = 1e6
 _THICKNESS = 0.01
 
 
-def robot_urdf(robot: Robot, base: str, platform: str) -> str:
+def robot_urdf(robot: Robot, base: str, platform: str, tracker: str = "tracker") -> str:
     """The description of a robot as URDF.
 
     The position of a joint with the name of a motor is that of the motor in ``joint_states``. Further
@@ -46,8 +47,9 @@ def robot_urdf(robot: Robot, base: str, platform: str) -> str:
         robot: The robot.
         base: Name of the frame fixed in space.
         platform: Name of the frame of the platform.
+        tracker: Name of the frame of the tracker, if there is one; its marker is called after it.
     """
-    return _Writer(robot, base, platform).text()
+    return _Writer(robot, base, platform, tracker).text()
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +75,7 @@ class _Place:
 class _Writer:
     """Writes one robot."""
 
-    def __init__(self, robot: Robot, base: str, platform: str) -> None:
+    def __init__(self, robot: Robot, base: str, platform: str, tracker: str) -> None:
         self._robot, self._base = robot, base
         self._radius = _THICKNESS * robot.mean_length
         self._limits = {motor.name: motor.limits for motor in robot.description.motors}
@@ -81,6 +83,11 @@ class _Writer:
         self._root = Element("robot", name=robot.description.name)
         SubElement(self._root, "link", name=base)
         self._add_platform(platform)
+        if (seen := robot.description.tracker) is not None:
+            self._add_fixed(base, tracker, seen.position, seen.rotation)
+            self._add_fixed(
+                platform, f"{tracker}_marker", seen.marker_position, seen.marker_rotation
+            )
         for leg in robot.description.legs:
             self._add_leg(leg)
 
@@ -95,6 +102,13 @@ class _Writer:
             self._draw_bar(link, np.array(leg.joint.position))
         joint = self._joint(f"{self._base}_to_{name}", "floating", self._base, name)
         SubElement(joint, "origin", xyz="0 0 0", rpy="0 0 0")
+
+    def _add_fixed(self, parent: str, child: str, position: Floats, rotation: Floats) -> None:
+        """A frame that stands on a link."""
+        SubElement(self._root, "link", name=child)
+        joint = self._joint(f"{parent}_to_{child}", "fixed", parent, child)
+        angles = roll_pitch_yaw(rotation)
+        SubElement(joint, "origin", xyz=_numbers(position), rpy=_numbers(angles))
 
     def _add_leg(self, leg: LegDescription) -> None:
         """What of a leg the motors alone move."""

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description_part import Part
 from ..errors import DescriptionWarning, InvalidRequest
 from .description_builder import described_robot
 from .description_file import check_numbers
@@ -27,6 +28,7 @@ from .parameters import (
     parameter_changes,
 )
 from .robot_description import RobotDescription
+from .tracker import Tracker
 from .written_fields import WrittenFields
 
 __all__ = [
@@ -36,6 +38,7 @@ __all__ = [
     "parameter_values",
     "shifted",
     "shifted_together",
+    "shifted_tracker",
     "with_parameters",
 ]
 
@@ -115,6 +118,14 @@ def shifted_together(
         for place, value in zip(parameter.places, parameter.values, strict=True):
             values[place] = values.get(place, value) + change
     return _quietly(description, _content(description, values))
+
+
+def shifted_tracker(description: RobotDescription, parameter: Parameter, change: float) -> Tracker:
+    """The tracker with one of its numbers changed a little; only for differences."""
+    values = zip(parameter.places, parameter.values, strict=True)
+    content = _content(description, {place: value + change for place, value in values})
+    part = Part(description.source, "tracker", content["tracker"], description.planar)
+    return Tracker.from_description(part)
 
 
 def between(first: RobotDescription, last: RobotDescription, fraction: float) -> RobotDescription:

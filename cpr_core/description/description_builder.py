@@ -27,6 +27,7 @@ from .loads import DistributedForce, Loads, PointForce
 from .motors import MOTORS, NO_LIMITS, Motor, MotorLimits, Welded, described_ratio
 from .plausibility import check_inertia, check_moved, check_positions
 from .robot_description import CONTROLLED_COORDINATES, RobotDescription
+from .tracker import Tracker
 from .written_fields import WrittenFields
 
 __all__ = ["described_robot"]
@@ -75,6 +76,7 @@ def described_robot(
         stations=tuple(content.get("stations", ())),
         platform_inertia=_inertia(platform, point),
         tolerance=tolerance,
+        tracker=Tracker.from_description(part.part("tracker")) if "tracker" in part else None,
         written=WrittenFields(content, part.read, text),
     )
     _check_controlled(part, description)

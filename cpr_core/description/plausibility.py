@@ -222,6 +222,9 @@ def check_positions(part: Part, description: RobotDescription) -> None:
     if found:
         more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
         _warn(part, found[0] + more, f"more than {_FAR:g} rod lengths away: {_MILLIMETRES}")
+    tracker = description.tracker
+    if tracker is not None and math.hypot(*tracker.position) > _LONGEST:
+        _warn(part, "tracker.position", f"more than {_LONGEST:g} m away: {_MILLIMETRES}")
 
 
 def _distances(description: RobotDescription) -> Iterator[tuple[str, float]]:
@@ -231,6 +234,9 @@ def _distances(description: RobotDescription) -> Iterator[tuple[str, float]]:
         yield f"legs[{index}].base.position", math.dist(leg.base_position, middle) / longest
         yield f"legs[{index}].tip.position", math.hypot(*leg.joint.position) / longest
     yield "platform.center_of_mass", math.hypot(*description.center_of_mass) / longest
+    if description.tracker is not None:
+        marker = description.tracker.marker_position
+        yield "tracker.marker.position", math.hypot(*marker) / longest
     if description.home.platform_position is not None:
         position = description.home.platform_position
         yield "home.platform.position", math.dist(position, middle) / longest

@@ -19,6 +19,7 @@ from ..validation import checked_count
 from .chain import ChainRod
 from .leg_description import DescribedMotor, LegDescription, described_motors
 from .loads import Loads
+from .tracker import Tracker
 from .written_fields import WrittenFields
 
 __all__ = ["CONTROLLED_COORDINATES", "HomeGuess", "ModeCounts", "RobotDescription"]
@@ -84,6 +85,7 @@ class RobotDescription:
             not ask for it.
         tolerance: Largest error of the platform position that is allowed [m], for which `load_robot`
             chooses the modes; infinite where the description has numbers of modes instead.
+        tracker: Who measures the platform, where and by what marker; None where nothing is said of it.
         written: The fields it was made of; None where it was not made of any.
     """
 
@@ -100,6 +102,7 @@ class RobotDescription:
     stations: tuple[float, ...] = ()
     platform_inertia: Floats = field(default_factory=lambda: np.zeros((3, 3)))
     tolerance: float = math.inf
+    tracker: Tracker | None = None
     written: WrittenFields | None = None
 
     def __repr__(self) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -24,10 +25,11 @@ from ..validation import checked_vector
 from .calibration_result import CalibrationResult, CalibrationWarning
 from .compared import compared_row
 from .doubts import bound_doubts, check_measured, fit_doubts, measured_doubts
-from .measured_equilibria import first_equilibria
-from .measurements import Measurement, StandardDeviations, checked_measurements
+from .measured_equilibria import first_equilibria, followed
+from .measurements import Measurement, StandardDeviations, checked_measurements, driven_by
 from .parameter_problem import TRIED, ParameterProblem, natural_changes, solution
 from .robust_loss import Loss, checked_loss, variance_factor
+from .tracker_alignment import aligned_tracker
 from .undetermined import unseen_in_words
 
 __all__ = ["calibrate"]
@@ -53,7 +55,8 @@ def calibrate(
     """Parameters with which a robot does what was measured.
 
     The weighted sum of squares of all that was measured is made least, from the values of the
-    description on. What the measurements do not tell stays as it is.
+    description on. What the measurements do not tell stays as it is. Where the whole place of the
+    tracker is to be found, its numbers begin where they fit the robot as it is described.
 
     Args:
         robot: The robot as it is described.
@@ -85,6 +88,10 @@ def calibrate(
     limits = _checked_bounds(bounds, paths, values)
     tell = progress if progress is not None else _silent
     before = first_equilibria(robot, rows, start, lambda done: tell(0.5 * done))
+    aligned = aligned_tracker(rows, before, paths)
+    if aligned:
+        robot = robot.with_parameters(aligned)
+        before = followed(before, robot, [driven_by(robot, row).problem for row in rows])
     check_measured(rows, before, deviations)
     compared = tuple(
         compared_row(row, equilibrium, deviations)
@@ -95,9 +102,11 @@ def calibrate(
         expected = f"expected at least as many measured numbers as parameters, {len(paths)}"
         raise InvalidRequest("measurements", f"{expected}, got {numbers}")
     scales = natural_changes(before[0], paths)
-    problem = ParameterProblem(robot, paths, values, scales, compared, before, tell)
+    begin = robot.parameter_values(paths)
+    problem = ParameterProblem(robot, paths, begin, scales, compared, before, tell)
     answer = solution(problem, limits, loss)
-    found = _result(problem, answer, limits, loss, measured_doubts(compared, before))
+    doubts = measured_doubts(compared, before)
+    found = replace(_result(problem, answer, limits, loss, doubts), start=values)
     tell(1.0)
     for doubt in found.doubts:
         warnings.warn(doubt, CalibrationWarning, stacklevel=3)

@@ -4,7 +4,7 @@
 """Measurements beside predictions: what differs, in standard deviations, and how that changes.
 
 A row compares position, rotation, motors and efforts, in this order, as far as they were measured and
-do not drive it: 6 + 2 n numbers at most.
+do not drive it: 6 + 2 n numbers at most. A pose is compared in the frame it was measured in.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from ..model.kinemato_statics import kinemato_statics
 from ..solving.parameter_derivatives import derivatives
 from ..solving.targets import ProblemName
 from .measurements import Measurement, StandardDeviations, driven_by
+from .tracker_rates import of_tracker, tracker_rates
 
 __all__ = ["ComparedRow", "compared_row"]
 
@@ -48,13 +49,14 @@ class ComparedRow:
     weights: Floats
 
     def differences(self, equilibrium: Equilibrium) -> Floats:
-        """Predicted minus measured, (K,) [m, rad in the world, motors, efforts]."""
+        """Predicted minus measured, (K,) [m, rad in the frame of the pose, motors, efforts]."""
         measured, robot = self.measurement, equilibrium.robot
+        position, rotation = measured.predicted_pose(equilibrium)
         whole = np.full(6 + 2 * robot.motor_count, np.nan)
         if measured.position is not None:
-            whole[:3] = equilibrium.platform_position - measured.position
+            whole[:3] = position - measured.position
         if measured.rotation is not None:
-            whole[3:6] = -rotation_log(measured.rotation @ equilibrium.platform_rotation.T)
+            whole[3:6] = -rotation_log(measured.rotation @ rotation.T)
         if measured.motors is not None:
             whole[6 : 6 + robot.motor_count] = equilibrium.motors - measured.motors
         if measured.efforts is not None:
@@ -68,12 +70,18 @@ class ComparedRow:
 
     def rates(self, equilibrium: Equilibrium, paths: Sequence[str]) -> Floats:
         """Derivatives of the residual by parameters, (K, P)."""
-        by = derivatives(equilibrium, paths, problem=self.problem)
-        turned = by.rotation
+        of_robot = [path for path in paths if not of_tracker(path)]
+        own = np.isin(paths, of_robot)
+        whole = np.zeros((6 + 2 * equilibrium.robot.motor_count, len(paths)))
+        if of_robot:
+            by = derivatives(equilibrium, of_robot, problem=self.problem)
+            whole[:, own] = np.vstack([by.position, by.rotation, by.motors, by.efforts])
+        if self.measurement.frame == "tracker":
+            whole[:6] = tracker_rates(equilibrium, paths, whole[:6])
         if self.measurement.rotation is not None:
-            apart = rotation_log(self.measurement.rotation @ equilibrium.platform_rotation.T)
-            turned = _log_rate(apart) @ turned
-        whole = np.vstack([by.position, turned, by.motors, by.efforts])
+            _, rotation = self.measurement.predicted_pose(equilibrium)
+            apart = rotation_log(self.measurement.rotation @ rotation.T)
+            whole[3:6] = _log_rate(apart) @ whole[3:6]
         found: Floats = self.weights @ whole[self.places]
         return found
 
@@ -110,8 +118,11 @@ def compared_row(
     for first, values in ((6, measurement.motors), (6 + count, measurement.efforts)):
         if values is not None:
             measured[first : first + count] = np.isfinite(values)
-    moving = (robot.platform_axes + 3) % 6  # twists have rotations first
-    measured[:6] &= np.isin(np.arange(6), moving)
+    if measurement.frame == "world":  # in the tracker's frame all of it may move
+        moving = (robot.platform_axes + 3) % 6  # twists have rotations first
+        measured[:6] &= np.isin(np.arange(6), moving)
+    elif robot.description.point_platform:
+        measured[3:6] = False
     driving = _driving(equilibrium, problem)
     places = np.flatnonzero(measured & ~driving)
     kinds = ["position"] * 3 + ["rotation"] * 3 + ["motors"] * count + ["efforts"] * count
@@ -119,7 +130,10 @@ def compared_row(
     own = [getattr(deviations, kinds[place]) or 0.0 for place in np.flatnonzero(driving)]
     if not any(own):
         return ComparedRow(measurement, problem, places, each, np.diag(1.0 / each))
-    moved = _moved_by_drive(equilibrium, driving)[places] * own
+    moved = _moved_by_drive(equilibrium, driving)
+    if measurement.frame == "tracker":
+        moved[:6] = tracker_rates(equilibrium, (), moved[:6])
+    moved = moved[places] * own
     lower = scipy.linalg.cholesky(np.diag(each**2) + moved @ moved.T, lower=True)
     weights = scipy.linalg.solve_triangular(lower, np.eye(len(places)), lower=True)
     return ComparedRow(measurement, problem, places, each, weights)

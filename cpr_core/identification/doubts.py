@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..description.plausibility import in_other_units, quaternion_order_doubt, request_doubt
 from ..errors import CprError, InvalidRequest
+from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.geometrico_statics import solve_forward
@@ -51,9 +52,10 @@ _AT_BOUND = 1e-2
 
 def unit_doubt(robot: Robot, row: Measurement) -> str:
     """What looks wrong with the units of a row; empty: nothing."""
+    position = row.position if row.frame == "world" else None  # trackers may be anywhere
     given = [
         values if values is not None and np.isfinite(values).all() else None
-        for values in (row.motors, row.position)
+        for values in (row.motors, position)
     ]
     return request_doubt(robot.description, *given)
 
@@ -113,14 +115,17 @@ def check_measured(
     exactness = deviations.position or 0.0, deviations.rotation or 0.0
     for row, equilibrium in zip(rows, predicted, strict=True):
         robot, position = equilibrium.robot, row.position
-        if position is not None and np.isfinite(position).all():
+        if position is not None and row.frame == "world" and np.isfinite(position).all():
             far = np.linalg.norm(position - equilibrium.platform_position) > robot.mean_length
             doubt = request_doubt(robot.description, None, position) if far else ""
             if doubt:
                 raise InvalidRequest(row.label, doubt)
+    poses = [
+        row.predicted_pose(equilibrium) for row, equilibrium in zip(rows, predicted, strict=True)
+    ]
     pairs = [
-        (row, quaternion_order_doubt(row.quaternion_wxyz, equilibrium.platform_quaternion))
-        for row, equilibrium in zip(rows, predicted, strict=True)
+        (row, quaternion_order_doubt(row.quaternion_wxyz, quaternion_from_rotation(rotation)))
+        for row, (_, rotation) in zip(rows, poses, strict=True)
         if row.quaternion_wxyz is not None
     ]
     doubtful = [(row, doubt) for row, doubt in pairs if doubt]
@@ -130,10 +135,10 @@ def check_measured(
         raise InvalidRequest(row.named("quaternion_wxyz"), f"{doubt}{more}")
     for row, equilibrium in zip(rows, predicted, strict=True):
         doubt = plane_doubt(equilibrium.robot, row.position, row.rotation, *exactness)
-        if doubt:
+        if doubt and row.frame == "world":
             raise InvalidRequest(row.label, doubt)
     for name, unit, predictions in (
-        ("position", "m", [found.platform_position for found in predicted]),
+        ("position", "m", [position for position, _ in poses]),
         ("efforts", "N m or N", [found.efforts for found in predicted]),
     ):
         ratio = _ratio([getattr(row, name) for row in rows], predictions)
@@ -202,17 +207,22 @@ def _columns(
             if place not in row.places:
                 continue
             at = int(np.searchsorted(row.places, place))
-            all_of = (equilibrium.platform_position, np.zeros(3), equilibrium.motors)
-            foretold.append(float(np.concatenate([*all_of, equilibrium.efforts])[place]))
+            position, _ = row.measurement.predicted_pose(equilibrium)
+            all_of = (position, np.zeros(3), equilibrium.motors, equilibrium.efforts)
+            foretold.append(float(np.concatenate(all_of)[place]))
             values.append(float(numbers[place]))
             deviations.append(float(row.deviations[at]))
         yield (*names[place], np.array(values), np.array(foretold), max(deviations))
     turned = [row for row in rows if row.measurement.rotation is not None and 3 in row.places]
     if turned:
-        poses = [
-            (row.measurement.quaternion_wxyz, equilibrium.platform_quaternion)
+        pairs = [
+            (row.measurement, row.measurement.predicted_pose(equilibrium))
             for row, equilibrium in zip(rows, predicted, strict=True)
-            if row.measurement.quaternion_wxyz is not None
+        ]
+        poses = [
+            (measured.quaternion_wxyz, quaternion_from_rotation(rotation))
+            for measured, (_, rotation) in pairs
+            if measured.quaternion_wxyz is not None
         ]
         own, other = np.array(poses).transpose(1, 0, 2)
         for axis, name in enumerate("wxyz"):

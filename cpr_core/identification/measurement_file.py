@@ -18,6 +18,7 @@ import numpy as np
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
+from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from .measurements import Measurement, driven_by
@@ -26,6 +27,8 @@ __all__ = ["read_measurements", "write_poses"]
 
 _POSITION = ("x", "y", "z")
 _QUATERNION = ("qw", "qx", "qy", "qz")
+#: Before their names where they are those of the marker in the tracker's frame.
+_TRACKER = "tracker:"
 #: In the order of ``Loads.wrench_world``.
 _WRENCH = ("mx", "my", "mz", "fx", "fy", "fz")
 #: Mistakes that an error names one by one.
@@ -87,14 +90,21 @@ def _lines(place: Path, texts: Sequence[str]) -> list[tuple[int, list[str]]]:
 
 def _motors(robot: Robot) -> tuple[str, ...]:
     """Columns of the motors: their names, unless something else is called so."""
-    others = (*_POSITION, *_QUATERNION, *_WRENCH)
+    others = (*_POSITION, *_QUATERNION, *_of_tracker(robot), *_WRENCH)
     return tuple(f"motor:{name}" if name in others else name for name in robot.motor_names)
 
 
 def _columns(robot: Robot) -> tuple[str, ...]:
     """Names that columns can have."""
     efforts = tuple(f"effort:{name}" for name in robot.motor_names)
-    return (*_motors(robot), *_POSITION, *_QUATERNION, *efforts, *_WRENCH)
+    return (*_motors(robot), *_POSITION, *_QUATERNION, *_of_tracker(robot), *efforts, *_WRENCH)
+
+
+def _of_tracker(robot: Robot) -> tuple[str, ...]:
+    """Columns of what the tracker tells; none of a robot that has none."""
+    if robot.description.tracker is None:
+        return ()
+    return tuple(f"{_TRACKER}{name}" for name in (*_POSITION, *_QUATERNION))
 
 
 def _check_header(robot: Robot, place: Path, header: Sequence[str]) -> None:
@@ -115,6 +125,11 @@ def _check_header(robot: Robot, place: Path, header: Sequence[str]) -> None:
             )
         if list(header).count(name) > 1:
             raise InvalidRequest("measurements", f"{place}: line 1: column {name} is there twice")
+    tracked = [name for name in header if name in _of_tracker(robot)]
+    others = [name for name in header if name in (*_POSITION, *_QUATERNION)]
+    if tracked and others:
+        problem = f"{place}: line 1: expected poses in one frame, got {tracked[0]} and {others[0]}"
+        raise InvalidRequest("measurements", problem)
 
 
 def _measurement(
@@ -153,13 +168,16 @@ def _measurement(
     if wrench is not None:
         base = robot.default_loads if loads is None else loads
         loads = base.with_(wrench_world=[value or 0.0 for value in wrench])
+    tracked = any(name in _of_tracker(robot) for name in header)
+    frame = _TRACKER if tracked else ""
     row = Measurement(
         motors=some(_motors(robot)),  # type: ignore[arg-type]
-        position=some(_POSITION),  # type: ignore[arg-type]
-        quaternion_wxyz=some(_QUATERNION),  # type: ignore[arg-type]
+        position=some([f"{frame}{name}" for name in _POSITION]),  # type: ignore[arg-type]
+        quaternion_wxyz=some([f"{frame}{name}" for name in _QUATERNION]),  # type: ignore[arg-type]
         efforts=some([f"effort:{name}" for name in robot.motor_names]),  # type: ignore[arg-type]
         loads=loads,
         label=line,
+        frame="tracker" if tracked else "world",
     )
     driven_by(robot, row)
     return row
@@ -167,6 +185,8 @@ def _measurement(
 
 def write_poses(file: str | Path, equilibria: Sequence[Equilibrium]) -> None:
     """Write motors, wrench and expected poses: to be measured, and replaced by what is.
+
+    Of a robot with a tracker they are those that the tracker is expected to tell.
 
     Args:
         file: CSV file to write, in the format ``read_measurements`` takes.
@@ -179,7 +199,9 @@ def write_poses(file: str | Path, equilibria: Sequence[Equilibrium]) -> None:
     # No wrench is told too where the description has one: a row without cells stands for that.
     acting = [robot.default_loads, *(equilibrium.loads for equilibrium in equilibria)]
     loaded = any(loads.wrench_world.any() for loads in acting)
-    posed = _POSITION if robot.description.point_platform else (*_POSITION, *_QUATERNION)
+    frame = "" if robot.description.tracker is None else _TRACKER
+    turned = () if robot.description.point_platform else _QUATERNION
+    posed = [f"{frame}{name}" for name in (*_POSITION, *turned)]
     header = [*_motors(robot), *posed, *(_WRENCH if loaded else ())]
     try:
         with Path(file).open("w", newline="", encoding="utf-8") as opened:
@@ -194,13 +216,16 @@ def write_poses(file: str | Path, equilibria: Sequence[Equilibrium]) -> None:
 
 def _values(equilibrium: Equilibrium) -> Mapping[str, float]:
     """Numbers of an equilibrium by column."""
-    names = (*_motors(equilibrium.robot), *_POSITION, *_QUATERNION, *_WRENCH)
-    numbers = np.concatenate(
-        [
-            equilibrium.motors,
-            equilibrium.platform_position,
-            equilibrium.platform_quaternion,
-            equilibrium.loads.wrench_world,
-        ]
-    )
-    return dict(zip(names, numbers.tolist(), strict=True))
+    robot = equilibrium.robot
+    names = [*_motors(robot), *_POSITION, *_QUATERNION, *_WRENCH]
+    parts = [
+        equilibrium.motors,
+        equilibrium.platform_position,
+        equilibrium.platform_quaternion,
+        equilibrium.loads.wrench_world,
+    ]
+    if robot.description.tracker is not None:
+        names += _of_tracker(robot)
+        position, rotation = Measurement(frame="tracker").predicted_pose(equilibrium)
+        parts += [position, quaternion_from_rotation(rotation)]
+    return dict(zip(names, np.concatenate(parts).tolist(), strict=True))

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..description.loads import Loads
 from ..errors import InvalidRequest, NonFiniteInput
 from ..lie import roll_pitch_yaw, rotation_from_quaternion
+from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.requests import pose_meaning
 from ..solving.targets import ProblemName
@@ -26,6 +27,7 @@ __all__ = [
     "LARGEST_DEVIATION",
     "SMALLEST_DEVIATION",
     "Drive",
+    "Frame",
     "Measurement",
     "StandardDeviations",
     "checked_measurements",
@@ -33,7 +35,8 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-
+#: In which frame a pose was measured.
+Frame = Literal["world", "tracker"]
 
 #: Standard deviations, far below the rounding of any number and far beyond any measurement: squares
 #: over them are finite, and more than nothing.
@@ -47,13 +50,17 @@ class Measurement:
     Motors drive the equilibrium where all of them are given. Without them the controlled coordinates of
     the pose drive it, without these the efforts of all motors. All else is compared with what follows.
 
+    A pose is that of the platform in the world, or as the tracker of the description tells it: that of
+    the marker in the tracker's frame. One in the tracker's frame drives nothing.
+
     Attributes:
         motors: Motor positions in motor order, (n,) [rad or m].
-        position: Of the platform origin in the world, (3,) [m].
-        quaternion_wxyz: Orientation of the platform in the world, (4,), all or nothing.
+        position: Of the platform origin, or of the marker, (3,) [m].
+        quaternion_wxyz: Orientation of the platform, or of the marker, (4,), all or nothing.
         efforts: Motor efforts on the rods in motor order, (n,) [N m or N].
         loads: Loads in force; None: those of the description.
         label: What errors call it, such as ``line 7``; empty: its number.
+        frame: ``world``, or ``tracker`` for the marker in the tracker's frame.
     """
 
     motors: Floats | None = None
@@ -62,6 +69,7 @@ class Measurement:
     efforts: Floats | None = None
     loads: Loads | None = None
     label: str = ""
+    frame: Frame = "world"
 
     def __post_init__(self) -> None:
         """Make arrays of numbers, with NaN where there is none.
@@ -76,11 +84,22 @@ class Measurement:
             object.__setattr__(self, name, value)
         if self.loads is not None and not isinstance(self.loads, Loads):
             raise InvalidRequest(self.named("loads"), f"expected Loads, got {self.loads!r:.80}")
+        if self.frame not in get_args(Frame):
+            problem = f"expected world or tracker, got {self.frame!r:.80}"
+            raise InvalidRequest(self.named("frame"), problem)
         _ = self.rotation
 
     def named(self, field: str) -> str:
         """What errors call one of its fields."""
         return f"{self.label}: {field}" if self.label else field
+
+    def predicted_pose(self, equilibrium: Equilibrium) -> tuple[Floats, Floats]:
+        """Position, (3,) [m], and rotation, (3, 3), of an equilibrium as this measurement has them."""
+        pose = equilibrium.platform_position, equilibrium.platform_rotation
+        tracker = equilibrium.robot.description.tracker
+        if self.frame == "world" or tracker is None:
+            return pose
+        return tracker.marker_in_tracker(*pose)
 
     @cached_property
     def rotation(self) -> Floats | None:
@@ -193,6 +212,9 @@ def checked_measurements(robot: Robot, rows: Sequence[Measurement]) -> tuple[Mea
             if value is not None and len(value) != robot.motor_count:
                 problem = f"expected {robot.motor_count} numbers ({robot.motor_list})"
                 raise InvalidRequest(named.named(name), f"{problem}, got {len(value)}")
+        if named.frame == "tracker" and robot.description.tracker is None:
+            problem = f"expected world, the description of {robot.description.name} has no tracker"
+            raise InvalidRequest(named.named("frame"), problem)
         driven_by(robot, named)
         found.append(named)
     return _with_shared_loads(tuple(found))
@@ -249,13 +271,15 @@ def driven_by(robot: Robot, row: Measurement) -> Drive:
     """
     if row.motors is not None and np.isfinite(row.motors).all():
         return Drive("motors", row.motors)
-    if robot.description.controlled and not robot.redundancy:
+    if robot.description.controlled and not robot.redundancy and row.frame == "world":
         pose = _pose(robot, row)
         if np.isfinite(pose).all():
             return Drive("pose", pose)
     if row.efforts is not None and np.isfinite(row.efforts).all():
         return Drive("efforts", row.efforts)
     problem = "expected all motors, else all controlled coordinates, else all efforts"
+    if row.frame == "tracker":
+        problem = "expected all motors, else all efforts: a pose in the tracker's frame drives none"
     raise InvalidRequest(row.label, f"nothing drives this row: {problem}")
 
 

@@ -16,6 +16,7 @@ from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..description.parameters import checked_paths
 from ..errors import InvalidRequest
+from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
 from ..solving.geometrico_statics import solve_forward
@@ -23,7 +24,7 @@ from ..solving.home import solve_home
 from ..solving.not_reached import NotReached
 from ..validation import checked_count, checked_number
 from .compared import compared_row
-from .measurements import Measurement, StandardDeviations
+from .measurements import Frame, Measurement, StandardDeviations
 from .parameter_problem import natural_changes
 from .undetermined import parameter_sizes, unseen_directions, unseen_in_words
 
@@ -86,7 +87,8 @@ def propose_poses(
     Args:
         robot: The robot.
         parameters: Paths of the numbers that are to be found.
-        deviations: Standard deviations of what will be measured; None is not measured. Motors drive.
+        deviations: Standard deviations of what will be measured; None is not measured. Motors drive;
+            poses are those that the tracker tells where the description has one.
         count: Number of poses.
         loads: Loads that can be put on, one of which acts on every pose; default the description's.
         reach: Farthest that motors move from home, in radians and rod lengths.
@@ -176,12 +178,16 @@ def _rates(
     equilibrium: Equilibrium, deviations: StandardDeviations, paths: Sequence[str]
 ) -> Floats:
     """Derivatives by parameters of what would be measured, in standard deviations, (K, P)."""
+    frame: Frame = "world" if equilibrium.robot.description.tracker is None else "tracker"
+    position, rotation = Measurement(frame=frame).predicted_pose(equilibrium)
+    turned = quaternion_from_rotation(rotation)
     row = Measurement(
         motors=equilibrium.motors,
-        position=None if deviations.position is None else equilibrium.platform_position,
-        quaternion_wxyz=None if deviations.rotation is None else equilibrium.platform_quaternion,
+        position=None if deviations.position is None else position,
+        quaternion_wxyz=None if deviations.rotation is None else turned,
         efforts=None if deviations.efforts is None else equilibrium.efforts,
         loads=equilibrium.loads,
+        frame=frame,
     )
     return compared_row(row, equilibrium, deviations).rates(equilibrium, paths)
 

@@ -10,10 +10,13 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from helpers.closed_loop import DEFAULTS, FIXED, FRAMES
 from helpers.drive import robot, uncontrolled_robot
+from helpers.tracked_robots import tracked
 from rclpy.clock import Clock
 from rclpy.logging import get_logger
 from sensor_msgs.msg import JointState
 
+from cpr_core import solve_home
+from cpr_core.lie import quaternion_from_rotation
 from cpr_ros.inputs import Inputs
 from cpr_ros.parameters import Parameters, live_parameters
 from cpr_ros.pose_loop import Loop
@@ -62,9 +65,10 @@ class Listening:
     def motors(self):
         return self.session.solver.current.equilibrium.motors
 
-    def hear_pose(self, position, orientation):
+    def hear_pose(self, position, orientation, frame=""):
         """A measured pose, x y z and w x y z."""
         message = PoseStamped()
+        message.header.frame_id = frame
         point, turn = message.pose.position, message.pose.orientation
         point.x, point.y, point.z = map(float, position)
         turn.w, turn.x, turn.y, turn.z = map(float, orientation)
@@ -164,6 +168,53 @@ def test_a_robot_that_controls_nothing_feels_with_a_measured_pose():
     assert listening.felt is not None and listening.believed is None
     listening.hear_pose([0.0, 0.84, 0.0], [0, 0, 0, 0])
     assert listening.dropped == 1
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "planar_body", "six_rfs"])
+def test_what_a_tracker_tells_is_the_platform_s_pose_in_the_base_frame(name):
+    """Taken as the pose in the base frame is: to correct setpoints, and to feel."""
+    described = tracked(name, [0.4, -0.6, 1.8, 3.0, 0.3, -0.4], [0.02, -0.03, 0.04, 0.3, 1.1, -0.2])
+    home = solve_home(described)
+    told, turned = described.description.tracker.marker_in_tracker(
+        home.platform_position, home.platform_rotation
+    )
+    plain, listening = Listening(described), Listening(described)
+    plain.hear_pose(home.platform_position, home.platform_quaternion, "base")
+    listening.hear_pose(told, quaternion_from_rotation(turned), "tracker")
+    assert plain.dropped == listening.dropped == 0
+    np.testing.assert_allclose(listening.believed, plain.believed, atol=1e-14)
+    np.testing.assert_allclose(listening.felt[1], plain.felt[1], atol=1e-14)
+
+
+def test_a_tracker_of_points_needs_no_orientation_if_its_marker_is_the_origin():
+    described = tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0.0, 0.0])
+    listening = Listening(described)
+    listening.hear_pose([0.0, -0.6, 1.5], [0, 0, 0, 0], "tracker")
+    assert listening.dropped == 0
+    np.testing.assert_allclose(listening.believed, [0.1, 0.8], atol=1e-14)
+    assert listening.felt is None  # it needs all of it
+    listening = Listening(tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0.0, 0.0], [0.01, 0, 0, 0, 0, 0]))
+    listening.hear_pose([0.0, -0.6, 1.5], [0, 0, 0, 0], "tracker")
+    assert listening.dropped == 1 and listening.believed is None
+
+
+@pytest.mark.parametrize("position", [(NAN, 0, 1), (0, 0, float("inf"))])
+def test_numbers_of_a_tracker_that_are_none_are_dropped(position):
+    """Also those that would lead along what the robot does not control: axes are others."""
+    listening = Listening(tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0.0, 0.0]))
+    listening.hear_pose(position, [1, 0, 0, 0], "tracker")
+    assert listening.dropped == 1 and listening.believed is None
+    assert "finite" in listening.session.loop._measured.problem
+
+
+def test_a_robot_without_a_tracker_takes_none():
+    listening = Listening(robot("rfrfr"))
+    listening.hear_pose([0.0, 0.8, 0.0], [1, 0, 0, 0], "tracker")
+    assert listening.dropped == 1
+    assert "expected 'base', got 'tracker'" in listening.session.loop._measured.problem
+    listening = Listening(tracked("rfrfr"))
+    listening.hear_pose([0.0, 0.8, 0.0], [1, 0, 0, 0], "map")
+    assert "expected 'base' or 'tracker', got 'map'" in listening.session.loop._measured.problem
 
 
 def test_joints_of_others_on_the_topic_are_nothing_to_be_felt_with():

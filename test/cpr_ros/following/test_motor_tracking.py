@@ -8,7 +8,7 @@ from helpers.drive import SETTINGS, robot
 
 from cpr_core import solve_home
 from cpr_core.model.assessment import Assessment
-from cpr_ros.motor_tracking import LONGEST_STEP, MotorTracker
+from cpr_ros.motor_tracking import LONGEST_STEP, MotorTracking
 from cpr_ros.setpoint_following import SetpointFollower
 from cpr_ros.supervision import Action, State, Status
 
@@ -17,7 +17,7 @@ class Tracking:
     def __init__(self, name, timeout=0.5):
         self.robot = robot(name)
         judge = SetpointFollower(self.robot, 0.005, SETTINGS)
-        self.tracker = MotorTracker(self.robot, timeout, judge)
+        self.tracker = MotorTracking(self.robot, timeout, judge)
         self.current, self.now = Assessment(solve_home(self.robot)), 0.0
 
     def tick(self, motors=None):

@@ -173,8 +173,8 @@ def test_commands_lead_to_a_solution_that_was_applied(node):
 
 def test_measured_motors_end_it_until_they_are_old():
     node = Node(motor_source="measured")
-    tracker = node.session.tracker
-    tracker.take([2.65, 0.60], node.now)
+    tracking = node.session.tracking
+    tracking.take([2.65, 0.60], node.now)
     for _ in range(10):
         assert not node.session.at_rest
         node.tick()

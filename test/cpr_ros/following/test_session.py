@@ -137,7 +137,7 @@ def test_a_wrench_that_is_not_borne_is_a_halt_in_every_state(source):
     bench = Bench(motor_source=source)
     session, home = bench.session, solve_home(robot("rfrfr"))
     if source == "measured":
-        session.tracker.take(home.motors, bench.now)
+        session.tracking.take(home.motors, bench.now)
     else:
         session.begin_at(home, home.motors + 0.5, 0.0)  # the motors are elsewhere
         assert bench.tick().state == State.ALIGNING
@@ -191,7 +191,7 @@ def test_what_is_done_before_the_first_tick_is_not_that_of_before(bench):
 def test_motors_that_were_measured_before_an_activation_are_forgotten():
     """They were followed, a thousand seconds later, as if they had just been measured."""
     bench = Bench(motor_source="measured")
-    bench.session.tracker.take([2.6, 0.55], bench.now)
+    bench.session.tracking.take([2.6, 0.55], bench.now)
     assert bench.tick().state == State.TRACKING
     bench.session.stand()
     bench.now += 1000.0

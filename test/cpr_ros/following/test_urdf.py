@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from helpers.geared_robots import geared
+from helpers.tracked_robots import tracked
 from helpers.yaml_content import yaml_content
 
 from cpr_core import leg_shapes, load_robot, solve_forward, solve_home
@@ -15,7 +16,7 @@ from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import rotation_exp, rotation_from_angles
 from cpr_ros.urdf import robot_urdf
 
-KINDS = {"floating", "revolute", "continuous", "prismatic"}
+KINDS = {"floating", "fixed", "revolute", "continuous", "prismatic"}
 
 
 class Tree:
@@ -44,6 +45,8 @@ class Tree:
         origin = joint.find("origin")
         position = position + rotation @ numbers(origin, "xyz")
         rotation = rotation @ rotation_from_angles(*numbers(origin, "rpy"))
+        if joint.get("type") == "fixed":
+            return rotation, position
         mimic, way = joint.find("mimic"), motors.get(joint.get("name"))
         if mimic is not None:
             way = float(mimic.get("multiplier")) * motors[mimic.get("joint")]
@@ -200,3 +203,18 @@ def test_frames_have_the_names_that_were_asked_for():
     tree = Tree(robot_urdf(load_robot("rfrfr"), "table", "hand"))
     assert tree.root == "table"
     assert "hand" in tree.parents
+
+
+def test_a_tracker_stands_on_the_base_and_its_marker_on_the_platform():
+    frame, marker = [0.4, -0.6, 1.8, 3.0, 0.3, -0.4], [0.02, -0.03, 0.04, 0.3, 1.1, -0.2]
+    tree = Tree(robot_urdf(tracked("six_rfs", frame, marker), "base", "platform", "camera"))
+    for link, parent, numbers_of_it in (
+        ("camera", "base", frame),
+        ("camera_marker", "platform", marker),
+    ):
+        assert tree.parents[link].find("parent").get("link") == parent
+        own = tree.parents[link].find("origin")
+        assert numbers(own, "xyz") == pytest.approx(numbers_of_it[:3])
+        turn = rotation_from_angles(*numbers(own, "rpy"))
+        np.testing.assert_allclose(turn, rotation_exp(numbers_of_it[3:]), atol=1e-9)
+    assert "camera" not in Tree(robot_urdf(load_robot("six_rfs"), "base", "platform")).links
