@@ -8,8 +8,10 @@ import json
 from pathlib import Path
 
 import pytest
+from helpers.tracked_robots import MARKER, TRACKER
 
 import cpr_core
+from cpr_core import read_measurements, write_poses
 from cpr_core.command_line import command, main
 from cpr_core.command_line.argument_types import check_files
 from cpr_core.description.description_file import shipped_robots
@@ -83,6 +85,31 @@ def test_from_poses_to_a_file_that_loads(capsys, data, tmp_path):
     found = cpr_core.load_robot(new).parameter_values(PATHS)
     assert found == pytest.approx([0.01, -0.02], abs=0.005)
     assert picture.stat().st_size > 10_000
+
+
+def test_a_tracker_of_which_nothing_is_known_is_found_with_the_robot(capsys, tmp_path):
+    """The way of docs/calibration.md: `tracker: {}`, poses that are proposed, and a file that loads."""
+    described, poses, data, found = (
+        tmp_path / name for name in ("my_robot.yaml", "poses.csv", "data.csv", "new.yaml")
+    )
+    described.write_text(cpr_core.load_robot("six_rfs").description.text + "tracker: {}\n")
+    paths = (*TRACKER, *MARKER, "rod.young_modulus")
+    asked = ("--parameters", *paths, "--deviations", "position=5e-4", "rotation=2e-3")
+    status, text, _ = run(
+        capsys, "measure", described, "--count", 12, "--reach", 0.3, "--out", poses, *asked,
+        "--wrench", 0, 0, 0, 0, 0, -1,
+    )  # fmt: skip
+    assert status == 0 and "rod.young_modulus" in text
+    values = [0.4, -0.6, 1.8, 3.0, 0.3, -0.4, 0.02, -0.03, 0.04, 0.3, 1.1, -0.2, 200e9]
+    truth = cpr_core.load_robot(described).with_parameters(dict(zip(paths, values, strict=True)))
+    rows = read_measurements(truth, poses)
+    write_poses(data, [cpr_core.solve_forward(truth, row.motors, loads=row.loads) for row in rows])
+    status, text, _ = run(
+        capsys, "calibrate", described, data, "--out", found, *asked, "--despite-warnings"
+    )
+    assert status == 0 and f"written: {found}" in text
+    values_found = cpr_core.load_robot(found).parameter_values(paths)
+    assert values_found == pytest.approx(values, rel=1e-5, abs=1e-5)
 
 
 def test_as_json(capsys, data):
