@@ -124,8 +124,11 @@ class _Writer:
                 place = _Place(child, np.eye(3), np.zeros(3))
             elif isinstance(element, ChainRod) and element.motor is not None:
                 child = f"{leg.name}.{number + 1}"
-                kinds = "prismatic", "prismatic"
-                self._add_motor(element.motor, kinds, place, child, (1.0, 0.0, 0.0))
+                kinds = "prismatic", "revolute" if element.screw else "prismatic"
+                began = place.position + element.zero * place.rotation[:, 0]
+                place = _Place(place.link, place.rotation, began)
+                axis = (1.0, 0.0, 0.0)
+                self._add_motor(element.motor, kinds, place, child, axis, element.ratio)
                 return
             elif isinstance(element, ChainJoint | ChainRod):
                 return

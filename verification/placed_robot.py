@@ -216,7 +216,7 @@ def _placed_rod(element: ChainRod, motors: dict[str, float], before: Link | None
     area = getattr(rod.section, "area", None)
     if area is None:
         raise NotPossible("a rod of given stiffness, whose stretch is not known")
-    length = rod.length if element.motor is None else motors[element.motor]
+    length = rod.length if element.motor is None else element.length_at(motors[element.motor])
     return PlacedRod(
         length,
         rod.rigidities,

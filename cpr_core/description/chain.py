@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +36,8 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
+
+_Number = TypeVar("_Number", float, NDArray[np.float64])
 
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 _NAME = described("name", "default leg and number, such as leg1.joint2")
@@ -125,7 +127,7 @@ class ChainJoint(DescribedJoint, ChainElement):
             str(part.get("motor")),
             described_ratio(part),
             part.number("offset", 0.0),
-            limits=MotorLimits.from_description(part.part("limits"), extensible=False),
+            limits=MotorLimits.from_description(part.part("limits")),
             name=name,
         )
 
@@ -262,23 +264,40 @@ class ChainRod(ChainElement):
     Attributes:
         rod: The rod.
         modes: Its strain modes.
-        motor: Name of the motor that feeds it: its length then is the motor's position. None: its
-            length is fixed.
+        motor: Name of the motor that feeds it. None: its length is fixed.
         limits: What the motor can do.
+        zero: Its length with the motor at zero [m].
+        ratio: How much longer it gets when the motor goes one.
+        screw: Whether the motor turns, by a screw or a roller.
     """
 
     rod: Rod
     modes: StrainModes
     motor: str | None = None
     limits: MotorLimits = NO_LIMITS
+    zero: float = 0.0
+    ratio: float = 1.0
+    screw: bool = False
     kind = "rod"
     unit = "m"
     fields: ClassVar[Mapping[str, Any]] = {
         "rod": described("chain_rod", "what it is made of"),
         "strain": described("strain", "its modes; fields left out are the leg's or the robot's"),
-        "motor": described("name", "the motor that feeds it: its length; default none"),
+        "motor": described("name", "the motor that feeds it; default none"),
         "limits": described("limits", "what that motor can do"),
+        "offset": OFFSET,
+        "ratio": RATIO,
+        "lead": LEAD,
     }
+
+    @property
+    def motor_unit(self) -> Literal["rad", "m"]:
+        """Unit of the position of its motor."""
+        return "rad" if self.screw else "m"
+
+    def length_at(self, motor: _Number) -> _Number:
+        """Its length at a position of the motor that feeds it, or at many of them [m]."""
+        return self.zero + self.ratio * motor
 
     def without_limits(self) -> Self:
         """The same rod, unbreakable, with a motor that can do everything."""

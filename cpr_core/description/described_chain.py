@@ -10,10 +10,10 @@ from dataclasses import replace
 from ..description_part import Part
 from .chain import ChainElement, ChainRod, Link
 from .chain_joints import CHAIN_JOINTS
-from .described_rods import check_jumps, described_modes, described_rod
+from .described_rods import check_fed, check_jumps, described_modes, described_rod
 from .joints import JOINTS
 from .leg_description import LegDescription
-from .motors import NO_LIMITS, MotorLimits, Welded
+from .motors import NO_LIMITS, MotorLimits, Welded, described_ratio
 from .plausibility import check_link, check_moved
 
 __all__ = ["chain_leg", "check_joints", "check_motors"]
@@ -69,6 +69,7 @@ def _check_units(part: Part, element: ChainElement, length: float) -> None:
         check_link(part, element, length)
     else:
         check_moved(part, element, length)
+        check_fed(part, element)
 
 
 def _chain_rod(part: Part, rod: Part, strain: Part) -> ChainRod:
@@ -78,15 +79,19 @@ def _chain_rod(part: Part, rod: Part, strain: Part) -> ChainRod:
     motor = part.content.get("motor")
     if motor is not None and not described.uniform:
         raise part.fail("motor", "a rod that is fed has to be uniform (profile, rest_curvature)")
-    if motor is None and "limits" in part:
-        raise part.fail("limits", "no motor feeds this rod: give one, or leave it out")
+    for given in ("limits", "offset", "ratio", "lead"):
+        if motor is None and given in part:
+            raise part.fail(given, "no motor feeds this rod: give one, or leave it out")
     strains = described_modes(replace(modes, content={**strain.content, **modes.content}))
     check_jumps(own if "profile" in own else rod, described, strains)
     return ChainRod(
         described,
         strains,
         motor,
-        MotorLimits.from_description(part.part("limits"), extensible=True),
+        MotorLimits.from_description(part.part("limits")),
+        zero=0.0 if motor is None else part.number("offset", 0.0),
+        ratio=1.0 if motor is None else described_ratio(part),
+        screw="lead" in part,
     )
 
 

@@ -5,16 +5,20 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..description_part import Part
 from ..rods.rod import DIRECTIONS, UNIFORM, Profile, Rod, StrainModes, strain_series
 from ..rods.sections import SECTIONS
 from ..rods.strain_basis import STRAIN_BASES
+from .chain import ChainRod
+from .chain_element import ChainElement
 from .description_schema import DEFAULT_BASIS
 from .plausibility import check_rod
 
-__all__ = ["check_jumps", "described_modes", "described_rod", "described_tolerance"]
+__all__ = ["check_fed", "check_jumps", "described_modes", "described_rod", "described_tolerance"]
 
 _DEFAULT_MODES = 5
 #: A stiffness that changes by more than this factor within half the length of the shortest wave that
@@ -44,6 +48,21 @@ def described_rod(part: Part) -> Rod:
         raise section_part.fail("", "missing field 'outer_radius': it has a yield_strain")
     check_rod(part, rod)
     return rod
+
+
+def check_fed(part: Part, element: ChainElement) -> None:
+    """Whether a rod that a motor feeds has a length wherever that may go.
+
+    Raises:
+        DescriptionError: It has none.
+    """
+    if not isinstance(element, ChainRod) or element.motor is None:
+        return
+    for position in (element.limits.lower, element.limits.upper):
+        if math.isfinite(position) and (length := element.length_at(position)) <= 0.0:
+            at = "" if length == position else f" at {position:g}"
+            problem = f"expected a positive length, got {length:g}{at}"
+            raise part.part("limits").fail("position", problem)
 
 
 def _profile(part: Part) -> Profile:

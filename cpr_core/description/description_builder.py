@@ -17,9 +17,15 @@ from numpy.typing import NDArray
 from ..description_part import EXACTLY_ACROSS, Part
 from ..lie import directions_across
 from ..rods.rod import Rod
-from .chain import ChainJoint
+from .chain import ChainJoint, ChainRod
 from .described_chain import chain_leg, check_joints, check_motors
-from .described_rods import check_jumps, described_modes, described_rod, described_tolerance
+from .described_rods import (
+    check_fed,
+    check_jumps,
+    described_modes,
+    described_rod,
+    described_tolerance,
+)
 from .home_guess import home_guess
 from .joints import JOINTS, Joint
 from .leg_description import LegDescription, described_motors
@@ -190,9 +196,8 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
         )
     joint = JOINTS[tip.get("type")].from_description(tip)
     motor.check_tip(motor_part, len(joint.orientation(part.planar)) > 0)
-    limits = MotorLimits.from_description(motor_part.part("limits"), motor.extensible)
-    turns_or_shifts = motor.actuated and not motor.extensible
-    offset = motor_part.number("offset", 0.0) if turns_or_shifts else 0.0
+    limits = MotorLimits.from_description(motor_part.part("limits"))
+    offset = motor_part.number("offset", 0.0) if motor.actuated else 0.0
     base = part.part("base")
     return LegDescription(
         name=part.get("name", f"leg{index + 1}"),
@@ -212,15 +217,14 @@ def _geared(leg: LegDescription, part: Part) -> LegDescription:
     """The leg, as the chain it is where there is a gear or a screw behind its motor."""
     motor_part = part.part("motor")
     # Read where it is not written too: a default counts as a parameter, and may be changed as one.
-    takes_gear = bool(leg.motor.actuated) and not leg.motor.extensible
-    ratio = described_ratio(motor_part) if takes_gear else 1.0
+    ratio = described_ratio(motor_part) if leg.motor.actuated else 1.0
     if ratio != 1.0 or "lead" in motor_part:
         gear: dict[str, Any] = {"ratio": ratio}
         if "lead" in motor_part:
             gear["screw"] = True
         elements = tuple(
             replace(element, **gear)
-            if isinstance(element, ChainJoint) and element.motor is not None
+            if isinstance(element, ChainJoint | ChainRod) and element.motor is not None
             else element
             for element in leg.chain
         )
@@ -229,6 +233,7 @@ def _geared(leg: LegDescription, part: Part) -> LegDescription:
     for element in leg.chain:
         if element.motor is not None:
             check_moved(motor_part, element, leg.rod.length)
+            check_fed(motor_part, element)
     return leg
 
 

@@ -82,8 +82,6 @@ def _chain_element() -> dict[str, Any]:
 def _motor_fields(kind: type[Motor]) -> Mapping[str, Any]:
     if not kind.actuated:
         return kind.fields
-    if kind.extensible:  # the length of a rod is what it is
-        return {**kind.fields, **_ACTUATED}
     gear = {"offset": OFFSET, "ratio": RATIO} | ({"lead": LEAD} if kind.unit == "m" else {})
     return {**kind.fields, **_ACTUATED, **gear}
 

@@ -73,9 +73,10 @@ def _motors(part: Part, legs: tuple[LegDescription, ...]) -> Floats:
         raise part.fail(
             "motors", f"expected {len(described)} numbers, one per motor, got {len(motors)}"
         )
-    for position, motor in zip(motors, described, strict=True):
-        if motor.feeds_rod and position <= 0.0:
-            raise part.fail("motors", f"expected positive rod lengths, got {position}")
+    by_name = dict(zip((motor.name for motor in described), motors, strict=True))
+    for rod in (rod for leg in legs for rod in leg.rods):
+        if rod.motor is not None and (length := rod.length_at(by_name[rod.motor])) <= 0.0:
+            raise part.fail("motors", f"expected positive rod lengths, got {length}")
     check_home_motors(part, described, motors, max(leg.rod.length for leg in legs))
     return np.array(motors, float)
 

@@ -48,8 +48,8 @@ class DescribedMotor:
         name: In messages.
         unit: Of its position.
         limits: What it can do.
-        feeds_rod: Whether its position is the length of a rod.
-        moves: Unit of the joint that it moves: metres, where it turns a screw.
+        feeds_rod: Whether it feeds a rod.
+        moves: Unit of the joint or rod that it moves: metres, where it turns a screw.
         ratio: How far that joint goes when it goes one; of several the one that goes farthest.
     """
 
@@ -80,7 +80,7 @@ class LegDescription:
         motor: What holds the base; that of a chain is welded.
         joint: What holds the tip.
         limits: What the motor can do.
-        offset: Where its joint is with the motor at zero [rad or m].
+        offset: Where its joint is, or how long the rod that it feeds, with the motor at zero [rad or m].
         elements: A chain in place of motor and rod.
     """
 
@@ -112,7 +112,8 @@ class LegDescription:
         if shift is not None and not self.motor.extensible:
             joints.append(self._joint(Shift, shift, self.motor.actuated == "shift"))
         fed = self.motor_name if self.motor.extensible else None
-        return (*joints, ChainRod(self.rod, self.modes, fed, self.limits))
+        zero = 0.0 if fed is None else self.offset
+        return (*joints, ChainRod(self.rod, self.modes, fed, self.limits, zero))
 
     def _joint(self, kind: type[ChainJoint], axis: Vector, moved: bool) -> ChainJoint:
         """The joint of the motor about or along an axis in the world, or a passive one."""

@@ -54,17 +54,15 @@ class MotorLimits:
     effort: float = math.inf
 
     @classmethod
-    def from_description(cls, part: Part, extensible: bool) -> Self:
-        """Limits of a motor whose position may be the length of a rod.
+    def from_description(cls, part: Part) -> Self:
+        """Limits of a motor.
 
         Raises:
-            DescriptionError: The lower position is not below the upper one, or no length.
+            DescriptionError: The lower position is not below the upper one.
         """
         lower, upper = part.get("position", (-math.inf, math.inf))
         if lower >= upper:
             raise part.fail("position", f"expected lower below upper, got [{lower}, {upper}]")
-        if extensible and "position" in part and lower <= 0.0:
-            raise part.fail("position", f"expected a positive length, got {lower}")
         speed, effort = part.number("speed", math.inf), part.number("effort", math.inf)
         return cls(float(lower), float(upper), speed, effort)
 
@@ -74,15 +72,15 @@ NO_LIMITS = MotorLimits()
 #: Schema of the zero of a motor, and of what is between it and its joint.
 OFFSET = {
     "type": "number",
-    "description": "where the joint is with its motor at zero [rad or m]; default 0",
+    "description": "where the joint is, or how long the rod, at zero of the motor [rad or m]; default 0",
 }
 RATIO = {
     "type": "number",
-    "description": "way of the joint per way of the motor; default 1",
+    "description": "way of the joint, or length of the rod, per way of the motor; default 1",
 }
 LEAD = {
     "type": "number",
-    "description": "way per turn of a motor that turns a screw or a belt [m]; in place of ratio",
+    "description": "way per turn of a motor that turns a screw, belt or roller [m]; in place of ratio",
 }
 
 
@@ -117,7 +115,7 @@ class Motor(Described):
 
     Attributes:
         actuated: Which coordinate is the motor's: ``turn``, ``shift`` or None. One that has any has
-            the fields ``name`` and ``limits`` in descriptions too, and ``offset`` if it is no length.
+            the fields ``name``, ``limits``, ``offset`` and those of a gear in descriptions too.
         extensible: Whether the shift is the rod's length.
         unit: Unit of the motor position.
     """
@@ -221,7 +219,7 @@ class Prismatic(Motor):
 
 @dataclass(frozen=True)
 class Extensible(Motor):
-    """Feeds the rod through the base point: the motor variable is the rod's length.
+    """Feeds the rod through the base point: the motor variable is the rod's length, but for a gear.
 
     Attributes:
         spin: Whether the rod may turn freely about its own axis at the base.

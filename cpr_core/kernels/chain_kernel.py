@@ -82,7 +82,7 @@ def rod_length(robot, number, r, work):
     rod = robot.rods[number, r]
     length = load(rod.length, ())
     if rod.length_slot >= 0:
-        fed = load(work.coordinates, rod.length_slot)
+        fed = load(rod.fed_zero, ()) + load(work.coordinates, rod.length_slot)
         length += load(rod.extensible, ()) * (fed - length)
     return length
 

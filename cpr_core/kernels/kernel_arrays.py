@@ -95,12 +95,13 @@ def rod_dtype(width: int) -> np.dtype[Any]:
     return np.dtype(
         [
             ("component_start", "i8", 4),  # first strain slot of torsion and both bendings; last
-            ("length_slot", "i8"),  # motor slot of the length; -1: all of fixed length
+            ("length_slot", "i8"),  # slot of the motor that feeds it; -1: all of fixed length
             ("turned", "i8"),  # 1: some coordinate before turns the rod
             ("followed", "i8"),  # 1: something comes after it
             ("length", "f8", lane),  # [m]; the nominal one where the rod is extensible
-            ("extensible", "f8", lane),  # 1: its length is a motor
-            ("length_index", "i8", lane),  # state index of the length; -1: fixed
+            ("extensible", "f8", lane),  # 1: a motor feeds it
+            ("fed_zero", "f8", lane),  # its length with that motor at zero [m]
+            ("length_index", "i8", lane),  # state index of that motor; -1: its length is fixed
             ("rest_energy", "f8", lane),  # int kappa_rest^T H_a kappa_rest
             ("loads", "i8", lane),  # number of the rod among all of the robot; -1: none
         ],
@@ -150,7 +151,7 @@ class RobotArrays(NamedTuple):
     constraint_count: int  # number of multipliers of all legs
     kept_count: int  # lanes in which the factors of a tangent are kept (`kept_factors`)
     one_slot_a_motor: int  # 1: no motor is in several slots
-    extensible: int  # 1: some rod's length is a motor
+    extensible: int  # 1: a motor feeds some rod
 
 
 #: Loads of the platform, in the world or turning with it.

@@ -6,11 +6,12 @@
 from __future__ import annotations
 
 from .kernel_decorators import inlined
+from .lanes import get
 from .problems import Problem
 from .record_layout import EFFORT, ENERGY, POSITION, RESIDUAL, ROTATION, SIGNS, STEPS
 from .square_problem import SquareProblem
 
-__all__ = ["complete", "read_pose", "rods_exist", "square_problem"]
+__all__ = ["complete", "fed_length", "read_pose", "rods_exist", "square_problem"]
 
 
 @inlined
@@ -34,6 +35,15 @@ def read_pose(robot, record, work):
 
 
 @inlined
+def fed_length(robot, number, r, lane, state):
+    """Length of a rod that a motor feeds [m], of one leg."""
+    rod = robot.rods[number, r]
+    slot = rod.length_slot - robot.slots.first_motor
+    ratio = get(robot.motor_ratio, (number, slot), lane)
+    return rod.fed_zero[lane] + ratio * state[rod.length_index[lane]]
+
+
+@inlined
 def rods_exist(robot, state):
     """Whether all rods have a length."""
     if robot.extensible:
@@ -41,7 +51,7 @@ def rods_exist(robot, state):
             for r in range(robot.rods.shape[1]):
                 index = robot.rods[number, r].length_index
                 for lane in range(index.shape[0]):
-                    if index[lane] >= 0 and not state[index[lane]] > 0.0:
+                    if index[lane] >= 0 and not fed_length(robot, number, r, lane, state) > 0.0:
                         return False
     return True
 

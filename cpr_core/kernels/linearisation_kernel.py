@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from .kernel_decorators import kernel, part
+from .kernel_records import fed_length
 from .lanes import load, store
 from .lu_kernel import lu_factor, lu_solve
 from .pencil_kernel import (
@@ -89,7 +90,7 @@ def _put_elastic(robot, record, elastic):
             for lane in range(robot.slot_index.shape[2]):
                 if rod.extensible[lane] == 0.0:
                     continue
-                ratio = rod.length[lane] / record[rod.length_index[lane]]
+                ratio = rod.length[lane] / fed_length(robot, number, r, lane, record)
                 for i in range(first, last):
                     for j in range(i, last):
                         numbers[number, i, j, lane] *= ratio

@@ -162,12 +162,15 @@ def _bent(equilibrium: Equilibrium) -> Floats:
     robot, arrays = equilibrium.robot, equilibrium.robot.arrays
     size = robot.state_size
     record, change = equilibrium.record.copy(), _BENT * np.cos(1.0 + 2.3 * np.arange(size))
-    lengths = record[robot.length_indices] * (1.0 + change[robot.length_indices])
     twist = np.zeros(6)
     twist[robot.platform_axes] = (change * arrays.unit)[robot.platform_indices]
     change[robot.platform_indices] = 0.0
+    for rod in robot.fed_rods:  # none becomes as short as nothing
+        motor = rod.length_index
+        way = abs(rod.length(record[:size]) / rod.element.ratio)
+        most = _BENT * way / arrays.unit[motor]
+        change[motor] = np.clip(change[motor], -most, most)
     record[:size] += arrays.unit * change
-    record[robot.length_indices] = lengths  # none is as short as nothing
     turned = rotation_exp(twist[:3]) @ equilibrium.platform_rotation
     record[size:][ROTATION : ROTATION + 9] = turned.ravel()
     record[size:][POSITION : POSITION + 3] += twist[3:]

@@ -31,7 +31,7 @@ from .load_arrays import load_arrays
 from .motor_limits import MotorLimitArrays, motor_limit_arrays
 from .platform_coordinates import PlatformCoordinates, platform_coordinates
 from .robot_arrays import robot_arrays
-from .state_numbers import StateNumbers, state_numbers
+from .state_numbers import RodNumbers, StateNumbers, state_numbers
 from .strain_matrices import curvature_stations, strain_grams, strain_stiffness, unit_motions
 
 __all__ = ["RELATIVES", "Robot", "checked_robot"]
@@ -301,15 +301,13 @@ class Robot:
         return curvature_stations(self.numbers, self.curvature_sigma)
 
     @cached_property
-    def length_indices(self) -> Integers:
-        """State indices of the lengths of rods that motors feed."""
-        fed = {rod.length_index for rod in self.numbers.rods if rod.length_index is not None}
-        return np.array(sorted(fed), np.int64)
+    def fed_rods(self) -> tuple[RodNumbers, ...]:
+        """The rods that motors feed."""
+        return tuple(rod for rod in self.numbers.rods if rod.length_index is not None)
 
-    @cached_property
-    def length_motors(self) -> Integers:
-        """Numbers of the motors that are rod lengths."""
-        return self.length_indices - self.arrays.motor_index
+    def rods_exist(self, state: Floats) -> bool:
+        """Whether all rods have a length in a state (N,)."""
+        return all(rod.length(state) > 0.0 for rod in self.fed_rods)
 
     @cached_property
     def platform_indices(self) -> Integers:

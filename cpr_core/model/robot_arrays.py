@@ -310,6 +310,7 @@ class _Builder:
             values = self._rod_values(element)
             row["rest_energy"][lane] = values.rest_energy
             row["extensible"][lane] = element.motor is not None
+            row["fed_zero"][lane] = element.zero
             arrays.slot_index[group, slots, lane] = own.strain.start + np.arange(len(slots))
             arrays.elastic["lane"][group, slots[:, None], slots, lane] = values.stiffness
             arrays.rest_moment["lane"][group, slots, lane] = values.rest_moment

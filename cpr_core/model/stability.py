@@ -152,11 +152,12 @@ def _elastic_hessian(solution: ModelState) -> Floats:
         if rod.length_index is None:
             continue
         strains, shift = rod.strain, rod.length_index
-        length, couple = state[shift], robot.strain_stiffness[strains, strains] @ state[strains]
-        ratio = rod.element.rod.length / length
+        couple = robot.strain_stiffness[strains, strains] @ state[strains]
+        length = rod.length(state)
+        ratio, grows = rod.element.rod.length / length, rod.element.ratio / length
         elastic[strains, strains] *= ratio
-        elastic[strains, shift] = elastic[shift, strains] = -ratio / length * couple
-        elastic[shift, shift] += ratio / length**2 * couple @ state[strains]
+        elastic[strains, shift] = elastic[shift, strains] = -ratio * grows * couple
+        elastic[shift, shift] += ratio * grows**2 * couple @ state[strains]
     for leg, numbers in zip(robot.description.legs, robot.numbers.legs, strict=True):
         for element, index in zip(leg.chain, numbers.coordinates, strict=True):
             if index is not None:

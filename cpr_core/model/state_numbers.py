@@ -33,7 +33,7 @@ class RodNumbers:
         leg: Number of its leg.
         element: The rod in its chain.
         strain: Strain coordinates.
-        length_index: State index of its length where a motor feeds it; None: fixed.
+        length_index: State index of the motor that feeds it; None: its length is fixed.
     """
 
     leg: int
@@ -43,9 +43,13 @@ class RodNumbers:
 
     def stretch(self, states: Floats) -> Floats:
         """Length over nominal length, (...), in states (..., N)."""
+        return self.length(states) / self.element.rod.length
+
+    def length(self, states: Floats) -> Floats:
+        """Length, (...) [m], in states (..., N)."""
         if self.length_index is None:
-            return np.ones(states.shape[:-1])
-        return np.asarray(states[..., self.length_index] / self.element.rod.length)
+            return np.full(states.shape[:-1], self.element.rod.length)
+        return np.asarray(self.element.length_at(states[..., self.length_index]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +58,7 @@ class LegNumbers:
 
     Attributes:
         coordinates: For every element of the chain the state index of what moves it: the coordinate of
-            a joint, the length of a rod; None: nothing.
+            a joint, of the motor that feeds a rod; None: nothing.
         strain: Strain coordinates of all rods.
         rods: The rods.
         forces: Multipliers that hold the position of the tip.

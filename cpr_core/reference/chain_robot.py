@@ -36,10 +36,11 @@ class RodPart(NamedTuple):
 
 
 class FedRod(NamedTuple):
-    """What is fed: the length of the whole rod [m], and its mean force per length, (3,) [N/m]."""
+    """What is fed: length of the whole rod [m], its mean force per length, (3,) [N/m], and the rod."""
 
     nominal: float
     force: Floats
+    rod: ChainRod
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +203,7 @@ def _rod_model(
         parts.append(RodPart(begin, end, tables, push))
     fed = None
     if element.motor is not None:
-        fed = FedRod(rod.length, _mean(force_at, ends))
+        fed = FedRod(rod.length, _mean(force_at, ends), element)
     return RodModel(number, element, properties, rod.length, tuple(parts), fed)
 
 

@@ -208,19 +208,33 @@ def _rod_steps(
     value: float,
     nodes: Mapping[NodePlace, ChainState],
 ) -> Iterator[ChainStep]:
-    length, state = rod.length, before
+    length, state, ratio = rod.length, before, rod.element.ratio
     if rod.fed is not None:
-        length = value
-        step = _feed(rod.fed, before, index, length)
+        length = rod.fed.rod.length_at(value)
+        step = _by_motor(_feed(rod.fed, before, index, length), ratio)
         yield step
         state = step.after
     for part in rod.parts:
         place = (rod.number, part.begin)
         step = _rod_part(rod, part, nodes.get(place, state), before.position, length, index)
+        step = _by_motor(step, ratio)
         if place in nodes:
             step = replace(step, node=place, reached=state)
         yield step
         state = step.after
+
+
+def _by_motor(step: ChainStep, ratio: float) -> ChainStep:
+    """A step whose derivatives are by the length of its rod, by the motor that feeds it."""
+    if step.index is None or ratio == 1.0:
+        return step
+    return replace(
+        step,
+        column=ratio * step.column,
+        gradient=ratio * step.gradient,
+        row=ratio * step.row,
+        stiffness=ratio**2 * step.stiffness,
+    )
 
 
 def _feed(fed: FedRod, before: ChainState, index: int | None, length: float) -> ChainStep:

@@ -70,7 +70,7 @@ def _rough_leg(
     for element, index in leg.elements:
         value = 0.0 if index is None else float(values[index])
         if isinstance(element, RodModel):
-            length = element.length if element.fed is None else value
+            length = element.length if element.fed is None else element.fed.rod.length_at(value)
             if element.fed is not None:
                 push(place, (element.fed.nominal - length) * element.fed.force)
             rod = _rough_rod(element, strains[len(rods)], length, place, frame, len(places))

@@ -201,8 +201,7 @@ def _searched(
     tolerances = Tolerances(iterations=_STEPS, contraction=1.0)
     rough = record_of(robot, state, rotation, position)
     found = corrected(robot, loads, forces, rough, tolerances)
-    lengths = found.state[robot.length_indices]
-    if not found.converged or np.any(lengths <= 0.0) or turned_over(found) is not None:
+    if not found.converged or not robot.rods_exist(found.state) or turned_over(found) is not None:
         return None
     return found
 

@@ -281,11 +281,10 @@ class Path:
         self._move(state, rotation, position, moved[:-1])
         polished = False
         last = 2.0 * PREDICTION * abs(arc_length)
-        lengths = robot.length_indices
         for iteration in range(ITERATIONS):
             loads = self._loads_at(fraction)
             efforts = self._impose(state, rotation, position, fraction)
-            if lengths.size and state[lengths].min() <= 0.0:
+            if not robot.rods_exist(state):
                 return None
             self._evaluate(state, rotation, position, loads)
             residual = self._scaled_residual(efforts)

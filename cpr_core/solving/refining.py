@@ -85,7 +85,7 @@ def _near(found: Equilibrium, state: Floats, rotation: Floats, position: Floats)
         np.allclose(last, first, rtol=ROTATION_TOLERANCE, atol=ROTATION_TOLERANCE)
         for last, first in pairs
     )
-    return near and not np.any(found.state[robot.length_indices] <= 0.0)
+    return near and robot.rods_exist(found.state)
 
 
 def _check_freedom(robot: Robot, rotation: Floats, position: Floats) -> None:

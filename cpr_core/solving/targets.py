@@ -88,12 +88,15 @@ def check_rod_lengths(robot: Robot, motors: Floats) -> None:
     Raises:
         InvalidRequest: A rod length of zero or less.
     """
-    for motor in robot.length_motors:
-        if not motors[motor] > 0.0:
+    if not robot.fed_rods:
+        return
+    state = np.zeros(robot.state_size)
+    state[robot.motor_indices] = motors
+    for rod in robot.fed_rods:
+        length = rod.length(state)
+        if not length > 0.0:
             raise InvalidRequest(
-                "motors",
-                f"{robot.motor_names[motor]}: expected a rod length above 0 m, "
-                f"got {motors[motor]:g} m",
+                "motors", f"{rod.element.motor}: expected a rod length above 0 m, got {length:g} m"
             )
 
 

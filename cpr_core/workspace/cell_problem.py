@@ -45,7 +45,6 @@ class CellProblem(NamedTuple):
     inverse_scales: ProblemScales
     moving: Integers  # state indices of leg coordinates and platform
     multipliers: Integers  # state indices of the multipliers
-    lengths: Integers  # state indices of rod lengths
     motions: Floats  # orthonormal unit motions of what moves, columns, (m, m)
     span: Integers  # (m, 2) first and last row of every unit motion that is not zero
     held: Integers  # (6,) x y z and three angles: whether a coordinate is imposed
@@ -87,7 +86,6 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
         inverse_scales=units.scales(unknowns, equations),
         moving=moving,
         multipliers=robot.multiplier_indices,
-        lengths=np.ascontiguousarray(robot.length_indices, np.int64),
         motions=motions,
         span=np.ascontiguousarray(span, np.int64),
         held=held,

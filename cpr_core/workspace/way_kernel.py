@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..kernels.inertia_kernel import signs_of
 from ..kernels.kernel_decorators import allocating_part, compiled
+from ..kernels.kernel_records import rods_exist
 from ..kernels.lu_kernel import lu_factor
 from ..kernels.model_kernel import tangent_into
 from ..kernels.newton_kernel import CONVERGED, newton
@@ -183,9 +184,7 @@ def advance(problem, way, configuration, signs, scratch, work):
             problem.tolerances,
             work,
         )
-        ok = status == CONVERGED
-        for i in range(problem.lengths.shape[0]):
-            ok = ok and trial.state[problem.lengths[i]] > 0.0
+        ok = status == CONVERGED and rods_exist(problem.robot, trial.state)
         flipped = False
         if ok:
             signs_of(problem.robot, trial.rotation, work, found)

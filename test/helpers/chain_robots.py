@@ -94,6 +94,10 @@ CHAINS = {
     "two motors": [_MOTOR, Turn(_ACROSS, "second motor"), _rod()],
     "one motor twice": [_MOTOR, _rod(0.4), Turn(_ACROSS, "motor", ratio=-0.5), _rod(0.3)],
     "fed behind a joint": [Turn(_ACROSS), _rod(0.6, (1, 2, 2), 1.0, "motor")],
+    "fed by a roller": [
+        Turn(_ACROSS),
+        replace(_rod(0.6, (1, 2, 2), 1.0, "motor"), zero=0.7, ratio=-0.5, screw=True),
+    ],
     "fed and turned": [
         _MOTOR,
         Link((0.05, 0, 0)),

@@ -45,7 +45,7 @@ def geared(name: str) -> Geared:
     motors, ratios = plain.motor_names, np.ones(plain.motor_count)
     for leg in content["legs"]:
         for joint in leg["chain"]:
-            if isinstance(motor := joint.get("motor"), str) and "joint" in joint:
+            if isinstance(motor := joint.get("motor"), str):
                 number = motors.index(motor)
                 ratios[number] = _geared(joint, number)
     home = content["home"]["motors"]
@@ -55,8 +55,8 @@ def geared(name: str) -> Geared:
 
 
 def _geared(joint: dict[str, Any], number: int) -> float:
-    """Put a gear or a screw before a joint; returns its way per way of the motor."""
-    if joint["joint"] == "revolute":
+    """Put a gear or a screw before a joint or a rod; returns its way per way of the motor."""
+    if joint.get("joint") == "revolute":
         ratio = joint["ratio"] = _GEARS[number]
     else:
         joint["lead"] = _LEADS[number]

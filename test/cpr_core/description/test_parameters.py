@@ -89,7 +89,7 @@ def test_defaults_count_as_written():
     assert changed.description.legs[0].chain[0].ratio == 2.0
 
 
-@pytest.mark.parametrize("name", ["rfrfr", "planar_body", "six_rfs"])
+@pytest.mark.parametrize("name", ["rfrfr", "planar_body", "six_rfs", "gough_stewart"])
 def test_ratios_of_the_short_form_that_are_not_written_are_one(name):
     """As those of chains; the legs stay what they are, and robots beside them have other ratios."""
     path = "legs[0].motor.ratio"
@@ -113,10 +113,9 @@ def test_ratios_of_the_short_form_that_are_not_written_are_one(name):
     np.testing.assert_allclose(found.efforts.ravel(), efforts, rtol=1e-5, atol=1e-6)
 
 
-def test_what_has_no_gear_has_no_ratio():
-    """A rod that is fed."""
+def test_a_joint_that_turns_has_no_lead():
     with pytest.raises(UnknownParameter):
-        load_robot("gough_stewart").parameter_values("legs[0].motor.ratio")
+        load_robot("six_rfs").parameter_values("legs[0].motor.lead")
 
 
 @pytest.mark.parametrize("name", ROBOTS)

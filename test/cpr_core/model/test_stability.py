@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+from helpers.fed_robots import fed, plain_content
 from scipy.optimize import brentq
 
 from cpr_core import Loads, load_robot, solve_forward, solve_home, solve_inverse, spectrum
@@ -133,10 +134,10 @@ def test_a_non_conservative_load_is_said():
         assert found.spectrum_free.energy_criterion_applies is applies
 
 
-@pytest.mark.parametrize("name", ["six_rfs", "gough_stewart"])
-def test_elastic_stiffness_is_the_second_derivative_of_the_elastic_energy(name):
+@pytest.mark.parametrize("described", ["six_rfs", "gough_stewart", fed(plain_content())])
+def test_elastic_stiffness_is_the_second_derivative_of_the_elastic_energy(described):
     """l0/l q^T K q / 2 of every leg; a motor that feeds the rod changes l."""
-    robot = load_robot(name, modes=3)
+    robot = load_robot(described, modes=3)
     there = solve_forward(robot, solve_home(robot).motors + 0.02)
     motions = np.random.default_rng(3).standard_normal((2, robot.state_size))
 
@@ -145,9 +146,7 @@ def test_elastic_stiffness_is_the_second_derivative_of_the_elastic_energy(name):
         for rod in robot.numbers.rods:
             described, strain = rod.element.rod, state[rod.strain]
             stiffness = described.stiffness(rod.element.modes, robot.grid)
-            fed = rod.length_index is not None
-            length = state[rod.length_index] if fed else described.length
-            total += 0.5 * described.length / length * strain @ stiffness @ strain
+            total += 0.5 * described.length / rod.length(state) * strain @ stiffness @ strain
         return total
 
     mixed = energy(1, 1) - energy(1, -1) - energy(-1, 1) + energy(-1, -1)

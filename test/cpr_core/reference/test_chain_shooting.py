@@ -61,6 +61,7 @@ CHAINS_OF_ROBOTS = [
     ("one motor twice", "fed behind a joint", "fed and turned"),
     ("hub", "passive turn", "crank and universal"),
     ("no rod", "motor", "hub"),
+    ("fed by a roller", "motor", "hub"),
 ]
 
 

@@ -29,8 +29,7 @@ from cpr_core.description.description_file import shipped_robots
 from cpr_core.workspace import map_workspace, motor_grid
 
 
-#: The motors of the other one feed rods.
-@pytest.fixture(scope="module", params=[name for name in STEPS if name != "gough_stewart"])
+@pytest.fixture(scope="module", params=STEPS)
 def pair(request):
     """A robot, the same with gears, and ways of joints by ways of motors."""
     return geared(request.param)
@@ -237,7 +236,6 @@ def test_what_no_screw_can_be_is_refused(fields, text):
     [
         ("six_rus", {"lead": 0.01}),
         ("six_rfs", {"lead": 0.01}),
-        ("gough_stewart", {"ratio": 0.5}),
         ("six_rfs", {"ratio": 0.0}),
         ("six_rfs", {"ratio": 0.5, "name": "motor2"}),
     ],

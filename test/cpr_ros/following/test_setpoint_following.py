@@ -46,7 +46,7 @@ def test_motors_reach_a_setpoint_at_their_speed(rfrfr):
     assert len(rfrfr.outcomes) == pytest.approx(0.1 / PERIOD, abs=2)
 
 
-@pytest.mark.parametrize("name", ["three_prs", "six_rus"])
+@pytest.mark.parametrize("name", ["three_prs", "six_rus", "gough_stewart"])
 def test_gears_and_screws_make_a_robot_neither_faster_nor_slower(name):
     """The speed limit is that of what the motor moves; the same ticks, the same places."""
     plain, moved, ratios = geared(name)

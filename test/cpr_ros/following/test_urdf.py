@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from helpers.fed_robots import fed, motors_of, plain_content
 from helpers.geared_robots import geared
 from helpers.tracked_robots import tracked
 from helpers.yaml_content import yaml_content
@@ -218,3 +219,18 @@ def test_a_tracker_stands_on_the_base_and_its_marker_on_the_platform():
         turn = rotation_from_angles(*numbers(own, "rpy"))
         np.testing.assert_allclose(turn, rotation_exp(numbers_of_it[3:]), atol=1e-9)
     assert "camera" not in Tree(robot_urdf(load_robot("six_rfs"), "base", "platform")).links
+
+
+def test_a_roller_is_a_motor_that_turns_and_a_rod_that_comes_out():
+    """As long as the rod is at this position of the motor, where it would end if it were straight."""
+    robot = load_robot(fed(plain_content()))
+    tree, lengths = Tree(robot_urdf(robot, "base", "platform")), 0.37 + 0.01 * np.arange(6)
+    motors = dict(zip(robot.motor_names, motors_of(lengths), strict=True))
+    for number, (leg, length) in enumerate(zip(robot.description.legs, lengths, strict=True)):
+        kinds = [
+            tree.joints[name].get("type") for name in (f"motor{number + 1}", f"{leg.name}.1.joint")
+        ]
+        assert kinds == ["revolute", "prismatic"]
+        _, position = tree.frame(f"{leg.name}.1", motors)
+        end = leg.base_position + length * leg.base_rotation[:, 0]
+        np.testing.assert_allclose(position, end, atol=1e-9)

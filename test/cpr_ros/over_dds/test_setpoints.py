@@ -70,25 +70,28 @@ def test_driving_straight_through_the_instability(drive):
                 and drive.metrics.status == StabilityMetrics.STATUS_HALT_FOR_STABILITY
             )
         )
-    finally:
+        seen = list(drive.all(StabilityMetrics))
+        drive.catch_up(seen[-1])
+        poses = list(drive.all(PoseStamped))
+        assert seen[-1].action == StabilityMetrics.ACTION_HALT
+        assert seen[-1].speed_scale == 0.0
+        assert seen[-1].state == StabilityMetrics.STATE_HALTED
+        # It slowed before it halted, and was stable all the way.
+        actions = [metrics.action for metrics in seen]
+        assert actions == sorted(actions)
+        assert StabilityMetrics.ACTION_SLOW in actions
+        assert all(metrics.index_locked == 0 for metrics in seen)
+        assert all(metrics.margin >= 0.05 for metrics in seen)
+        assert min(pose.pose.position.y for pose in poses) > 0.0357 + 0.005
+        # It publishes while it is halted, and stays.
+        halted = drive.position
+        drive.until(
+            lambda: len(drive.all(StabilityMetrics)) >= 15 and len(drive.all(JointState)) >= 40
+        )
+        np.testing.assert_array_equal(drive.position, halted)
+        assert drive.metrics.state == StabilityMetrics.STATE_HALTED
+    finally:  # a robot that is halted forgets its setpoint with that
         assert drive.set_parameters(max_speed=4.0).successful
-    seen = list(drive.all(StabilityMetrics))
-    drive.catch_up(seen[-1])
-    poses = list(drive.all(PoseStamped))
-    assert seen[-1].action == StabilityMetrics.ACTION_HALT
-    assert seen[-1].speed_scale == 0.0
-    assert seen[-1].state == StabilityMetrics.STATE_HALTED
-    # It slowed before it halted, and was stable all the way.
-    actions = [metrics.action for metrics in seen]
-    assert actions == sorted(actions)
-    assert StabilityMetrics.ACTION_SLOW in actions
-    assert all(metrics.index_locked == 0 for metrics in seen)
-    assert all(metrics.margin >= 0.05 for metrics in seen)
-    assert min(pose.pose.position.y for pose in poses) > 0.0357 + 0.005
-    # It publishes while it is halted, and stays.
-    halted = drive.position
-    drive.until(lambda: len(drive.all(StabilityMetrics)) >= 15 and len(drive.all(JointState)) >= 40)
-    np.testing.assert_array_equal(drive.position, halted)
     # It returns when it is told to.
     drive.send_platform(0.0, 0.8)
     drive.until(lambda: np.allclose(drive.position[:2], [0.0, 0.8], atol=1e-8))
