@@ -102,7 +102,7 @@ def test_ratios_of_the_short_form_that_are_not_written_are_one(name):
     assert changed.description.legs[0].rods[0].modes == richer.description.legs[0].modes
     same(richer, changed.with_parameters({path: 1.0}))
 
-    home, change = solve_home(robot), 1e-4
+    home, change = solve_home(robot), 2e-5
     found = derivatives(home, path, of=("pose", "efforts"))
     above, below = (
         continued(home, robot.with_parameters({path: 1.0 + sign * change})) for sign in (1, -1)
