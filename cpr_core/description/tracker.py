@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -34,15 +35,15 @@ class Tracker(Described):
 
     Attributes:
         position: Of the tracker's frame in the world, (3,) [m].
-        rotation: Of the tracker's frame in the world, (3, 3).
+        rotation_vector: Of the tracker's frame in the world, (3,) [rad].
         marker_position: Of the marker's frame in the platform, (3,) [m].
-        marker_rotation: Of the marker's frame in the platform, (3, 3).
+        marker_rotation_vector: Of the marker's frame in the platform, (3,) [rad].
     """
 
     position: Floats
-    rotation: Floats
+    rotation_vector: Floats
     marker_position: Floats
-    marker_rotation: Floats
+    marker_rotation_vector: Floats
 
     @classmethod
     def from_description(cls, part: Part) -> Self:
@@ -52,6 +53,16 @@ class Tracker(Described):
             DescriptionError: A rotation vector of more than a turn.
         """
         return cls(*_frame(part), *_frame(part.part("marker")))
+
+    @cached_property
+    def rotation(self) -> Floats:
+        """Of the tracker's frame in the world, (3, 3)."""
+        return rotation_exp(self.rotation_vector)
+
+    @cached_property
+    def marker_rotation(self) -> Floats:
+        """Of the marker's frame in the platform, (3, 3)."""
+        return rotation_exp(self.marker_rotation_vector)
 
     def marker_in_tracker(self, platform_position: Floats, platform_rotation: Floats) -> Pose:
         """What the tracker tells of a platform: position, (3,) [m], and rotation, (3, 3), X^-1 B Y.
@@ -87,8 +98,8 @@ class Tracker(Described):
         return np.block([[into, -into @ skew(arm)], [none, into]])
 
 
-def _frame(part: Part) -> Pose:
-    """Position and rotation of a frame, of the fields ``position`` and ``rotation_vector``.
+def _frame(part: Part) -> tuple[Floats, Floats]:
+    """What the fields ``position`` and ``rotation_vector`` of a frame say, (3,) each.
 
     Also of a planar robot they may be anywhere: cameras hang above the plane.
 
@@ -101,4 +112,4 @@ def _frame(part: Part) -> Pose:
         problem = "expected an axis times an angle of at most a turn in radians"
         degrees = ": looks like degrees" if angle <= 2.0 * 360.0 else ""
         raise part.fail("rotation_vector", f"{problem}, got {vector.tolist()}{degrees}")
-    return np.array(part.get("position", _NOWHERE), float), rotation_exp(vector)
+    return np.array(part.get("position", _NOWHERE), float), vector

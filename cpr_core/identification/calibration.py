@@ -88,9 +88,11 @@ def calibrate(
     limits = _checked_bounds(bounds, paths, values)
     tell = progress if progress is not None else _silent
     before = first_equilibria(robot, rows, start, lambda done: tell(0.5 * done))
-    aligned = aligned_tracker(rows, before, paths)
+    aligned, begin = aligned_tracker(rows, before, paths), values
     if aligned:
-        robot = robot.with_parameters(aligned)
+        pairs = zip(paths, values.tolist(), strict=True)
+        begin = np.clip([aligned.get(path, value) for path, value in pairs], *limits)
+        robot = robot.with_parameters(dict(zip(paths, begin.tolist(), strict=True)))
         before = followed(before, robot, [driven_by(robot, row).problem for row in rows])
     check_measured(rows, before, deviations)
     compared = tuple(
@@ -102,7 +104,6 @@ def calibrate(
         expected = f"expected at least as many measured numbers as parameters, {len(paths)}"
         raise InvalidRequest("measurements", f"{expected}, got {numbers}")
     scales = natural_changes(before[0], paths)
-    begin = robot.parameter_values(paths)
     problem = ParameterProblem(robot, paths, begin, scales, compared, before, tell)
     answer = solution(problem, limits, loss)
     doubts = measured_doubts(compared, before)

@@ -21,6 +21,7 @@ from .compared import ComparedRow
 from .measurements import Measurement, StandardDeviations
 
 __all__ = [
+    "THOUSAND",
     "bound_doubts",
     "check_measured",
     "fit_doubts",
@@ -32,7 +33,7 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 #: Ratios of measured to predicted numbers between which one unit is taken for another.
-_THOUSAND = (200.0, 5000.0)
+THOUSAND = (200.0, 5000.0)
 #: Fewest rows of which something can be said together.
 _FEW = 3
 #: A sensor that shows the same is stuck where predictions differ by so many standard deviations.
@@ -143,7 +144,7 @@ def check_measured(
     ):
         ratio = _ratio([getattr(row, name) for row in rows], predictions)
         for seen in (ratio, 1.0 / ratio):
-            if _THOUSAND[0] < seen < _THOUSAND[1]:
+            if THOUSAND[0] < seen < THOUSAND[1]:
                 many = "times as large as" if seen is ratio else "times smaller than"
                 problem = f"about {seen:.0f} {many} predicted: another unit? expected {unit}"
                 raise InvalidRequest(f"measurements: {name}", problem)

@@ -19,6 +19,7 @@ from ..description.tracker import Tracker
 from ..errors import InvalidRequest
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium
+from .doubts import THOUSAND
 from .measurements import Measurement
 
 __all__ = ["aligned_tracker"]
@@ -29,8 +30,6 @@ Floats = NDArray[np.float64]
 _FEW = 3
 #: Places in a line, relative to how far they are apart, do not.
 _IN_LINE = 1e-6
-#: Measured distances over predicted ones beyond which one unit is taken for another.
-_ANOTHER_UNIT = 100.0
 #: Times that tracker and marker are found in turn.
 _TURNS = 20
 
@@ -49,7 +48,7 @@ def aligned_tracker(
         Values by path; none where the place of the tracker is known, or rows do not tell it.
 
     Raises:
-        InvalidRequest: Distances are a hundred times what they should be, or a hundredth.
+        InvalidRequest: Distances are a thousand times what they should be, or a thousandth.
     """
     tracker = predicted[0].robot.description.tracker
     if tracker is None or not _all_of("tracker", paths):
@@ -68,9 +67,11 @@ def aligned_tracker(
     found = _fitted(tracker, pairs, told, paths)
     numbers = {
         "tracker.position": found.position,
-        "tracker.rotation_vector": rotation_log(found.rotation),
+        "tracker.rotation_vector": _near(found.rotation_vector, tracker.rotation_vector),
         "tracker.marker.position": found.marker_position,
-        "tracker.marker.rotation_vector": rotation_log(found.marker_rotation),
+        "tracker.marker.rotation_vector": _near(
+            found.marker_rotation_vector, tracker.marker_rotation_vector
+        ),
     }
     values = {
         f"{name}[{axis}]": float(vector[axis])
@@ -102,14 +103,14 @@ def _fitted(
         markers = places + turns @ tracker.marker_position
         rotation = _rotation(told - told.mean(axis=0), markers - markers.mean(axis=0))
         position = markers.mean(axis=0) - rotation @ told.mean(axis=0)
-        tracker = replace(tracker, position=position, rotation=rotation)
+        tracker = replace(tracker, position=position, rotation_vector=rotation_log(rotation))
         if marker_found:
             arms = turns.transpose(0, 2, 1) @ (position + told @ rotation.T - places)[:, :, None]
             tracker = replace(tracker, marker_position=arms[:, :, 0].mean(axis=0))
     seen = [(row.rotation, e.platform_rotation) for row, e in pairs if row.rotation is not None]
     if seen and _all_of("tracker.marker", paths, ("rotation_vector",)):
         turned = np.sum([own.T @ tracker.rotation @ measured for measured, own in seen], axis=0)
-        tracker = replace(tracker, marker_rotation=_nearest(turned))
+        tracker = replace(tracker, marker_rotation_vector=rotation_log(_nearest(turned)))
     return tracker
 
 
@@ -120,9 +121,16 @@ def _check_unit(told: Floats, markers: Floats) -> None:
         InvalidRequest: They are not.
     """
     ratio = float(np.std(told, axis=0).max() / max(np.std(markers, axis=0).max(), 1e-300))
-    if not 1.0 / _ANOTHER_UNIT < ratio < _ANOTHER_UNIT:
+    if any(THOUSAND[0] < seen < THOUSAND[1] for seen in (ratio, 1.0 / ratio)):
         problem = f"distances in the tracker's frame are {ratio:.3g} times those of the robot"
         raise InvalidRequest("measurements: position", f"{problem}: another unit? expected m")
+
+
+def _near(vector: Floats, described: Floats) -> Floats:
+    """The rotation vector of the same rotation that is nearest to another one, within a turn."""
+    angle = float(np.linalg.norm(vector))
+    other = vector * (1.0 - 2.0 * np.pi / angle) if angle > 0.0 else vector
+    return min(vector, other, key=lambda each: float(np.linalg.norm(each - described)))
 
 
 def _rotation(told: Floats, markers: Floats) -> Floats:

@@ -222,3 +222,17 @@ def test_columns_are_of_one_frame_that_the_robot_has(robot, header, text, tmp_pa
     file.write_text(f"{header}\n" + ",".join("0" * len(header.split(","))) + "\n")
     with pytest.raises(InvalidRequest, match=text):
         read_measurements(robot, file)
+
+
+@pytest.mark.parametrize("angle", [3.1, -3.1])
+def test_a_turn_is_told_as_it_was_described_and_within_bounds(known, places, angle):
+    """A camera that looks straight down: just beyond half a turn is not the other way round."""
+    frame = [0.4, -0.6, 1.8, np.copysign(3.2, angle), 0.0, 0.0]
+    rows = as_told(measured(places[:8]), tracked("six_rfs", frame))
+    described = tracked("six_rfs", [0.3, -0.5, 1.9, angle, 0.0, 0.0])
+    bounds = {TRACKER[3]: sorted([0.9 * angle, 1.1 * angle]), TRACKER[0]: [0.2, 0.38]}
+    for limits, values in ((None, frame), (bounds, [0.38, *frame[1:]])):
+        with pytest.warns(CalibrationWarning):
+            found = calibrate(described, rows, (*TRACKER, *SOME), DEVIATIONS, bounds=limits)
+        assert found.values[:6] == pytest.approx(values, abs=0.1 if limits else 1e-6)
+        assert found.values[0] <= 0.38 + 0.1 * (limits is None)
