@@ -209,12 +209,16 @@ class Trajectories:
                     f"at {due:.3f} s {names[number]} is {away} from where the trajectory has it, "
                     f"its tolerance is {allowed}"
                 )
-        elif due > order.duration + max(order.goal_time_tolerance, 2.0 * self._period):
+            return None
+        late, longest = due - order.duration, max(order.goal_time_tolerance, 2.0 * self._period)
+        if late > longest:
             exact = np.where(np.isfinite(order.goal_tolerance), order.goal_tolerance, 0.0)
             for number in np.flatnonzero(error > exact):
+                away, allowed = distinct(float(error[number]), float(exact[number]))
+                after, time = distinct(late, longest)
                 return "goal_time_tolerance", (
-                    f"{names[number]} is {error[number]:.4g} from the end {due - order.duration:.3f} s "
-                    f"after it was due, allowed are {order.goal_time_tolerance:g} s"
+                    f"{names[number]} is {away} from the end {after} s after it was due: its tolerance "
+                    f"is {allowed}, and allowed are {time} s"
                 )
         return None
 

@@ -4,6 +4,7 @@
 """Timed trajectories: solved ahead, followed in time, replaced, refused and halted."""
 
 import math
+import re
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
@@ -510,6 +511,12 @@ def test_a_warning_makes_it_slower_on_the_same_path_and_tolerances_forbid_that(r
         _, endings = slow.take([1.0], [[0.4, -0.4]], **tolerance)
         ending = slow.until_ended(endings)
         assert (ending.val, ending.measure) == (ErrorCode.CONTROL_FAILED, measure)
+        if measure == "goal_time_tolerance":
+            told = re.search(
+                r"is (\S+) from the end (\S+) s after .* is (\S+), .* are (\S+) s", ending.message
+            )
+            away, late, tolerance, allowed = map(float, told.groups())
+            assert away > tolerance == 0.0 and late > allowed == 0.011
         held = slow.motors.copy()
         slow.tick()
         np.testing.assert_array_equal(slow.motors, held)
