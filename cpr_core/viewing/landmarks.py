@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 
 class Landmarks:
-    """Frames of base and legs with their names."""
+    """Frames of base, legs and tracker with their names."""
 
     def __init__(self, scene: viser.SceneApi, robot: Robot) -> None:
         size = robot.mean_length
@@ -49,6 +49,15 @@ class Landmarks:
                 f"/base/names/{number}", ", ".join(legs), position=np.array(place)
             )
             self._labels.append(label)
+        if (tracker := robot.description.tracker) is not None:
+            scene.add_frame(
+                "/tracker",
+                axes_length=0.12 * size,
+                axes_radius=0.004 * size,
+                position=tracker.position,
+                wxyz=quaternion_from_rotation(tracker.rotation),
+            )
+            self._labels.append(scene.add_label("/tracker/name", "tracker"))
 
     def show_names(self, shown: bool) -> None:
         """Show or hide the names."""
@@ -57,7 +66,7 @@ class Landmarks:
 
 
 class PlatformNode:
-    """The platform: its frame is moved, and what hangs on it goes with it."""
+    """The platform: its frame is moved, and what is on it goes with it, as the marker of a tracker."""
 
     def __init__(self, scene: viser.SceneApi, robot: Robot) -> None:
         size = robot.mean_length
@@ -65,6 +74,14 @@ class PlatformNode:
             "/platform", axes_length=0.12 * size, axes_radius=0.004 * size
         )
         self._label = scene.add_label("/platform/name", "platform")
+        if (tracker := robot.description.tracker) is not None:
+            scene.add_frame(
+                "/platform/marker",
+                axes_length=0.06 * size,
+                axes_radius=0.003 * size,
+                position=tracker.marker_position,
+                wxyz=quaternion_from_rotation(tracker.marker_rotation),
+            )
         holds = np.array([leg.joint.position for leg in robot.description.legs])
         corners = holds[platform_outline(robot)]
         if len(corners) > 3 and np.linalg.matrix_rank(np.diff(corners, axis=0), tol=1e-9) > 1:

@@ -8,9 +8,11 @@ import threading
 import numpy as np
 import pytest
 from helpers.browser import TIMEOUT, Looker, settled, type_into
+from helpers.tracked_robots import tracked
 
 import cpr_core
 from cpr_core.drawing.robot_lines import equilibrium_lines, segments
+from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_core.viewing.typed import numbers_as_text
 
 
@@ -279,3 +281,21 @@ def test_the_force_is_dragged_by_its_tip(page, looker):
     np.testing.assert_array_equal(page.equilibrium.motors, home.motors)
     assert page.equilibrium.platform_position[0] > home.platform_position[0]
     looker.until(lambda: looker.visible("/force/arrow"))
+
+
+def test_a_tracker_stands_where_it_is_and_its_marker_on_the_platform(browser):
+    """Nothing is there of a robot without one."""
+    frame, marker = [0.4, -0.6, 1.2, 3.0, 0.3, -0.4], [0.02, -0.03, 0.04, 0.3, 1.1, -0.2]
+    page = cpr_core.view(tracked("three_rfs", frame, marker))
+    looker = Looker(browser, page.address, "motor3")
+    try:
+        looker.until(lambda: looker.visible("/tracker") and looker.visible("/platform/marker"))
+        for node, numbers in (("/tracker", frame), ("/platform/marker", marker)):
+            # What is below the platform is where it is in the platform.
+            np.testing.assert_allclose(looker.position(node), numbers[:3], rtol=0, atol=1e-6)
+            turn = quaternion_from_rotation(rotation_exp(numbers[3:]))
+            assert abs(looker.quaternion(node) @ turn) == pytest.approx(1.0, abs=1e-9)
+        looker.picture("tracker")
+    finally:
+        looker.page.close()
+        page.close()
