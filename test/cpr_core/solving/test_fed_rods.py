@@ -137,6 +137,13 @@ def test_a_rod_that_would_be_pulled_in_is_refused(robot):
             ask(robot, motors)
 
 
+def test_states_tell_whether_rods_exist(robot):
+    for lengths, exist in (([0.4] * 6, True), ([0.4, 0.4, 0.4, 0.4, -0.01, 0.4], False)):
+        state = solve_home(robot).state.copy()
+        state[robot.motor_indices] = motors_of(lengths)
+        assert robot.rods_exist(state) is exist
+
+
 def test_limits_and_homes_without_a_rod_are_refused():
     content = fed(plain_content())
     content["legs"][1]["motor"]["limits"] = {"position": [-10.0, 70.0]}
