@@ -98,10 +98,11 @@ def test_the_zero_of_a_motor_is_that_of_its_joint(kind):
     np.testing.assert_allclose(home.motors, zeroed["home"]["motors"], atol=1e-15)
 
 
-def test_a_rod_that_is_fed_has_no_offset():
+@pytest.mark.parametrize("field", ["offset", "ratio", "limits"])
+def test_a_base_without_a_motor_has_nothing_of_one(field):
     content = yaml_content(shipped_robots()["gough_stewart"].read_text())
-    content["legs"][0]["motor"]["offset"] = 0.1
-    with pytest.raises(DescriptionError, match=r"legs\[0\]\.motor: unknown field 'offset'"):
+    content["legs"][0]["motor"] = {"type": "welded", field: {} if field == "limits" else 0.1}
+    with pytest.raises(DescriptionError, match=rf"legs\[0\]\.motor: unknown field '{field}'"):
         load_robot(content)
 
 
