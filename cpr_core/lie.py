@@ -22,6 +22,7 @@ __all__ = [
     "angle_motions",
     "directions_across",
     "nearest_rotation",
+    "projected_rotation",
     "quaternion_from_rotation",
     "roll_pitch_yaw",
     "rotation_exp",
@@ -166,6 +167,13 @@ def nearest_rotation(name: str, matrix: ArrayLike) -> NDArray[np.float64]:
             f"got {given.tolist()}",
         )
     return rotation
+
+
+def projected_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rotation, (3, 3), nearest to any matrix, (3, 3)."""
+    left, _, right = np.linalg.svd(matrix)
+    left[:, 2] *= np.sign(np.linalg.det(left @ right))
+    return np.asarray(left @ right)
 
 
 def directions_across(direction: ArrayLike) -> NDArray[np.float64]:

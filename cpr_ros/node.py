@@ -198,6 +198,7 @@ class CprNode(LifecycleNode):
         robot = self._stop.wait_for(
             lambda: load_robot(self.parameters.robot, modes=self.parameters.modes or None)
         )
+        self.parameters.check_tracker(robot)
         logger.info(f"{robot.description.source}: motors {', '.join(robot.motor_names)}")
         logger.info("finding home (after an installation the kernels are compiled, about a minute)")
         frames, live = self.transforms.frames, self._live({})

@@ -79,7 +79,7 @@ _FIXED = (
         "frame_prefix",
         "",
         "",
-        "stands before the names of both frames, such as left/ for one of two robots in a tree",
+        "stands before the names of these frames, such as left/ for one of two robots in a tree",
     ),
     DeclaredParameter("autostart", True, "", "configure and activate without being told"),
     DeclaredParameter(

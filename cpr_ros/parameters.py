@@ -8,13 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
-from itertools import combinations
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 
-from cpr_core import CprError
+from cpr_core import CprError, Robot
 from cpr_core.model.assessment import Threshold, thresholds_problem
 
 from .felt_wrench import WrenchSettings
@@ -85,6 +84,16 @@ class Parameters:
         """Names of the frames of base, platform and tracker, without the prefix."""
         return self.base_frame, self.platform_frame, self.tracker_frame
 
+    def check_tracker(self, robot: Robot) -> None:
+        """Whether the tracker of a robot, if it has one, has a frame of its own.
+
+        Raises:
+            CprError: It has the name of another one.
+        """
+        name = self.tracker_frame
+        if robot.description.tracker is not None and name in self.frames[:2]:
+            raise CprError(f"tracker_frame: expected a frame of its own, {name} is another one")
+
 
 @dataclass(frozen=True)
 class LiveParameters:
@@ -130,12 +139,10 @@ def declare(node: Node) -> Parameters:
             values[parameter.name] = value
     values["characteristic_length"] = values["characteristic_length"] or None
     parameters = Parameters(**values)
-    names = ("base_frame", "platform_frame", "tracker_frame")
-    for (first, one), (second, other) in combinations(
-        zip(names, parameters.frames, strict=True), 2
-    ):
-        if one == other:
-            raise CprError(f"expected two frames, {first} and {second} are {one}")
+    if parameters.base_frame == parameters.platform_frame:
+        raise CprError(
+            f"expected two frames, base_frame and platform_frame are {parameters.base_frame}"
+        )
     return parameters
 
 

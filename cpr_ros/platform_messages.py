@@ -56,12 +56,13 @@ def measured_pose(robot: Robot, message: PoseStamped) -> NDArray[np.float64]:
 def platform_in_base(robot: Robot, message: PoseStamped, frames: Frames) -> PoseStamped:
     """A measured pose as that of the platform in the base frame, of one in the tracker's frame too.
 
-    Where the orientation was not measured (all zeros) it stays so, and the marker has to be at the
-    platform origin.
+    A platform that is a point does not turn, whatever its marker does. Where the orientation of another
+    one was not measured (all zeros) it stays so, and the marker has to be at the platform origin.
 
     Raises:
         RequestError: Another frame, or a robot whose description has no tracker.
         InvalidQuaternion: No rotation, in the tracker's frame.
+        InvalidRequest: An orientation that is needed was not measured.
         NonFiniteInput: A NaN or an infinity, in the tracker's frame.
     """
     frame, tracker = message.header.frame_id or frames.base, robot.description.tracker
@@ -76,11 +77,17 @@ def platform_in_base(robot: Robot, message: PoseStamped, frames: Frames) -> Pose
     point, turn = message.pose.position, message.pose.orientation
     told = checked_vector("pose.position", [point.x, point.y, point.z], 3, "x y z")
     orientation = [turn.w, turn.x, turn.y, turn.z]
-    turned = any(orientation) or tracker.marker_position.any()
-    rotation = rotation_from_quaternion(orientation) if turned else np.eye(3)
-    position, rotation = tracker.platform_in_world(told, rotation)
-    if turned:
+    if robot.description.point_platform:
+        position = tracker.position + tracker.rotation @ told - tracker.marker_position
+        orientation = [1.0, 0.0, 0.0, 0.0]
+    elif any(orientation):
+        position, rotation = tracker.platform_in_world(told, rotation_from_quaternion(orientation))
         orientation = quaternion_from_rotation(rotation).tolist()
+    elif tracker.marker_position.any():
+        needed = "the marker is not at the platform origin: its orientation is needed"
+        raise InvalidRequest("pose.orientation", f"{needed}, got none")
+    else:
+        position, _ = tracker.platform_in_world(told, np.eye(3))
     found = PoseStamped(header=Header(stamp=message.header.stamp, frame_id=frames.base))
     point, turn = found.pose.position, found.pose.orientation
     point.x, point.y, point.z = position.tolist()

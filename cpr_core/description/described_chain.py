@@ -10,7 +10,7 @@ from dataclasses import replace
 from ..description_part import Part
 from .chain import ChainElement, ChainRod, Link
 from .chain_joints import CHAIN_JOINTS
-from .described_rods import check_fed, check_jumps, described_modes, described_rod
+from .described_rods import check_jumps, described_modes, described_rod
 from .joints import JOINTS
 from .leg_description import LegDescription
 from .motors import NO_LIMITS, MotorLimits, Welded, described_ratio
@@ -69,7 +69,6 @@ def _check_units(part: Part, element: ChainElement, length: float) -> None:
         check_link(part, element, length)
     else:
         check_moved(part, element, length)
-        check_fed(part, element)
 
 
 def _chain_rod(part: Part, rod: Part, strain: Part) -> ChainRod:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,9 +14,8 @@ from ..description_part import Part
 from ..rods.rod import DIRECTIONS, UNIFORM, Profile, Rod, StrainModes, strain_series
 from ..rods.sections import SECTIONS
 from ..rods.strain_basis import STRAIN_BASES
-from .chain import ChainRod
-from .chain_element import ChainElement
 from .description_schema import DEFAULT_BASIS
+from .leg_description import LegDescription, described_motors
 from .plausibility import check_rod
 
 __all__ = ["check_fed", "check_jumps", "described_modes", "described_rod", "described_tolerance"]
@@ -50,19 +50,24 @@ def described_rod(part: Part) -> Rod:
     return rod
 
 
-def check_fed(part: Part, element: ChainElement) -> None:
-    """Whether a rod that a motor feeds has a length wherever that may go.
+def check_fed(part: Part, legs: Sequence[LegDescription]) -> None:
+    """Whether rods that motors feed have a length wherever these may go.
 
     Raises:
-        DescriptionError: It has none.
+        DescriptionError: One has none.
     """
-    if not isinstance(element, ChainRod) or element.motor is None:
-        return
-    for position in (element.limits.lower, element.limits.upper):
-        if math.isfinite(position) and (length := element.length_at(position)) <= 0.0:
-            at = "" if length == position else f" at {position:g}"
-            problem = f"expected a positive length, got {length:g}{at}"
-            raise part.part("limits").fail("position", problem)
+    limits = {motor.name: motor.limits for motor in described_motors(legs)}
+    for number, leg in enumerate(legs):
+        for element in leg.rods:
+            if element.motor is None:
+                continue
+            for position in (limits[element.motor].lower, limits[element.motor].upper):
+                if math.isfinite(position) and (length := element.length_at(position)) <= 0.0:
+                    at = "" if length == position else f" at {position:g}"
+                    problem = f"expected a positive length, got {length:g}{at} of {element.motor}"
+                    chain = "chain" in part.content["legs"][number]
+                    where = "chain" if chain else "motor.limits.position"
+                    raise part.fail(f"legs[{number}].{where}", problem)
 
 
 def _profile(part: Part) -> Profile:

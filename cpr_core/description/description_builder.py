@@ -142,6 +142,7 @@ def _legs(part: Part) -> tuple[LegDescription, ...]:
     )
     _check_rod_names(part, legs)
     check_joints(part, legs)
+    check_fed(part, legs)
     if not any(leg.rods for leg in legs):
         raise part.fail("legs", "expected a rod in at least one leg")
     return legs
@@ -233,7 +234,6 @@ def _geared(leg: LegDescription, part: Part) -> LegDescription:
     for element in leg.chain:
         if element.motor is not None:
             check_moved(motor_part, element, leg.rod.length)
-            check_fed(motor_part, element)
     return leg
 
 

@@ -48,7 +48,6 @@ class DescribedMotor:
         name: In messages.
         unit: Of its position.
         limits: What it can do.
-        feeds_rod: Whether it feeds a rod.
         moves: Unit of the joint or rod that it moves: metres, where it turns a screw.
         ratio: How far that joint goes when it goes one; of several the one that goes farthest.
     """
@@ -56,7 +55,6 @@ class DescribedMotor:
     name: str
     unit: Literal["rad", "m", ""]
     limits: MotorLimits
-    feeds_rod: bool
     moves: Literal["rad", "m", ""]
     ratio: float
 
@@ -227,7 +225,6 @@ def _described_motor(name: str, elements: Sequence[ChainElement]) -> DescribedMo
         name,
         farthest.motor_unit,
         next(limits, NO_LIMITS),
-        feeds_rod=farthest.kind == "rod",
         moves=farthest.unit,
         ratio=farthest.ratio,
     )

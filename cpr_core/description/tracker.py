@@ -27,6 +27,8 @@ Floats = NDArray[np.float64]
 Pose = tuple[Floats, Floats]
 
 _NOWHERE = (0.0, 0.0, 0.0)
+#: Longest rotation vector [rad]: a turn, and room for differences at it.
+_TURN = 2.0 * math.pi + 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +110,8 @@ def _frame(part: Part) -> tuple[Floats, Floats]:
     """
     vector = np.array(part.get("rotation_vector", _NOWHERE), float)
     angle = math.hypot(*vector)
-    if angle > 2.0 * math.pi:
+    if angle > _TURN:
         problem = "expected an axis times an angle of at most a turn in radians"
-        degrees = ": looks like degrees" if angle <= 2.0 * 360.0 else ""
+        degrees = ": looks like degrees" if 10.0 < angle <= 720.0 else ""
         raise part.fail("rotation_vector", f"{problem}, got {vector.tolist()}{degrees}")
     return np.array(part.get("position", _NOWHERE), float), vector

@@ -55,8 +55,8 @@ def calibrate(
     """Parameters with which a robot does what was measured.
 
     The weighted sum of squares of all that was measured is made least, from the values of the
-    description on. What the measurements do not tell stays as it is. Where the whole place of the
-    tracker is to be found, its numbers begin where they fit the robot as it is described.
+    description on. What the measurements do not tell stays as it is. Numbers of the tracker
+    begin where they fit the robot as it is described.
 
     Args:
         robot: The robot as it is described.
@@ -88,7 +88,7 @@ def calibrate(
     limits = _checked_bounds(bounds, paths, values)
     tell = progress if progress is not None else _silent
     before = first_equilibria(robot, rows, start, lambda done: tell(0.5 * done))
-    aligned, begin = aligned_tracker(rows, before, paths), values
+    aligned, begin = aligned_tracker(rows, before, paths, deviations), values
     if aligned:
         pairs = zip(paths, values.tolist(), strict=True)
         begin = np.clip([aligned.get(path, value) for path, value in pairs], *limits)
@@ -106,7 +106,7 @@ def calibrate(
     scales = natural_changes(before[0], paths)
     problem = ParameterProblem(robot, paths, begin, scales, compared, before, tell)
     answer = solution(problem, limits, loss)
-    doubts = measured_doubts(compared, before)
+    doubts = measured_doubts(compared, before, problem.equilibria(answer))
     found = replace(_result(problem, answer, limits, loss, doubts), start=values)
     tell(1.0)
     for doubt in found.doubts:
@@ -184,7 +184,7 @@ def _result(
         values,
         covariance,
         words,
-        (*doubts, *fit_doubts(problem.rows, problem.before, fit, freedom)),
+        (*doubts, *fit_doubts(problem.rows, problem.before, fit, freedom, problem.refused)),
         fit,
         problem.rows,
         tuple(problem.before),

@@ -35,7 +35,7 @@ class CalibrationResult:
     Attributes:
         robot: The robot with the parameters found; ``robot.description.text`` is a file that loads.
         parameters: Their paths.
-        start: Values before, (P,), in SI units.
+        start: Values of the description, (P,), in SI units.
         values: Values found, (P,), in SI units.
         covariance: Of the values, (P, P); infinite variances, and no covariances, of parameters in
             which something is not determined.
@@ -44,7 +44,8 @@ class CalibrationResult:
         fit: Root mean square of the weighted residual, per degree of freedom: 1 where the standard
             deviations are right. With a robust loss from the median.
         rows: How every measurement was compared.
-        before: Equilibria of the rows with the parameters before.
+        before: Equilibria of the rows with the parameters of the description; a tracker whose numbers
+            were to be found is where it fits these.
         after: Equilibria of the rows with the parameters found.
     """
 
@@ -88,7 +89,7 @@ class CalibrationResult:
         """Predicted minus measured in SI units, by kind: position, rotation, motors, efforts.
 
         Args:
-            calibrated: With the parameters found, else with those before.
+            calibrated: With the parameters found, else as in ``before``.
         """
         found: dict[str, list[Floats]] = {kind: [] for kind in _KINDS}
         equilibria = self.after if calibrated else self.before

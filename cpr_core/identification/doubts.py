@@ -138,11 +138,16 @@ def check_measured(
         doubt = plane_doubt(equilibrium.robot, row.position, row.rotation, *exactness)
         if doubt and row.frame == "world":
             raise InvalidRequest(row.label, doubt)
-    for name, unit, predictions in (
-        ("position", "m", [position for position, _ in poses]),
-        ("efforts", "N m or N", [found.efforts for found in predicted]),
+    pairs_of = [(row.position, position) for row, (position, _) in zip(rows, poses, strict=True)]
+    told = [pair for row, pair in zip(rows, pairs_of, strict=True) if row.frame == "tracker"]
+    world = [pair for row, pair in zip(rows, pairs_of, strict=True) if row.frame == "world"]
+    efforts = [(row.efforts, found.efforts) for row, found in zip(rows, predicted, strict=True)]
+    for name, unit, both in (
+        ("position", "m", world),
+        ("position", "m", _from_the_middle(told)),
+        ("efforts", "N m or N", efforts),
     ):
-        ratio = _ratio([getattr(row, name) for row in rows], predictions)
+        ratio = _ratio(both)
         for seen in (ratio, 1.0 / ratio):
             if THOUSAND[0] < seen < THOUSAND[1]:
                 many = "times as large as" if seen is ratio else "times smaller than"
@@ -150,11 +155,22 @@ def check_measured(
                 raise InvalidRequest(f"measurements: {name}", problem)
 
 
-def _ratio(measured: Sequence[Floats | None], predicted: Sequence[Floats]) -> float:
+def _from_the_middle(
+    pairs: Sequence[tuple[Floats | None, Floats]],
+) -> list[tuple[Floats | None, Floats]]:
+    """Places from the medians of those measured, as how far they are depends on the tracker."""
+    found = [(place, other) for place, other in pairs if place is not None]
+    if len(found) < _FEW:
+        return []
+    middles = [np.nanmedian(np.array(each), axis=0) for each in zip(*found, strict=True)]
+    return [(place - middles[0], other - middles[1]) for place, other in found]
+
+
+def _ratio(pairs: Sequence[tuple[Floats | None, Floats]]) -> float:
     """Typical size of what was measured over that of what was predicted; 1 where neither tells."""
     sizes = [
         (abs(value), abs(other))
-        for row, prediction in zip(measured, predicted, strict=True)
+        for row, prediction in pairs
         if row is not None
         for value, other in zip(row, prediction, strict=True)
         if np.isfinite(value)
@@ -166,10 +182,20 @@ def _ratio(measured: Sequence[Floats | None], predicted: Sequence[Floats]) -> fl
 
 
 def measured_doubts(
-    rows: Sequence[ComparedRow], predicted: Sequence[Equilibrium]
+    rows: Sequence[ComparedRow], described: Sequence[Equilibrium], answer: Sequence[Equilibrium]
 ) -> tuple[str, ...]:
-    """Sensors and motors that seem to be stuck, one line each."""
-    robot, found = predicted[0].robot, []
+    """Sensors and motors that seem to be stuck, one line each.
+
+    Args:
+        rows: How rows are compared.
+        described: Their equilibria, of the robot as it is described.
+        answer: The same of the robot that was found: a tracker elsewhere than described tells others.
+    """
+    robot, found = described[0].robot, []
+    predicted = [
+        after if row.measurement.frame == "tracker" else before
+        for row, before, after in zip(rows, described, answer, strict=True)
+    ]
     for name, place, values, foretold, deviation in _columns(rows, predicted):
         if len(values) < _FEW or np.ptp(values) > 0.0:
             continue
@@ -240,7 +266,11 @@ def _shown(row: Measurement, count: int) -> Floats:
 
 
 def fit_doubts(
-    rows: Sequence[ComparedRow], described: Sequence[Equilibrium], fit: float, freedom: int
+    rows: Sequence[ComparedRow],
+    described: Sequence[Equilibrium],
+    fit: float,
+    freedom: int,
+    refused: str = "",
 ) -> list[str]:
     """What residuals say of the standard deviations that were stated, and of units.
 
@@ -249,6 +279,7 @@ def fit_doubts(
         described: Their equilibria, of the robot as it is described.
         fit: Root mean square of the residuals in standard deviations.
         freedom: Degrees of freedom.
+        refused: Why there was no robot with some parameters that were tried, if so.
     """
     if freedom >= _FREE and fit <= 1.0 / _BEYOND:
         return [
@@ -269,6 +300,7 @@ def fit_doubts(
         f"residuals are {fit:.3g} times as large as the standard deviations say: outliers, standard "
         "deviations that are too small, or a robot that differs in more than these parameters",
         *[f"{row.measurement.label}: {doubt}" for row, doubt in pairs if doubt][:1],
+        *([f"on the way there were no robots: {refused}"] if refused else []),
     ]
 
 

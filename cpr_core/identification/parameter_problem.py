@@ -22,6 +22,7 @@ from ..solving.targets import ProblemName
 from .compared import ComparedRow
 from .measured_equilibria import followed
 from .robust_loss import Loss, loss_width
+from .tracker_rates import tracker_unit
 from .undetermined import parameter_sizes, unseen_directions
 
 __all__ = ["TRIED", "ParameterProblem", "natural_changes", "solution"]
@@ -35,6 +36,8 @@ _SQUARES, _PARAMETERS = 1e-6, 1e-9
 _DEVIATIONS, _FITS = 1e-3, 0.1
 #: Slope of the sum of squares below which scipy looks at none, in standard deviations.
 _ROUNDING = float(np.finfo(float).eps)
+#: Residuals, in standard deviations, from which robust losses find their least without squares before.
+_NEAR = 30.0
 #: Residual of rows whose robot or equilibrium does not exist: a trial step is never taken there.
 _REFUSED = 1e12
 #: How far derivatives are taken for constant on the way: in natural units of the parameters, which may
@@ -52,10 +55,16 @@ _ROUNDS = 3
 
 def natural_changes(equilibrium: Equilibrium, paths: Sequence[str]) -> Floats:
     """Changes of parameters that mean about as much as a natural unit, (P,); none is zero."""
-    parameters = named_parameters(equilibrium.robot.description, paths)
+    robot = equilibrium.robot
+    parameters = named_parameters(robot.description, paths)
     scales = parameter_scales(equilibrium, parameters).tolist()
     pairs = zip(scales, parameters, strict=True)
-    return np.array([scale or parameter.size or 1.0 for scale, parameter in pairs])
+    return np.array(
+        [
+            tracker_unit(parameter.path, robot.mean_length) or scale or parameter.size or 1.0
+            for scale, parameter in pairs
+        ]
+    )
 
 
 @dataclass(eq=False)
@@ -71,6 +80,7 @@ class ParameterProblem:
         before: Equilibria of the rows.
         tell: Called with the fraction of what is to be done, roughly.
         settled: Whether the last descent came to its end.
+        refused: Why there was no robot where the descents went, if so.
     """
 
     robot: Robot
@@ -88,7 +98,7 @@ class ParameterProblem:
         self._problems: list[ProblemName] = [row.problem for row in self.rows]
         self._robots = 0
         self._each_alone = False  # as far as is known
-        self.settled = True
+        self.settled, self.refused = True, ""
         self._rates: tuple[Floats, Floats] | None = None
 
     def values_at(self, change: Floats) -> Floats:
@@ -122,8 +132,10 @@ class ParameterProblem:
         try:
             pairs = zip(self.rows, self.equilibria(change), strict=True)
         except (DescriptionError, NotReached) as error:
-            if isinstance(error, DescriptionError) and not self._each_alone:
-                self._check_alone()
+            if isinstance(error, DescriptionError):
+                self.refused = f"{error.field}: {error.problem}"
+                if not self._each_alone:
+                    self._check_alone()
             return np.full(sum(len(row.places) for row in self.rows), _REFUSED)
         return np.concatenate([row.residual(equilibrium) for row, equilibrium in pairs])
 
@@ -179,6 +191,8 @@ def solution(problem: ParameterProblem, limits: Floats, loss: Loss) -> Floats:
     # Where all residuals are large a robust loss has nearly no curvature, or several minima.
     losses: dict[Loss, tuple[Loss, ...]] = {"linear": (), "cauchy": ("linear", "soft_l1")}
     for easier in losses.get(loss, ("linear",)):
+        if easier == "linear" and np.median(np.abs(problem.residual(change))) < _NEAR:
+            continue  # squares would lead away from there, if some rows are grossly wrong
         change = _descended(problem, change, limits, easier)
     return _descended(problem, change, limits, loss)
 

@@ -15,7 +15,7 @@ from ..description.parameters import Parameter
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium
 
-__all__ = ["of_tracker", "tracker_rates"]
+__all__ = ["of_tracker", "tracker_rates", "tracker_unit"]
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +26,13 @@ _STEP = 1e-5
 def of_tracker(path: str) -> bool:
     """Whether a parameter is a number of the tracker, which moves nothing of the robot."""
     return path.startswith("tracker.")
+
+
+def tracker_unit(path: str, length: float) -> float:
+    """Natural unit of a number of the tracker in a robot with rods of a length [m]; 0 of others."""
+    if not of_tracker(path):
+        return 0.0
+    return 1.0 if "rotation_vector" in path else length
 
 
 def tracker_rates(equilibrium: Equilibrium, paths: Sequence[str], platform: Floats) -> Floats:

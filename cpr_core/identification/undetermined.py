@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -73,13 +74,21 @@ def unseen_in_words(
     return tuple(_in_words(row * scales, paths, values) for row in rows)
 
 
+def _place(path: str) -> bool:
+    """Whether a parameter is a place, a turn or a zero: sums and differences of these mean something.
+
+    Where they are as large as each other those look like products and ratios, to first order.
+    """
+    return re.search(r"(position|rotation_vector|offset)(\[[0-9*]+\])*\Z", path) is not None
+
+
 def _in_words(change: Floats, paths: Sequence[str], values: Floats) -> str:
     """A direction in words."""
     places = np.flatnonzero(change)
     if len(places) == 1:
         return f"{paths[places[0]]} is not determined"
     first = places[0]
-    if len(places) == 2 and values[places].all():
+    if len(places) == 2 and values[places].all() and not any(map(_place, np.take(paths, places))):
         last = places[1]
         relative = change[places] / values[places]
         power = relative[0] / relative[1]

@@ -9,7 +9,7 @@ import numpy as np
 
 import cpr_core
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.lie import quaternion_from_rotation
+from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from helpers.yaml_content import yaml_content
 
 FRAME = ("position", "rotation_vector")
@@ -40,6 +40,19 @@ def as_told(rows, robot, *, turned=True):
         position, rotation = tracker.marker_in_tracker(row.position, row.rotation)
         quaternion = quaternion_from_rotation(rotation) if turned else None
         found.append(replace(row, position=position, quaternion_wxyz=quaternion, frame="tracker"))
+    return found
+
+
+def noisy(rows, deviations, seed):
+    """The same with the noise of a tracker, in its own frame."""
+    generator, found = np.random.default_rng(seed), []
+    for row in rows:
+        position = row.position + generator.normal(0.0, deviations.position, 3)
+        quaternion = row.quaternion_wxyz
+        if quaternion is not None:
+            turn = rotation_exp(generator.normal(0.0, deviations.rotation, 3))
+            quaternion = quaternion_from_rotation(turn @ row.rotation)
+        found.append(replace(row, position=position, quaternion_wxyz=quaternion))
     return found
 
 

@@ -122,7 +122,6 @@ def test_limits_and_units_of_motors_that_turn_shift_and_feed():
         ("motor3", "rad", "N m"),
     ]
     assert (motors[0].limits.upper, motors[1].limits.speed) == (0.2, 0.1)
-    assert [motor.feeds_rod for motor in motors[:3]] == [False, True, False]
 
 
 def test_a_motor_in_several_joints_is_one():

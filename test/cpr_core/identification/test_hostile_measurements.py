@@ -139,7 +139,7 @@ def test_a_sensor_that_is_stuck_is_so_behind_any_gear(robot, rows, gear):
     ]
     exactness = StandardDeviations(efforts=1e-3 * gear)
     compared = [compared_row(row, at, exactness) for row, at in zip(stuck, found, strict=True)]
-    [doubt] = measured_doubts(compared, found)
+    [doubt] = measured_doubts(compared, found, found)
     assert doubt.startswith(f"efforts: motor1 is {0.3513 * gear:g} in all 6 rows, though it should")
 
 

@@ -160,6 +160,19 @@ def test_limits_and_homes_without_a_rod_are_refused():
         load_robot(content)
 
 
+def test_limits_of_a_motor_hold_for_every_rod_it_feeds():
+    """One that was fed the other way vanished within them."""
+    content = as_chains("gough_stewart", links=False)
+    for leg, fields in zip(content["legs"][:2], ({}, {"ratio": -0.3, "offset": 0.5}), strict=True):
+        leg["chain"][0] |= {"motor": "both"} | fields
+    content["legs"][0]["chain"][0]["limits"] = {"position": [0.01, 5.0]}
+    content["home"]["motors"] = content["home"]["motors"][:5]
+    content["controlled"] = ["x", "y", "z", "roll", "pitch"]
+    problem = r"legs\[1\]\.chain: expected a positive length, got -1 at 5 of both"
+    with pytest.raises(DescriptionError, match=problem):
+        load_robot(content)
+
+
 @pytest.mark.parametrize("field", ["offset", "ratio", "lead"])
 def test_a_rod_that_nothing_feeds_has_no_roller(field):
     content = as_chains("six_rfs", links=False)

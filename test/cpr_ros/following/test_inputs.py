@@ -186,16 +186,33 @@ def test_what_a_tracker_tells_is_the_platform_s_pose_in_the_base_frame(name):
     np.testing.assert_allclose(listening.felt[1], plain.felt[1], atol=1e-14)
 
 
-def test_a_tracker_of_points_needs_no_orientation_if_its_marker_is_the_origin():
-    described = tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0.0, 0.0])
-    listening = Listening(described)
+def test_a_tracker_of_points_needs_no_orientation():
+    listening = Listening(tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0.0, 0.0]))
     listening.hear_pose([0.0, -0.6, 1.5], [0, 0, 0, 0], "tracker")
     assert listening.dropped == 0
     np.testing.assert_allclose(listening.believed, [0.1, 0.8], atol=1e-14)
-    assert listening.felt is None  # it needs all of it
     listening = Listening(tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0.0, 0.0], [0.01, 0, 0, 0, 0, 0]))
     listening.hear_pose([0.0, -0.6, 1.5], [0, 0, 0, 0], "tracker")
+    assert listening.dropped == 0
+    np.testing.assert_allclose(listening.believed, [0.09, 0.8], atol=1e-14)
+
+
+@pytest.mark.parametrize("orientation", [(1, 0, 0, 0), (0.7, 0.1, 0.1, 0.7), (0, 0, 0, 0)])
+def test_a_platform_that_is_a_point_does_not_turn_whatever_its_marker_does(orientation):
+    """As calibration has it: the arm of its marker was turned with it, centimetres off."""
+    quaternion = np.array(orientation, float) / max(np.linalg.norm(orientation), 1e-9)
+    listening = Listening(tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0, 0], [0.03, 0, 0.01, 0, 0, 0]))
+    listening.hear_pose([0.0, -0.6, 1.5], quaternion, "tracker")
+    assert listening.dropped == 0
+    np.testing.assert_allclose(listening.believed, [0.07, 0.8], atol=1e-14)
+
+
+def test_an_orientation_that_is_needed_and_was_not_measured_is_asked_for():
+    listening = Listening(tracked("six_rfs", [0.1, 0.2, 1.5, np.pi, 0, 0], [0.03, 0, 0, 0, 0, 0]))
+    listening.hear_pose([0.0, -0.6, 1.5], [0, 0, 0, 0], "tracker")
     assert listening.dropped == 1 and listening.believed is None
+    problem = listening.session.loop._measured.problem
+    assert "not at the platform origin: its orientation is needed" in problem
 
 
 @pytest.mark.parametrize("position", [(NAN, 0, 1), (0, 0, float("inf"))])

@@ -135,12 +135,16 @@ def test_a_number_that_looks_like_another_unit_is_told_in_the_log(tmp_path):
         (["-p", "robot:=rfrfr", "-p", "margin_stop:=0.5"], "expected margin_stop below"),
         (["-p", "robot:=rfrfr", "-p", "start_from:=last"], "where the robot was last is not known"),
         (["-p", "robot:=rfrfr", "-p", "base_frame:=platform"], "expected two frames"),
+        (["-p", "robot:=TRACKED", "-p", "tracker_frame:=base"], "base is another one"),
         (["-p", "nonsense"], "nonsense"),
         (["-p", "robot:=rfrfr", "-p", "modes:=500"], "modes"),
         (["-p", "robot:=rfrfr", "-p", "modes:=three"], "modes"),
     ],
 )
 def test_a_node_that_cannot_start_says_why_and_exits_with_1(tmp_path, arguments, text):
+    file = tmp_path / "tracked.yaml"
+    file.write_text(f"{(ROOT / 'config/rfrfr.yaml').read_text()}\ntracker: {{}}\n")
+    arguments = [word.replace("TRACKED", str(file)) for word in arguments]
     process = NodeProcess(tmp_path / "node.log", free_domain(), arguments)
     assert process.process.wait(TIMEOUT) == 1
     assert text in process.output()
