@@ -17,7 +17,6 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import scipy
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from ..description.tracker import Tracker
 from ..errors import InvalidRequest
@@ -77,7 +76,9 @@ class _Rows:
         apart = (markers - tracker.position) @ tracker.rotation - self.told
         seen = np.isfinite(self.turned[:, 0, 0])
         predicted = into @ self.turns[seen] @ tracker.marker_rotation
-        turn = Rotation.from_matrix(predicted @ self.turned[seen].transpose(0, 2, 1)).as_rotvec()
+        turn = scipy.spatial.transform.Rotation.from_matrix(
+            predicted @ self.turned[seen].transpose(0, 2, 1)
+        ).as_rotvec()
         along, about = self.weights
         return np.concatenate([along * apart.ravel(), about * turn.ravel()])
 
@@ -157,7 +158,7 @@ def _starts(tracker: Tracker, seen: _Rows, free: Mapping[str, list[int]]) -> lis
     rotations = [projected_rotation(there.T @ told)]
     if measured.any():
         rotations.append(_turned_as(tracker, seen, measured, free))
-    rotations += list(Rotation.create_group("O").as_matrix())
+    rotations += list(scipy.spatial.transform.Rotation.create_group("O").as_matrix())
     return [
         _placed(replace(tracker, rotation_vector=_vector(rotation)), seen, free)
         for rotation in rotations
@@ -252,7 +253,7 @@ def _near(path: str, vector: Floats, described: Tracker) -> Floats:
     """A vector that was found; of a rotation the one nearest to that described, within a turn."""
     if not path.endswith("rotation_vector"):
         return vector
-    vector = _vector(Rotation.from_rotvec(vector).as_matrix())
+    vector = _vector(scipy.spatial.transform.Rotation.from_rotvec(vector).as_matrix())
     angle, own = float(np.linalg.norm(vector)), getattr(described, _FIELDS[path])
     other = vector * (1.0 - 2.0 * np.pi / angle) if angle > 0.0 else vector
     return min(vector, other, key=lambda each: float(np.linalg.norm(each - own)))
@@ -260,5 +261,5 @@ def _near(path: str, vector: Floats, described: Tracker) -> Floats:
 
 def _vector(rotation: Floats) -> Floats:
     """Rotation vector of a rotation, (3,)."""
-    found: Floats = Rotation.from_matrix(rotation).as_rotvec()
+    found: Floats = scipy.spatial.transform.Rotation.from_matrix(rotation).as_rotvec()
     return found

@@ -22,6 +22,28 @@ __all__ = ["Landmarks", "PlatformNode", "aim_camera"]
 
 Floats = NDArray[np.float64]
 
+_NOWHERE, _AS_IT_IS = np.zeros(3), np.eye(3)
+
+
+def _add_frame(
+    scene: viser.SceneApi,
+    name: str,
+    size: float,
+    position: Floats = _NOWHERE,
+    rotation: Floats = _AS_IT_IS,
+    *,
+    small: bool = False,
+) -> Any:
+    """A frame of a robot with rods of a size [m]; where it is and how it is turned in the one above."""
+    length, radius = (0.06, 0.003) if small else (0.12, 0.004)
+    return scene.add_frame(
+        name,
+        axes_length=length * size,
+        axes_radius=radius * size,
+        position=position,
+        wxyz=quaternion_from_rotation(rotation),
+    )
+
 
 class Landmarks:
     """Frames of base, legs and tracker with their names."""
@@ -30,18 +52,12 @@ class Landmarks:
         size = robot.mean_length
         scene.world_axes.visible = False
         self._labels = []
-        scene.add_frame("/base", axes_length=0.12 * size, axes_radius=0.004 * size)
+        _add_frame(scene, "/base", size)
         self._labels.append(scene.add_label("/base/name", "base"))
         names: dict[tuple[float, ...], list[str]] = {}  # legs may share a base
         for leg in robot.description.legs:
             name = f"/base/{leg.name}"
-            scene.add_frame(
-                name,
-                axes_length=0.06 * size,
-                axes_radius=0.003 * size,
-                position=leg.base_position,
-                wxyz=quaternion_from_rotation(leg.base_rotation),
-            )
+            _add_frame(scene, name, size, leg.base_position, leg.base_rotation, small=True)
             place = tuple(np.round(leg.base_position, 6).tolist())
             names.setdefault(place, []).append(leg.name)
         for number, (place, legs) in enumerate(names.items()):
@@ -50,13 +66,7 @@ class Landmarks:
             )
             self._labels.append(label)
         if (tracker := robot.description.tracker) is not None:
-            scene.add_frame(
-                "/tracker",
-                axes_length=0.12 * size,
-                axes_radius=0.004 * size,
-                position=tracker.position,
-                wxyz=quaternion_from_rotation(tracker.rotation),
-            )
+            _add_frame(scene, "/tracker", size, tracker.position, tracker.rotation)
             self._labels.append(scene.add_label("/tracker/name", "tracker"))
 
     def show_names(self, shown: bool) -> None:
@@ -70,18 +80,11 @@ class PlatformNode:
 
     def __init__(self, scene: viser.SceneApi, robot: Robot) -> None:
         size = robot.mean_length
-        self._frame: Any = scene.add_frame(
-            "/platform", axes_length=0.12 * size, axes_radius=0.004 * size
-        )
+        self._frame = _add_frame(scene, "/platform", size)
         self._label = scene.add_label("/platform/name", "platform")
         if (tracker := robot.description.tracker) is not None:
-            scene.add_frame(
-                "/platform/marker",
-                axes_length=0.06 * size,
-                axes_radius=0.003 * size,
-                position=tracker.marker_position,
-                wxyz=quaternion_from_rotation(tracker.marker_rotation),
-            )
+            place = tracker.marker_position, tracker.marker_rotation
+            _add_frame(scene, "/platform/marker", size, *place, small=True)
         holds = np.array([leg.joint.position for leg in robot.description.legs])
         corners = holds[platform_outline(robot)]
         if len(corners) > 3 and np.linalg.matrix_rank(np.diff(corners, axis=0), tol=1e-9) > 1:
