@@ -140,7 +140,8 @@ def controlled_pose(robot: Robot, message: Pose, *, tilt: float = 1e-9, where: s
         values |= dict(
             zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation).tolist(), strict=True)
         )
-        values["angle"] = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+        # The turn about z that is nearest: a small tilt out of the plane does not change it.
+        values["angle"] = 2.0 * math.remainder(math.atan2(orientation.z, orientation.w), math.pi)
     return np.array([values[name] for name in pose_meaning(robot)])
 
 

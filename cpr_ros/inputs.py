@@ -209,7 +209,8 @@ class Inputs:
         delay = measurement_delay(message.header, self._node.get_clock().now())
         corrected = bool(session.robot.description.controlled)
         try:
-            message = platform_in_base(session.robot, message, self._frames)
+            current = session.solver.current.equilibrium
+            message = platform_in_base(current, message, self._frames)
             if corrected:
                 session.loop.take(measured_pose(session.robot, message), now, delay)
         except CprError as error:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import hashlib
+import json
 import mmap
 import os
 import struct
@@ -184,7 +185,11 @@ def _checksum(turn: int, numbers: bytes) -> int:
 
 def _fingerprint(robot: Robot) -> bytes:
     """What tells a robot, its description and its modes from others."""
-    described = f"{robot.description.text}\0{robot.motor_list}\0{robot.state_size}"
+    text, written = robot.description.text, robot.description.written
+    if written is not None and "tracker" in written.content:  # it moves nothing of the robot
+        rest = {name: field for name, field in written.content.items() if name != "tracker"}
+        text = json.dumps(rest, default=repr)
+    described = f"{text}\0{robot.motor_list}\0{robot.state_size}"
     return hashlib.sha256(described.encode()).digest()
 
 

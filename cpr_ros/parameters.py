@@ -21,6 +21,7 @@ from .parameter_calls import as_meant
 from .parameter_table import PARAMETERS, ROS_PARAMETERS, THRESHOLDS, DeclaredParameter
 from .pose_loop import LoopSettings
 from .setpoint_following import Settings
+from .urdf import marker_frame
 
 __all__ = [
     "LiveParameters",
@@ -90,9 +91,13 @@ class Parameters:
         Raises:
             CprError: It has the name of another one.
         """
-        name = self.tracker_frame
-        if robot.description.tracker is not None and name in self.frames[:2]:
-            raise CprError(f"tracker_frame: expected a frame of its own, {name} is another one")
+        if robot.description.tracker is None:
+            return
+        if not self.tracker_frame:
+            raise CprError("tracker_frame: expected a name, no frame at all is the base frame")
+        for name in (self.tracker_frame, marker_frame(self.tracker_frame)):
+            if name in self.frames[:2]:
+                raise CprError(f"tracker_frame: expected frames of its own, {name} is another one")
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from cpr_msgs.msg import ErrorCode
 from geometry_msgs.msg import PoseStamped, TwistStamped
@@ -12,7 +14,7 @@ from numpy.typing import NDArray
 from rclpy.time import Time
 from std_msgs.msg import Header
 
-from cpr_core import InvalidRequest, Robot
+from cpr_core import Equilibrium, InvalidRequest, Robot
 from cpr_core.lie import quaternion_from_rotation, rotation_from_quaternion
 from cpr_core.solving.requests import pose_meaning
 from cpr_core.validation import checked_vector
@@ -53,19 +55,24 @@ def measured_pose(robot: Robot, message: PoseStamped) -> NDArray[np.float64]:
     return checked_vector("pose", pose, len(pose), " ".join(pose_meaning(robot)))
 
 
-def platform_in_base(robot: Robot, message: PoseStamped, frames: Frames) -> PoseStamped:
+def platform_in_base(current: Equilibrium, message: PoseStamped, frames: Frames) -> PoseStamped:
     """A measured pose as that of the platform in the base frame, of one in the tracker's frame too.
 
     A platform that is a point does not turn, whatever its marker does. Where the orientation of another
-    one was not measured (all zeros) it stays so, and the marker has to be at the platform origin.
+    one was not measured (all zeros, or NaN) it stays so, and the marker's arm is turned as the model is.
+
+    Args:
+        current: Equilibrium of the model.
+        message: The pose.
+        frames: Names of the frames.
 
     Raises:
         RequestError: Another frame, or a robot whose description has no tracker.
         InvalidQuaternion: No rotation, in the tracker's frame.
-        InvalidRequest: An orientation that is needed was not measured.
         NonFiniteInput: A NaN or an infinity, in the tracker's frame.
     """
-    frame, tracker = message.header.frame_id or frames.base, robot.description.tracker
+    description = current.robot.description
+    frame, tracker = message.header.frame_id or frames.base, description.tracker
     if frame == frames.base:
         return message
     if frame != frames.tracker or tracker is None:
@@ -77,17 +84,15 @@ def platform_in_base(robot: Robot, message: PoseStamped, frames: Frames) -> Pose
     point, turn = message.pose.position, message.pose.orientation
     told = checked_vector("pose.position", [point.x, point.y, point.z], 3, "x y z")
     orientation = [turn.w, turn.x, turn.y, turn.z]
-    if robot.description.point_platform:
+    if description.point_platform:
         position = tracker.position + tracker.rotation @ told - tracker.marker_position
         orientation = [1.0, 0.0, 0.0, 0.0]
-    elif any(orientation):
+    elif any(orientation) and not any(map(math.isnan, orientation)):
         position, rotation = tracker.platform_in_world(told, rotation_from_quaternion(orientation))
         orientation = quaternion_from_rotation(rotation).tolist()
-    elif tracker.marker_position.any():
-        needed = "the marker is not at the platform origin: its orientation is needed"
-        raise InvalidRequest("pose.orientation", f"{needed}, got none")
     else:
-        position, _ = tracker.platform_in_world(told, np.eye(3))
+        arm = current.platform_rotation @ tracker.marker_position
+        position = tracker.position + tracker.rotation @ told - arm
     found = PoseStamped(header=Header(stamp=message.header.stamp, frame_id=frames.base))
     point, turn = found.pose.position, found.pose.orientation
     point.x, point.y, point.z = position.tolist()

@@ -26,7 +26,7 @@ from cpr_core.description.leg_description import LegDescription
 from cpr_core.description.motors import MotorLimits
 from cpr_core.lie import roll_pitch_yaw
 
-__all__ = ["robot_urdf"]
+__all__ = ["marker_frame", "robot_urdf"]
 
 Floats = NDArray[np.float64]
 
@@ -34,6 +34,11 @@ Floats = NDArray[np.float64]
 _UNLIMITED = 1e6
 #: Radius of what is drawn, in mean rod lengths.
 _THICKNESS = 0.01
+
+
+def marker_frame(tracker: str) -> str:
+    """Name of the frame of the marker of a tracker."""
+    return f"{tracker}_marker"
 
 
 def robot_urdf(robot: Robot, base: str, platform: str, tracker: str = "tracker") -> str:
@@ -86,7 +91,7 @@ class _Writer:
         if (seen := robot.description.tracker) is not None:
             self._add_fixed(base, tracker, seen.position, seen.rotation)
             self._add_fixed(
-                platform, f"{tracker}_marker", seen.marker_position, seen.marker_rotation
+                platform, marker_frame(tracker), seen.marker_position, seen.marker_rotation
             )
         for leg in robot.description.legs:
             self._add_leg(leg)

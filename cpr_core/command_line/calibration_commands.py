@@ -267,7 +267,7 @@ def _measure(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> 
             seed=options.seed,
             progress=progress,
         )
-    problems = written(lambda file: write_poses(file, found.equilibria), options.out)
+    problems = written(lambda file: write_poses(file, found.equilibria, deviations), options.out)
     if options.json:
         return Answer(json.dumps(_poses_as_dict(found), indent=2, allow_nan=False), True, problems)
     return Answer(_poses_as_text(found), True, problems)

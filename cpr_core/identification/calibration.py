@@ -30,6 +30,7 @@ from .measurements import Measurement, StandardDeviations, checked_measurements,
 from .parameter_problem import TRIED, ParameterProblem, natural_changes, solution
 from .robust_loss import Loss, checked_loss, variance_factor
 from .tracker_alignment import aligned_tracker
+from .tracker_rates import of_tracker
 from .undetermined import unseen_in_words
 
 __all__ = ["calibrate"]
@@ -88,8 +89,9 @@ def calibrate(
     limits = _checked_bounds(bounds, paths, values)
     tell = progress if progress is not None else _silent
     before = first_equilibria(robot, rows, start, lambda done: tell(0.5 * done))
-    aligned, begin = aligned_tracker(rows, before, paths, deviations), values
-    if aligned:
+    aligned, begin = aligned_tracker(rows, before, paths, deviations, limits), values
+    outside = np.any((values <= limits[0]) | (values >= limits[1]))
+    if aligned or outside:
         pairs = zip(paths, values.tolist(), strict=True)
         begin = np.clip([aligned.get(path, value) for path, value in pairs], *limits)
         robot = robot.with_parameters(dict(zip(paths, begin.tolist(), strict=True)))
@@ -134,6 +136,9 @@ def _checked_bounds(
             raise InvalidRequest("bounds", f"{path!r:.80} is none of the parameters to be found")
         low, high = checked_vector(f"bounds[{path!r}]", both, 2, "lowest and highest value")
         column = list(paths).index(path)
+        if of_tracker(path) and low < high:  # what is described of it is not begun with
+            found[:, column] = low, high
+            continue
         if not low < values[column] < high:
             problem = (
                 f"expected the described value {values[column]:g} between, got {low:g}, {high:g}"

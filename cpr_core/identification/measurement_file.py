@@ -21,7 +21,7 @@ from ..errors import InvalidRequest
 from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from .measurements import Measurement, driven_by
+from .measurements import Measurement, StandardDeviations, driven_by
 
 __all__ = ["read_measurements", "write_poses"]
 
@@ -183,7 +183,11 @@ def _measurement(
     return row
 
 
-def write_poses(file: str | Path, equilibria: Sequence[Equilibrium]) -> None:
+def write_poses(
+    file: str | Path,
+    equilibria: Sequence[Equilibrium],
+    deviations: StandardDeviations | None = None,
+) -> None:
     """Write motors, wrench and expected poses: to be measured, and replaced by what is.
 
     Of a robot with a tracker they are those that the tracker is expected to tell.
@@ -191,6 +195,7 @@ def write_poses(file: str | Path, equilibria: Sequence[Equilibrium]) -> None:
     Args:
         file: CSV file to write, in the format ``read_measurements`` takes.
         equilibria: What to go to, of one robot.
+        deviations: Of what will be measured: poses without one are left out; default all are written.
 
     Raises:
         InvalidRequest: The file cannot be written.
@@ -200,8 +205,11 @@ def write_poses(file: str | Path, equilibria: Sequence[Equilibrium]) -> None:
     acting = [robot.default_loads, *(equilibrium.loads for equilibrium in equilibria)]
     loaded = any(loads.wrench_world.any() for loads in acting)
     frame = "" if robot.description.tracker is None else _TRACKER
-    turned = () if robot.description.point_platform else _QUATERNION
-    posed = [f"{frame}{name}" for name in (*_POSITION, *turned)]
+    placed = deviations is None or deviations.position is not None
+    turned = deviations is None or deviations.rotation is not None
+    turned = turned and not robot.description.point_platform
+    names = (*_POSITION * placed, *_QUATERNION * turned)
+    posed = [f"{frame}{name}" for name in names]
     header = [*_motors(robot), *posed, *(_WRENCH if loaded else ())]
     try:
         with Path(file).open("w", newline="", encoding="utf-8") as opened:

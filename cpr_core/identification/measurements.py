@@ -292,5 +292,7 @@ def _pose(robot: Robot, row: Measurement) -> Floats:
         rotation = row.rotation
         values |= dict(zip(("qw", "qx", "qy", "qz"), row.quaternion_wxyz.tolist(), strict=True))
         values |= dict(zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation), strict=True))
-        values["angle"] = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+        # The turn about z that is nearest: a small tilt out of the plane does not change it.
+        w, _, _, z = row.quaternion_wxyz.tolist()
+        values["angle"] = 2.0 * math.remainder(math.atan2(z, w), math.pi)
     return np.array([values.get(name, math.nan) for name in pose_meaning(robot)])

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -13,7 +14,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..description.changed_description import named_parameters
-from ..errors import DescriptionError, InvalidRequest
+from ..errors import DescriptionError, DescriptionWarning, InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot
@@ -120,7 +121,9 @@ class ParameterProblem:
                 return found
         _, nearest = min(self._kept, key=lambda kept: float(np.abs(kept[0] - change).max()))
         values = dict(zip(self.paths, self.values_at(change).tolist(), strict=True))
-        robot = self.robot.with_parameters(values)
+        with warnings.catch_warnings():  # what is tried is nobody's file
+            warnings.simplefilter("ignore", DescriptionWarning)
+            robot = self.robot.with_parameters(values)
         found = followed(nearest, robot, self._problems)
         self._robots += 1
         self.tell(1.0 - 0.5 * 0.8**self._robots)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -47,6 +48,8 @@ _BEST = 4
 _HOLD = 0.1
 #: Steps of making it better, each of all numbers.
 _TRIED = 100
+#: How far inside of bounds numbers are begun with, part of what is between: on them they would stay.
+_INSIDE = 0.05
 #: Farthest that a marker is from its platform, in rod lengths: beyond is another unit.
 _FAR = 10.0
 
@@ -56,7 +59,7 @@ class _Rows:
     """What was measured of N rows, and where the platform then should be.
 
     Attributes:
-        told: Positions of the marker, (N, 3) [m].
+        told: Positions of the marker, (N, 3) [m]; NaN where they were not measured.
         turned: Orientations of the marker, (N, 3, 3); NaN where they were not measured.
         places: Of the platform in the world, (N, 3) [m].
         turns: Of the platform in the world, (N, 3, 3).
@@ -69,18 +72,28 @@ class _Rows:
     turns: Floats
     weights: tuple[float, float]
 
+    @cached_property
+    def placed(self) -> NDArray[np.bool_]:
+        """Which rows have a position, (N,)."""
+        return np.asarray(np.isfinite(self.told).all(axis=1))
+
+    @cached_property
+    def oriented(self) -> NDArray[np.bool_]:
+        """Which rows have an orientation, (N,)."""
+        return np.isfinite(self.turned[:, 0, 0])
+
     def differences(self, tracker: Tracker) -> Floats:
         """Predicted less measured in standard deviations, those that were measured, (M,)."""
         into = tracker.rotation.T
         markers = self.places + self.turns @ tracker.marker_position
-        apart = (markers - tracker.position) @ tracker.rotation - self.told
-        seen = np.isfinite(self.turned[:, 0, 0])
-        predicted = into @ self.turns[seen] @ tracker.marker_rotation
-        turn = scipy.spatial.transform.Rotation.from_matrix(
-            predicted @ self.turned[seen].transpose(0, 2, 1)
-        ).as_rotvec()
-        along, about = self.weights
-        return np.concatenate([along * apart.ravel(), about * turn.ravel()])
+        apart = ((markers - tracker.position) @ tracker.rotation - self.told)[self.placed]
+        parts = [self.weights[0] * apart.ravel()]
+        if self.oriented.any():
+            predicted = into @ self.turns[self.oriented] @ tracker.marker_rotation
+            turn = predicted @ self.turned[self.oriented].transpose(0, 2, 1)
+            vectors = scipy.spatial.transform.Rotation.from_matrix(turn).as_rotvec()
+            parts.append(self.weights[1] * vectors.ravel())
+        return np.concatenate(parts)
 
 
 def aligned_tracker(
@@ -88,6 +101,7 @@ def aligned_tracker(
     predicted: Sequence[Equilibrium],
     paths: Sequence[str],
     deviations: StandardDeviations,
+    limits: Floats,
 ) -> Mapping[str, float]:
     """Those numbers of the tracker that are to be found, as they fit the robot as it is described.
 
@@ -96,6 +110,7 @@ def aligned_tracker(
         predicted: Their equilibria, of one robot.
         paths: Of all parameters that are to be found.
         deviations: Of the measurements.
+        limits: Lowest and highest values of all parameters, (2, P).
 
     Returns:
         Values by path; none where nothing of the tracker is to be found, or rows do not tell it.
@@ -105,16 +120,17 @@ def aligned_tracker(
     """
     robot = predicted[0].robot
     tracker, free = robot.description.tracker, _free_numbers(paths)
+    point = robot.description.point_platform
     pairs = [
         (row, equilibrium)
         for row, equilibrium in zip(rows, predicted, strict=True)
-        if row.frame == "tracker" and row.position is not None and np.isfinite(row.position).all()
+        if row.frame == "tracker"
     ]
     if tracker is None or not free or len(pairs) < _FEW:
         return {}
     seen = _Rows(
-        np.array([row.position for row, _ in pairs]),
-        np.array([_turn(row) for row, _ in pairs]),
+        np.array([_or_none(row.position, (3,)) for row, _ in pairs]),
+        np.array([_or_none(None if point else row.rotation, (3, 3)) for row, _ in pairs]),
         np.array([equilibrium.platform_position for _, equilibrium in pairs]),
         np.array([equilibrium.platform_rotation for _, equilibrium in pairs]),
         (1.0 / (deviations.position or 1.0), 1.0 / (deviations.rotation or 1.0)),
@@ -123,13 +139,15 @@ def aligned_tracker(
     if not starts:
         return {}
     costs = [float(np.abs(seen.differences(each)).sum()) for each in starts]
-    best = [_improved(starts[number], seen, free) for number in np.argsort(costs)[:_BEST]]
+    ends = {path: limits[:, number] for number, path in enumerate(paths)}
+    order = np.argsort(costs)[:_BEST]
+    best = [_improved(starts[number], tracker, seen, free, ends) for number in order]
     found, _ = min(best, key=lambda pair: pair[1])
     _check_unit(seen, found, "tracker.marker.position" in free, robot.mean_length)
     return {
         f"{path}[{axis}]": float(vector[axis])
         for path, axes in free.items()
-        for vector in [_near(path, getattr(found, _FIELDS[path]), tracker)]
+        for vector in [getattr(found, _FIELDS[path])]
         for axis in axes
     }
 
@@ -140,24 +158,26 @@ def _free_numbers(paths: Sequence[str]) -> dict[str, list[int]]:
     return {path: axes for path, axes in each.items() if axes}
 
 
-def _turn(row: Measurement) -> Floats:
-    """Orientation of the marker, (3, 3), NaN where it was not measured or is a point's."""
-    return np.full((3, 3), np.nan) if row.rotation is None else row.rotation
+def _or_none(value: Floats | None, shape: tuple[int, ...]) -> Floats:
+    """What was measured, NaN where it was not."""
+    return np.full(shape, np.nan) if value is None else value
 
 
 def _starts(tracker: Tracker, seen: _Rows, free: Mapping[str, list[int]]) -> list[Tracker]:
     """Trackers to begin with; none where rows do not say how a tracker is turned that is to be found."""
     if len(free.get("tracker.rotation_vector", ())) < 3:
         return [_placed(tracker, seen, free)]
-    markers = seen.places + seen.turns @ tracker.marker_position
-    told, there = (each - each.mean(axis=0) for each in (seen.told, markers))
-    measured = np.isfinite(seen.turned[:, 0, 0])
-    spread = np.linalg.svd(told, compute_uv=False)
-    if measured.sum() < _FEW and spread[1] <= _NONE * spread[0]:
+    rotations = []
+    if seen.placed.sum() >= _FEW:
+        markers = (seen.places + seen.turns @ tracker.marker_position)[seen.placed]
+        told, there = (each - each.mean(axis=0) for each in (seen.told[seen.placed], markers))
+        spread = np.linalg.svd(told, compute_uv=False)
+        if spread[1] > _NONE * spread[0]:
+            rotations.append(projected_rotation(there.T @ told))
+    if seen.oriented.sum() >= _FEW:
+        rotations.append(_turned_as(tracker, seen, free))
+    if not rotations:
         return []
-    rotations = [projected_rotation(there.T @ told)]
-    if measured.any():
-        rotations.append(_turned_as(tracker, seen, measured, free))
     rotations += list(scipy.spatial.transform.Rotation.create_group("O").as_matrix())
     return [
         _placed(replace(tracker, rotation_vector=_vector(rotation)), seen, free)
@@ -165,11 +185,9 @@ def _starts(tracker: Tracker, seen: _Rows, free: Mapping[str, list[int]]) -> lis
     ]
 
 
-def _turned_as(
-    tracker: Tracker, seen: _Rows, measured: NDArray[np.bool_], free: Mapping[str, list[int]]
-) -> Floats:
+def _turned_as(tracker: Tracker, seen: _Rows, free: Mapping[str, list[int]]) -> Floats:
     """How the tracker is turned, as orientations have it: R_X A = B R_Y of every row, (3, 3)."""
-    own, told = seen.turns[measured], seen.turned[measured]
+    own, told = seen.turns[seen.oriented], seen.turned[seen.oriented]
     if len(free.get("tracker.marker.rotation_vector", ())) < 3:
         return projected_rotation(np.einsum("nij,jk,nlk->il", own, tracker.marker_rotation, told))
     # Entry by entry R_Y = B^T R_X A is linear in R_X: on the right one the mean is as large as can be.
@@ -181,50 +199,63 @@ def _turned_as(
 
 def _placed(tracker: Tracker, seen: _Rows, free: Mapping[str, list[int]]) -> Tracker:
     """The tracker with its place and its marker where they fit how it is turned."""
-    rotated = seen.told @ tracker.rotation.T
-    marker = tracker.marker_position
-    if len(free.get("tracker.marker.position", ())) == 3:
+    told, places, turns = (each[seen.placed] for each in (seen.told, seen.places, seen.turns))
+    rotated, marker = told @ tracker.rotation.T, tracker.marker_position
+    if len(told) and len(free.get("tracker.marker.position", ())) == 3:
         # With middles taken off the place of the tracker is gone.
-        turns = seen.turns - seen.turns.mean(axis=0)
-        lacking = rotated - seen.places - seen.turns @ marker
+        lacking = rotated - places - turns @ marker
         lacking = lacking - lacking.mean(axis=0)
-        change = np.linalg.lstsq(turns.reshape(-1, 3), lacking.ravel(), rcond=_NONE)[0]
-        marker = marker + change
+        matrix = (turns - turns.mean(axis=0)).reshape(-1, 3)
+        marker = marker + np.linalg.lstsq(matrix, lacking.ravel(), rcond=_NONE)[0]
     position = tracker.position
-    if len(free.get("tracker.position", ())) == 3:
-        position = np.median(seen.places + seen.turns @ marker - rotated, axis=0)
+    if len(told) and len(free.get("tracker.position", ())) == 3:
+        position = np.median(places + turns @ marker - rotated, axis=0)
     turn = tracker.marker_rotation_vector
-    measured = np.isfinite(seen.turned[:, 0, 0])
-    if measured.any() and len(free.get("tracker.marker.rotation_vector", ())) == 3:
-        own, told = seen.turns[measured], seen.turned[measured]
+    if seen.oriented.any() and len(free.get("tracker.marker.rotation_vector", ())) == 3:
+        own, told = seen.turns[seen.oriented], seen.turned[seen.oriented]
         turn = _vector(projected_rotation(np.einsum("nji,jk,nkl->il", own, tracker.rotation, told)))
     return replace(tracker, position=position, marker_position=marker, marker_rotation_vector=turn)
 
 
-def _improved(start: Tracker, seen: _Rows, free: Mapping[str, list[int]]) -> tuple[Tracker, float]:
+def _improved(
+    start: Tracker,
+    described: Tracker,
+    seen: _Rows,
+    free: Mapping[str, list[int]],
+    limits: Mapping[str, Floats],
+) -> tuple[Tracker, float]:
     """All numbers made better together, whatever is wrong in some rows; and how well they fit."""
-    places = [(field.name, axis) for field in fields(Tracker) for axis in _axes(field.name, free)]
+    places = [(path, axis) for path, axes in free.items() for axis in axes]
+    low, high = np.array([limits[f"{path}[{axis}]"] for path, axis in places]).T
+    wanted = np.clip([getattr(described, _FIELDS[path])[axis] for path, axis in places], low, high)
+    vectors = {field.name: getattr(start, field.name).copy() for field in fields(Tracker)}
+    for path in free:
+        if path.endswith("rotation_vector"):
+            vector = getattr(described, _FIELDS[path]).copy()
+            for (other, axis), value in zip(places, wanted, strict=True):
+                if other == path:
+                    vector[axis] = value
+            vectors[_FIELDS[path]] = _near(vectors[_FIELDS[path]], vector)
 
     def at(values: Floats) -> Tracker:
-        vectors = {field.name: getattr(start, field.name).copy() for field in fields(Tracker)}
-        for (name, axis), value in zip(places, values, strict=True):
-            vectors[name][axis] = value
-        return replace(start, **vectors)
+        changed = {name: vector.copy() for name, vector in vectors.items()}
+        for (path, axis), value in zip(places, values, strict=True):
+            changed[_FIELDS[path]][axis] = value
+        return Tracker(**changed)
 
-    begin = np.array([getattr(start, name)[axis] for name, axis in places])
+    begin = np.array([vectors[_FIELDS[path]][axis] for path, axis in places])
+    bounded = np.isfinite(low) & np.isfinite(high)
+    room = np.zeros(len(places))
+    room[bounded] = _INSIDE * (high - low)[bounded]
+    begin = np.clip(begin, low + room, high - room)
 
     def residual(values: Floats) -> Floats:
         return np.concatenate([seen.differences(at(values)), _HOLD * (values - begin)])
 
     found = scipy.optimize.least_squares(
-        residual, begin, loss="soft_l1", x_scale="jac", max_nfev=_TRIED
+        residual, begin, bounds=(low, high), loss="soft_l1", x_scale="jac", max_nfev=_TRIED
     )
     return at(found.x), float(found.cost)
-
-
-def _axes(name: str, free: Mapping[str, list[int]]) -> list[int]:
-    """Axes of a field that are to be found."""
-    return next((free.get(path, []) for path, field in _FIELDS.items() if field == name), [])
 
 
 def _check_unit(seen: _Rows, tracker: Tracker, marker_found: bool, length: float) -> None:
@@ -237,9 +268,12 @@ def _check_unit(seen: _Rows, tracker: Tracker, marker_found: bool, length: float
     if marker_found and arm > _FAR * length:
         problem = f"the marker would be {arm:.3g} m from the platform"
         raise InvalidRequest("measurements: position", f"{problem}: another unit? expected m")
+    if seen.placed.sum() < _FEW:
+        return
+    markers = seen.places + seen.turns @ tracker.marker_position
     sizes = [
         float(np.median(np.abs(each - np.median(each, axis=0))))
-        for each in (seen.told, seen.places + seen.turns @ tracker.marker_position)
+        for each in (seen.told[seen.placed], markers[seen.placed])
     ]
     if not all(sizes):
         return
@@ -249,14 +283,12 @@ def _check_unit(seen: _Rows, tracker: Tracker, marker_found: bool, length: float
         raise InvalidRequest("measurements: position", f"{problem}: another unit? expected m")
 
 
-def _near(path: str, vector: Floats, described: Tracker) -> Floats:
-    """A vector that was found; of a rotation the one nearest to that described, within a turn."""
-    if not path.endswith("rotation_vector"):
-        return vector
+def _near(vector: Floats, described: Floats) -> Floats:
+    """The rotation vector of the same rotation that is nearest to another one, within a turn."""
     vector = _vector(scipy.spatial.transform.Rotation.from_rotvec(vector).as_matrix())
-    angle, own = float(np.linalg.norm(vector)), getattr(described, _FIELDS[path])
+    angle = float(np.linalg.norm(vector))
     other = vector * (1.0 - 2.0 * np.pi / angle) if angle > 0.0 else vector
-    return min(vector, other, key=lambda each: float(np.linalg.norm(each - own)))
+    return min(vector, other, key=lambda each: float(np.linalg.norm(each - described)))
 
 
 def _vector(rotation: Floats) -> Floats:

@@ -185,3 +185,70 @@ def test_the_rotation_of_a_whole_turn_has_derivatives():
     places = equilibria(robot, solve_home(robot), count=6)
     found = calibrate(robot, told_at(robot, places, turned=False), TRACKER, FINE)
     assert found.fit < 2.0
+
+
+@pytest.mark.parametrize(
+    ("path", "ends"),
+    [
+        (TRACKER[1], (-1.0, -0.65)),
+        (TRACKER[1], (-0.5, 1.0)),
+        (TRACKER[3], (2.0, 2.5)),
+        (MARKER[2], (-0.01, 0.01)),
+    ],
+)
+def test_within_bounds_the_others_make_up_for_what_they_can(path, ends):
+    """One was put on its bound, the others were where they had fitted before, and stayed there."""
+    robot, paths = tracked("six_rfs"), (*TRACKER, *MARKER)
+    truth = [*FRAME, 0.02, -0.03, 0.04, 0.3, 1.1, -0.2]
+    true_robot = robot.with_parameters(dict(zip(paths, truth, strict=True)))
+    rows = told_at(true_robot, equilibria(true_robot, solve_home(robot), count=10))
+    true_value = dict(zip(paths, truth, strict=True))[path]
+    end = min(ends, key=lambda each: abs(each - true_value))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CalibrationWarning)
+        found = calibrate(robot, rows, paths, FINE, bounds={path: ends})
+        held = robot.with_parameters({path: end})
+        others = tuple(each for each in paths if each != path)
+        expected = calibrate(held, rows, others, FINE)
+    freedom = sum(len(row.places) for row in found.rows) - np.array([len(paths), len(others)])
+    sums = [found.fit**2 * freedom[0], expected.fit**2 * freedom[1]]
+    assert sums[0] == pytest.approx(sums[1], rel=0.01)
+    assert found.values[paths.index(path)] == pytest.approx(end, abs=1e-3 * (ends[1] - ends[0]))
+
+
+def test_bounds_of_a_tracker_need_not_hold_what_is_described_and_are_in_order():
+    robot, paths = tracked("six_rfs"), (*TRACKER, *MARKER)
+    true_robot = robot.with_parameters(dict(zip(TRACKER, FRAME, strict=True)))
+    rows = told_at(true_robot, equilibria(true_robot, solve_home(robot), count=8))
+    found = calibrate(robot, rows, paths, FINE, bounds={TRACKER[2]: (1.0, 2.5)})
+    assert off(found, [*FRAME, *[0.0] * 6]).max() < 4.0
+    with pytest.raises(cpr_core.InvalidRequest, match="between"):
+        calibrate(robot, rows, paths, FINE, bounds={TRACKER[2]: (2.5, 1.0)})
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("seed", range(4))
+def test_orientations_alone_tell_how_a_tracker_is_turned(seed):
+    generator, robot = np.random.default_rng(seed), tracked("six_rfs")
+    truth = [*random_frame(generator, 1.0)[3:], *random_frame(generator, 1.0)[3:]]
+    paths = (*TRACKER[3:], *MARKER[3:])
+    true_robot = robot.with_parameters(dict(zip(paths, truth, strict=True)))
+    rows = told_at(true_robot, equilibria(true_robot, solve_home(robot), count=8))
+    found = calibrate(robot, [replace(row, position=None) for row in rows], paths, FINE)
+    assert found.fit < 1.5
+    tracker, wanted = (each.description.tracker for each in (found.robot, true_robot))
+    np.testing.assert_allclose(tracker.rotation, wanted.rotation, atol=0.02)
+    np.testing.assert_allclose(tracker.marker_rotation, wanted.marker_rotation, atol=0.02)
+
+
+def test_poses_are_written_as_far_as_they_will_be_measured(tmp_path):
+    robot = tracked("six_rfs")
+    home = solve_home(robot)
+    for exact, written in (
+        (StandardDeviations(position=1e-3), ["x", "y", "z"]),
+        (StandardDeviations(rotation=1e-3), ["qw", "qx", "qy", "qz"]),
+        (StandardDeviations(efforts=1e-3), []),
+    ):
+        write_poses(tmp_path / "poses.csv", [home], exact)
+        header = (tmp_path / "poses.csv").read_text().splitlines()[0].split(",")
+        assert [name for name in header if ":" in name] == [f"tracker:{name}" for name in written]

@@ -16,7 +16,7 @@ from rclpy.logging import get_logger
 from sensor_msgs.msg import JointState
 
 from cpr_core import solve_home
-from cpr_core.lie import quaternion_from_rotation
+from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_ros.inputs import Inputs
 from cpr_ros.parameters import Parameters, live_parameters
 from cpr_ros.pose_loop import Loop
@@ -207,12 +207,33 @@ def test_a_platform_that_is_a_point_does_not_turn_whatever_its_marker_does(orien
     np.testing.assert_allclose(listening.believed, [0.07, 0.8], atol=1e-14)
 
 
-def test_an_orientation_that_is_needed_and_was_not_measured_is_asked_for():
+@pytest.mark.parametrize("orientation", [(0, 0, 0, 0), (NAN, NAN, NAN, NAN)])
+def test_an_orientation_that_was_not_measured_is_the_model_s_for_the_marker_s_arm(orientation):
+    """A delta controls none, and its marker is off the middle: every pose was dropped."""
+    described = tracked("delta", [0.4, -0.6, 1.8, 3.0, 0.3, -0.4], [0.05, -0.03, 0.04, 0, 0, 0])
+    home = solve_home(described)
+    told, _ = described.description.tracker.marker_in_tracker(
+        home.platform_position, home.platform_rotation
+    )
+    listening = Listening(described)
+    listening.hear_pose(told, orientation, "tracker")
+    assert listening.dropped == 0
+    np.testing.assert_allclose(listening.believed, home.platform_position, atol=1e-14)
     listening = Listening(tracked("six_rfs", [0.1, 0.2, 1.5, np.pi, 0, 0], [0.03, 0, 0, 0, 0, 0]))
-    listening.hear_pose([0.0, -0.6, 1.5], [0, 0, 0, 0], "tracker")
+    listening.hear_pose([0.0, -0.6, 1.5], orientation, "tracker")  # it controls its orientation
     assert listening.dropped == 1 and listening.believed is None
-    problem = listening.session.loop._measured.problem
-    assert "not at the platform origin: its orientation is needed" in problem
+    assert "orientation" in listening.session.loop._measured.problem
+
+
+@pytest.mark.parametrize("heading", [-2.0, 0.4, 0.8, 3.0])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_small_tilt_does_not_change_the_angle_of_a_planar_platform(heading, sign):
+    """Milliradians of it came into the angle, where the tilt was not along an axis of the base."""
+    listening = Listening(robot("planar_body"))
+    tilted = rotation_exp([0.15, -0.1, 0.0]) @ rotation_exp([0.0, 0.0, heading])
+    listening.hear_pose([0.0, 0.1, 0.0], sign * quaternion_from_rotation(tilted))
+    assert listening.dropped == 0
+    assert listening.believed[2] == pytest.approx(heading, abs=1e-12)
 
 
 @pytest.mark.parametrize("position", [(NAN, 0, 1), (0, 0, float("inf"))])

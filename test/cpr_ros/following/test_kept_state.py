@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import yaml
+from helpers.tracked_robots import tracked
 from helpers.yaml_content import yaml_content
 
 from cpr_core import CprError, load_robot, solve_forward, solve_home
@@ -178,3 +179,20 @@ def test_the_folder_is_that_of_ros(monkeypatch, tmp_path):
     monkeypatch.delenv("ROS_HOME")
     monkeypatch.setenv("HOME", "/home/me")
     assert state_folder("").as_posix() == "/home/me/.ros/cpr_ros"
+
+
+def test_where_a_tracker_is_does_not_matter_and_all_else_does(file):
+    """A camera that was calibrated is no other robot: its motors stand where they stood."""
+    robots = [
+        tracked("rfrfr"),
+        tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0.0, 0.0], [0.0, 0.0, 0.01, 0.0, 0.0, 0.0]),
+        tracked("rfrfr").with_parameters({"rod.young_modulus": 200e9}),
+    ]
+    for robot, known in zip(robots, (False, True, False), strict=True):
+        kept = KeptState(file, robot)
+        assert (kept.last() is not None) is known
+        assert bool(kept.problem) is (robot is robots[2])
+        if robot is robots[0]:
+            home = solve_home(robot)
+            kept.keep(home, home.motors + 0.01)
+        kept.close()

@@ -136,6 +136,8 @@ def test_a_number_that_looks_like_another_unit_is_told_in_the_log(tmp_path):
         (["-p", "robot:=rfrfr", "-p", "start_from:=last"], "where the robot was last is not known"),
         (["-p", "robot:=rfrfr", "-p", "base_frame:=platform"], "expected two frames"),
         (["-p", "robot:=TRACKED", "-p", "tracker_frame:=base"], "base is another one"),
+        (["-p", "robot:=TRACKED", "-p", "platform_frame:=tracker_marker"], "is another one"),
+        (["-p", "robot:=TRACKED", "-p", "tracker_frame:=''"], "expected a name"),
         (["-p", "nonsense"], "nonsense"),
         (["-p", "robot:=rfrfr", "-p", "modes:=500"], "modes"),
         (["-p", "robot:=rfrfr", "-p", "modes:=three"], "modes"),
