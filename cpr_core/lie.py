@@ -31,6 +31,7 @@ __all__ = [
     "rotation_log",
     "rotations_exp",
     "skew",
+    "turn_about_z",
 ]
 
 #: Quaternions whose norm differs from 1 by more than this are refused, not normalised.
@@ -167,6 +168,14 @@ def nearest_rotation(name: str, matrix: ArrayLike) -> NDArray[np.float64]:
             f"got {given.tolist()}",
         )
     return rotation
+
+
+def turn_about_z(w: float, z: float) -> float:
+    """Angle from -pi to pi of the turn about z that is nearest to a quaternion with these two numbers.
+
+    A tilt of the rest, however turned itself, does not change it.
+    """
+    return 2.0 * math.remainder(math.atan2(z, w), math.pi)
 
 
 def projected_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

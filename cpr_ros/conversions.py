@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 
 from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robot
-from cpr_core.lie import roll_pitch_yaw, rotation_from_quaternion
+from cpr_core.lie import roll_pitch_yaw, rotation_from_quaternion, turn_about_z
 from cpr_core.solving.refining import restore_equilibrium
 from cpr_core.solving.requests import pose_meaning
 from cpr_core.validation import checked_vector
@@ -140,8 +140,7 @@ def controlled_pose(robot: Robot, message: Pose, *, tilt: float = 1e-9, where: s
         values |= dict(
             zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation).tolist(), strict=True)
         )
-        # The turn about z that is nearest: a small tilt out of the plane does not change it.
-        values["angle"] = 2.0 * math.remainder(math.atan2(orientation.z, orientation.w), math.pi)
+        values["angle"] = turn_about_z(orientation.w, orientation.z)
     return np.array([values[name] for name in pose_meaning(robot)])
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest, NonFiniteInput
-from ..lie import roll_pitch_yaw, rotation_from_quaternion
+from ..lie import roll_pitch_yaw, rotation_from_quaternion, turn_about_z
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.requests import pose_meaning
@@ -292,7 +292,5 @@ def _pose(robot: Robot, row: Measurement) -> Floats:
         rotation = row.rotation
         values |= dict(zip(("qw", "qx", "qy", "qz"), row.quaternion_wxyz.tolist(), strict=True))
         values |= dict(zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation), strict=True))
-        # The turn about z that is nearest: a small tilt out of the plane does not change it.
-        w, _, _, z = row.quaternion_wxyz.tolist()
-        values["angle"] = 2.0 * math.remainder(math.atan2(z, w), math.pi)
+        values["angle"] = turn_about_z(values["qw"], values["qz"])
     return np.array([values.get(name, math.nan) for name in pose_meaning(robot)])
