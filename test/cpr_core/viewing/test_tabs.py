@@ -79,8 +79,8 @@ def test_a_click_on_a_map_goes_there(page, looker, map_file):
     looker.until(lambda: looker.visible("/map"))
     looker.open_tab("robot")
     looker.switch("handles")  # they would take the click
+    looker.until(lambda: not looker.visible("/handle"))
     place = np.array([0.06, 0.78, 0.0])
-    looker.page.wait_for_timeout(500)
     looker.click(place)
     looker.until(lambda: np.allclose(page.equilibrium.platform_position, place, atol=1e-9))
     settled(page, looker)
