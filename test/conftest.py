@@ -48,8 +48,8 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Three more than cores: tests of nodes and pages wait for most of their time."""
-    return _cores() + 3
+    """Four more than cores: tests of nodes and pages wait for most of their time."""
+    return _cores() + 4
 
 
 def _cores() -> int:
@@ -64,14 +64,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         key=lambda item: (
             item.path not in alone,
             item.path.parent.name not in _TOGETHER,
-            -_seconds(item.get_closest_marker("slow")),
+            -max(_seconds(item.get_closest_marker(mark)) for mark in ("slow", "waits")),
         )
     )
 
 
-def _seconds(slow: pytest.Mark | None) -> float:
-    """Processor time of a test, roughly."""
-    return slow.kwargs.get("seconds", _SLOW) if slow else 0.0
+def _seconds(mark: pytest.Mark | None) -> float:
+    """How long a test takes, or its file, roughly."""
+    return mark.kwargs.get("seconds", _SLOW) if mark else 0.0
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -15,6 +15,8 @@ from cpr_core.drawing.robot_lines import equilibrium_lines, segments
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_core.viewing.typed import numbers_as_text
 
+pytestmark = pytest.mark.waits(seconds=35)
+
 
 @pytest.fixture(scope="module")
 def robot():

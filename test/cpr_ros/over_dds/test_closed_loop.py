@@ -27,6 +27,8 @@ from std_msgs.msg import Float64MultiArray
 
 from cpr_core.lie import quaternion_from_rotation, rotation_exp, rotation_from_quaternion
 
+pytestmark = pytest.mark.waits(seconds=65)
+
 RATE, SPEED = 200.0, 4.0
 SETPOINT = np.array([0.05, 0.75])
 

@@ -11,12 +11,15 @@ import sys
 from xml.etree import ElementTree
 
 import numpy as np
+import pytest
 from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
 from helpers.example_process import EXAMPLES, started_example
 from helpers.node_process import TIMEOUT, Client, free_domain
 from rclpy.action import ActionServer
+
+pytestmark = pytest.mark.waits(seconds=45)
 
 
 def test_the_supervisor_sends_a_halted_robot_home(rfrfr, drive):

@@ -21,6 +21,8 @@ import cpr_core
 from cpr_core import solve_home
 from cpr_core.description.description_file import shipped_robots
 
+pytestmark = pytest.mark.waits(seconds=30)
+
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 

@@ -26,6 +26,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
+pytestmark = pytest.mark.waits(seconds=45)
+
 
 def with_efforts(message):
     message.points[0].effort = [0.1, 0.1]

@@ -29,6 +29,8 @@ from cpr_ros.own_domain import private_environment
 from cpr_ros.view_node import ViewNode
 from cpr_ros.watched_node import Presence
 
+pytestmark = pytest.mark.waits(seconds=35)
+
 
 class ViewProcess:
     """A running cpr_view."""

@@ -26,6 +26,8 @@ from cpr_core import load_robot, solve_forward, solve_home, solve_inverse
 from cpr_ros.conversions import Frames, fill_equilibrium
 from cpr_ros.kept_state import KeptState
 
+pytestmark = pytest.mark.waits(seconds=80)
+
 HOME = np.array([2.59, 0.55])
 SPEED, RATE = 0.8, 200.0
 STEP = SPEED / RATE
