@@ -110,15 +110,14 @@ class KeptState:
         if not self._own:
             self._take_over()
         loads = equilibrium.loads
-        numbers = np.concatenate(
-            [
-                equilibrium.configuration,
-                loads.gravity,
-                loads.wrench_world,
-                loads.wrench_body,
-                commands,
-            ]
-        ).tobytes()
+        parts = (
+            equilibrium.configuration,
+            loads.gravity,
+            loads.wrench_world,
+            loads.wrench_body,
+            commands,
+        )
+        numbers = b"".join([part.tobytes() for part in parts])
         turn = self._turn + 1
         place = _HEADER.size + (turn % 2) * self._slot_size
         self._memory[place + _SLOT.size : place + self._slot_size] = numbers

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,7 +39,7 @@ class MotorCommands:
         """
         self.robot, self.period = robot, period
         self.newest: Floats | None = None
-        self._speed, self._steps = np.nan, np.empty(0)
+        self._speed, self._steps = math.nan, list[float]()
 
     def place(self, motors: Floats | None) -> None:
         """Take note of where the motors are, (n,): measured, or commanded before."""
@@ -57,14 +59,12 @@ class MotorCommands:
         """
         command = np.array(motors, float)
         if self.newest is not None:
-            way = command - self.newest
             if max_speed != self._speed:
-                self._speed, self._steps = (
-                    max_speed,
-                    motor_steps(self.robot, max_speed, self.period),
-                )
-            ticks = float(np.max(np.abs(way) / self._steps))
+                steps = motor_steps(self.robot, max_speed, self.period)
+                self._speed, self._steps = max_speed, steps.tolist()
+            ways = zip(command.tolist(), self.newest.tolist(), self._steps, strict=True)
+            ticks = max((abs(last - first) / step for last, first, step in ways), default=0.0)
             if ticks > 1.0 + _SLACK:
-                command = self.newest + way / ticks
+                command = self.newest + (command - self.newest) / ticks
         self.newest = command
         return command

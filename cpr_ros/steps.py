@@ -6,9 +6,9 @@
 from __future__ import annotations
 
 import time
+from operator import sub, truediv
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cpr_core import (
     CprError,
@@ -65,12 +65,14 @@ def falls(first: float, last: float) -> bool:
 def change_between(first: Equilibrium, last: Equilibrium) -> float:
     """Largest change of a leg coordinate [1/rod length] and of the platform [rod lengths, radians]."""
     robot = first.robot
-    units = robot.kept("units of changes", lambda: _units_of_changes(robot))
-    return float(np.abs((last.configuration - first.configuration) / units).max())
+    units: list[float] = robot.kept("units of changes", lambda: _units_of_changes(robot))
+    # In lists: after a pause numpy takes twice as long.
+    change = map(sub, last.configuration.tolist(), first.configuration.tolist())
+    return max(map(truediv, map(abs, change), units))
 
 
-def _units_of_changes(robot: Robot) -> NDArray[np.float64]:
+def _units_of_changes(robot: Robot) -> list[float]:
     """Units of a configuration, (N + 12,); infinite where a change does not count."""
     state, rotation = np.full(robot.state_size, np.inf), np.ones(9)
     state[robot.elastic_indices] = robot.arrays.unit[robot.elastic_indices]
-    return np.concatenate([state, rotation, np.full(3, robot.mean_length)])
+    return [*state.tolist(), *rotation.tolist(), *[robot.mean_length] * 3]

@@ -32,7 +32,7 @@ from .delayed_kernel import (
 )
 from .kernel_decorators import inlined, part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
-from .lu_kernel import lu_factor, lu_solve, lu_solve_transposed
+from .lu_kernel import lu_factor, lu_solve
 
 __all__ = [
     "CONDENSED",
@@ -49,7 +49,7 @@ __all__ = [
     "rotation_unknowns",
     "solve",
     "solve_here",
-    "solve_transposed",
+    "substitute_border",
 ]
 
 #: How a tangent was factored: all legs condensed, some slots left to the border; or there is no inverse,
@@ -312,46 +312,15 @@ def reduce_legs(robot, vector, work, factors):
 def expand_legs(robot, problem, vector, work, factors):
     """Second half: the unknowns into the vector; twist, motors and delayed slots into the workspace."""
     _solve_border(robot, problem, vector, work, factors)
+    substitute_border(robot, vector, work, factors)
+
+
+@inlined
+def substitute_border(robot, vector, work, factors):
+    """Unknowns of the legs into the vector, from those of border and delayed slots in the workspace."""
     scatter_delayed(
         robot.slots, robot.border_indices.shape[0], work.solution, work.border, factors
     )  # fmt: skip
-    for number in range(robot.groups.shape[0]):
-        _backward(robot, number, vector, work, factors)
-
-
-@part
-def solve_transposed(robot, problem, vector, work, factors):
-    """Solve with the transpose, in place: in the order of the unknowns and the equations."""
-    inner, border, part = robot.platform_index, work.border, work.part
-    equations, unknowns, angles = problem.equations, problem.unknowns, problem.angles
-    count, own, delayed = (
-        robot.border_indices.shape[0],
-        equations.shape[0],
-        factors.delayed_count[0],
-    )
-    for i in range(count):
-        border[i] = 0.0
-    for number in range(robot.groups.shape[0]):
-        _forward(robot, number, vector, work, factors)
-    gather_delayed(robot.slots, count, work.solution, border, factors)
-    for i in range(own):
-        column = unknowns[i] - inner
-        part[i] = vector[inner + i]
-        if angles and column < 3:
-            for n in range(3):
-                part[i] += work.motions[n, column] * border[n]
-        else:
-            part[i] += border[column]
-    for i in range(delayed):
-        part[own + i] = border[count + i]
-    lu_solve_transposed(work.square, own + delayed, work.pivots, part)
-    for i in range(count):
-        border[i] = 0.0
-    for i in range(own):
-        border[equations[i] - inner] = vector[inner + i] = part[i]
-    for i in range(delayed):
-        border[count + i] = part[own + i]
-    scatter_delayed(robot.slots, count, work.solution, border, factors)
     for number in range(robot.groups.shape[0]):
         _backward(robot, number, vector, work, factors)
 
@@ -388,9 +357,7 @@ def predict(robot, problem, known, efforts, vector, work, factors):
     _solve_border(robot, problem, vector, work, factors)
     for i in range(count):
         border[i] += known[i]
-    scatter_delayed(robot.slots, count, work.solution, border, factors)
-    for number in range(robot.groups.shape[0]):
-        _backward(robot, number, vector, work, factors)
+    substitute_border(robot, vector, work, factors)
     return True
 
 

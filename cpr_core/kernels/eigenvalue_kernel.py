@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from .kernel_decorators import strict_part
+from .kernel_decorators import strict_allocating_part, strict_part
 
 __all__ = [
     "count_below",
@@ -88,7 +88,7 @@ def count_below(diagonal, beside, size, value):
     return below
 
 
-@strict_part
+@strict_allocating_part
 def eigenvalues_of_tridiagonal(diagonal, beside, size, wanted, values):
     """Some eigenvalues of a tridiagonal matrix by bisection, good to the rounding of the matrix.
 

@@ -23,6 +23,7 @@ from .lanes import empty_lanes, zeros_lanes
 from .slots import SlotLayout
 
 __all__ = [
+    "LANCZOS_STEPS",
     "PLATFORM_LOADS",
     "Element",
     "Factors",
@@ -40,6 +41,9 @@ __all__ = [
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Lanes = NDArray[np.void]
+
+#: Most steps of Lanczos' method that a workspace has memory for.
+LANCZOS_STEPS = 60
 
 
 class Element(IntEnum):
@@ -262,6 +266,10 @@ class Workspace(NamedTuple):
     differences: Floats  # (4, N) backward differences of what predictions missed
     last_known: Floats  # (B,) what was imposed then
     last_efforts: Floats  # (motors,)
+    linear_unknowns: Floats  # (N + motors,) of a linear problem of Section V-C
+    lanczos: Floats  # (LANCZOS_STEPS, N + motors)
+    lanczos_diagonal: Floats  # (LANCZOS_STEPS,) of the tridiagonal matrix
+    lanczos_beside: Floats  # (LANCZOS_STEPS,) beside it
 
 
 def interpolated_loads(first: LoadArrays, last: LoadArrays, fraction: float) -> LoadArrays:
@@ -352,6 +360,10 @@ def workspace(robot: RobotArrays) -> Workspace:
         differences=np.zeros((4, size)),
         last_known=np.zeros(border),
         last_efforts=np.zeros(size - robot.motor_index),
+        linear_unknowns=np.empty(2 * size - robot.motor_index),
+        lanczos=np.empty((LANCZOS_STEPS, 2 * size - robot.motor_index)),
+        lanczos_diagonal=np.empty(LANCZOS_STEPS),
+        lanczos_beside=np.empty(LANCZOS_STEPS),
     )
 
 

@@ -11,7 +11,15 @@ from typing import Any, TypeVar
 from ..numba_fence import compile_kernel
 from .kernel_sources import read_sources, stamp_of
 
-__all__ = ["allocating_part", "compiled", "inlined", "kernel", "part", "strict_part"]
+__all__ = [
+    "allocating_part",
+    "compiled",
+    "inlined",
+    "kernel",
+    "part",
+    "strict_allocating_part",
+    "strict_part",
+]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -73,6 +81,18 @@ def strict_part(function: Function) -> Function:
     Its result is the same to the last bit whether it was just compiled or loaded from disk: the linker
     may take either of two copies of a function, which were optimised differently.
     """
+    return compile_kernel(
+        function,
+        _STAMP,
+        fastmath=False,
+        _nrt=False,
+        no_cpython_wrapper=True,
+        no_cfunc_wrapper=True,
+    )
+
+
+def strict_allocating_part(function: Function) -> Function:
+    """The same of a kernel that needs memory of its own."""
     return compile_kernel(
         function, _STAMP, fastmath=False, no_cpython_wrapper=True, no_cfunc_wrapper=True
     )

@@ -9,6 +9,7 @@ robot's solve. Both is done when a robot is first used in a thread; then an addr
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -16,9 +17,12 @@ import numpy as np
 
 from ..numba_fence import entry_point
 from ..numba_fence.borrowed_values import Borrowed, size_of, store
+from .condensation_kernel import CONDENSED
 from .continuation_kernel import continue_equilibria
+from .kept_factors import kept_status, recall
 from .kernel_arrays import RobotArrays, Workspace
-from .kernel_decorators import compiled, kernel
+from .kernel_decorators import kernel
+from .kernel_records import read_pose, square_problem
 from .model_kernel import evaluate, tangent_into
 from .newton_step_kernel import newton_step
 from .pencil import Pencil
@@ -112,15 +116,26 @@ def newton_step_prepared(
     return stepped(prepared, loads, problem, start, result)
 
 
-@compiled
-def singular_value_prepared(
-    prepared, loads, problem, scales, state, rotation, position, residual, tangent
-):
-    """``smallest_singular_value`` at an equilibrium, which is evaluated again.
+@kernel
+def singular_value_prepared(prepared, problem, scales, record, kept, evaluated):
+    """``smallest_singular_value`` at an equilibrium; nothing is evaluated again.
 
-    It takes what both of them take, by themselves, as Python hands it on.
+    Args:
+        prepared: PreparedRobot.
+        problem: Of Problem.
+        scales: ProblemScales.
+        record: The equilibrium.
+        kept: Its kept factors.
+        evaluated: Whether its factors are in the workspace already.
+
+    Returns:
+        The value; NaN where slots were delayed: such factors are not kept.
     """
     robot, work = prepared.robot, prepared.work
-    evaluate(robot, loads, state, rotation, position, residual, work)
-    tangent_into(robot, work, tangent)
-    return smallest_singular_value(robot, problem, scales, tangent, rotation, work)
+    if not evaluated:
+        if kept_status(kept) != CONDENSED:
+            return math.nan
+        recall(robot, kept, work.factors)
+    read_pose(robot, record, work)
+    square = square_problem(robot, problem)
+    return smallest_singular_value(robot, square, scales, work.rotation, work)

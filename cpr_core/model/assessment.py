@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -166,26 +167,28 @@ class Assessment:
     @cached_property
     def motor_range(self) -> float:
         """Smallest distance of a motor from its position limits, in radians and rod lengths."""
-        robot, motors = self.equilibrium.robot, self.equilibrium.motors
+        robot = self.equilibrium.robot
+        # In lists: a control loop asks, and numpy takes longer on so few numbers.
+        motors, units = self.equilibrium.motors.tolist(), robot.motor_units.tolist()
         return min(
             (
                 min(motors[number] - motor.limits.lower, motor.limits.upper - motors[number])
-                / robot.motor_units[number]
+                / units[number]
                 for number, motor in robot.limited_motors
             ),
-            default=np.inf,
+            default=math.inf,
         )
 
     @cached_property
     def effort_reserve(self) -> float:
         """1 - |effort| / limit, the smallest over the motors."""
-        efforts = self.equilibrium.efforts
+        efforts = self.equilibrium.efforts.tolist()
         return min(
             (
                 1.0 - abs(efforts[number]) / motor.limits.effort
                 for number, motor in self.equilibrium.robot.limited_motors
             ),
-            default=np.inf,
+            default=math.inf,
         )
 
     @cached_property

@@ -33,7 +33,7 @@ from ..kernels.record_layout import (
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, Tolerances
 from ..kernels.square_problem import RESIDUAL as RESIDUAL_TOLERANCE
 from ..lie import quaternion_from_rotation, roll_pitch_yaw
-from .linearisation import Linearisation, linearised
+from .linearisation import HeldEigenvalues, Linearisation, held_eigenvalues_of, linearised
 from .model_state import ModelState
 from .robot import Robot
 from .stability import MotorReading, Spectrum
@@ -45,6 +45,7 @@ __all__ = [
     "check_equilibrium",
     "corrected",
     "described",
+    "evaluated_again",
     "new_record",
     "record_of",
     "spectrum",
@@ -198,9 +199,9 @@ class Equilibrium:
 
     @cached_property
     def _found_factors(self) -> Lanes:
-        again = corrected(self.robot, self.loads, self.load_arrays, self.record, _AS_IT_IS)
-        assert again.known_factors is not None
-        return again.known_factors
+        factors = evaluated_again(self).known_factors
+        assert factors is not None
+        return factors
 
     def with_iterations(self, iterations: int) -> Equilibrium:
         """The same with another number of Newton steps."""
@@ -209,9 +210,14 @@ class Equilibrium:
         return replace(self, record=record)
 
     @cached_property
+    def held_eigenvalues(self) -> HeldEigenvalues:
+        """Smallest eigenvalues with the motors held: less than all of the linearisation."""
+        return held_eigenvalues_of(self.robot, self.factors, self.record)
+
+    @cached_property
     def linearisation(self) -> Linearisation:
         """Smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
-        return linearised(self.robot, self.factors, self.record)
+        return linearised(self.robot, self.factors, self.record, self.held_eigenvalues)
 
     @cached_property
     def spectrum_locked(self) -> Spectrum:
@@ -261,7 +267,7 @@ class Equilibrium:
         Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless. It takes some
         milliseconds where legs are straight or have passive joints, or one motor moves several joints.
         """
-        found = self.linearisation.margin
+        found = self.held_eigenvalues.margin
         return self.spectrum_locked.margin if math.isnan(found) else found
 
 
@@ -350,6 +356,12 @@ def corrected(
         records[0, size + RESIDUAL] = np.inf
         records[0, size + SIGNS : size + EFFORT] = 0.0
     return Equilibrium(robot, loads, load_arrays, records[0], kept if found else None)
+
+
+def evaluated_again(equilibrium: Equilibrium) -> Equilibrium:
+    """The same; its condensed tangent, with slots that were delayed, is in the workspace afterwards."""
+    known = equilibrium
+    return corrected(known.robot, known.loads, known.load_arrays, known.record, _AS_IT_IS)
 
 
 def described(

@@ -12,10 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.kernel_arrays import Lanes
-from ..kernels.linearisation_kernel import linearise
+from ..kernels.linearisation_kernel import held_eigenvalues, linearise
 from .robot import Robot
 
-__all__ = ["Linearisation", "Response", "linearised"]
+__all__ = [
+    "HeldEigenvalues",
+    "Linearisation",
+    "Response",
+    "held_eigenvalues_of",
+    "linearised",
+]
 
 Floats = NDArray[np.float64]
 
@@ -57,6 +63,18 @@ class Response:
         return len(self.matrix) - self.motor_count
 
 
+class HeldEigenvalues(NamedTuple):
+    """Smallest eigenvalues of H_r with the motors held; NaN: not found this way, see Linearisation.
+
+    Attributes:
+        smallest: On motions of unit size [J].
+        margin: Relative to the elastic stiffness.
+    """
+
+    smallest: float
+    margin: float
+
+
 class Linearisation(NamedTuple):
     """Found from the legs condensed onto platform and motors.
 
@@ -76,19 +94,27 @@ class Linearisation(NamedTuple):
     response: Response | None
 
 
-def linearised(robot: Robot, factors: Lanes, record: Floats) -> Linearisation:
+def held_eigenvalues_of(robot: Robot, factors: Lanes, record: Floats) -> HeldEigenvalues:
+    """Stability of an equilibrium with the motors held; arguments as of ``linearised``."""
+    eigenvalues = np.empty(2)
+    held_eigenvalues(robot.prepared, factors, record, eigenvalues)
+    return HeldEigenvalues(*eigenvalues.tolist())
+
+
+def linearised(
+    robot: Robot, factors: Lanes, record: Floats, held: HeldEigenvalues
+) -> Linearisation:
     """First-order behaviour at an equilibrium.
 
     Args:
         robot: The robot.
         factors: Its condensed tangent there, as the kernels keep it.
         record: The solution as the kernels keep it.
+        held: What is known with the motors held.
     """
     size = len(robot.arrays.border_indices)
-    eigenvalues, matrix = np.empty(3), np.empty((size, size))
-    found = linearise(robot.prepared, factors, record, eigenvalues, matrix)
+    eigenvalue, matrix = np.empty(1), np.empty((size, size))
+    found = linearise(robot.prepared, factors, record, eigenvalue, matrix)
     matrix.flags.writeable = False
-    locked, free, margin = eigenvalues.tolist()
-    return Linearisation(
-        locked, free, margin, Response(matrix, robot.motor_count) if found else None
-    )
+    response = Response(matrix, robot.motor_count) if found else None
+    return Linearisation(held.smallest, float(eigenvalue[0]), held.margin, response)

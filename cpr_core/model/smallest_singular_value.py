@@ -5,15 +5,18 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from ..kernels.prepared_robot import singular_value_prepared
-from ..kernels.square_problem import ProblemScales, SquareProblem
-from .equilibrium import Equilibrium
+from ..kernels.problems import PROBLEMS
+from ..kernels.square_problem import ProblemScales
+from .equilibrium import Equilibrium, evaluated_again
 from .problem_units import problem_units
 from .robot import Robot
 
 __all__ = ["smallest_singular_value"]
+
+_MOTORS, _POSE = PROBLEMS["motors"], PROBLEMS["pose"]
 
 
 def smallest_singular_value(
@@ -35,28 +38,16 @@ def smallest_singular_value(
     robot = equilibrium.robot
     if inverse and robot.redundancy:
         return 0.0
-    name = f"{'inverse' if inverse else 'forward'} problem in units of {characteristic_length} m"
-    problem, scales = robot.kept(name, lambda: _problem(robot, inverse, characteristic_length))
-    tangent = np.zeros((robot.state_size, robot.state_size))
-    # Copies: read-only arrays are another type to numba, for which it would compile all again.
-    return float(
-        singular_value_prepared(
-            robot.prepared,
-            equilibrium.load_arrays,
-            problem,
-            scales,
-            equilibrium.state.copy(),
-            equilibrium.platform_rotation.copy(),
-            equilibrium.platform_position.copy(),
-            np.empty(robot.state_size),
-            tangent,
-        )
-    )
+    name = f"scales of the {'inverse' if inverse else 'forward'} problem: {characteristic_length} m"
+    scales = robot.kept(name, lambda: _scales(robot, inverse, characteristic_length))
+    problem, record, kept = _POSE if inverse else _MOTORS, equilibrium.record, equilibrium.factors
+    found = singular_value_prepared(robot.prepared, problem, scales, record, kept, False)
+    if math.isnan(found):
+        evaluated_again(equilibrium)
+        found = singular_value_prepared(robot.prepared, problem, scales, record, kept, True)
+    return float(found)
 
 
-def _problem(
-    robot: Robot, inverse: bool, characteristic_length: float | None
-) -> tuple[SquareProblem, ProblemScales]:
+def _scales(robot: Robot, inverse: bool, characteristic_length: float | None) -> ProblemScales:
     unknowns, equations = robot.problems["pose" if inverse else "motors"]
-    scales = problem_units(robot, characteristic_length).scales(unknowns, equations)
-    return SquareProblem(equations, unknowns, bool(inverse and robot.controls_angles)), scales
+    return problem_units(robot, characteristic_length).scales(unknowns, equations)

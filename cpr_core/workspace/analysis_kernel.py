@@ -10,12 +10,12 @@ import math
 import numpy as np
 
 from ..kernels.eigenvalue_kernel import count_below, eigenvalues_of_tridiagonal, tridiagonalise
-from ..kernels.kernel_decorators import strict_part
+from ..kernels.kernel_decorators import strict_allocating_part
 
 __all__ = ["spectrum_of"]
 
 
-@strict_part
+@strict_allocating_part
 def spectrum_of(problem, tangent, values):
     """Eigenvalues of H_r with the motors held, orthonormal basis of the admissible motions.
 
@@ -79,7 +79,7 @@ def spectrum_of(problem, tangent, values):
     return nearest, largest, negative
 
 
-@strict_part
+@strict_allocating_part
 def _reflect_onto_null_space(slopes, hessian):
     """Reflect so that the last coordinates span the null space of ``slopes``; returns the rank.
 

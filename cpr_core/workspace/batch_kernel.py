@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.condensation_kernel import factor
 from ..kernels.kernel_decorators import compiled
 from ..kernels.model_kernel import evaluate, tangent_into
 from ..kernels.singularity_kernel import smallest_singular_value
@@ -89,12 +90,13 @@ def analyse_cells(problem, cells, work, analyses):
         tangent_into(problem.robot, work, tangent)
         nearest, largest, _ = spectrum_of(problem, tangent, analyses.eigenvalues[b])
         measures[0], measures[1], measures[3] = nearest, largest, np.nan
+        factor(problem.robot, rotation, problem.forward, work, work.factors)
         for number in range(2 if problem.inverse.unknowns.shape[0] > 0 else 1):
             forward = number == 0
             square = problem.forward if forward else problem.inverse
             scales = problem.forward_scales if forward else problem.inverse_scales
             measures[2 + number] = smallest_singular_value(
-                problem.robot, square, scales, tangent, rotation, work
+                problem.robot, square, scales, rotation, work
             )
 
 

@@ -11,7 +11,12 @@ from helpers.kernel_entry import entry
 from numpy.testing import assert_allclose
 
 from cpr_core import Loads
-from cpr_core.kernels import condensation_kernel, inertia_kernel, model_kernel
+from cpr_core.kernels import (
+    condensation_kernel,
+    inertia_kernel,
+    linear_problem_kernel,
+    model_kernel,
+)
 from cpr_core.kernels.condensation_kernel import CONDENSED, DELAYED
 from cpr_core.kernels.kernel_arrays import workspace
 from cpr_core.kernels.record_layout import INDEX_FREE, INDEX_LOCKED
@@ -21,7 +26,7 @@ evaluate = entry(model_kernel.evaluate)
 tangent_into = entry(model_kernel.tangent_into)
 factor = entry(condensation_kernel.factor)
 solve = entry(condensation_kernel.solve)
-solve_transposed = entry(condensation_kernel.solve_transposed)
+solve_with_efforts_transposed = entry(linear_problem_kernel.solve_with_efforts_transposed)
 signs_of = entry(inertia_kernel.signs_of)
 
 GRAVITY = Loads.none().with_(gravity=[1.0, -9.0, 3.0])
@@ -32,6 +37,14 @@ LEGS = {
     "one motor twice": ("one motor twice",) * 3,
     "one without a rod": ("no rod", "two rods", "joint between rods"),
 }
+
+
+def solve_transposed(arrays, square, vector, work, factors):
+    """Without a right side of the efforts nothing but the Newton matrix is left."""
+    motors = len(arrays.unit) - arrays.motor_index
+    whole = np.append(vector, np.zeros(motors))
+    solve_with_efforts_transposed(arrays, square, whole, work, factors)
+    vector[:] = whole[: len(vector)]
 
 
 def evaluated(robot, straight):

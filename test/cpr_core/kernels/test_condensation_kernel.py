@@ -11,7 +11,12 @@ from helpers.kernel_entry import entry
 from numpy.testing import assert_allclose
 
 from cpr_core import solve_home
-from cpr_core.kernels import condensation_kernel, kept_factors, model_kernel
+from cpr_core.kernels import (
+    condensation_kernel,
+    kept_factors,
+    linear_problem_kernel,
+    model_kernel,
+)
 from cpr_core.kernels.condensation_kernel import CONDENSED, DELAYED, NO_INVERSE
 from cpr_core.kernels.kernel_arrays import factors_of, workspace
 from cpr_core.kernels.lu_kernel import lu_factor, lu_solve
@@ -24,12 +29,21 @@ factor = entry(condensation_kernel.factor)
 predict = entry(condensation_kernel.predict)
 rotation_unknowns = entry(condensation_kernel.rotation_unknowns)
 solve = entry(condensation_kernel.solve)
-solve_transposed = entry(condensation_kernel.solve_transposed)
+solve_with_efforts = entry(linear_problem_kernel.solve_with_efforts)
+solve_with_efforts_transposed = entry(linear_problem_kernel.solve_with_efforts_transposed)
 keep, recall = entry(kept_factors.keep), entry(kept_factors.recall)
 tangent_into = entry(model_kernel.tangent_into)
 
 ROBOTS = ["rfrfr", "six_rfs"]
 PROBLEMS = ["motors", "pose", "efforts"]
+
+
+def solve_transposed(arrays, square, vector, work, factors):
+    """Without a right side of the efforts nothing but the Newton matrix is left."""
+    motors = len(arrays.unit) - arrays.motor_index
+    whole = np.append(vector, np.zeros(motors))
+    solve_with_efforts_transposed(arrays, square, whole, work, factors)
+    vector[:] = whole[: len(vector)]
 
 
 @pytest.fixture(scope="module", params=ROBOTS)
@@ -109,6 +123,14 @@ def block_of(robot, leg):
     return np.arange(starts[leg], starts[leg + 1])
 
 
+def make_singular(robot, tangent, leg):
+    """Make the block of a leg singular, so that something is left to the border."""
+    multiplier, block = robot.numbers.legs[leg].forces.start, block_of(robot, leg)
+    tangent[multiplier, block] = 0.0
+    tangent[block, multiplier] = 0.0
+    assert np.linalg.matrix_rank(tangent[np.ix_(block, block)]) < len(block)
+
+
 def check_solutions(robot, tangent, problem, expected_how):
     matrix = dimensionless(robot, tangent, problem)
     assert np.linalg.cond(matrix) < 1e8
@@ -127,6 +149,34 @@ def check_solutions(robot, tangent, problem, expected_how):
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_condensed_solution_is_that_of_numpy(robot, tangent, problem):
     check_solutions(robot, tangent, problem, CONDENSED)
+
+
+@pytest.mark.parametrize("expected_how", [CONDENSED, DELAYED])
+@pytest.mark.parametrize("problem", ["motors", "pose"])
+def test_efforts_are_unknowns_too(robot, tangent, problem, expected_how):
+    """The matrix of a linear problem of Section V-C: motor rows of the tangent, less the efforts."""
+    if expected_how == DELAYED:
+        make_singular(robot, tangent, 0)
+    newton, motors = dimensionless(robot, tangent, problem), robot.motor_indices
+    columns = np.append(np.arange(robot.arrays.platform_index), robot.problems[problem][0])
+    unit, size = robot.arrays.unit, len(newton)
+    rows = unit[motors, None] * tangent[np.ix_(motors, columns)] * unit[columns]
+    matrix = np.block(
+        [
+            [newton, np.zeros((size, len(motors)))],
+            [rows / robot.arrays.energy_unit, -np.eye(len(motors))],
+        ]
+    )
+    how, *made = factored(robot, tangent, problem)
+    assert how == expected_how
+    for right in np.random.default_rng(3).normal(size=(5, len(matrix))):
+        for chosen, whole in (
+            (solve_with_efforts, matrix),
+            (solve_with_efforts_transposed, matrix.T),
+        ):
+            found, expected = right.copy(), np.linalg.solve(whole, right)
+            chosen(robot.arrays, square_problem(robot, problem), found, *made)
+            assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
@@ -189,11 +239,7 @@ def store_and_recall(arrays, factors, kept, other):
 @pytest.mark.parametrize("leg", [0, 1])
 def test_of_a_singular_leg_block_something_is_left_to_the_border(robot, tangent, problem, leg):
     changed = tangent.copy()
-    multiplier = robot.numbers.legs[leg].forces.start
-    block = block_of(robot, leg)
-    changed[multiplier, block] = 0.0
-    changed[block, multiplier] = 0.0
-    assert np.linalg.matrix_rank(changed[np.ix_(block, block)]) < len(block)
+    make_singular(robot, changed, leg)
     check_solutions(robot, changed, problem, DELAYED)
 
 
