@@ -36,12 +36,17 @@ _LEADING_OUT = (
 
 def used_domains() -> set[int]:
     """Domains of which any port is taken on this machine, as every participant takes some."""
+    return {(port - _FIRST_PORT) // _PORTS for port in _used_ports() if port >= _FIRST_PORT}
+
+
+def _used_ports() -> set[int]:
+    """UDP ports of this machine that are taken."""
     ports = set()
     for table in ("/proc/net/udp", "/proc/net/udp6"):
         file = Path(table)
         for line in file.read_text().splitlines()[1:] if file.exists() else ():
             ports.add(int(line.split()[1].rpartition(":")[2], 16))
-    return {(port - _FIRST_PORT) // _PORTS for port in ports if port >= _FIRST_PORT}
+    return ports
 
 
 class OwnDomain:
@@ -72,6 +77,12 @@ class OwnDomain:
             self.number, self._lock = number, lock
             return
         raise OSError("every ROS domain is in use on this machine")
+
+    @property
+    def empty(self) -> bool:
+        """Whether nobody is in it: nothing but the lock is taken."""
+        first = _FIRST_PORT + _PORTS * self.number
+        return _used_ports().isdisjoint({*range(first, first + _PORTS)} - {first + _LOCK})
 
     def close(self) -> None:
         """Let the domain go."""

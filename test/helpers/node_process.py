@@ -32,8 +32,8 @@ TIMEOUT = 20.0
 #: Time limit of requests: what they come to does not depend on how busy the computer is [s].
 TIME_LIMIT = 5.0
 
-#: As many domains as one process takes: more than a file of tests uses, and enough for four workers.
-OWN_DOMAINS = 24
+#: As many domains as one process takes: enough for eight workers.
+OWN_DOMAINS = 12
 _own: list[OwnDomain] = []
 
 
@@ -41,13 +41,12 @@ def free_domain() -> int:
     """A ROS domain for one test, so that tests do not hear each other, nor anybody else.
 
     It is taken until this process ends: other workers and other runs on this machine take others. Once
-    it has enough, or none is left, the one that this process took first is used again.
+    it has enough, one in which nobody is any more is used again, the longest unused.
     """
-    try:
-        _own.append(_own.pop(0) if len(_own) == OWN_DOMAINS else OwnDomain())
-    except OSError:
-        assert _own, "every ROS domain is taken"
-        _own.append(_own.pop(0))
+    known = next((own for own in _own if own.empty), None) if len(_own) >= OWN_DOMAINS else None
+    if known is not None:
+        _own.remove(known)
+    _own.append(known or OwnDomain())
     return _own[-1].number
 
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import pytest
+from helpers import node_process
 
 from cpr_ros.own_domain import DOMAINS, OwnDomain, private_environment, used_domains
 
@@ -49,6 +50,37 @@ def test_a_domain_with_a_participant_is_left_alone(stranger):
     other = OwnDomain([stranger, *DOMAINS])
     assert other.number != stranger
     other.close()
+
+
+def test_a_domain_is_empty_until_somebody_is_in_it():
+    own = OwnDomain()
+    assert own.empty
+    process = subprocess.Popen(
+        [sys.executable, "-c", STRANGER],
+        env=own.environment(),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout.readline() == "there\n"
+        assert not own.empty
+    finally:
+        process.communicate()
+    assert own.empty
+    own.close()
+
+
+def test_domains_of_tests_are_used_again_and_never_while_somebody_is_there(stranger, monkeypatch):
+    """Six workers that took 24 each had left none of the 101."""
+    occupied = OwnDomain.__new__(OwnDomain)
+    occupied.number = stranger
+    monkeypatch.setattr(node_process, "_own", [occupied])
+    taken = [node_process.free_domain() for _ in range(3 * node_process.OWN_DOMAINS)]
+    assert stranger not in taken
+    assert len(set(taken)) == node_process.OWN_DOMAINS - 1
+    for own in node_process._own[1:]:
+        own.close()
 
 
 def test_a_domain_belongs_to_one_until_it_is_let_go():
