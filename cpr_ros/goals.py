@@ -22,7 +22,7 @@ from cpr_core.solving.requests import pose_meaning
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 
-__all__ = ["Goal", "MotorGoal", "PoseGoal", "motor_steps"]
+__all__ = ["Goal", "MotorGoal", "PoseGoal", "largest_way", "motor_steps"]
 
 Floats = NDArray[np.float64]
 
@@ -73,14 +73,11 @@ class MotorGoal:
                 values[number] = within
                 beyond.append(robot.motor_names[number])
         self.motors, self.clipped = np.array(values), tuple(beyond)
-        self._positions = values
         check_rod_lengths(robot, self.motors)
 
     def remaining(self, start: Equilibrium) -> float:
         """Largest way of a motor."""
-        motors, units = start.motors.tolist(), start.robot.motor_units.tolist()
-        ways = zip(self._positions, motors, units, strict=True)
-        return max((abs(target - motor) / unit for target, motor, unit in ways), default=0.0)
+        return largest_way(start.motors, self.motors, start.robot.motor_units.tolist())
 
     def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """Forward problem at the motor positions on the way."""
@@ -156,6 +153,13 @@ class PoseGoal:
             elif name.startswith("q"):
                 changes[position] = 0.0
         return changes
+
+
+def largest_way(first: Floats, last: Floats, units: list[float]) -> float:
+    """Largest way of a motor between two places, (n,) each, every one in a unit of its own."""
+    # Not with numpy, which takes several times as long on so few numbers when it has not run lately.
+    ways = zip(first.tolist(), last.tolist(), units, strict=True)
+    return max((abs(after - before) / unit for before, after, unit in ways), default=0.0)
 
 
 def motor_steps(robot: Robot, max_speed: float, period: float) -> Floats:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cpr_core import Robot
 
-from .goals import motor_steps
+from .goals import largest_way, motor_steps
 
 __all__ = ["MotorCommands"]
 
@@ -62,8 +62,7 @@ class MotorCommands:
             if max_speed != self._speed:
                 steps = motor_steps(self.robot, max_speed, self.period)
                 self._speed, self._steps = max_speed, steps.tolist()
-            ways = zip(command.tolist(), self.newest.tolist(), self._steps, strict=True)
-            ticks = max((abs(last - first) / step for last, first, step in ways), default=0.0)
+            ticks = largest_way(self.newest, command, self._steps)
             if ticks > 1.0 + _SLACK:
                 command = self.newest + (command - self.newest) / ticks
         self.newest = command

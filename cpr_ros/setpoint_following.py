@@ -23,7 +23,7 @@ from cpr_core.description.loads import compared
 from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
 from cpr_core.solving.distinct_numbers import distinct
 
-from .goals import Goal, MotorGoal, PoseGoal, motor_steps
+from .goals import Goal, MotorGoal, PoseGoal, largest_way, motor_steps
 from .steps import attempt, change_between, falls
 from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict
 from .trajectory_goal import TrajectoryGoal
@@ -375,9 +375,7 @@ class SetpointFollower:
 
     def _ticks_between(self, first: Floats, last: Floats) -> float:
         """Ticks at full speed the motors need from one place to another, (n,) each."""
-        # Not with numpy, which takes several times as long on so few numbers when it has not run lately.
-        ways = zip(first.tolist(), last.tolist(), self._steps_of_motors, strict=True)
-        return max((abs(after - before) / step for before, after, step in ways), default=0.0)
+        return largest_way(first, last, self._steps_of_motors)
 
     def _misses_home(self, current: Equilibrium) -> bool:
         """Whether this is another equilibrium than home, though nothing else acts."""

@@ -360,8 +360,13 @@ def corrected(
 
 def evaluated_again(equilibrium: Equilibrium) -> Equilibrium:
     """The same; its condensed tangent, with slots that were delayed, is in the workspace afterwards."""
-    known = equilibrium
-    return corrected(known.robot, known.loads, known.load_arrays, known.record, _AS_IT_IS)
+    return corrected(
+        equilibrium.robot,
+        equilibrium.loads,
+        equilibrium.load_arrays,
+        equilibrium.record,
+        _AS_IT_IS,
+    )
 
 
 def described(

@@ -8,13 +8,13 @@ import pytest
 from helpers.chain_robots import ALL_DIFFERENT, robot_of
 from helpers.differences import random_state
 from helpers.kernel_entry import entry
+from helpers.transposed_solves import solve_transposed
 from numpy.testing import assert_allclose
 
 from cpr_core import Loads
 from cpr_core.kernels import (
     condensation_kernel,
     inertia_kernel,
-    linear_problem_kernel,
     model_kernel,
 )
 from cpr_core.kernels.condensation_kernel import CONDENSED, DELAYED
@@ -26,7 +26,6 @@ evaluate = entry(model_kernel.evaluate)
 tangent_into = entry(model_kernel.tangent_into)
 factor = entry(condensation_kernel.factor)
 solve = entry(condensation_kernel.solve)
-solve_with_efforts_transposed = entry(linear_problem_kernel.solve_with_efforts_transposed)
 signs_of = entry(inertia_kernel.signs_of)
 
 GRAVITY = Loads.none().with_(gravity=[1.0, -9.0, 3.0])
@@ -37,14 +36,6 @@ LEGS = {
     "one motor twice": ("one motor twice",) * 3,
     "one without a rod": ("no rod", "two rods", "joint between rods"),
 }
-
-
-def solve_transposed(arrays, square, vector, work, factors):
-    """Without a right side of the efforts nothing but the Newton matrix is left."""
-    motors = len(arrays.unit) - arrays.motor_index
-    whole = np.append(vector, np.zeros(motors))
-    solve_with_efforts_transposed(arrays, square, whole, work, factors)
-    vector[:] = whole[: len(vector)]
 
 
 def evaluated(robot, straight):

@@ -8,6 +8,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 import pytest
 from helpers.kernel_entry import entry
+from helpers.transposed_solves import solve_transposed, solve_with_efforts_transposed
 from numpy.testing import assert_allclose
 
 from cpr_core import solve_home
@@ -30,20 +31,11 @@ predict = entry(condensation_kernel.predict)
 rotation_unknowns = entry(condensation_kernel.rotation_unknowns)
 solve = entry(condensation_kernel.solve)
 solve_with_efforts = entry(linear_problem_kernel.solve_with_efforts)
-solve_with_efforts_transposed = entry(linear_problem_kernel.solve_with_efforts_transposed)
 keep, recall = entry(kept_factors.keep), entry(kept_factors.recall)
 tangent_into = entry(model_kernel.tangent_into)
 
 ROBOTS = ["rfrfr", "six_rfs"]
 PROBLEMS = ["motors", "pose", "efforts"]
-
-
-def solve_transposed(arrays, square, vector, work, factors):
-    """Without a right side of the efforts nothing but the Newton matrix is left."""
-    motors = len(arrays.unit) - arrays.motor_index
-    whole = np.append(vector, np.zeros(motors))
-    solve_with_efforts_transposed(arrays, square, whole, work, factors)
-    vector[:] = whole[: len(vector)]
 
 
 @pytest.fixture(scope="module", params=ROBOTS)

@@ -6,6 +6,7 @@
 import os
 import subprocess
 import sys
+from contextlib import contextmanager
 
 import pytest
 from helpers import node_process
@@ -23,12 +24,9 @@ sys.stdin.read()
 """
 
 
-@pytest.fixture
-def stranger():
-    """The domain of a participant that took no lock."""
-    own = OwnDomain()
-    number = own.number
-    own.close()
+@contextmanager
+def somebody_in(number):
+    """A participant in a domain, until it is let go."""
     process = subprocess.Popen(
         [sys.executable, "-c", STRANGER],
         env=os.environ | {"ROS_DOMAIN_ID": str(number)},
@@ -38,9 +36,19 @@ def stranger():
     )
     try:
         assert process.stdout.readline() == "there\n"
-        yield number
+        yield
     finally:
         process.communicate()
+
+
+@pytest.fixture
+def stranger():
+    """The domain of a participant that took no lock."""
+    own = OwnDomain()
+    number = own.number
+    own.close()
+    with somebody_in(number):
+        yield number
 
 
 def test_a_domain_with_a_participant_is_left_alone(stranger):
@@ -55,18 +63,8 @@ def test_a_domain_with_a_participant_is_left_alone(stranger):
 def test_a_domain_is_empty_until_somebody_is_in_it():
     own = OwnDomain()
     assert own.empty
-    process = subprocess.Popen(
-        [sys.executable, "-c", STRANGER],
-        env=own.environment(),
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        assert process.stdout.readline() == "there\n"
+    with somebody_in(own.number):
         assert not own.empty
-    finally:
-        process.communicate()
     assert own.empty
     own.close()
 
