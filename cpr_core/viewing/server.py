@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from ..errors import CprError, InvalidRequest
+from .own_loop_event import OwnLoopEvent
 
 if TYPE_CHECKING:
     import viser
@@ -64,6 +65,7 @@ def open_server(label: str, host: str = LOCAL, port: int = 8080) -> viser.ViserS
 
     with _silent():
         server = LocalServer(host=host, port=port, label=label, verbose=False)
+    _send_from_any_thread(server)
     _refuse_strangers(server, host)
     server.gui.configure_theme(
         show_logo=False, show_share_button=False, control_width="large", brand_color=(0, 114, 178)
@@ -154,6 +156,17 @@ def _check_free(host: str, port: int) -> None:
         raise InvalidRequest(
             "address", f"expected one of this machine with a free port, got {host}:{port}: {error}"
         ) from None
+
+
+def _send_from_any_thread(server: viser.ViserServer) -> None:
+    """Let no message be forgotten that comes while the sender begins to wait; nothing public does."""
+    sockets = server._websock_server
+
+    async def mend(client) -> None:  # type: ignore[no-untyped-def]
+        sockets._client_state_from_id[client.client_id].message_buffer.message_event = OwnLoopEvent()
+
+    sockets._broadcast_buffer.message_event = OwnLoopEvent()
+    sockets.on_client_connect(mend)
 
 
 def _refuse_strangers(server: viser.ViserServer, host: str) -> None:

@@ -51,6 +51,11 @@ _POINTS = """name => { let found = null;
     if (of && of.instanceStart) found = [of.instanceStart, of.instanceEnd]; });
   const all = one => Array.from({length: one.count}, (_, k) => [one.getX(k), one.getY(k), one.getZ(k)]);
   return found.map(all); }"""
+_FRAMES = """() => new Promise(told => {
+  let frames = 0;
+  const count = () => { frames += 1; requestAnimationFrame(count); };
+  requestAnimationFrame(count);
+  setTimeout(() => told(frames), 1000); })"""
 _ON_SCREEN = """place => {
   const camera = window.viewed.camera, canvas = window.viewed.canvas.getBoundingClientRect();
   camera.updateMatrixWorld();
@@ -140,8 +145,13 @@ class Looker:
         """Wait until something holds."""
         end = time.monotonic() + TIMEOUT
         while not done():
-            assert time.monotonic() < end, f"never so; the page says:\n{self.text()}"
+            assert time.monotonic() < end, f"never so; {self._condition()}; it says:\n{self.text()}"
             self.page.wait_for_timeout(50)
+
+    def _condition(self) -> str:
+        """How the page is, for somebody who has to find out why it does not do what it should."""
+        frames = self.page.evaluate(_FRAMES)
+        return f"the page draws {frames} frames a second and complains of {self.complaints}"
 
     def text(self) -> str:
         """All that is written on the page."""

@@ -9,8 +9,10 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import urllib.request
+from contextlib import suppress
 
 import msgspec
 import pytest
@@ -47,6 +49,33 @@ def heard(page, host=None, **options):
             return bool(socket_.recv(timeout=20.0))
         except websockets.exceptions.ConnectionClosed as closed:
             return closed.rcvd.reason
+
+
+def test_what_is_sent_while_the_sender_begins_to_wait_is_not_forgotten(page):
+    """Its event was set between its look and its waiting: no browser heard anything ever after."""
+    buffer, loop = page.server._websock_server._broadcast_buffer, page.server.get_event_loop()
+    event, looked, sent = buffer.message_event, threading.Event(), threading.Event()
+    own_loop = event._get_loop
+
+    def look():
+        looked.set()
+        assert sent.wait(20.0)
+        return own_loop()
+
+    with connect(f"ws://127.0.0.1:{port_of(page)}", subprotocols=[subprotocol()]) as socket_:
+        mark = page.server.gui.add_markdown("before")
+        with suppress(TimeoutError):
+            while socket_.recv(timeout=1.0):
+                pass
+        event._get_loop = look
+        try:
+            loop.call_soon_threadsafe(event.set)  # it finds nothing to send, and waits again
+            assert looked.wait(20.0)
+            mark.content = "meanwhile"
+        finally:
+            event._get_loop = own_loop
+            sent.set()
+        assert socket_.recv(timeout=20.0)
 
 
 def until(done, timeout=60.0):

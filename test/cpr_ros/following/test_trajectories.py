@@ -382,6 +382,7 @@ def test_one_is_refused_if_and_only_if_a_measure_falls_below_its_threshold_in_a_
 
 def test_a_motor_that_turns_back_by_noise_only_is_not_looked_at_oftener(rfrfr, monkeypatch):
     """Points of an encoder or an inverse solution: every tick was looked at by itself."""
+    in_long_strides(monkeypatch)
     looks, may_fall = [], TrajectoryPlan._may_fall
     monkeypatch.setattr(
         TrajectoryPlan, "_may_fall", lambda *given: looks.append(1) or may_fall(*given)
@@ -613,8 +614,14 @@ def test_a_long_one_is_solved_in_slices_between_ticks(rfrfr):
     assert endings[0].val == ErrorCode.PREEMPTED
 
 
+def in_long_strides(monkeypatch):
+    """Strides of plans depend on the number of ticks only, not on how busy the machine is just then."""
+    monkeypatch.setattr(trajectory_plan, "_LONGEST", 1e6)
+
+
 def solved_slowly(monkeypatch, every):
     """A plan goes on by the least it can, once in so many calls; what the calls were allowed [s]."""
+    in_long_strides(monkeypatch)
     allowed, advance = [], TrajectoryPlan.advance
 
     def slow(plan, seconds=np.inf):
