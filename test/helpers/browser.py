@@ -23,6 +23,7 @@ TIMEOUT = 60.0
 
 _ARGUMENTS = (
     "--no-sandbox",  # tests may run as root, and open nothing but pages of their own
+    "--disable-gpu-rasterization",  # where there is no graphics card it is slower
     "--use-gl=angle",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
