@@ -13,9 +13,9 @@ __all__ = ["OwnLoopEvent"]
 class OwnLoopEvent(asyncio.Event):
     """Set in its loop only: what another thread does is forgotten, which has to ask the loop as well.
 
-    viser sets the event that its sender waits for from any thread, and then asks the loop to set it. Where
-    the first falls between the sender's look at the event and its waiting, the second finds it set already
-    and wakes nobody: no browser would be sent anything again.
+    viser sets the event that its sender waits for from any thread, and then asks the loop to set it.
+    Where the first falls between the sender's look at the event and its waiting, the second finds it
+    set already and wakes nobody: no browser would be sent anything again.
     """
 
     def set(self) -> None:

@@ -163,7 +163,8 @@ def _send_from_any_thread(server: viser.ViserServer) -> None:
     sockets = server._websock_server
 
     async def mend(client) -> None:  # type: ignore[no-untyped-def]
-        sockets._client_state_from_id[client.client_id].message_buffer.message_event = OwnLoopEvent()
+        own = sockets._client_state_from_id[client.client_id].message_buffer
+        own.message_event = OwnLoopEvent()
 
     sockets._broadcast_buffer.message_event = OwnLoopEvent()
     sockets.on_client_connect(mend)
