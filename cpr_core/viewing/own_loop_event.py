@@ -18,10 +18,20 @@ class OwnLoopEvent(asyncio.Event):
     set already and wakes nobody: no browser would be sent anything again.
     """
 
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Not set.
+
+        Args:
+            loop: In which it is waited for.
+        """
+        super().__init__()
+        self._own = loop
+
     def set(self) -> None:
-        """Wake all who wait; does nothing from a thread in which no loop runs."""
+        """Wake all who wait; does nothing outside of the loop."""
         try:
-            asyncio.get_running_loop()
+            running = asyncio.get_running_loop()  # a notebook has one of its own
         except RuntimeError:
             return
-        super().set()
+        if running is self._own:
+            super().set()

@@ -160,13 +160,13 @@ def _check_free(host: str, port: int) -> None:
 
 def _send_from_any_thread(server: viser.ViserServer) -> None:
     """Let no message be forgotten that comes while the sender begins to wait; nothing public does."""
-    sockets = server._websock_server
+    sockets, loop = server._websock_server, server.get_event_loop()
 
     async def mend(client) -> None:  # type: ignore[no-untyped-def]
         own = sockets._client_state_from_id[client.client_id].message_buffer
-        own.message_event = OwnLoopEvent()
+        own.message_event = OwnLoopEvent(loop)
 
-    sockets._broadcast_buffer.message_event = OwnLoopEvent()
+    sockets._broadcast_buffer.message_event = OwnLoopEvent(loop)
     sockets.on_client_connect(mend)
 
 

@@ -3,6 +3,7 @@
 
 """Who can reach the page, and what happens without what it needs."""
 
+import asyncio
 import json
 import re
 import signal
@@ -51,7 +52,8 @@ def heard(page, host=None, **options):
             return closed.rcvd.reason
 
 
-def test_what_is_sent_while_the_sender_begins_to_wait_is_not_forgotten(page):
+@pytest.mark.parametrize("notebook", [False, True])
+def test_what_is_sent_while_the_sender_begins_to_wait_is_not_forgotten(page, notebook):
     """Its event was set between its look and its waiting: no browser heard anything ever after."""
     buffer, loop = page.server._websock_server._broadcast_buffer, page.server.get_event_loop()
     event, looked, sent = buffer.message_event, threading.Event(), threading.Event()
@@ -62,6 +64,12 @@ def test_what_is_sent_while_the_sender_begins_to_wait_is_not_forgotten(page):
         assert sent.wait(20.0)
         return own_loop()
 
+    def show():
+        mark.content = "meanwhile"
+
+    async def cell():  # notebooks have a loop of their own
+        show()
+
     with connect(f"ws://127.0.0.1:{port_of(page)}", subprotocols=[subprotocol()]) as socket_:
         mark = page.server.gui.add_markdown("before")
         with suppress(TimeoutError):
@@ -71,7 +79,9 @@ def test_what_is_sent_while_the_sender_begins_to_wait_is_not_forgotten(page):
         try:
             loop.call_soon_threadsafe(event.set)  # it finds nothing to send, and waits again
             assert looked.wait(20.0)
-            mark.content = "meanwhile"
+            shows = threading.Thread(target=(lambda: asyncio.run(cell())) if notebook else show)
+            shows.start()
+            shows.join()
         finally:
             event._get_loop = own_loop
             sent.set()
