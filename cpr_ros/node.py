@@ -24,6 +24,7 @@ from cpr_core.model.assessment import crossed_thresholds
 
 from .announcements import Announcements
 from .interfaces import Interfaces, answer_impossible_transitions
+from .late_clients import LateClients
 from .map_folder import MapFolder
 from .node_arguments import closest, files_of_others
 from .outputs import Outputs
@@ -66,6 +67,7 @@ class CprNode(LifecycleNode):
         self._whereabouts: Whereabouts | None = None
         self._active = False
         self._streams, self._health = Periodic(), Periodic()
+        self._late_clients = LateClients(self, time.monotonic)
         self._last_state = 0.0
         self._ticking = Ticking(
             1.0 / self.parameters.tick_rate,
@@ -84,6 +86,7 @@ class CprNode(LifecycleNode):
         self._health.add(self.parameters.diagnostics_rate, diagnostics)
         answer_impossible_transitions(self)
         answer_parameter_calls(self)
+        self._late_clients.watch()
         for name in undeclared(self):
             self.get_logger().warning(f"unknown parameter {name}{closest(name)}; it is left aside")
         for line in files_of_others(sys.argv[1:], self.get_fully_qualified_name()):
@@ -123,10 +126,11 @@ class CprNode(LifecycleNode):
         now = time.monotonic()
         self._streams.look(now)
         self._health.look(now)
+        self._late_clients.look(now)
 
     def until_due(self) -> float:
         """Time until something is due [s]."""
-        due = min(self._ticking.due, self._streams.due, self._health.due)
+        due = min(self._ticking.due, self._streams.due, self._health.due, self._late_clients.due)
         return max(0.0, due - time.monotonic())
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -269,6 +273,7 @@ class CprNode(LifecycleNode):
             self.interfaces = Interfaces(
                 self, frames, self.active_session, self._place, self._feel, folder
             )
+            self._late_clients.watch()
 
     def _place(self, motors: NDArray[np.float64]) -> None:
         """Be where the motors, (n,), are measured; where that cannot be, be inactive and say why."""

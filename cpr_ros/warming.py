@@ -24,15 +24,15 @@ from .leg_markers import POINTS
 from .session import Session
 from .stability_stream import StabilityStream
 
-__all__ = ["warm_up"]
+__all__ = ["USED_LATER", "warm_up"]
 
 #: The library imports them when they are used first; on a busy machine a request cannot wait for that.
-_USED_LATER = ("scipy.linalg", "scipy.optimize", "scipy.special")
+USED_LATER = ("scipy.linalg", "scipy.optimize", "scipy.special")
 
 
 def warm_up(session: Session, frames: Frames) -> Iterator[str]:
     """Do one of everything at home; yields the name of each step when it is done."""
-    for module in _USED_LATER:
+    for module in USED_LATER:
         importlib.import_module(module)
     robot, home = session.robot, session.solver.current.equilibrium
     solve_forward(robot, home.motors, start=home)

@@ -1,0 +1,109 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Responses of services for clients that DDS finds late."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.node import Node
+
+__all__ = ["LateClients"]
+
+#: What rclpy warns of where the request is there, but not yet where the response goes to: rmw_fastrtps
+#: has waited for 100 ms and drops it (issue 842 of ros2/rmw_fastrtps). Not so of a client that is gone.
+_NOT_SENT = "failed to send response"
+#: When it is sent again, after the time before [s]: each time may hold the node up for 100 ms.
+_AGAIN_AFTER = (0.1, 0.3, 0.9, 2.7)
+
+
+@dataclass
+class _Late:
+    """A response that was not sent yet.
+
+    Attributes:
+        send: Sends it.
+        service: Name of the service.
+        due: Steady time of the next try [s].
+        tries: How many more there were than the first.
+    """
+
+    send: Callable[[], None]
+    service: str
+    due: float
+    tries: int = 0
+
+
+class LateClients:
+    """Keeps responses that could not be sent, and sends them again.
+
+    Attributes:
+        due: Steady time of the next try [s]; infinite while all are sent.
+    """
+
+    def __init__(self, node: Node, clock: Callable[[], float]) -> None:
+        """Keep none yet.
+
+        Args:
+            node: Whose services they are.
+            clock: Steady time [s].
+        """
+        self._node, self._clock, self.due = node, clock, math.inf
+        self._watched: list[Any] = []
+        self._late: list[_Late] = []
+
+    def watch(self) -> None:
+        """See to all services that the node has by now."""
+        for service in self._node.services:
+            if service not in self._watched:
+                self._watched.append(service)
+                service.send_response = self._keeping(service.srv_name, service.send_response)
+
+    def look(self, now: float) -> None:
+        """Send what is due at a steady time [s]."""
+        if now < self.due:
+            return
+        for late in [late for late in self._late if late.due <= now]:
+            if _sent(late.send):
+                self._late.remove(late)
+                continue
+            late.tries += 1
+            if late.tries < len(_AGAIN_AFTER):
+                late.due = self._clock() + _AGAIN_AFTER[late.tries]
+                continue
+            self._late.remove(late)
+            self._node.get_logger().warning(
+                f"a client of {late.service} gets no answer: DDS has not found it in "
+                f"{sum(_AGAIN_AFTER):g} s"
+            )
+        self._find_due()
+
+    def _keeping(
+        self, service: str, send: Callable[[Any, Any], None]
+    ) -> Callable[[Any, Any], None]:
+        def send_response(response: Any, header: Any) -> None:
+            if not _sent(lambda: send(response, header)):
+                due = self._clock() + _AGAIN_AFTER[0]
+                self._late.append(_Late(lambda: send(response, header), service, due))
+                self._find_due()
+
+        return send_response
+
+    def _find_due(self) -> None:
+        self.due = min((late.due for late in self._late), default=math.inf)
+
+
+def _sent(send: Callable[[], None]) -> bool:
+    """Whether it was; rclpy tells by a warning, which must not be made an error: it is none in C."""
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.filterwarnings("always", _NOT_SENT, RuntimeWarning)
+        send()
+    others = [warning for warning in heard if not str(warning.message).startswith(_NOT_SENT)]
+    for warning in others:
+        warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+    return len(others) == len(heard)
