@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,14 +29,14 @@ class _Late:
     Attributes:
         send: Sends it.
         service: Name of the service.
+        pauses: How long to wait before each further try [s].
         due: Steady time of the next try [s].
-        tries: How many more there were than the first.
     """
 
     send: Callable[[], None]
     service: str
-    due: float
-    tries: int = 0
+    pauses: Iterator[float]
+    due: float = -math.inf
 
 
 class LateClients:
@@ -68,38 +68,40 @@ class LateClients:
         """Send what is due at a steady time [s]."""
         if now < self.due:
             return
-        for late in [late for late in self._late if late.due <= now]:
-            if _sent(late.send):
-                self._late.remove(late)
-                continue
-            late.tries += 1
-            if late.tries < len(_AGAIN_AFTER):
-                late.due = self._clock() + _AGAIN_AFTER[late.tries]
-                continue
-            self._late.remove(late)
-            self._node.get_logger().warning(
-                f"a client of {late.service} gets no answer: DDS has not found it in "
-                f"{sum(_AGAIN_AFTER):g} s"
-            )
+        due = [late for late in self._late if late.due <= now]
+        self._late = [late for late in self._late if late.due > now]
+        for late in due:
+            self._try(late)
         self._find_due()
 
     def _keeping(
         self, service: str, send: Callable[[Any, Any], None]
     ) -> Callable[[Any, Any], None]:
         def send_response(response: Any, header: Any) -> None:
-            if not _sent(lambda: send(response, header)):
-                due = self._clock() + _AGAIN_AFTER[0]
-                self._late.append(_Late(lambda: send(response, header), service, due))
-                self._find_due()
+            self._try(_Late(lambda: send(response, header), service, iter(_AGAIN_AFTER)))
+            self._find_due()
 
         return send_response
+
+    def _try(self, late: _Late) -> None:
+        if _sent(late.send):
+            return
+        pause = next(late.pauses, None)
+        if pause is not None:
+            late.due = self._clock() + pause
+            self._late.append(late)
+            return
+        self._node.get_logger().warning(
+            f"a client of {late.service} gets no answer: DDS has not found it in "
+            f"{sum(_AGAIN_AFTER):g} s"
+        )
 
     def _find_due(self) -> None:
         self.due = min((late.due for late in self._late), default=math.inf)
 
 
 def _sent(send: Callable[[], None]) -> bool:
-    """Whether it was; rclpy tells by a warning, which must not be made an error: it is none in C."""
+    """Whether it was; rclpy tells by a warning, and would not notice if that were made an error."""
     with warnings.catch_warnings(record=True) as heard:
         warnings.filterwarnings("always", _NOT_SENT, RuntimeWarning)
         send()
