@@ -21,7 +21,10 @@ from .pencil_kernel import (
 )
 from .record_layout import ROTATION
 
-__all__ = ["held_eigenvalues", "linearise"]
+__all__ = ["HELD", "REST", "linearise"]
+
+#: What may be asked for: smallest eigenvalues with motors held; that with motors free, and the response.
+HELD, REST = 1, 2
 
 #: Elastic stiffness this large hides all other; what is left of the platform's then is this part of the
 #: largest at least, or some motion counts as one without stiffness.
@@ -30,60 +33,48 @@ _SMALLEST_PIVOT = 1e-14
 
 
 @kernel
-def held_eigenvalues(prepared, kept, record, eigenvalues):
-    """Stability of an equilibrium with the motors held: what is to be known before they move.
+def linearise(prepared, kept, record, asked, eigenvalues, response):
+    """Stability and first-order behaviour of an equilibrium.
 
     Args:
         prepared: PreparedRobot.
         kept: Factors of its tangent (``keep``).
         record: The solution, see `record_layout`.
-        eigenvalues: Result, (2,): smallest eigenvalue of H_r [J], and the one relative to the elastic
-            stiffness; NaN where the dense method has to tell.
-    """
-    robot, pencil = prepared.robot, prepared.pencil
-    eigenvalues[0] = eigenvalues[1] = math.nan
-    if not recall_pencil(robot, kept, pencil):
-        return
-    gram, elastic = pencil.gram, pencil.elastic
-    held = robot.motor_index < 0  # a constant would be compiled for once
-    locked_motions = Measure(gram, is_diagonal(gram), 1.0, held)
-    locked = smallest_eigenvalue(robot, pencil, locked_motions, math.nan)
-    eigenvalues[0] = robot.energy_unit * locked
-    if robot.slots.passive_count > 0:  # passive coordinates store no energy
-        return
-    _put_elastic(robot, record, elastic)
-    strain_energy = Measure(elastic, is_diagonal(elastic), 0.0, held)
-    if _definite(robot, pencil, strain_energy):
-        # The softest motion is nearly the same in both measures.
-        guess = locked * squared_size(pencil, locked_motions)
-        guess /= squared_size(pencil, strain_energy)
-        eigenvalues[1] = smallest_eigenvalue(robot, pencil, strain_energy, guess)
-
-
-@kernel
-def linearise(prepared, kept, record, eigenvalue, response):
-    """Stability with the motors free, and first-order behaviour of an equilibrium.
-
-    Args:
-        prepared: PreparedRobot.
-        kept: Factors of its tangent (``keep``).
-        record: The solution, see `record_layout`.
-        eigenvalue: Result, (1,): smallest eigenvalue of H_r with the motors free [J]; NaN where the
-            dense method has to tell.
-        response: Result, (b + n, n + b): ``[dSigma_p/dq_a, dSigma_p/dw_p; dtau_a/dq_a, dtau_a/dw_p]`` at
-            motors and wrench held in turn, body twists and wrenches.
+        asked: HELD: only what is to be known before the motors move; REST: all but that; or both at
+            once, which recalls the factors once.
+        eigenvalues: Result, (3,): smallest eigenvalue of H_r with the motors held [J], relative to the
+            elastic stiffness, and with the motors free [J]; NaN where the dense method has to tell, or
+            nobody asked.
+        response: Result of REST, (b + n, n + b): ``[dSigma_p/dq_a, dSigma_p/dw_p; dtau_a/dq_a,
+            dtau_a/dw_p]`` at motors and wrench held in turn, body twists and wrenches.
 
     Returns:
         Whether the response is there; if not, the dense method has to tell.
     """
     robot, pencil = prepared.robot, prepared.pencil
-    eigenvalue[0] = math.nan
+    eigenvalues[:] = math.nan
     if not recall_pencil(robot, kept, pencil):
         return False
-    gram, released = pencil.gram, robot.motor_index >= 0
-    free_motions = Measure(gram, is_diagonal(gram), 1.0, released)
-    free = smallest_eigenvalue(robot, pencil, free_motions, math.nan)
-    eigenvalue[0] = robot.energy_unit * free
+    orthogonal = is_diagonal(pencil.gram)
+    # Constants would be compiled for once each.
+    held, released = robot.motor_index < 0, robot.motor_index >= 0
+    if asked & HELD:
+        motions = Measure(pencil.gram, orthogonal, 1.0, held)
+        locked = smallest_eigenvalue(robot, pencil, motions, math.nan)
+        eigenvalues[0] = robot.energy_unit * locked
+        if robot.slots.passive_count == 0:  # passive coordinates store no energy
+            _put_elastic(robot, record, pencil.elastic)
+            strain_energy = Measure(pencil.elastic, is_diagonal(pencil.elastic), 0.0, held)
+            if _definite(robot, pencil, strain_energy):
+                # The softest motion is nearly the same in both measures.
+                guess = locked * squared_size(pencil, motions)
+                guess /= squared_size(pencil, strain_energy)
+                eigenvalues[1] = smallest_eigenvalue(robot, pencil, strain_energy, guess)
+    if not asked & REST:
+        return False
+    motions = Measure(pencil.gram, orthogonal, 1.0, released)
+    free = smallest_eigenvalue(robot, pencil, motions, math.nan)
+    eigenvalues[2] = robot.energy_unit * free
     return _respond(robot, record, response, pencil)
 
 

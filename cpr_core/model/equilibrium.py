@@ -212,12 +212,16 @@ class Equilibrium:
     @cached_property
     def held_eigenvalues(self) -> HeldEigenvalues:
         """Smallest eigenvalues with the motors held: less than all of the linearisation."""
+        known = self.__dict__.get("linearisation")
+        if known is not None:
+            return known.held
         return held_eigenvalues_of(self.robot, self.factors, self.record)
 
     @cached_property
     def linearisation(self) -> Linearisation:
         """Smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
-        return linearised(self.robot, self.factors, self.record, self.held_eigenvalues)
+        known = self.__dict__.get("held_eigenvalues")
+        return linearised(self.robot, self.factors, self.record, known)
 
     @cached_property
     def spectrum_locked(self) -> Spectrum:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.kernel_arrays import Lanes
-from ..kernels.linearisation_kernel import held_eigenvalues, linearise
+from ..kernels.linearisation_kernel import HELD, REST, linearise
 from .robot import Robot
 
 __all__ = [
@@ -82,27 +82,25 @@ class Linearisation(NamedTuple):
     NaN and None then send to the dense one.
 
     Attributes:
-        smallest_locked: Smallest eigenvalue of H_r with the motors held [J]; NaN: not found this way.
-        smallest_free: The same with the motors free [J].
-        margin: With the motors held, relative to the elastic stiffness; NaN: not found this way.
+        held: With the motors held.
+        smallest_free: Smallest eigenvalue of H_r with the motors free [J]; NaN: not found this way.
         response: None: not found this way.
     """
 
-    smallest_locked: float
+    held: HeldEigenvalues
     smallest_free: float
-    margin: float
     response: Response | None
 
 
 def held_eigenvalues_of(robot: Robot, factors: Lanes, record: Floats) -> HeldEigenvalues:
     """Stability of an equilibrium with the motors held; arguments as of ``linearised``."""
-    eigenvalues = np.empty(2)
-    held_eigenvalues(robot.prepared, factors, record, eigenvalues)
-    return HeldEigenvalues(*eigenvalues.tolist())
+    eigenvalues = np.empty(3)
+    linearise(robot.prepared, factors, record, HELD, eigenvalues, np.empty((0, 0)))
+    return HeldEigenvalues(*eigenvalues[:2].tolist())
 
 
 def linearised(
-    robot: Robot, factors: Lanes, record: Floats, held: HeldEigenvalues
+    robot: Robot, factors: Lanes, record: Floats, held: HeldEigenvalues | None = None
 ) -> Linearisation:
     """First-order behaviour at an equilibrium.
 
@@ -110,11 +108,13 @@ def linearised(
         robot: The robot.
         factors: Its condensed tangent there, as the kernels keep it.
         record: The solution as the kernels keep it.
-        held: What is known with the motors held.
+        held: What is known with the motors held; None: nothing yet.
     """
     size = len(robot.arrays.border_indices)
-    eigenvalue, matrix = np.empty(1), np.empty((size, size))
-    found = linearise(robot.prepared, factors, record, eigenvalue, matrix)
+    eigenvalues, matrix = np.empty(3), np.empty((size, size))
+    asked = HELD | REST if held is None else REST
+    found = linearise(robot.prepared, factors, record, asked, eigenvalues, matrix)
     matrix.flags.writeable = False
+    smallest, margin, free = eigenvalues.tolist()
     response = Response(matrix, robot.motor_count) if found else None
-    return Linearisation(held.smallest, float(eigenvalue[0]), held.margin, response)
+    return Linearisation(held or HeldEigenvalues(smallest, margin), free, response)

@@ -6,6 +6,7 @@
 import gc
 import math
 import weakref
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -44,10 +45,10 @@ def equilibria(name, count):
 def assert_same(here):
     """Eigenvalues and matrices agree, as far as the dense method's own rounding allows."""
     found = here.linearisation
-    for motors_are, value in (("locked", found.smallest_locked), ("free", found.smallest_free)):
+    for motors_are, value in (("locked", found.held.smallest), ("free", found.smallest_free)):
         dense = spectrum(here, motors_are).eigenvalues
         assert value == pytest.approx(dense[0], rel=1e-10, abs=1e-10 * np.abs(dense).max())
-    assert found.margin == pytest.approx(
+    assert found.held.margin == pytest.approx(
         _Dense(here.model_state, "locked").margin(), rel=1e-9, abs=1e-9
     )
     model, n = kinemato_statics(here), here.robot.motor_count
@@ -77,7 +78,7 @@ def test_they_agree_where_robots_are_unstable():
     for y in (0.3, 0.0358, 0.0357, 0.03, -0.05, -0.1):
         here = solve_inverse(robot, [0.0, y], start=here)
         assert_same(here)
-        seen.append((here.index_locked, here.linearisation.margin < 0.0))
+        seen.append((here.index_locked, here.linearisation.held.margin < 0.0))
     assert [index for index, _ in seen] == [0, 0, 1, 1, 1, 2]
     assert all((index > 0) == negative for index, negative in seen)
     spatial = load_robot("six_rfs")
@@ -109,11 +110,23 @@ def test_legs_that_cannot_be_condensed_are_told_by_the_dense_method():
     """A straight clamped leg cannot hold its tip along itself."""
     straight = solve_home(column(motors.Welded(), joints.Fixed(AT_TIP)))
     found = straight.linearisation
-    assert math.isnan(found.smallest_locked)
+    assert math.isnan(found.held.smallest)
     assert found.response is None
     assert straight.spectrum_locked.smallest == straight.spectrum_locked.eigenvalues[0]
     assert straight.spectrum_locked.margin == pytest.approx(1.0)
     assert kinemato_statics(straight).platform_by_wrench.shape == (3, 3)
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "two_rods"])
+def test_the_order_of_questions_changes_nothing(name):
+    """Held motors are asked for alone by who commands them, with all the rest by others."""
+    robot = load_robot(name)
+    first = solve_home(robot)
+    together, apart = (replace(first, record=first.record.copy()) for _ in range(2))
+    whole, held = together.linearisation, apart.held_eigenvalues
+    assert held == whole.held == together.held_eigenvalues == apart.linearisation.held
+    assert apart.linearisation.smallest_free == whole.smallest_free
+    np.testing.assert_array_equal(apart.linearisation.response.matrix, whole.response.matrix)
 
 
 def test_it_is_computed_once_and_kept_as_long_as_the_equilibrium():
