@@ -29,7 +29,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from cpr_ros.own_domain import enter_own_domain
+from cpr_ros.process.own_domain import enter_own_domain
 
 HOME = np.array([5.86, 5.56, 5.86, 5.46, 5.86, 5.26])
 NAMES = [f"motor{k + 1}" for k in range(6)]

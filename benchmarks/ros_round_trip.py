@@ -32,10 +32,10 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from cpr_core import load_robot, solve_home
-from cpr_ros.own_domain import enter_own_domain
+from cpr_ros.process.own_domain import enter_own_domain
 from cpr_ros.node import CprNode
 from cpr_ros.node_run import run
-from cpr_ros.stop_signal import StopSignal
+from cpr_ros.process.stop_signal import StopSignal
 
 
 class NodeWithEmptyService(CprNode):

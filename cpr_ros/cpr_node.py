@@ -8,7 +8,7 @@ from __future__ import annotations
 import signal
 import sys
 
-from .stop_signal import StopSignal
+from .process.stop_signal import StopSignal
 
 __all__ = ["main"]
 
@@ -26,7 +26,7 @@ def main(arguments: list[str] | None = None) -> int:
         Exit status: 0; 1 if the node cannot start; 2 for arguments it does not know.
     """
     stop = StopSignal()
-    from .node_arguments import unknown_arguments, usage
+    from .settings.node_arguments import unknown_arguments, usage
 
     arguments = sys.argv if arguments is None else arguments
     if {"-h", "--help"} & set(arguments[1:]):

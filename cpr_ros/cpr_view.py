@@ -16,8 +16,8 @@ from rclpy.utilities import remove_ros_args
 
 from cpr_core import CprError
 
-from .stop_signal import StopSignal
-from .view_node import ViewNode
+from .page.view_node import ViewNode
+from .process.stop_signal import StopSignal
 
 __all__ = ["main"]
 

@@ -26,8 +26,8 @@ from tqdm import tqdm
 
 from cpr_core import CprError, load_robot
 
-from .conversions import equilibrium_from_message
-from .own_domain import enter_own_domain
+from .messages.conversions import equilibrium_from_message
+from .process.own_domain import enter_own_domain
 
 __all__ = ["main"]
 

@@ -22,19 +22,19 @@ from sensor_msgs.msg import JointState
 from cpr_core import CprError, load_robot
 from cpr_core.model.assessment import crossed_thresholds
 
-from .announcements import Announcements
-from .interfaces import Interfaces, answer_impossible_transitions
-from .late_clients import LateClients
-from .map_folder import MapFolder
-from .node_arguments import closest, files_of_others
-from .outputs import Outputs
-from .parameter_calls import answer_parameter_calls
-from .parameters import LiveParameters, declare, live_parameters, live_problem, undeclared
-from .periodic import Periodic
-from .session import Session
-from .stop_signal import Stopped, StopSignal
-from .ticking import Ticking
-from .transforms import Transforms
+from .interface.interfaces import Interfaces, answer_impossible_transitions
+from .interface.outputs import Outputs
+from .maps.map_folder import MapFolder
+from .messages.transforms import Transforms
+from .middleware.late_clients import LateClients
+from .operation.announcements import Announcements
+from .operation.session import Session
+from .process.periodic import Periodic
+from .process.stop_signal import Stopped, StopSignal
+from .process.ticking import Ticking
+from .settings.node_arguments import closest, files_of_others
+from .settings.parameter_calls import answer_parameter_calls
+from .settings.parameters import LiveParameters, declare, live_parameters, live_problem, undeclared
 from .warming import warm_up
 from .whereabouts import Whereabouts
 

@@ -18,9 +18,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from cpr_core import CprError
 
-from .core_log import core_log_in
 from .node import CprNode
-from .stop_signal import StopSignal
+from .process.core_log import core_log_in
+from .process.stop_signal import StopSignal
 
 __all__ = ["run"]
 

@@ -19,10 +19,10 @@ from cpr_core import (
     solve_inverse,
 )
 
-from .conversions import Frames, fill_equilibrium
-from .leg_markers import POINTS
-from .session import Session
-from .stability_stream import StabilityStream
+from .messages.conversions import Frames, fill_equilibrium
+from .messages.leg_markers import POINTS
+from .messages.stability_stream import StabilityStream
+from .operation.session import Session
 
 __all__ = ["USED_LATER", "warm_up"]
 

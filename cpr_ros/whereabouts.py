@@ -14,12 +14,12 @@ from rclpy.node import Node
 
 from cpr_core import CprError, Equilibrium
 
-from .inputs import MEASURED, newest_measured
-from .kept_state import KeptState, state_folder
-from .parameters import Parameters
-from .session import Session
-from .starting_place import begin_at_home, begin_at_last, begin_at_measured
-from .stop_signal import Stopped, StopSignal
+from .interface.inputs import MEASURED, newest_measured
+from .operation.kept_state import KeptState, state_folder
+from .operation.session import Session
+from .operation.starting_place import begin_at_home, begin_at_last, begin_at_measured
+from .process.stop_signal import Stopped, StopSignal
+from .settings.parameters import Parameters
 
 __all__ = ["Whereabouts"]
 

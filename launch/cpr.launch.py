@@ -27,7 +27,7 @@ from launch.events.process import ShutdownProcess
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode, Node
 
-from cpr_ros.launch_choices import ARGUMENTS, LaunchChoices, misspelt
+from cpr_ros.settings.launch_choices import ARGUMENTS, LaunchChoices, misspelt
 
 
 def executable(name):

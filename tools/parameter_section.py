@@ -11,7 +11,7 @@ import sys
 from marked_section import ROOT, keep_current, row
 
 sys.path.insert(0, str(ROOT))
-from cpr_ros.parameter_table import PARAMETERS
+from cpr_ros.settings.parameter_table import PARAMETERS
 
 
 def section() -> str:

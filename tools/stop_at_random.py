@@ -28,7 +28,7 @@ from typing import IO
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
-from cpr_ros.own_domain import OwnDomain  # noqa: E402
+from cpr_ros.process.own_domain import OwnDomain  # noqa: E402
 
 #: Of starts one after the other: what one leaves is not found by the next.
 DOMAINS = [OwnDomain() for _ in range(18)]

@@ -8,7 +8,7 @@ import signal
 
 from cpr_ros import node
 from cpr_ros.node_run import run
-from cpr_ros.stop_signal import Stopped
+from cpr_ros.process.stop_signal import Stopped
 
 
 class DeafNode(node.CprNode):

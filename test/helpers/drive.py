@@ -12,8 +12,8 @@ import cpr_core
 from cpr_core import solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.model.assessment import Assessment, Threshold
-from cpr_ros.setpoint_following import SetpointFollower, Settings
-from cpr_ros.supervision import State
+from cpr_ros.following.setpoint_following import SetpointFollower, Settings
+from cpr_ros.following.supervision import State
 from helpers.yaml_content import yaml_content
 
 PERIOD = 0.005

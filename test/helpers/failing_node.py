@@ -5,11 +5,15 @@
 
 from std_srvs.srv import Trigger
 
-from cpr_ros import goals, map_action, move_action, node, solver
-from cpr_ros.map_process import MapProcess
+from cpr_ros import node
+from cpr_ros.following import goals
+from cpr_ros.following.setpoint_following import SetpointFollower
+from cpr_ros.following.trajectory_following import Trajectories
+from cpr_ros.interface import move_action
+from cpr_ros.maps import map_action
+from cpr_ros.maps.map_process import MapProcess
 from cpr_ros.node_run import run
-from cpr_ros.setpoint_following import SetpointFollower
-from cpr_ros.trajectory_following import Trajectories
+from cpr_ros.operation import solver
 
 _broken = False
 

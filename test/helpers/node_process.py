@@ -23,7 +23,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from cpr_ros.own_domain import OwnDomain, private_environment
+from cpr_ros.process.own_domain import OwnDomain, private_environment
 from helpers.copied_process import CopiedProcess
 
 #: Starting includes compiling the kernels on a fresh machine.

@@ -4,10 +4,10 @@
 """A cpr_node in which all that a tick has to do besides its motor command fails."""
 
 from cpr_ros import node
-from cpr_ros.announcements import Announcements
+from cpr_ros.interface.outputs import Outputs
 from cpr_ros.node_run import run
-from cpr_ros.outputs import Outputs
-from cpr_ros.session import Session
+from cpr_ros.operation.announcements import Announcements
+from cpr_ros.operation.session import Session
 
 
 def fail(*_arguments, **_options):

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from cpr_ros.parameter_table import PARAMETERS
+from cpr_ros.settings.parameter_table import PARAMETERS
 
 ROOT = Path(__file__).parents[2]
 #: rosdep keys of Python packages.
@@ -170,12 +170,16 @@ def test_parameter_files_name_parameters_of_the_node(name):
 
 def test_the_page_of_the_node_lists_every_service_and_topic():
     page = (ROOT / "docs/node.md").read_text()
-    code = "".join((ROOT / f"cpr_ros/{name}.py").read_text() for name in ("inputs", "outputs"))
+    code = "".join(
+        (ROOT / f"cpr_ros/interface/{name}.py").read_text() for name in ("inputs", "outputs")
+    )
     topics = set(re.findall(r'"((?:~/|/)?[a-z_]+)", (?:10|self|LATCHED|SOME)', code))
     topics |= set(re.findall(r'\(\w+, "((?:~/)?[a-z_]+)", self', code))
     topics |= set(re.findall(r'^MEASURED = "(\w+)"', code, re.MULTILINE))
     assert len(topics) >= 12
-    services = re.findall(r'\(\w+, "([a-z_]+)",', (ROOT / "cpr_ros/requests.py").read_text())
+    services = re.findall(
+        r'\(\w+, "([a-z_]+)",', (ROOT / "cpr_ros/interface/requests.py").read_text()
+    )
     assert len(services) >= 7
     for name in [*topics, *(f"~/{service}" for service in services)]:
         assert f"`{name}`" in page, name

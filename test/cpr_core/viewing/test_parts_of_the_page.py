@@ -29,7 +29,7 @@ from cpr_core.viewing.status_panel import as_plain, status_text
 from cpr_core.viewing.typed import numbers_as_text, typed_numbers
 from cpr_core.viewing.way_tab import frame_at
 from cpr_core.workspace import map_workspace, pose_grid
-from cpr_ros.parameter_table import THRESHOLDS
+from cpr_ros.settings.parameter_table import THRESHOLDS
 
 
 @pytest.fixture(scope="module")

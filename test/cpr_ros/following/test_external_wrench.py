@@ -6,7 +6,7 @@ import pytest
 from helpers.drive import robot
 
 from cpr_core import InvalidRequest
-from cpr_ros.external_wrench import ExternalWrench
+from cpr_ros.following.external_wrench import ExternalWrench
 
 
 @pytest.mark.parametrize("frame", ["wrench_world", "wrench_body"])

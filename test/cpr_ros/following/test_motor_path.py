@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from cpr_ros.motor_path import MotorPath
+from cpr_ros.following.motor_path import MotorPath
 
 MOTORS = 3
 #: Half an acceleration is a coefficient: the smallest numbers of all have no half.

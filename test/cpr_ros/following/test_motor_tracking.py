@@ -8,9 +8,9 @@ from helpers.drive import SETTINGS, robot
 
 from cpr_core import solve_home
 from cpr_core.model.assessment import Assessment
-from cpr_ros.motor_tracking import LONGEST_STEP, MotorTracking
-from cpr_ros.setpoint_following import SetpointFollower
-from cpr_ros.supervision import Action, State, Status
+from cpr_ros.following.motor_tracking import LONGEST_STEP, MotorTracking
+from cpr_ros.following.setpoint_following import SetpointFollower
+from cpr_ros.following.supervision import Action, State, Status
 
 
 class Tracking:

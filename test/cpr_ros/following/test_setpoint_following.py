@@ -16,9 +16,9 @@ from helpers.shipped_steps import STEPS
 
 from cpr_core import Equilibrium, load_robot, solve_forward, solve_home
 from cpr_core.model.assessment import Assessment, Threshold
-from cpr_ros.external_wrench import ExternalWrench
-from cpr_ros.goals import MotorGoal, PoseGoal
-from cpr_ros.supervision import Action, State, Status
+from cpr_ros.following.external_wrench import ExternalWrench
+from cpr_ros.following.goals import MotorGoal, PoseGoal
+from cpr_ros.following.supervision import Action, State, Status
 
 
 def to(drive, *pose):

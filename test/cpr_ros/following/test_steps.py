@@ -8,7 +8,7 @@ import pytest
 from helpers.turntable import turntable
 
 from cpr_core import load_robot, solve_forward, solve_home
-from cpr_ros.steps import change_between
+from cpr_ros.following.steps import change_between
 
 
 @pytest.mark.parametrize("angle", [0.01, 0.3, -1.5])

@@ -19,8 +19,16 @@ from cpr_core.model.assessment import (
     crossed_thresholds,
     thresholds_problem,
 )
-from cpr_ros.parameter_table import PARAMETERS
-from cpr_ros.supervision import FIELDS, Action, Refusal, State, Status, next_action, verdict
+from cpr_ros.following.supervision import (
+    FIELDS,
+    Action,
+    Refusal,
+    State,
+    Status,
+    next_action,
+    verdict,
+)
+from cpr_ros.settings.parameter_table import PARAMETERS
 
 
 def at(y):

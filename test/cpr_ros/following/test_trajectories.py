@@ -22,15 +22,15 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from cpr_core import solve_forward, trace_through
 from cpr_core.model.assessment import MEASURES, Threshold
-from cpr_ros import trajectory_plan
-from cpr_ros.external_wrench import ExternalWrench
-from cpr_ros.goals import MotorGoal, motor_steps
-from cpr_ros.motor_path import MotorPath
-from cpr_ros.supervision import State
-from cpr_ros.trajectory_following import Trajectories
-from cpr_ros.trajectory_messages import trajectory_order
-from cpr_ros.trajectory_order import TrajectoryOrder, TrajectoryRefused
-from cpr_ros.trajectory_plan import TrajectoryPlan
+from cpr_ros.following import trajectory_plan
+from cpr_ros.following.external_wrench import ExternalWrench
+from cpr_ros.following.goals import MotorGoal, motor_steps
+from cpr_ros.following.motor_path import MotorPath
+from cpr_ros.following.supervision import State
+from cpr_ros.following.trajectory_following import Trajectories
+from cpr_ros.following.trajectory_order import TrajectoryOrder, TrajectoryRefused
+from cpr_ros.following.trajectory_plan import TrajectoryPlan
+from cpr_ros.messages.trajectory_messages import trajectory_order
 
 WATCHED = [name for name in MEASURES if name != "inverse_singularity"]
 #: A force on it that it bears where it is, but not on this way [N].

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-from cpr_ros.watchdog import Watchdog
+from cpr_ros.following.watchdog import Watchdog
 
 
 def test_age_counts_from_the_newest_input():

@@ -35,7 +35,7 @@ LEFT = """
 import os, signal, sys, threading, time
 from pathlib import Path
 from cpr_ros import node, node_run, whereabouts
-from cpr_ros.stop_signal import StopSignal
+from cpr_ros.process.stop_signal import StopSignal
 
 def shared():
     maps = Path("/proc/self/maps").read_text().splitlines()

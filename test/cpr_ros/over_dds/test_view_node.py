@@ -25,9 +25,9 @@ from std_msgs.msg import String
 from visualization_msgs.msg import Marker, MarkerArray
 
 import cpr_core
-from cpr_ros.own_domain import private_environment
-from cpr_ros.view_node import ViewNode
-from cpr_ros.watched_node import Presence
+from cpr_ros.page.view_node import ViewNode
+from cpr_ros.page.watched_node import Presence
+from cpr_ros.process.own_domain import private_environment
 
 pytestmark = pytest.mark.waits(seconds=35)
 

@@ -23,8 +23,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from cpr_core import load_robot, solve_forward, solve_home, solve_inverse
-from cpr_ros.conversions import Frames, fill_equilibrium
-from cpr_ros.kept_state import KeptState
+from cpr_ros.messages.conversions import Frames, fill_equilibrium
+from cpr_ros.operation.kept_state import KeptState
 
 pytestmark = pytest.mark.waits(seconds=80)
 

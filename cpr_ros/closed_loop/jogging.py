@@ -1,0 +1,134 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Jogging: a twist moves the platform setpoint, as long as twists come. No ROS here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core import Equilibrium, Robot
+
+from ..following.goals import PoseGoal
+from ..following.watchdog import Watchdog
+from .pose_coordinates import PoseCoordinates
+from .pose_loop import PoseLoop
+
+__all__ = ["JogGoal", "Jogger", "PlatformTwist"]
+
+Floats = NDArray[np.float64]
+
+#: Fastest twist that is told from a faster one [rad/s, m/s].
+_FASTEST = 1e6
+#: Farthest the setpoint goes in a tick [rod lengths, rad]; the motors are never that fast.
+_LONGEST = 0.05
+
+
+@dataclass(frozen=True)
+class PlatformTwist:
+    """Velocity of the platform at its origin.
+
+    Attributes:
+        twist: [omega; v], (6,) [rad/s, m/s].
+        in_platform: Whether its axes turn with the platform; else they are those of the base frame.
+    """
+
+    twist: Floats
+    in_platform: bool
+
+    @property
+    def rests(self) -> bool:
+        """Whether it moves nothing."""
+        return not self.twist.any()
+
+    def in_base(self, rotation: Floats) -> Floats:
+        """The twist in the base frame, (6,), of a platform with a rotation, (3, 3)."""
+        if not self.in_platform:
+            return self.twist
+        return np.concatenate([rotation @ self.twist[:3], rotation @ self.twist[3:]])
+
+
+class JogGoal(PoseGoal):
+    """A platform setpoint that twists move on."""
+
+
+class Jogger:
+    """Moves a platform setpoint by the newest twist.
+
+    The setpoint of a tick is a tick's way ahead of the robot: it never runs away from a robot that is
+    slower, or halted, and a halted robot goes back as soon as the twist leads back.
+
+    Attributes:
+        watchdog: Age of the newest twist.
+    """
+
+    def __init__(self, robot: Robot, period: float, loop: PoseLoop, timeout: float) -> None:
+        """Jog nothing yet.
+
+        Args:
+            robot: The robot.
+            period: Time of a tick [s].
+            loop: Corrects the setpoint.
+            timeout: Age beyond which a twist moves nothing [s].
+        """
+        self.robot, self.watchdog = robot, Watchdog(timeout)
+        self._coordinates, self._period, self._loop = PoseCoordinates(robot), period, loop
+        self._goal: JogGoal | None = None
+        self._twist = PlatformTwist(np.zeros(6), in_platform=False)
+        self._moving, self._new = False, False
+        self._last = 0.0
+
+    def drives(self, goal: object) -> bool:
+        """Whether a goal is the one that twists move."""
+        return goal is not None and goal is self._goal
+
+    def at_rest(self, goal: object) -> bool:
+        """Whether a goal stays where it is until another twist comes."""
+        return not self.drives(goal) or not (self._moving or self._new)
+
+    def begin(self, equilibrium: Equilibrium, now: float) -> JogGoal:
+        """A setpoint where the robot is, to be moved on.
+
+        Raises:
+            InvalidRequest: The robot has no inverse problem.
+        """
+        self._goal = JogGoal(self.robot, self._loop.uncorrected(equilibrium))
+        self._moving, self._last = False, now
+        return self._goal
+
+    def take(self, twist: PlatformTwist, now: float) -> None:
+        """Take a twist; the newest counts."""
+        # Beyond what any robot does the direction counts, whatever numbers come.
+        largest = float(np.abs(twist.twist).max())
+        self._twist = replace(twist, twist=twist.twist / max(1.0, largest / _FASTEST))
+        self.watchdog.feed(now)
+        self._new = True
+
+    def advance(self, equilibrium: Equilibrium, arrived: bool, now: float) -> None:
+        """Move the setpoint on by a tick, before the correction and the motors move.
+
+        Args:
+            equilibrium: Where the model is.
+            arrived: Whether this is where the setpoint sent it.
+            now: Steady time [s].
+        """
+        goal = self._goal
+        elapsed, self._last = min(self._period, max(0.0, now - self._last)), now
+        moving = not (self._twist.rests or self.watchdog.stale(now))
+        ended, self._moving, self._new = self._moving and not moving, moving, False
+        if goal is None or not (moving or ended):
+            return
+        if not arrived:
+            goal.pose = self._loop.uncorrected(equilibrium)
+        if moving:
+            goal.pose = self._coordinates.moved(goal.pose, self._step(equilibrium, elapsed))
+
+    def _step(self, equilibrium: Equilibrium, elapsed: float) -> Floats:
+        rotation = equilibrium.platform_rotation
+        twist = self._twist.in_base(rotation)
+        way = elapsed * self._coordinates.velocity(twist, rotation)
+        size = self._coordinates.size(way)
+        return way if size <= _LONGEST else _LONGEST / size * way

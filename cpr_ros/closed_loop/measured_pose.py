@@ -1,0 +1,104 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Whether the platform pose that somebody measures can be believed. No ROS here."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..following.watchdog import Watchdog
+from .pose_coordinates import PoseCoordinates
+from .pose_history import HORIZON, PoseHistory
+
+__all__ = ["MeasuredPose"]
+
+Floats = NDArray[np.float64]
+
+#: How many measured poses have to agree after a jump, however often they come.
+_AGREEING = 5
+#: The platform may move so far without a change of the measured numbers [rod lengths, rad], and
+_RESOLUTION = 2e-3
+#: so long: a measurement may be that late without telling.
+_LATENESS = 0.2
+
+
+class MeasuredPose:
+    """The newest measured pose, and what speaks against it.
+
+    Attributes:
+        newest: Controlled coordinates; None before the first.
+        problem: Why it is not believed; empty if it is.
+        watchdog: Age of the newest, by receipt.
+    """
+
+    def __init__(self, coordinates: PoseCoordinates, history: PoseHistory, timeout: float) -> None:
+        """Know nothing yet.
+
+        Args:
+            coordinates: Of the robot.
+            history: Where the model has the platform.
+            timeout: Age beyond which a measured pose is stale [s]; 0: never.
+        """
+        self._coordinates, self._history = coordinates, history
+        self.watchdog = Watchdog(timeout)
+        self.newest: Floats | None = None
+        self.problem = ""
+        self._way_then = 0.0  # of the platform until the newest was measured, or a little before
+        self._way_at_change = 0.0  # until the numbers changed
+        self._jump = ""
+        self._agree_since, self._agreeing = 0.0, 0  # of measured poses after a jump
+
+    def refuse(self, problem: str) -> None:
+        """Take note of a message that is no pose."""
+        self.problem = problem
+
+    def take(self, pose: Floats, now: float, delay: float, jump: float, settling: float) -> bool:
+        """Take a measured pose; says whether it is believed.
+
+        Args:
+            pose: Controlled coordinates.
+            now: Steady time of its receipt [s].
+            delay: Time since it was measured, by its stamp [s].
+            jump: How far it may be from the one before, more than the platform moved [rod lengths, rad].
+            settling: How long measured poses have to agree after a jump [s].
+        """
+        timeout = self.watchdog.timeout
+        oldest = min(timeout, HORIZON) if timeout > 0.0 else HORIZON
+        if delay > oldest:
+            self.problem = f"the measured pose was {delay:.3g} s old when it came, by its stamp"
+            return False
+        before, self.newest = self.newest, pose
+        way = self._history.travelled(now - delay - _LATENESS)
+        way_then, self._way_then = self._way_then, way
+        self.watchdog.feed(now)
+        change = math.inf
+        if before is not None:
+            change = self._coordinates.size(self._coordinates.way(before, pose))
+            moved = max(0.0, self._history.travelled(now) - way_then)
+            if change > jump + moved:
+                self._agree_since, self._agreeing = now, 0
+                self._jump = (
+                    f"the measured pose jumped by {change:.3g} rod lengths or rad, "
+                    f"the platform moved by {moved:.3g}"
+                )
+        if change > 0.0:
+            self._way_at_change = self._history.travelled(now - delay)
+        if self._jump:
+            self.problem = self._jump
+            self._agreeing += 1
+            if self._agreeing < _AGREEING or now - self._agree_since < settling:
+                return False
+            self._jump = ""
+        self.problem = self._stuck(way)
+        return not self.problem
+
+    def _stuck(self, way: float) -> str:
+        """Why numbers that stay the same are no measurement; empty if they may be one."""
+        moved = way - self._way_at_change
+        if moved <= _RESOLUTION:
+            return ""
+        return f"the measured pose does not change, the platform moved by {moved:.3g} rod lengths or rad"

@@ -1,0 +1,260 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The closed loop: platform setpoints are met in the measured pose. No ROS here.
+
+The pose the model is sent to is the setpoint and a correction. Every measured pose tells by how much
+the robot is elsewhere than the model had it when it was measured; the correction approaches what takes
+this away. Where the model is at its corrected setpoint, this is the integral of wanted minus measured:
+it ends where they are the same. That the model of *then* is compared takes the delay of the measurement
+out of the loop; that a measurement takes out half of the error at most keeps slow ones from overshoot.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core import Equilibrium, Robot
+
+from ..following.goals import Goal, PoseGoal
+from ..following.supervision import State
+from .measured_pose import MeasuredPose
+from .pose_coordinates import PoseCoordinates
+from .pose_history import PoseHistory
+
+__all__ = ["Loop", "LoopSettings", "LoopStatus", "PoseLoop"]
+
+Floats = NDArray[np.float64]
+
+#: Largest part of the error that one measured pose takes out.
+_LARGEST_SHARE = 0.5
+_NO_SETPOINT = "no platform setpoint"
+_WAITING = {
+    State.HALTED: "the robot is halted",
+    State.STALE: "the setpoint is too old",
+    State.ALIGNING: "motor commands are on their way to the equilibrium",
+}
+
+
+class Loop(IntEnum):
+    """LOOP constants of cpr_msgs/StabilityMetrics."""
+
+    OPEN = 0
+    CLOSED = 1
+    FROZEN = 2
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """What may change while the node runs.
+
+    Attributes:
+        gain: Part of the error that is taken out in a second, while it is small [1/s]; 0: none.
+        max_correction: Largest correction [rod lengths, rad].
+        max_rate: Largest speed of the correction [rod lengths/s, rad/s].
+        jump: Largest step of the measured pose beyond the motion of the platform [rod lengths, rad].
+        settling: How long measured poses have to agree after a jump [s].
+        timeout: Age beyond which a measured pose is stale [s]; 0: never.
+    """
+
+    gain: float
+    max_correction: float
+    max_rate: float
+    jump: float
+    settling: float
+    timeout: float
+
+
+@dataclass(frozen=True)
+class LoopStatus:
+    """What a supervisor is told.
+
+    Attributes:
+        loop: Whether the setpoint is corrected.
+        text: Why the correction is frozen; empty otherwise.
+        age: Time since the newest measured pose came [s]; -1 before the first.
+        position_error: Measured from wanted [m]; NaN while the loop is open, or not controlled.
+        rotation_error: Measured from wanted [rad]; the same.
+        at_setpoint: Whether the newest pose was measured since the model is at this setpoint.
+    """
+
+    loop: Loop = Loop.OPEN
+    text: str = ""
+    age: float = -1.0
+    position_error: float = math.nan
+    rotation_error: float = math.nan
+    at_setpoint: bool = False
+
+
+class PoseLoop:
+    """Corrects platform setpoints by measured poses.
+
+    Attributes:
+        coordinates: Controlled coordinates of the robot.
+        settings: What may change at any time.
+    """
+
+    def __init__(self, robot: Robot, period: float, settings: LoopSettings) -> None:
+        """Correct nothing yet.
+
+        Args:
+            robot: The robot.
+            period: Time of a tick [s].
+            settings: Gain, limits, times.
+        """
+        self.coordinates, self._period = PoseCoordinates(robot), period
+        self._history = PoseHistory(self.coordinates)
+        self._measured = MeasuredPose(self.coordinates, self._history, settings.timeout)
+        self.settings = settings
+        self._distant = ""  # why the robot is too far from the model to be corrected
+        self._at_setpoint, self._noted, self._noted_since = False, np.empty(0), math.inf
+        self.forget()
+        self._made: tuple[Floats, Floats, PoseGoal] | None = None
+
+    @property
+    def settings(self) -> LoopSettings:
+        """What may change at any time."""
+        return self._settings
+
+    @settings.setter
+    def settings(self, settings: LoopSettings) -> None:
+        self._settings = settings
+        self._measured.watchdog.timeout = settings.timeout
+
+    @property
+    def correction(self) -> Floats:
+        """Way from a setpoint to where the model is sent instead."""
+        return self.coordinates.way(self.coordinates.nowhere, self._correction)
+
+    def at_rest(self, goal: Goal | None) -> bool:
+        """Whether no correction of a goal is on its way."""
+        return not isinstance(goal, PoseGoal) or self._wanted is self._correction
+
+    def forget(self) -> None:
+        """Correct nothing until a measured pose comes."""
+        # Corrections are poses: what moves one that is nowhere.
+        self._correction = self._wanted = self.coordinates.nowhere
+
+    def beyond(self, settings: LoopSettings) -> bool:
+        """Whether what is corrected is more than other settings allow."""
+        return self.coordinates.size(self.correction) > settings.max_correction
+
+    def corrected(self, goal: Goal) -> Goal:
+        """Where the model is sent for a goal; the goal itself where nothing is to be corrected."""
+        if not isinstance(goal, PoseGoal) or self._correction is self.coordinates.nowhere:
+            return goal
+        made = self._made
+        if made is None or made[0] is not goal.pose or made[1] is not self._correction:
+            pose = self.coordinates.moved(goal.pose, self.correction)
+            made = goal.pose, self._correction, goal.at(pose)
+            self._made = made
+        return made[2]
+
+    def uncorrected(self, equilibrium: Equilibrium) -> Floats:
+        """The setpoint that is met where the model is."""
+        return self.coordinates.moved(equilibrium.pose, -self.correction)
+
+    def refuse(self, problem: str) -> None:
+        """Take note of a measured pose that is none."""
+        self._measured.refuse(problem)
+
+    def take(self, pose: Floats, now: float, delay: float = 0.0) -> None:
+        """Take a measured pose.
+
+        Args:
+            pose: Controlled coordinates, as :func:`cpr_core.solve_inverse` takes them.
+            now: Steady time of its receipt [s].
+            delay: Time since it was measured [s].
+        """
+        settings, space = self.settings, self.coordinates
+        age = self._measured.watchdog.age(now)
+        if not self._measured.take(pose, now, delay, settings.jump, settings.settling):
+            return
+        then, newest = self._history.at(now - delay), self._history.newest
+        self._at_setpoint = False
+        if then is None or newest is None:
+            return
+        error = space.way(then.pose, pose)
+        size, self._distant = space.size(error), ""
+        if size > settings.max_correction:
+            self._distant = (
+                f"the robot is measured {size:.3g} rod lengths or rad from where the model has it, "
+                f"more than loop_max_correction {settings.max_correction:g}"
+            )
+        elif not then.waiting and not newest.waiting:
+            # What was measured in the tick that led to it was so before the motors moved.
+            self._at_setpoint = now - delay > self._noted_since + 0.5 * self._period
+            share = min(_LARGEST_SHARE, -math.expm1(-settings.gain * max(0.0, age)))
+            needed = space.moved(space.nowhere, -error)
+            self._wanted = space.moved(self._wanted, share * space.way(self._wanted, needed))
+
+    def advance(self, now: float) -> None:
+        """Move the correction on by a tick, before the motors move."""
+        newest = self._history.newest
+        if self._wanted is self._correction or newest is None or newest.waiting:
+            return
+        if self._problem(now):
+            self._wanted = self._correction
+            return
+        way = self.coordinates.way(self._correction, self._wanted)
+        size, largest = self.coordinates.size(way), self.settings.max_rate * self._period
+        if size <= largest:
+            self._correction = self._wanted
+        else:
+            self._correction = self.coordinates.moved(self._correction, largest / size * way)
+
+    def note(
+        self, equilibrium: Equilibrium, goal: Goal | None, state: State, arrived: bool, now: float
+    ) -> None:
+        """Take note of what a tick led to.
+
+        Args:
+            equilibrium: Where the model is.
+            goal: Where it was to go.
+            state: What the node does.
+            arrived: Whether the corrected goal is reached.
+            now: Steady time [s].
+        """
+        waiting = _WAITING.get(state, "")
+        if not isinstance(goal, PoseGoal):
+            waiting = _NO_SETPOINT
+        elif not waiting and not arrived:
+            waiting = "the robot is on its way"
+        wanted = goal.pose if isinstance(goal, PoseGoal) else self.coordinates.nowhere
+        before = self._history.newest
+        if wanted is not self._noted or waiting or before is None or before.waiting:
+            self._at_setpoint, self._noted, self._noted_since = False, wanted, now
+        self._history.add(now, equilibrium, waiting)
+
+    def status(self, goal: Goal | None, now: float) -> LoopStatus:
+        """What a supervisor is told about a goal now."""
+        measured = self._measured
+        age, newest = measured.watchdog.age(now), self._history.newest
+        known = measured.newest is not None or bool(measured.problem)
+        if not isinstance(goal, PoseGoal) or newest is None or not known:
+            return LoopStatus(age=age)
+        text = self._problem(now) or newest.waiting
+        errors = math.nan, math.nan
+        if measured.newest is not None:
+            errors = self.coordinates.sizes(self.coordinates.way(measured.newest, goal.pose))
+        loop = Loop.FROZEN if text else Loop.CLOSED
+        return LoopStatus(loop, text, age, *errors, at_setpoint=self._at_setpoint)
+
+    def _problem(self, now: float) -> str:
+        """Why nothing is corrected, whatever the robot does; empty if it may be."""
+        watchdog = self._measured.watchdog
+        if self.settings.gain <= 0.0:
+            return "loop_gain is 0"
+        if self.settings.max_rate <= 0.0:
+            return "loop_max_rate is 0"
+        if watchdog.stale(now) and not self._measured.problem:
+            return (
+                f"the measured pose is {watchdog.age(now):.3g} s old, "
+                f"more than measured_pose_timeout {watchdog.timeout:g} s"
+            )
+        return self._measured.problem or self._distant

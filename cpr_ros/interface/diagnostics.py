@@ -1,0 +1,120 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Health of the node for /diagnostics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from std_msgs.msg import Header
+
+from cpr_core.model.assessment import crossed_thresholds
+
+from ..following.supervision import Action
+from ..messages.model_error import estimated_error, warned_error
+from ..operation.session import Session
+
+__all__ = ["diagnostic_array", "wrench_status"]
+
+_LEVELS = {
+    Action.NONE: DiagnosticStatus.OK,
+    Action.SLOW: DiagnosticStatus.WARN,
+    Action.HALT: DiagnosticStatus.ERROR,
+}
+
+
+def diagnostic_array(
+    name: str,
+    life: str,
+    session: Session | None,
+    dropped: Mapping[str, int],
+    newest: Mapping[str, int],
+    late_ticks: int,
+    stamp: Time,
+) -> DiagnosticArray:
+    """Two entries: what the robot is in, and how the node gets on.
+
+    Args:
+        name: Full name of the node.
+        life: State of the life cycle.
+        session: The robot in operation; None while the node is not active.
+        dropped: Number of dropped messages by topic.
+        newest: Those of them that were dropped since the last diagnostics.
+        late_ticks: Ticks that came more than a period late.
+        stamp: ROS time of the message.
+    """
+    level = DiagnosticStatus.OK if session else DiagnosticStatus.STALE
+    message = life
+    if newest:
+        level = max(level, DiagnosticStatus.WARN)
+        counts = ", ".join(f"{count} of {topic}" for topic, count in sorted(newest.items()))
+        message = f"{life}; messages dropped since the last diagnostics: {counts}"
+    entries = [
+        DiagnosticStatus(
+            level=level,
+            name=f"{name}: node",
+            message=message,
+            values=_values(
+                {
+                    "life cycle": life,
+                    "late ticks": late_ticks,
+                    **{f"dropped {topic}": count for topic, count in sorted(dropped.items())},
+                }
+            ),
+        )
+    ]
+    if session is not None:
+        outcome, told = session.outcome, session.outcome.verdict
+        crossed = crossed_thresholds(session.follower.settings.thresholds)
+        level = _LEVELS[told.action]
+        equilibrium = outcome.assessment.equilibrium
+        error, warned = estimated_error(equilibrium), warned_error(equilibrium)
+        inexact = f"{error:.1e} m, more than half of strain.tolerance" if error > warned else ""
+        entries.append(
+            DiagnosticStatus(
+                level=max(level, DiagnosticStatus.WARN) if crossed or inexact else level,
+                name=f"{name}: stability",
+                message=told.text,
+                hardware_id=session.robot.description.name,
+                values=_values(
+                    {
+                        "state": outcome.state.name,
+                        "status": told.status.name,
+                        "action": told.action.name,
+                        "speed scale": f"{told.speed_scale:.3f}",
+                        "margin": f"{outcome.assessment.margin:.6g}",
+                        "index, motors held": outcome.assessment.index,
+                        "nearest threshold": told.nearest or "none",
+                        "solve time [ms]": f"{1e3 * outcome.assessment.solve_time:.3f}",
+                        "model error": inexact or f"{error:.1e} m",
+                        **({"thresholds": "; ".join(crossed)} if crossed else {}),
+                    }
+                ),
+            )
+        )
+    return DiagnosticArray(header=Header(stamp=stamp), status=entries)
+
+
+def wrench_status(name: str, session: Session, now: float) -> DiagnosticStatus:
+    """Whether the wrench on the platform is estimated; a warning with the reason where it is not.
+
+    Args:
+        name: Full name of the node.
+        session: The robot in operation.
+        now: Steady time [s].
+    """
+    reason = session.felt.reason(now)
+    return DiagnosticStatus(
+        level=DiagnosticStatus.WARN if reason else DiagnosticStatus.OK,
+        name=f"{name}: wrench",
+        message=f"no wrench is estimated: {reason}" if reason else "the wrench is estimated",
+        hardware_id=session.robot.description.name,
+        values=_values({"reason": reason or "none", "with pose": session.felt.with_pose}),
+    )
+
+
+def _values(values: Mapping[str, object]) -> list[KeyValue]:
+    return [KeyValue(key=key, value=str(value)) for key, value in values.items()]

@@ -1,0 +1,227 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Subscriptions of the node. What cannot be used is dropped whole, counted and warned about."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from cpr_msgs.msg import ErrorCode
+from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.subscription import Subscription
+from rclpy.wait_for_message import wait_for_message
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import JointTrajectory
+
+from cpr_core import CprError, Robot
+
+from ..following.goals import MotorGoal, PoseGoal
+from ..following.trajectory_following import Ending
+from ..messages.command_message import CommandMessage
+from ..messages.conversions import (
+    Frames,
+    pose_from_message,
+    with_wrench,
+)
+from ..messages.motor_messages import measured_motors, motor_setpoint
+from ..messages.platform_messages import (
+    measured_pose,
+    measurement_delay,
+    platform_in_base,
+    platform_twist,
+)
+from ..messages.trajectory_messages import trajectory_order
+from ..messages.wrench_messages import whole_pose
+from ..middleware.dropped_messages import DroppedMessages
+from ..operation.session import Session
+
+__all__ = ["MEASURED", "Inputs", "newest_measured"]
+
+#: Topic of the motors as they are measured.
+MEASURED = "measured_joint_states"
+
+#: The newest setpoint is the one that counts; some by name may belong together.
+NEWEST, SOME = QoSProfile(depth=1), QoSProfile(depth=10)
+
+
+def newest_measured(
+    node: Node, robot: Robot, wait: float, given_up: Callable[[], bool]
+) -> NDArray[np.float64] | None:
+    """Motors of the next message that has them all, (n,); None if none comes.
+
+    Waits without an executor, for a node that is about to become active.
+
+    Args:
+        node: The node.
+        robot: The robot.
+        wait: How long to wait [s].
+        given_up: Asked several times a second: whether to stop waiting.
+    """
+    end = time.monotonic() + wait
+    while time.monotonic() < end and not given_up():
+        came, message = wait_for_message(
+            JointState, node, MEASURED, qos_profile=qos_profile_sensor_data, time_to_wait=0.2
+        )
+        if came:
+            with contextlib.suppress(CprError):
+                return measured_motors(robot, message)
+    return None
+
+
+class Inputs:
+    """Everything the node listens to.
+
+    Attributes:
+        dropped: Messages that were dropped.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        frames: Frames,
+        session: Callable[[], Session | None],
+        clock: Callable[[], float],
+        place: Callable[[NDArray[np.float64]], None],
+        feel: Callable[[Session, JointState, float], None],
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            node: The node.
+            frames: Names of the frames.
+            session: Gives the robot in operation; None while the node is not active.
+            clock: Steady time [s].
+            place: Takes the first measured motors, (n,), of a robot that waits for them to be placed.
+            feel: Takes measured motors that may tell what pushes on the platform, and steady time.
+        """
+        self._place, self._feel = place, feel
+        self.dropped = DroppedMessages()
+        self._node, self._frames, self._session, self._clock = node, frames, session, clock
+        #: By number of motors.
+        self._ready: dict[int, CommandMessage] = {}
+        self._subscriptions: list[Subscription] = []
+        for kind, topic, take, qos in (
+            (JointState, "~/motor_setpoint", self._motor_setpoint, SOME),
+            (Float64MultiArray, "~/commands", self._commands, NEWEST),
+            (PoseStamped, "~/platform_setpoint", self._platform_setpoint, NEWEST),
+            (JointTrajectory, "~/joint_trajectory", self._joint_trajectory, NEWEST),
+            (WrenchStamped, "~/external_wrench", self._external_wrench, qos_profile_sensor_data),
+            (JointState, MEASURED, self._measured, qos_profile_sensor_data),
+            (
+                PoseStamped,
+                "~/measured_platform_pose",
+                self._measured_pose,
+                qos_profile_sensor_data,
+            ),
+            (TwistStamped, "~/platform_twist", self._platform_twist, NEWEST),
+        ):
+            as_bytes = kind is Float64MultiArray  # read by ourselves, see CommandMessage
+            self._subscriptions.append(
+                node.create_subscription(kind, topic, self._guarded(topic, take), qos, raw=as_bytes)
+            )
+
+    def forget(self) -> None:
+        """Leave aside what has come and was not delivered yet, however old it is."""
+        for subscription in self._subscriptions:
+            handle, kind = subscription.handle, subscription.msg_type
+            as_bytes = True  # not read, so nothing can be wrong
+            with handle:
+                while handle.take_message(kind, as_bytes) is not None:
+                    pass
+
+    def _guarded(
+        self, topic: str, take: Callable[[Session, Any, float], None]
+    ) -> Callable[[Any], None]:
+        """A callback that no message can make raise."""
+
+        def callback(message: Any) -> None:
+            session, now = self._session(), self._clock()
+            if session is None:
+                return
+            try:
+                take(session, message, now)
+            except CprError as error:
+                line = self.dropped.add(topic, str(error), now)
+                if line:
+                    self._node.get_logger().warning(line)
+            except Exception:
+                self.dropped.add(topic, "internal error", now)
+                self._node.get_logger().error(traceback.format_exc())
+
+        return callback
+
+    def _motor_setpoint(self, session: Session, message: JointState, now: float) -> None:
+        current = session.solver.current.equilibrium.motors
+        wanted = session.follower.motor_setpoint(now)
+        motors = motor_setpoint(session.robot, message, current if wanted is None else wanted)
+        session.follow(MotorGoal(session.robot, motors), now)
+
+    def _commands(self, session: Session, message: bytes, now: float) -> None:
+        count = session.robot.motor_count
+        if count not in self._ready:
+            self._ready[count] = CommandMessage(count)
+        motors = self._ready[count].numbers(message)
+        session.follow(MotorGoal(session.robot, motors, "data"), now)
+
+    def _platform_setpoint(self, session: Session, message: PoseStamped, now: float) -> None:
+        pose = pose_from_message(session.robot, message, [], self._frames)
+        session.follow(PoseGoal(session.robot, pose), now)
+
+    def _joint_trajectory(self, session: Session, message: JointTrajectory, now: float) -> None:
+        order = trajectory_order(session.robot, message, self._node.get_clock().now().to_msg())
+        session.follow_trajectory(order, now, self._trajectory_ended)
+
+    def _trajectory_ended(self, ending: Ending) -> None:
+        logger = self._node.get_logger()
+        if ending.val == ErrorCode.SUCCESS:
+            logger.info(f"~/joint_trajectory: done after {ending.time:.3f} s")
+        elif ending.val == ErrorCode.INVALID_MOTION_PLAN:
+            line = self.dropped.add("~/joint_trajectory", ending.message, self._clock())
+            if line:
+                logger.warning(line)
+        else:
+            logger.warning(f"~/joint_trajectory: {ending.val}: {ending.message}")
+
+    def _external_wrench(self, session: Session, message: WrenchStamped, now: float) -> None:
+        loads = session.solver.current.equilibrium.loads
+        session.wrench.take(with_wrench(loads, message, self._frames), now)
+
+    def _measured(self, session: Session, message: JointState, now: float) -> None:
+        if session.tracking is not None:
+            session.tracking.take(measured_motors(session.robot, message), now)
+        elif session.unplaced:
+            self._place(measured_motors(session.robot, message))
+        # Grippers and others may say on the same topic where they are.
+        if not message.name or not set(message.name).isdisjoint(session.robot.motor_names):
+            self._feel(session, message, now)
+
+    def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
+        delay = measurement_delay(message.header, self._node.get_clock().now())
+        corrected = bool(session.robot.description.controlled)
+        try:
+            current = session.solver.current.equilibrium
+            message = platform_in_base(current, message, self._frames)
+            if corrected:
+                session.loop.take(measured_pose(session.robot, message), now, delay)
+        except CprError as error:
+            if corrected:
+                session.loop.refuse(str(error))
+            raise
+        if not corrected:
+            session.felt.take_pose(whole_pose(message), now - delay)
+            return
+        with contextlib.suppress(CprError):  # it takes what is not controlled, too
+            session.felt.take_pose(whole_pose(message), now - delay)
+
+    def _platform_twist(self, session: Session, message: TwistStamped, now: float) -> None:
+        session.jog(platform_twist(session.robot, message, self._frames), now)

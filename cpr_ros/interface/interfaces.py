@@ -1,0 +1,107 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What others reach the node by: topics that it takes, services, actions."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from cpr_msgs.msg import ErrorCode
+from numpy.typing import NDArray
+from rclpy.lifecycle import LifecycleNode
+from sensor_msgs.msg import JointState
+
+from ..maps.map_action import MapAction
+from ..maps.map_folder import MapFolder
+from ..messages.conversions import Frames
+from ..middleware.dropped_messages import DroppedMessages
+from ..operation.session import Session
+from .inputs import Inputs
+from .move_action import MoveAction
+from .requests import Requests
+from .trajectory_action import trajectory_actions
+
+__all__ = ["Interfaces", "answer_impossible_transitions"]
+
+
+class Interfaces:
+    """Everything a client or a controller sends something to; from the first time on for ever."""
+
+    def __init__(
+        self,
+        node: LifecycleNode,
+        frames: Frames,
+        session: Callable[[], Session | None],
+        place: Callable[[NDArray[np.float64]], None],
+        feel: Callable[[Session, JointState, float], None],
+        folder: MapFolder,
+    ) -> None:
+        """Offer all of it.
+
+        Args:
+            node: The node.
+            frames: Names of the frames.
+            session: Gives the robot in operation; None while the node is not active.
+            place: Takes the first measured motors of a robot that is nobody knows where, (n,).
+            feel: Takes measured motors that may tell what pushes on the platform, and steady time.
+            folder: Where maps are written.
+        """
+        self._inputs = Inputs(node, frames, session, time.monotonic, place, feel)
+        self._requests = Requests(node, frames, session)
+        self._maps = MapAction(node, session, folder)
+        self._moves = MoveAction(node, frames, session)
+        self._trajectories = trajectory_actions(node, session, frames)
+
+    @property
+    def dropped(self) -> DroppedMessages:
+        """Messages that were dropped."""
+        return self._inputs.dropped
+
+    def forget_messages(self) -> None:
+        """Leave aside what was sent to topics until now, because the node becomes active."""
+        self._inputs.forget()
+
+    def after_tick(self, session: Session, now: float) -> None:
+        """See how far motions with a result have come.
+
+        Args:
+            session: The robot in operation.
+            now: Steady time [s].
+        """
+        self._moves.after_tick(session, now)
+
+    def stop_motions(self, session: Session) -> None:
+        """End what is on its way, because the node is deactivated."""
+        self._moves.stop("the node was deactivated, the robot holds")
+        session.trajectories.stop(ErrorCode.NOT_READY, "the node was deactivated")
+
+    def stop_maps(self) -> None:
+        """End the map that is being made, because the robot is forgotten."""
+        self._maps.stop("the node was cleaned up or shut down while the map was being made")
+
+    def close(self) -> None:
+        """Take actions away before the node ends."""
+        self._maps.close()
+        self._moves.close()
+        for action in self._trajectories:
+            action.close()
+
+
+def answer_impossible_transitions(node: LifecycleNode) -> None:
+    """A transition that is not possible now is answered with no; rclpy raises, and never answers."""
+    service = node._service_change_state
+    change = service.callback
+
+    def callback(request: Any, response: Any) -> Any:
+        try:
+            return change(request, response)
+        except Exception as error:
+            node.get_logger().warning(f"change_state: {error}")
+            response.success = False
+            return response
+
+    service.callback = callback

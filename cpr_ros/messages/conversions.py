@@ -1,0 +1,327 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Between messages and values of the core. ROS puts forces first and the scalar of a quaternion last."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from cpr_msgs.msg import Equilibrium as EquilibriumMessage
+from cpr_msgs.msg import ErrorCode
+from cpr_msgs.msg import Loads as LoadsMessage
+from geometry_msgs.msg import (
+    Pose,
+    PoseStamped,
+    Twist,
+    Vector3,
+    Wrench,
+    WrenchStamped,
+)
+from numpy.typing import NDArray
+from sensor_msgs.msg import JointState
+
+from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robot
+from cpr_core.lie import roll_pitch_yaw, rotation_from_quaternion, turn_about_z
+from cpr_core.solving.refining import restore_equilibrium
+from cpr_core.solving.requests import pose_meaning
+from cpr_core.validation import checked_vector
+
+from ..error_codes import RequestError
+from .motor_messages import motors_from_joint_state
+
+__all__ = [
+    "Frames",
+    "controlled_pose",
+    "equilibrium_from_message",
+    "fill_equilibrium",
+    "fill_wrench",
+    "joint_state",
+    "platform_pose",
+    "pose_from_message",
+    "twist_message",
+    "twist_vector",
+    "with_wrench",
+    "wrench_vector",
+]
+
+Floats = NDArray[np.float64]
+
+#: Numbers of a wrench in the order of the core.
+_WRENCH_PARTS = "torque.x torque.y torque.z force.x force.y force.z"
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Names of the frames the node knows.
+
+    Attributes:
+        base: Frame fixed in space, in which the description is written.
+        platform: Frame of the platform.
+        rotation_to_base: Rotation from another frame to the base frame, (3, 3), or None if it is not
+            known; None where nobody knows other frames.
+        tracker: Frame of the tracker, where the description of the robot has one.
+    """
+
+    base: str
+    platform: str
+    rotation_to_base: Callable[[str], Floats | None] | None = None
+    tracker: str = "tracker"
+
+
+def pose_from_message(
+    robot: Robot, message: PoseStamped, controlled: list[str], frames: Frames, where: str = ""
+) -> Floats:
+    """Controlled coordinates in the order of the description.
+
+    Args:
+        robot: The robot.
+        message: The pose.
+        controlled: Coordinates that the sender takes for the controlled ones; empty: not said.
+        frames: Names of the frames.
+        where: What comes before the names of its fields in error messages.
+
+    Raises:
+        RequestError: The frame is not the base frame.
+        InvalidRequest: Other coordinates named than the robot's.
+        NonFiniteInput: A NaN or an infinity.
+        InvalidQuaternion: No rotation, or in the plane one that leaves it.
+    """
+    if message.header.frame_id not in ("", frames.base):
+        raise RequestError(
+            ErrorCode.FRAME_TRANSFORM_FAILURE,
+            f"{where}header.frame_id: expected {frames.base!r}, got {message.header.frame_id!r}",
+        )
+    description = robot.description
+    if controlled and sorted(controlled) != sorted(description.controlled):
+        raise InvalidRequest(
+            "controlled",
+            f"expected {', '.join(description.controlled)}, got {', '.join(controlled)}",
+        )
+    return controlled_pose(robot, message.pose, where=where)
+
+
+def controlled_pose(robot: Robot, message: Pose, *, tilt: float = 1e-9, where: str = "") -> Floats:
+    """Controlled coordinates of a pose in the base frame, in the order of the description.
+
+    Args:
+        robot: The robot.
+        message: The pose.
+        tilt: By how much of 1 - cos(angle) the pose of a planar robot may leave the plane.
+        where: What comes before the names of its fields in error messages.
+
+    Raises:
+        NonFiniteInput: A NaN or an infinity.
+        InvalidQuaternion: No rotation, or in the plane one that leaves it.
+    """
+    position, orientation = message.position, message.orientation
+    values = {"x": position.x, "y": position.y, "z": position.z}
+    controlled = robot.description.controlled
+    read = [name for name in controlled if name in values]
+    checked_vector(
+        f"{where}pose.position", [values[name] for name in read], len(read), " ".join(read)
+    )
+    if {"orientation", "angle", "roll", "pitch", "yaw"} & set(controlled):
+        quaternion = [orientation.w, orientation.x, orientation.y, orientation.z]
+        try:
+            rotation = rotation_from_quaternion(quaternion)
+        except InvalidRequest as error:
+            raise type(error)(f"{where}pose.orientation", error.problem) from None
+        if robot.planar and rotation[2, 2] < 1.0 - tilt:
+            raise InvalidQuaternion(
+                f"{where}pose.orientation", "expected a rotation about z for a planar robot"
+            )
+        values |= dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
+        values |= dict(
+            zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation).tolist(), strict=True)
+        )
+        values["angle"] = turn_about_z(orientation.w, orientation.z)
+    return np.array([values[name] for name in pose_meaning(robot)])
+
+
+def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames, where: str = "") -> Loads:
+    """Loads with the platform wrench of a message: fixed in space or turning with the platform.
+
+    The wrench acts at the platform origin, whatever its frame; another frame than the two gives only the
+    directions of its axes. ``where`` comes before the names of its fields in error messages.
+
+    Raises:
+        RequestError: The frame is neither the base frame nor the platform frame.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    frame = message.header.frame_id or frames.base
+    wrench = checked_vector(f"{where}wrench", wrench_vector(message.wrench), 6, _WRENCH_PARTS)
+    nothing = np.zeros(6)
+    if frame == frames.platform:
+        return loads.with_(wrench_world=nothing, wrench_body=wrench)
+    if frame != frames.base:
+        rotation = frames.rotation_to_base(frame) if frames.rotation_to_base else None
+        if rotation is None:
+            raise RequestError(
+                ErrorCode.FRAME_TRANSFORM_FAILURE,
+                f"{where}header.frame_id: expected {frames.base!r} (fixed in space) or "
+                f"{frames.platform!r} (turning with the platform), got {frame!r}",
+            )
+        wrench = np.concatenate([rotation @ wrench[:3], rotation @ wrench[3:]])
+    return loads.with_(wrench_world=wrench, wrench_body=nothing)
+
+
+def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equilibrium:
+    """The equilibrium a message holds, checked.
+
+    Raises:
+        InvalidRequest: It is no equilibrium of this robot.
+        NonFiniteInput: A NaN or an infinity.
+        InvalidQuaternion: No rotation.
+    """
+    by_effort, motors = motors_from_joint_state(robot, message.motors, "equilibrium.motors")
+    if by_effort:
+        raise InvalidRequest("equilibrium.motors.position", "expected positions, got none")
+    loads = robot.default_loads
+    for given in message.loads:  # one at most
+        gravity = given.gravity
+        # Forces on the rods are the description's; a message does not carry them.
+        loads = loads.with_(
+            gravity=[gravity.x, gravity.y, gravity.z],
+            wrench_world=wrench_vector(given.wrench_in_base),
+            wrench_body=wrench_vector(given.wrench_in_platform),
+        )
+    position, orientation = message.platform_in_base.position, message.platform_in_base.orientation
+    return restore_equilibrium(
+        robot,
+        loads,
+        motors,
+        message.leg_coordinates,
+        message.multipliers,
+        rotation_from_quaternion([orientation.w, orientation.x, orientation.y, orientation.z]),
+        [position.x, position.y, position.z],
+    )
+
+
+def fill_equilibrium(
+    message: EquilibriumMessage,
+    equilibrium: Equilibrium,
+    frames: Frames,
+    stamp: Time,
+    solve_time: float,
+    *,
+    eigenvalues: bool,
+) -> None:
+    """Write everything about an equilibrium; without eigenvalues what needs them is NaN.
+
+    Parts are written into those the message has: rclpy makes them anyway, and making them again takes
+    longer than writing.
+    """
+    message.header.stamp, message.header.frame_id = stamp, frames.base
+    fill_joint_state(message.motors, equilibrium, frames, stamp)
+    _fill_pose(message.platform_in_base, equilibrium)
+    message.leg_coordinates = _doubles(equilibrium.leg_coordinates)
+    message.multipliers = _doubles(equilibrium.multipliers)
+    message.loads = _own_loads(equilibrium)
+    message.converged = equilibrium.converged
+    message.residual = equilibrium.residual
+    message.iterations = equilibrium.iterations
+    message.index_locked = equilibrium.index_locked
+    message.index_free = equilibrium.index_free
+    message.smallest_eigenvalue_locked = math.nan
+    message.smallest_eigenvalue_free = math.nan
+    message.margin = math.nan
+    if eigenvalues:
+        message.smallest_eigenvalue_locked = equilibrium.spectrum_locked.smallest
+        message.smallest_eigenvalue_free = equilibrium.spectrum_free.smallest
+        message.margin = equilibrium.spectrum_locked.margin
+    message.energy = equilibrium.energy
+    message.solve_time = solve_time
+
+
+def joint_state(
+    equilibrium: Equilibrium, frames: Frames, stamp: Time, velocity: Floats | None = None
+) -> JointState:
+    """Motor positions and efforts; the velocity of an equilibrium alone is zero."""
+    message = JointState()
+    fill_joint_state(message, equilibrium, frames, stamp, velocity)
+    return message
+
+
+def fill_joint_state(
+    message: JointState,
+    equilibrium: Equilibrium,
+    frames: Frames,
+    stamp: Time,
+    velocity: Floats | None = None,
+) -> None:
+    """Write motor positions and efforts; the velocity of an equilibrium alone is zero."""
+    message.header.stamp, message.header.frame_id = stamp, frames.base
+    message.name = list(equilibrium.robot.motor_names)
+    message.position = _doubles(equilibrium.motors)
+    message.velocity = _doubles(np.zeros(len(message.name)) if velocity is None else velocity)
+    message.effort = _doubles(equilibrium.efforts)
+
+
+def platform_pose(equilibrium: Equilibrium, frames: Frames, stamp: Time) -> PoseStamped:
+    """Pose of the platform in the base frame."""
+    message = PoseStamped()
+    message.header.stamp, message.header.frame_id = stamp, frames.base
+    _fill_pose(message.pose, equilibrium)
+    return message
+
+
+def twist_message(twist: Floats) -> Twist:
+    """A twist [omega; v], (6,), as a message."""
+    message = Twist()
+    _fill_vector3(message.linear, twist[3:])
+    _fill_vector3(message.angular, twist[:3])
+    return message
+
+
+def twist_vector(twist: Twist) -> Floats:
+    """A message as a twist [omega; v], (6,)."""
+    parts = (twist.angular, twist.linear)
+    return np.array([value for part in parts for value in (part.x, part.y, part.z)])
+
+
+def _doubles(vector: Floats) -> array[float]:
+    """Numbers in the form that message fields take without looking at every one."""
+    return array("d", vector.tobytes())
+
+
+def _own_loads(equilibrium: Equilibrium) -> list[LoadsMessage]:
+    """The loads of an equilibrium, where they are not those of the description."""
+    loads, default = equilibrium.loads, equilibrium.robot.default_loads
+    names = ("gravity", "wrench_world", "wrench_body")
+    if loads is default or all(
+        np.array_equal(getattr(loads, name), getattr(default, name)) for name in names
+    ):
+        return []
+    message = LoadsMessage()
+    _fill_vector3(message.gravity, loads.gravity)
+    fill_wrench(message.wrench_in_base, loads.wrench_world)
+    fill_wrench(message.wrench_in_platform, loads.wrench_body)
+    return [message]
+
+
+def _fill_pose(message: Pose, equilibrium: Equilibrium) -> None:
+    point, turn = message.position, message.orientation
+    point.x, point.y, point.z = equilibrium.platform_position.tolist()
+    turn.w, turn.x, turn.y, turn.z = equilibrium.platform_quaternion.tolist()
+
+
+def _fill_vector3(message: Vector3, vector: Floats) -> None:
+    message.x, message.y, message.z = vector.tolist()
+
+
+def fill_wrench(message: Wrench, wrench: Floats) -> None:
+    """Write a wrench [m; f], (6,)."""
+    _fill_vector3(message.force, wrench[3:])
+    _fill_vector3(message.torque, wrench[:3])
+
+
+def wrench_vector(wrench: Wrench) -> Floats:
+    """A message as a wrench [m; f], (6,)."""
+    parts = (wrench.torque, wrench.force)
+    return np.array([value for part in parts for value in (part.x, part.y, part.z)])

@@ -1,0 +1,99 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Legs, their links and joints, and the platform as markers for rviz."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point
+from numpy.typing import NDArray
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+from cpr_core.drawing.robot_lines import RobotLines, equilibrium_lines
+
+from ..following.setpoint_following import Outcome
+from ..following.supervision import Action
+from .conversions import Frames
+
+__all__ = ["leg_markers"]
+
+#: Points along a leg.
+POINTS = 24
+WIDTH = 0.006
+_DARK, _LIGHT = (ColorRGBA(r=tone, g=tone, b=tone, a=1.0) for tone in (0.2, 0.85))
+_ACTION_COLORS = {
+    Action.NONE: (0.1, 0.7, 0.2),
+    Action.SLOW: (0.95, 0.7, 0.1),
+    Action.HALT: (0.85, 0.1, 0.1),
+}
+
+
+def leg_markers(outcome: Outcome, by: str, frames: Frames, stamp: Time) -> MarkerArray:
+    """A line for every leg and one for the platform; links as thicker lines, joints as spheres.
+
+    Args:
+        outcome: Of the last tick.
+        by: ``strain``: every point by its bending curvature, from blue (straight) to red (the largest
+            of the robot now, or half a turn per rod length if that is more); ``stability``: by the
+            action asked for, green, amber, red.
+        frames: Names of the frames.
+        stamp: ROS time of the message.
+    """
+    lines = equilibrium_lines(outcome.assessment.equilibrium, POINTS)
+    action = ColorRGBA(a=1.0, **_rgb(_ACTION_COLORS[outcome.verdict.action]))
+    markers = []
+    for number, (leg, shades) in enumerate(zip(lines.legs, lines.shades, strict=True)):
+        line = _line("legs", number, frames, stamp)
+        line.points = [_point(position) for position in leg]
+        if by == "strain":
+            line.colors = [ColorRGBA(a=1.0, **_rgb(shade)) for shade in shades.tolist()]
+        else:
+            line.color = action
+        markers.append(line)
+    markers += _links_and_joints(lines, frames, stamp)
+    platform = _line("platform", 0, frames, stamp)
+    platform.points = [_point(position) for position in lines.platform]
+    platform.color = _DARK
+    if len(platform.points) >= 2:
+        markers.append(platform)
+    return MarkerArray(markers=markers)
+
+
+def _links_and_joints(lines: RobotLines, frames: Frames, stamp: Time) -> list[Marker]:
+    """All links in one marker, if there are any; all joints in one, dark where motors move them."""
+    links = _line("links", 0, frames, stamp)
+    links.type, links.scale.x, links.color = Marker.LINE_LIST, 2.0 * WIDTH, _DARK
+    links.points = [_point(end) for end in lines.links.reshape(-1, 3)]
+    joints = _line("joints", 0, frames, stamp)
+    joints.type = Marker.SPHERE_LIST
+    joints.scale.x = joints.scale.y = joints.scale.z = 3.0 * WIDTH
+    joints.points = [_point(position) for position in lines.joints]
+    joints.colors = [_DARK if driven else _LIGHT for driven in lines.driven]
+    return [marker for marker in (links, joints) if marker.points]
+
+
+def _line(namespace: str, number: int, frames: Frames, stamp: Time) -> Marker:
+    marker = Marker(
+        header=Header(stamp=stamp, frame_id=frames.base),
+        ns=namespace,
+        id=number,
+        type=Marker.LINE_STRIP,
+        action=Marker.ADD,
+    )
+    marker.scale.x = WIDTH
+    marker.pose.orientation.w = 1.0
+    return marker
+
+
+def _point(position: NDArray[np.float64]) -> Point:
+    x, y, z = position.tolist()
+    return Point(x=x, y=y, z=z)
+
+
+def _rgb(color: Sequence[float]) -> dict[str, float]:
+    return dict(zip("rgb", color, strict=True))

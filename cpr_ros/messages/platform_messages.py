@@ -1,0 +1,151 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Measured poses and twists of the platform from messages."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from cpr_msgs.msg import ErrorCode
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from numpy.typing import NDArray
+from rclpy.time import Time
+from std_msgs.msg import Header
+
+from cpr_core import Equilibrium, InvalidRequest, Robot
+from cpr_core.lie import quaternion_from_rotation, rotation_from_quaternion
+from cpr_core.solving.requests import pose_meaning
+from cpr_core.validation import checked_vector
+
+from ..closed_loop.jogging import PlatformTwist
+from ..error_codes import RequestError
+from .conversions import Frames, controlled_pose, twist_vector
+
+__all__ = ["measured_pose", "measurement_delay", "platform_in_base", "platform_twist"]
+
+#: Tilt out of the plane, 1 - cos(angle), that a measured pose may have: 0.2 rad.
+_TILT = 0.02
+#: Components of a twist [omega; v].
+_TWIST = ("angular.x", "angular.y", "angular.z", "linear.x", "linear.y", "linear.z")
+#: Which of them move a controlled coordinate.
+_MOVED_BY = {
+    "x": {"linear.x"},
+    "y": {"linear.y"},
+    "z": {"linear.z"},
+    "angle": {"angular.z"},
+    "roll": {"angular.x"},
+    "pitch": {"angular.y"},
+    "yaw": {"angular.z"},
+    "orientation": {"angular.x", "angular.y", "angular.z"},
+}
+
+
+def measured_pose(robot: Robot, message: PoseStamped) -> NDArray[np.float64]:
+    """Controlled coordinates of a pose measured in the base frame; in the plane without a small tilt.
+
+    Raises:
+        InvalidRequest: The robot controls no coordinates.
+        InvalidQuaternion: No rotation.
+        NonFiniteInput: A NaN or an infinity in a controlled coordinate.
+    """
+    _check_controlled(robot)
+    pose = controlled_pose(robot, message.pose, tilt=_TILT)
+    return checked_vector("pose", pose, len(pose), " ".join(pose_meaning(robot)))
+
+
+def platform_in_base(current: Equilibrium, message: PoseStamped, frames: Frames) -> PoseStamped:
+    """A measured pose as that of the platform in the base frame, of one in the tracker's frame too.
+
+    A platform that is a point does not turn, whatever its marker does. Where the orientation of another
+    one was not measured (all zeros, or NaN) it stays so, and the marker's arm is turned as the model is.
+
+    Args:
+        current: Equilibrium of the model.
+        message: The pose.
+        frames: Names of the frames.
+
+    Raises:
+        RequestError: Another frame, or a robot whose description has no tracker.
+        InvalidQuaternion: No rotation, in the tracker's frame.
+        NonFiniteInput: A NaN or an infinity, in the tracker's frame.
+    """
+    description = current.robot.description
+    frame, tracker = message.header.frame_id or frames.base, description.tracker
+    if frame == frames.base:
+        return message
+    if frame != frames.tracker or tracker is None:
+        known = repr(frames.base) + ("" if tracker is None else f" or {frames.tracker!r}")
+        raise RequestError(
+            ErrorCode.FRAME_TRANSFORM_FAILURE,
+            f"header.frame_id: expected {known}, got {frame!r}",
+        )
+    point, turn = message.pose.position, message.pose.orientation
+    told = checked_vector("pose.position", [point.x, point.y, point.z], 3, "x y z")
+    orientation = [turn.w, turn.x, turn.y, turn.z]
+    if description.point_platform:
+        position = tracker.position + tracker.rotation @ told - tracker.marker_position
+        orientation = [1.0, 0.0, 0.0, 0.0]
+    elif any(orientation) and not any(map(math.isnan, orientation)):
+        position, rotation = tracker.platform_in_world(told, rotation_from_quaternion(orientation))
+        orientation = quaternion_from_rotation(rotation).tolist()
+    else:
+        arm = current.platform_rotation @ tracker.marker_position
+        position = tracker.position + tracker.rotation @ told - arm
+    found = PoseStamped(header=Header(stamp=message.header.stamp, frame_id=frames.base))
+    point, turn = found.pose.position, found.pose.orientation
+    point.x, point.y, point.z = position.tolist()
+    turn.w, turn.x, turn.y, turn.z = orientation
+    return found
+
+
+def measurement_delay(header: Header, now: Time) -> float:
+    """Time since a message was stamped [s]; 0 without a stamp, and for one from the future."""
+    stamp = header.stamp
+    if stamp.sec == 0 and stamp.nanosec == 0:
+        return 0.0
+    return max(0.0, 1e-9 * now.nanoseconds - stamp.sec - 1e-9 * stamp.nanosec)
+
+
+def platform_twist(robot: Robot, message: TwistStamped, frames: Frames) -> PlatformTwist:
+    """Twist of the platform, its axes those of the base frame, of one fixed to it, or of the platform.
+
+    Raises:
+        RequestError: The frame is not known.
+        InvalidRequest: A component that moves no controlled coordinate of the robot.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    twist = checked_vector("twist", twist_vector(message.twist), 6, " ".join(_TWIST))
+    _check_controlled(robot)
+    controlled = robot.description.controlled
+    allowed = set().union(*(_MOVED_BY[name] for name in controlled))
+    wrong = [
+        name for name, value in zip(_TWIST, twist, strict=True) if value and name not in allowed
+    ]
+    if wrong:
+        raise InvalidRequest(
+            "twist",
+            f"expected {' '.join(sorted(allowed))} only, as the robot controls "
+            f"{' '.join(controlled)}; got {', '.join(wrong)} as well",
+        )
+    frame = message.header.frame_id or frames.base
+    if frame in (frames.base, frames.platform):
+        return PlatformTwist(twist, in_platform=frame == frames.platform)
+    rotation = frames.rotation_to_base(frame) if frames.rotation_to_base else None
+    if rotation is None:
+        raise RequestError(
+            ErrorCode.FRAME_TRANSFORM_FAILURE,
+            f"header.frame_id: expected {frames.base!r} or {frames.platform!r}, got {frame!r}",
+        )
+    return PlatformTwist(
+        np.concatenate([rotation @ twist[:3], rotation @ twist[3:]]), in_platform=False
+    )
+
+
+def _check_controlled(robot: Robot) -> None:
+    """Whether there is anything to correct or to jog."""
+    if not robot.description.controlled:
+        raise InvalidRequest(
+            "controlled", f"{robot.description.name} controls no platform coordinates"
+        )

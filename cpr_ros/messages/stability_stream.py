@@ -1,0 +1,140 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The stability message a supervisory controller acts on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from cpr_msgs.msg import Singularity as SingularityMessage
+from cpr_msgs.msg import StabilityMetrics
+from std_msgs.msg import Header
+
+from cpr_core.model.assessment import Assessment, Thresholds
+
+from ..closed_loop.pose_loop import LoopStatus
+from ..following.setpoint_following import Outcome
+from ..middleware.repeated_message import RepeatedMessage, Stamp
+from .analysis import singularity_message, stiffness_message
+from .conversions import Frames
+from .model_error import estimated_error, warned_error
+
+__all__ = ["StabilityStream"]
+
+_OPEN = LoopStatus()
+#: What changes while the robot rests.
+_AGES = ("margin_trend", "setpoint_age", "wrench_age", "measured_pose_age")
+
+
+class StabilityStream:
+    """Makes the messages of the stream; remembers the last one for the trend."""
+
+    def __init__(self) -> None:
+        """Start without a trend."""
+        self._last: tuple[float, float] | None = None
+        self._known: tuple[Outcome, Thresholds, LoopStatus, float, RepeatedMessage] | None = None
+
+    def message(
+        self,
+        outcome: Outcome,
+        thresholds: Thresholds,
+        frames: Frames,
+        stamp: Stamp,
+        *,
+        now: float,
+        setpoint_age: float,
+        wrench_age: float,
+        loop: LoopStatus = _OPEN,
+    ) -> StabilityMetrics | bytes:
+        """Metrics of the equilibrium after a tick, and what they ask for.
+
+        Args:
+            outcome: Of the last tick.
+            thresholds: In force.
+            frames: Names of the frames.
+            stamp: ROS time of the message.
+            now: Steady time [s].
+            setpoint_age: Age of the newest setpoint [s], -1 without.
+            wrench_age: Age of the external wrench [s], -1 without.
+            loop: Whether the measured pose corrects the setpoint.
+
+        Returns:
+            The message, as bytes where nothing but time has gone on since the last one.
+        """
+        message, margin = self._of_tick(outcome, thresholds, frames, loop)
+        return message.at(stamp, self._trend(margin, now), setpoint_age, wrench_age, loop.age)
+
+    def _of_tick(
+        self, outcome: Outcome, thresholds: Thresholds, frames: Frames, loop: LoopStatus
+    ) -> tuple[RepeatedMessage, float]:
+        """All but what changes with time alone, and the margin; between ticks the message of before."""
+        known, ageless = self._known, replace(loop, age=0.0)
+        if (
+            known is None
+            or known[0] is not outcome
+            or known[1] is not thresholds
+            or known[2] != ageless
+        ):
+            message = _metrics(outcome, thresholds, frames)
+            message.loop, message.loop_text = int(loop.loop), loop.text
+            message.position_error = loop.position_error
+            message.rotation_error = loop.rotation_error
+            repeated = RepeatedMessage(message, _AGES)
+            self._known = known = outcome, thresholds, ageless, message.margin, repeated
+        return known[4], known[3]
+
+    def _trend(self, margin: float, now: float) -> float:
+        """Change of the margin since the last message [1/s]."""
+        last, self._last = self._last, (margin, now)
+        if last is None or now <= last[1]:
+            return 0.0
+        return (margin - last[0]) / (now - last[1])
+
+
+def _metrics(outcome: Outcome, thresholds: Thresholds, frames: Frames) -> StabilityMetrics:
+    """What a tick led to."""
+    assessment, told = outcome.assessment, outcome.verdict
+    equilibrium = assessment.equilibrium
+    locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
+    robot = equilibrium.robot
+    return StabilityMetrics(
+        header=Header(frame_id=frames.base),
+        status=int(told.status),
+        status_text=told.text,
+        action=int(told.action),
+        speed_scale=told.speed_scale,
+        state=int(outcome.state),
+        converged=equilibrium.converged,
+        residual=equilibrium.residual,
+        energy_criterion_applies=locked.energy_criterion_applies,
+        index_locked=locked.index,
+        index_free=free.index,
+        smallest_eigenvalues_locked=locked.eigenvalues[:4].tolist(),
+        smallest_eigenvalues_free=free.eigenvalues[:4].tolist(),
+        inverse_condition_number=locked.inverse_condition_number,
+        margin=locked.margin,
+        margin_warning=thresholds["margin"].warning,
+        margin_stop=thresholds["margin"].stop,
+        characteristic_length=assessment.characteristic_length or robot.mean_length,
+        forward=singularity_message(robot, assessment.forward),
+        inverse=_inverse_singularity(assessment),
+        motor_range=assessment.motor_range,
+        effort_reserve=assessment.effort_reserve,
+        strain_reserve=assessment.strain_reserve,
+        model_error=estimated_error(equilibrium),
+        model_error_warning=warned_error(equilibrium),
+        nearest_threshold=told.nearest,
+        distance_to_threshold=told.distance,
+        stiffness=stiffness_message(assessment.kinemato_statics),
+        solve_time=assessment.solve_time,
+    )
+
+
+def _inverse_singularity(assessment: Assessment) -> SingularityMessage:
+    if assessment.inverse is None:
+        return SingularityMessage(
+            smallest_singular_value=math.nan, inverse_condition_number=math.nan
+        )
+    return singularity_message(assessment.equilibrium.robot, assessment.inverse)

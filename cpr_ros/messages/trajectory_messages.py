@@ -1,0 +1,193 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Timed trajectories as messages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Duration, Time
+from cpr_msgs.msg import ErrorCode
+from numpy.typing import NDArray
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from cpr_core import InvalidRequest, Robot
+from cpr_core.solving.distinct_numbers import distinct
+from cpr_core.solving.targets import check_rod_lengths
+from cpr_core.validation import checked_vector
+
+from ..error_codes import RequestError
+from ..following.trajectory_order import TrajectoryOrder, TrajectoryRefused
+from .motor_messages import check_names
+
+__all__ = ["Tolerances", "duration_of", "point_message", "seconds_of", "trajectory_order"]
+
+Floats = NDArray[np.float64]
+#: On the way and at the end, in the order of joint names; how much later the end may be reached [s].
+Tolerances = tuple[Sequence[float], Sequence[float], float]
+
+#: More points than this are refused: looking at them would hold up the node.
+_MOST_POINTS = 10_000
+
+
+def seconds_of(span: Duration | Time) -> float:
+    """A duration or a time [s]."""
+    return float(span.sec) + 1e-9 * float(span.nanosec)
+
+
+def duration_of(seconds: float) -> Duration:
+    """A time since the start of a trajectory, which may be negative [s]."""
+    nanoseconds = round(seconds * 1e9)
+    return Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+
+
+def trajectory_order(
+    robot: Robot,
+    message: JointTrajectory,
+    now: Time,
+    path_tolerance: Sequence[float] = (),
+    goal_tolerance: Sequence[float] = (),
+    goal_time_tolerance: float = 0.0,
+) -> TrajectoryOrder:
+    """What a trajectory asks for, in motor order. One without points asks to hold.
+
+    Args:
+        robot: The robot.
+        message: The trajectory.
+        now: ROS time.
+        path_tolerance: In the order of its names, (n,), 0: any; none: any.
+        goal_tolerance: The same at its end.
+        goal_time_tolerance: 0: any [s].
+
+    Raises:
+        InvalidRequest: Names wrong, missing or twice, or not as many numbers as names.
+        NonFiniteInput: A NaN or an infinity.
+        TrajectoryRefused: Points that cannot be followed by any robot, or motors beyond their ranges.
+    """
+    names, points = list(message.joint_names), list(message.points)
+    if not points:
+        nothing, free = np.zeros((0, robot.motor_count)), np.full(robot.motor_count, np.inf)
+        return TrajectoryOrder(np.zeros(0), nothing, None, None, None, free, free, np.inf)
+    check_names(names, list(robot.motor_names), "joint_names", "expected every motor once")
+    if len(points) > _MOST_POINTS:
+        raise InvalidRequest(
+            "points", f"expected no more than {_MOST_POINTS} points, got {len(points)}"
+        )
+    order = [names.index(name) for name in robot.motor_names]
+    times = np.array([seconds_of(point.time_from_start) for point in points])
+    _check_times(times)
+    positions = _column(names, points, "positions", needed=True)
+    velocities = _column(names, points, "velocities")
+    accelerations = _column(names, points, "accelerations")
+    for number, point in enumerate(points):
+        if len(point.effort):
+            raise InvalidRequest(
+                f"points[{number}].effort", "expected none: motors are moved by position"
+            )
+    assert positions is not None
+    if accelerations is not None and velocities is None:
+        raise InvalidRequest("points[0].velocities", "expected some where accelerations are given")
+    if velocities is not None and np.any(velocities[-1]):
+        raise TrajectoryRefused(
+            float(times[-1]),
+            "points",
+            f"expected a trajectory that ends at rest, its last velocities are {velocities[-1]}",
+        )
+    positions = positions[:, order]
+    _check_ranges(robot, times, positions)
+    if not 0.0 <= goal_time_tolerance < np.inf:
+        raise RequestError(
+            ErrorCode.INVALID_ROBOT_STATE,
+            f"goal_time_tolerance: expected at least 0, got {goal_time_tolerance}",
+        )
+    begun = message.header.stamp
+    at_once = begun.sec == 0 and begun.nanosec == 0
+    return TrajectoryOrder(
+        times,
+        positions,
+        None if velocities is None else velocities[:, order],
+        None if accelerations is None else accelerations[:, order],
+        None if at_once else (begun.sec - now.sec) + 1e-9 * (begun.nanosec - now.nanosec),
+        _tolerances("path_tolerance", path_tolerance, names)[order],
+        _tolerances("goal_tolerance", goal_tolerance, names)[order],
+        goal_time_tolerance or np.inf,
+    )
+
+
+def point_message(
+    time: float, positions: Floats, velocities: Floats, accelerations: Floats | None = None
+) -> JointTrajectoryPoint:
+    """A point, in motor order."""
+    return JointTrajectoryPoint(
+        positions=positions.tolist(),
+        velocities=velocities.tolist(),
+        accelerations=[] if accelerations is None else accelerations.tolist(),
+        time_from_start=duration_of(time),
+    )
+
+
+def _tolerances(field: str, values: Sequence[float], names: Sequence[str]) -> Floats:
+    """Tolerances in the order of the names, (n,), infinite where any is allowed.
+
+    Raises:
+        InvalidRequest: Not as many as names, or a negative one.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    if not len(values):
+        return np.full(len(names), np.inf)
+    found = checked_vector(field, values, len(names), " ".join(names))
+    if np.any(found < 0.0):
+        raise InvalidRequest(field, f"expected numbers of at least 0, got {found.tolist()}")
+    return np.where(found == 0.0, np.inf, found)
+
+
+def _check_times(times: Floats) -> None:
+    if times[0] < 0.0:
+        raise TrajectoryRefused(
+            float(times[0]),
+            "points",
+            f"points[0].time_from_start: expected at least 0, got {times[0]:g} s",
+        )
+    for number in np.flatnonzero(np.diff(times) <= 0.0) + 1:
+        before, time = distinct(float(times[number - 1]), float(times[number]), fewest=6)
+        raise TrajectoryRefused(
+            float(times[number]),
+            "points",
+            f"points[{number}].time_from_start: expected more than the {before} s of the "
+            f"point before, got {time} s",
+        )
+
+
+def _check_ranges(robot: Robot, times: Floats, positions: Floats) -> None:
+    """Whether all points are within the ranges of the motors."""
+    for number, motor in robot.limited_motors:
+        lower, upper = motor.limits.lower, motor.limits.upper
+        for row in np.flatnonzero((positions[:, number] < lower) | (positions[:, number] > upper)):
+            told = distinct(float(positions[row, number]), lower, upper, fewest=6)
+            raise TrajectoryRefused(
+                float(times[row]),
+                "motor_range",
+                f"points[{row}].positions: expected {motor.name} within [{told[1]}, {told[2]}] "
+                f"{motor.unit}, got {told[0]}",
+            )
+    for row in positions:
+        check_rod_lengths(robot, row)
+
+
+def _column(
+    names: list[str], points: list[Any], field: str, *, needed: bool = False
+) -> Floats | None:
+    """One kind of numbers of all points, (P, n), in the order of the names; None: not given."""
+    if not needed and not any(len(getattr(point, field)) for point in points):
+        return None
+    return np.array(
+        [
+            checked_vector(
+                f"points[{number}].{field}", getattr(point, field), len(names), " ".join(names)
+            )
+            for number, point in enumerate(points)
+        ]
+    )

@@ -1,0 +1,74 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the log is told of the motion: halts, recoveries, pauses and returns, each once. No ROS here."""
+
+from __future__ import annotations
+
+from ..following.setpoint_following import Outcome
+from ..following.supervision import Action, State
+
+__all__ = ["Announcements"]
+
+#: A halt that comes back within this time has not ended [s].
+_SETTLED = 0.5
+_HELD = (State.HALTED, State.STALE, State.LOST)
+#: A way home does not end with them.
+_ON_THE_WAY_HOME = (State.RETURNING, State.HALTED, State.ALIGNING)
+
+
+class Announcements:
+    """Looks at every tick and has something to say when something begins or ends."""
+
+    def __init__(self) -> None:
+        """Take the robot for one that moves freely."""
+        self._halted = False
+        self._free_since: float | None = None
+        self._state = State.IDLE
+        self._returning = False
+
+    def after_tick(self, outcome: Outcome, now: float) -> tuple[str, str]:
+        """What to log after a tick: a warning and an information; empty: nothing.
+
+        Args:
+            outcome: Of the tick.
+            now: Steady time [s].
+        """
+        warning, told = "", outcome.verdict
+        if told.action == Action.HALT or outcome.state in _HELD:
+            if not self._halted:
+                warning = f"halt ({outcome.state.name}, {told.status.name}): {told.text}"
+            self._halted, self._free_since = True, None
+            information = ""
+        else:
+            information = self._recovery(outcome, now)
+        return warning, information or self._changed(outcome.state)
+
+    def _recovery(self, outcome: Outcome, now: float) -> str:
+        """That a halt has ended, when it has not come back for a while."""
+        if not self._halted:
+            return ""
+        if self._free_since is None:
+            self._free_since = now
+        if now - self._free_since < _SETTLED:
+            return ""
+        self._halted, self._free_since = False, None
+        return f"the halt is over ({outcome.state.name}): {outcome.verdict.text}"
+
+    def _changed(self, state: State) -> str:
+        """That a pause or a way home begins or ends."""
+        before, self._state = self._state, state
+        known, self._returning = self._returning, state == State.RETURNING
+        if known and state in _ON_THE_WAY_HOME:
+            self._returning = True
+        if state == before:
+            return ""
+        if state == State.PAUSED:
+            return "paused: holds, and takes no setpoints"
+        if before == State.PAUSED:
+            return "released: takes setpoints again"
+        if state == State.RETURNING and not known:
+            return "on the way home"
+        if before == State.RETURNING and state == State.IDLE:
+            return "the way home has ended"
+        return ""

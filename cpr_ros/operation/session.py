@@ -1,0 +1,393 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Everything that exists while the node is configured: one robot, where it is, where it goes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from cpr_msgs.msg import ErrorCode
+from numpy.typing import NDArray
+
+from cpr_core import Equilibrium, Robot, solve_home
+from cpr_core.model.assessment import Assessment
+
+from ..closed_loop.jogging import Jogger, PlatformTwist
+from ..closed_loop.pose_loop import Loop, LoopStatus, PoseLoop
+from ..error_codes import RequestError
+from ..following.external_wrench import ExternalWrench
+from ..following.felt_wrench import FeltWrench
+from ..following.goals import Goal
+from ..following.motor_commands import MotorCommands
+from ..following.motor_tracking import MotorTracking
+from ..following.setpoint_following import Outcome, SetpointFollower
+from ..following.supervision import State
+from ..following.trajectory_following import Ending, Motion, Trajectories
+from ..following.trajectory_order import TrajectoryOrder
+from ..following.watchdog import Watchdog
+from ..messages.conversions import Frames
+from ..settings.parameters import LiveParameters, Parameters
+from .solver import Solver
+
+__all__ = ["Session"]
+
+
+class Session:
+    """A robot in operation. No rclpy here: times are given.
+
+    Attributes:
+        robot: The robot.
+        solver: Its current equilibrium and answers about it.
+        follower: Setpoint following.
+        trajectories: Timed trajectories, which it follows too.
+        tracking: Tracking of measured motors; None if the node moves the motors itself.
+        wrench: External wrench.
+        felt: The wrench that measured motors tell of; it moves nothing.
+        loop: Correction of platform setpoints by measured poses.
+        jogger: Platform setpoint moved by twists.
+        commands: Where the motors are sent, if the node moves them.
+        outcome: Of the last tick.
+        velocity: Of the motors in the last tick, (n,) [rad/s or m/s].
+        unplaced: Whether the first measured motors say where the robot is; until it moves.
+        awaited: Goal of which somebody waits to hear how it ends, which ticks tell; None: nobody does.
+    """
+
+    def __init__(
+        self, robot: Robot, frames: Frames, parameters: Parameters, live: LiveParameters
+    ) -> None:
+        """Start at home, idle.
+
+        Raises:
+            CprError: The home of the description cannot be used.
+        """
+        self.robot, self.period = robot, 1.0 / parameters.tick_rate
+        self.follower = SetpointFollower(robot, self.period, live.settings)
+        self.trajectories = Trajectories(robot, self.follower, self.period)
+        self.solver = Solver(
+            robot, frames, self.follower, live.time_limit, parameters.characteristic_length
+        )
+        self.tracking = (
+            MotorTracking(robot, live.measured_timeout, self.follower)
+            if parameters.motor_source == "measured"
+            else None
+        )
+        self.wrench = ExternalWrench(robot, live.wrench_timeout)
+        self.felt = FeltWrench(robot, live.felt_wrench)
+        self.loop = PoseLoop(robot, self.period, live.loop)
+        self.follower.corrected = self.loop.corrected
+        self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
+        self.commands = MotorCommands(robot, self.period)
+        self.solver.occupied = self._occupied
+        self._before = home = self.solver.current
+        self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
+        self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
+        self.unplaced = False
+        self.awaited: Goal | None = None
+
+    def apply(self, live: LiveParameters, now: float) -> bool:
+        """Take new live parameters; they start no motion.
+
+        A robot that is held back forgets where it was sent, else it would set off where a threshold or
+        a timeout lets it; a frozen correction and an old twist are of the kind. So does one at its goal
+        if a wrench is given another time: motors hold a pose against the wrench.
+
+        Returns:
+            Whether a setpoint was forgotten.
+        """
+        follower, current = self.follower, self.solver.current.equilibrium
+        held_back = self.outcome.state in (State.HALTED, State.STALE) or follower.stale(now)
+        other_wrench = live.wrench_timeout != self.wrench.watchdog.timeout
+        other_loop = live.loop != self.loop.settings
+        other_jog = live.twist_timeout != self.jogger.watchdog.timeout
+        forgotten = follower.goal is not None and (
+            held_back
+            or (other_wrench and follower.arrived(current))
+            or (
+                other_loop
+                and self.loop_status(now).loop == Loop.FROZEN
+                and follower.arrived(current)
+            )
+            or (other_jog and self.jogger.drives(follower.goal))
+            or self.loop.beyond(live.loop)
+        )
+        if forgotten:
+            self.follower.drop("parameters changed: the setpoint is forgotten")
+        self.follower.settings = live.settings
+        self.solver.time_limit = live.time_limit
+        self.wrench.watchdog.timeout = live.wrench_timeout
+        if self.loop.beyond(live.loop):
+            self.loop.forget()  # the robot holds where that has led it
+        self.loop.settings = live.loop
+        self.jogger.watchdog.timeout = live.twist_timeout
+        self.felt.settings = live.felt_wrench
+        if self.tracking is not None:
+            self.tracking.watchdog.timeout = live.measured_timeout
+            self.tracking.at_rest = False
+        return forgotten
+
+    @property
+    def input_watchdog(self) -> Watchdog:
+        """Age of the newest setpoint, or of the measured motors."""
+        return self.follower.watchdog if self.tracking is None else self.tracking.watchdog
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether a tick would change nothing, until something comes: then none is needed.
+
+        Whatever wants ticks says so here.
+        """
+        current, last = self.solver.current, self.outcome
+        if last.moved or last.assessment is not current or last.state == State.ALIGNING:
+            return False
+        goal = self.follower.goal
+        if self._awaiting or not (
+            self.trajectories.at_rest and self.loop.at_rest(goal) and self.jogger.at_rest(goal)
+        ):
+            return False
+        if self.tracking is not None:
+            return self.tracking.at_rest and not self.wrench.watchdog.expires
+        return (
+            self.follower.at_rest
+            and self.wrench.at_rest(current.equilibrium.loads)
+            and (self.follower.paused or self.commands.aligned_with(current.equilibrium.motors))
+        )
+
+    def tick(self, now: float) -> Outcome:
+        """Move on by one tick, and take note of it; who sends commands does so in between."""
+        outcome = self.move(now)
+        self.take_note(now)
+        return outcome
+
+    def move(self, now: float) -> Outcome:
+        """The first half of a tick, all that its motor command needs."""
+        self._before = before = self.solver.current
+        self.trajectories.before_tick(before, now)
+        if self.jogger.drives(self.follower.goal):
+            start = before.equilibrium
+            self.jogger.advance(start, self.follower.arrived(start), now)
+        self.loop.advance(now)
+        loads = self.wrench.loads(before.equilibrium.loads, now)
+        aligned = self.commands.aligned_with(before.equilibrium.motors)
+        if self.tracking is None and not aligned and not self.follower.paused:
+            borne, burden = self.follower.bear(before, loads)
+            told = self.follower.judge(borne, burden)
+            moved = borne is not before
+            self.outcome = Outcome(borne, moved, State.ALIGNING, told, refusal=burden)
+        else:
+            mover = self.follower if self.tracking is None else self.tracking
+            self.outcome = mover.tick(before, loads, now)
+        self.solver.current = self.outcome.assessment
+        return self.outcome
+
+    def take_note(self, now: float) -> None:
+        """The second half of a tick: what follows from where the robot is now, at the time of `move`."""
+        after, state = self.outcome.assessment.equilibrium, self.outcome.state
+        arrived = state == State.IDLE or self.follower.arrived(after)
+        self.loop.note(after, self.follower.goal, state, arrived, now)
+        self.velocity = (after.motors - self._before.equilibrium.motors) / self.period
+        self.trajectories.after_tick(self.outcome, now)
+
+    def next_command(self) -> NDArray[np.float64] | None:
+        """The motor command of this tick, (n,) [rad or m]; None where there is nothing new.
+
+        The only way commands leave the node: none is farther from the one before than a tick's way.
+        Where nothing is known of the motors, there is none before a setpoint is obeyed; one that asks
+        for what the node believes anyway is told to the motors too, which may be elsewhere.
+        """
+        motors = self.solver.current.equilibrium.motors
+        known = self.commands.newest is not None
+        nothing_new = self.commands.aligned_with(motors) if known else not self.outcome.obeyed
+        held = self.follower.paused or self.outcome.refusal is not None
+        if self.tracking is not None or held or nothing_new:
+            return None
+        self.unplaced = False
+        return self.commands.step_to(motors, self.follower.settings.max_speed)
+
+    def begin_at(
+        self, equilibrium: Equilibrium, motors: NDArray[np.float64] | None, solve_time: float
+    ) -> None:
+        """Be at an equilibrium, at rest: what was to lead elsewhere, or is thought reached, ends.
+
+        Args:
+            equilibrium: Where the robot is.
+            motors: Where its motors are known to be, (n,); None: unknown, commands begin there.
+            solve_time: Time it took to find it [s].
+        """
+        reason = "the robot was found to be elsewhere"
+        self.trajectories.stop(ErrorCode.PREEMPTED, reason)
+        if self.follower.goal is not None:
+            self.follower.drop(reason)
+        length = self.solver.current.characteristic_length
+        self.solver.current = Assessment(equilibrium, length, solve_time=solve_time)
+        self.commands.place(motors)
+        current = self.solver.current
+        self.outcome = Outcome(current, False, self._state_at_rest, self.follower.judge(current))
+
+    def stand(self) -> None:
+        """Be at rest as the node becomes active: setpoint and what was measured are forgotten."""
+        self.follower.drop()
+        self.loop.forget()
+        if self.tracking is not None:
+            self.tracking.forget()
+        self._be(self._state_at_rest)
+
+    def follow(self, goal: Goal, now: float, *, ages: bool = True) -> None:
+        """Take a setpoint; arguments as in :meth:`SetpointFollower.follow`.
+
+        Raises:
+            RequestError: The node takes none now.
+        """
+        self._check_free()
+        self.follower.follow(goal, now, ages=ages)
+
+    def follow_trajectory(
+        self, order: TrajectoryOrder, now: float, told: Callable[[Ending], None]
+    ) -> Motion | None:
+        """Take a timed trajectory; one without points is always a stop, and there is none then.
+
+        Args:
+            order: The trajectory.
+            now: Steady time [s].
+            told: Called with its end, once, perhaps before this returns; must not raise.
+
+        Raises:
+            RequestError: The node takes none now, or it cannot be followed.
+        """
+        if not len(order.times):
+            self._hold()
+            told(Ending(ErrorCode.SUCCESS))
+            return None
+        self._check_free()
+        current = self.solver.current
+        if not self.commands.aligned_with(current.equilibrium.motors):
+            raise RequestError(
+                ErrorCode.NOT_READY, "the motor commands are on their way to where the robot is"
+            )
+        return self.trajectories.take(order, current, now, told)
+
+    @property
+    def _state_at_rest(self) -> State:
+        """What the node does without a setpoint."""
+        if self.follower.paused:
+            return State.PAUSED
+        aligned = self.commands.aligned_with(self.solver.current.equilibrium.motors)
+        return State.IDLE if aligned else State.ALIGNING
+
+    @property
+    def _awaiting(self) -> bool:
+        """Whether somebody waits to hear how the goal of now ends."""
+        return self.awaited is not None and self.awaited is self.follower.goal
+
+    def _occupied(self) -> str:
+        """Why the robot is not put elsewhere now; empty: nothing is against it."""
+        end_it = "an empty ~/joint_trajectory ends that"
+        if self.follower.moving:
+            return f"the robot is on its way; {end_it}"
+        if not self.trajectories.at_rest:
+            return f"a trajectory is to be followed; {end_it}"
+        if self._awaiting:
+            return f"a goal of ~/move_to waits to be measured where it is; {end_it}"
+        aligned = self.commands.aligned_with(self.solver.current.equilibrium.motors)
+        if self.follower.paused and aligned:
+            return "the node is paused: release it first"  # else motors set off when the pause ends
+        return ""  # commands that are on their way go to the new place instead
+
+    def _hold(self) -> None:
+        """End every motion.
+
+        Raises:
+            RequestError: The node moves nothing.
+        """
+        self._check_moving()
+        reason = "an empty trajectory came: hold"
+        self.trajectories.stop(ErrorCode.PREEMPTED, reason)
+        self.drop(reason)
+
+    def drop(self, reason: str = "") -> None:
+        """Forget the setpoint and hold; the reason is for who sent it."""
+        self.follower.drop(reason)
+        if not self.commands.aligned_with(self.solver.current.equilibrium.motors):
+            self.pause(True)  # nothing else holds commands that are on their way
+
+    def _check_moving(self) -> None:
+        """Whether it is the node that moves the motors.
+
+        Raises:
+            RequestError: It is not.
+        """
+        if self.tracking is not None:
+            raise RequestError(
+                ErrorCode.NOT_READY, "the node tracks measured motors and takes no setpoints"
+            )
+
+    def _check_free(self) -> None:
+        """Whether setpoints and trajectories are taken now.
+
+        Raises:
+            RequestError: They are not.
+        """
+        self._check_moving()
+        if self.follower.paused:
+            raise RequestError(ErrorCode.NOT_READY, "the node is paused")
+        if self.follower.returning:
+            raise RequestError(ErrorCode.NOT_READY, "the node is on its way home")
+
+    def jog(self, twist: PlatformTwist, now: float) -> None:
+        """Take a twist: it moves the platform setpoint from where the robot is.
+
+        A twist of zero does not end what others do.
+
+        Raises:
+            RequestError: The node takes none now.
+        """
+        if not self.jogger.drives(self.follower.goal):
+            if twist.rests:
+                return
+            self.follow(self.jogger.begin(self.solver.current.equilibrium, now), now)
+        self.follower.watchdog.feed(now)
+        self.jogger.take(twist, now)
+
+    def loop_status(self, now: float) -> LoopStatus:
+        """Whether the measured pose corrects the setpoint."""
+        return self.loop.status(self.follower.goal, now)
+
+    def pause(self, paused: bool) -> str:
+        """Pause or release; says what was done.
+
+        Raises:
+            RequestError: There is nothing to pause.
+        """
+        if self.tracking is not None:
+            raise RequestError(
+                ErrorCode.NOT_READY, "the node tracks measured motors, it moves none"
+            )
+        self.follower.pause(paused)
+        if paused:
+            self._be(State.PAUSED)
+        elif self.outcome.state == State.PAUSED:
+            self._be(self._state_at_rest)
+        return "paused, the setpoint is forgotten" if paused else "waiting for a setpoint"
+
+    def reset(self) -> str:
+        """Go home; says what was done.
+
+        Raises:
+            RequestError: The node is paused.
+        """
+        if self.tracking is not None:
+            length = self.solver.current.characteristic_length
+            self.solver.current = Assessment(solve_home(self.robot), length)
+            return "tracking from home again"
+        if self.follower.paused:
+            raise RequestError(ErrorCode.NOT_READY, "the node is paused: release it first")
+        self.follower.reset()
+        self.loop.forget()
+        self._be(State.RETURNING)
+        return "walking home along the branch; the stability stream says when it is there"
+
+    def _be(self, state: State) -> None:
+        """Be in a state before the next tick: who has the answer believes the stream from then on."""
+        self.outcome = replace(self.outcome, state=state)

@@ -1,0 +1,175 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the node knows and how it answers requests. No rclpy here: state, and one call per service."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+from cpr_msgs.action import MapWorkspace
+from cpr_msgs.msg import Equilibrium as EquilibriumMessage
+from cpr_msgs.msg import ErrorCode
+from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
+
+from cpr_core import (
+    Equilibrium,
+    Loads,
+    Robot,
+    solve_forward,
+    solve_forward_by_effort,
+    solve_home,
+    solve_inverse,
+)
+from cpr_core.model.assessment import Assessment
+
+from ..error_codes import RequestError
+from ..following.setpoint_following import SetpointFollower
+from ..messages.conversions import (
+    Frames,
+    equilibrium_from_message,
+    pose_from_message,
+    with_wrench,
+)
+from ..messages.motor_messages import motors_from_joint_state
+
+__all__ = ["Solver"]
+
+
+class Solver:
+    """The robot of the node and its current equilibrium.
+
+    Attributes:
+        robot: The robot.
+        frames: Names of the frames.
+        current: Current equilibrium; replaced by motion, and by a successful request with ``apply``.
+        time_limit: Longest time of a request [s].
+        occupied: Why no solution is applied now; empty: nothing is against it.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        frames: Frames,
+        follower: SetpointFollower,
+        time_limit: float,
+        characteristic_length: float | None = None,
+    ) -> None:
+        """Start at the home equilibrium."""
+        self.robot = robot
+        self.frames = frames
+        self._follower = follower
+        self._length = characteristic_length
+        self.time_limit = time_limit
+        self.occupied: Callable[[], str] = lambda: ""
+        self.current = self._timed(lambda: solve_home(robot))
+
+    def forward(self, request: SolveForward.Request) -> Assessment:
+        """Answer a forward request.
+
+        Raises:
+            CprError: The request cannot be met; the node is as it was.
+        """
+        limit = self.time_limit
+        by_effort, values = motors_from_joint_state(self.robot, request.motors)
+        start, loads = self.start_and_loads(request)
+        solve = solve_forward_by_effort if by_effort else solve_forward
+        solution = self._timed(
+            lambda: solve(self.robot, values, start=start, loads=loads, time_limit=limit)
+        )
+        return self._applied(solution, request.apply)
+
+    def inverse(self, request: SolveInverse.Request) -> Assessment:
+        """Answer an inverse request.
+
+        Raises:
+            CprError: The request cannot be met; the node is as it was.
+        """
+        limit = self.time_limit
+        pose = pose_from_message(
+            self.robot, request.platform, list(request.controlled), self.frames, "platform."
+        )
+        start, loads = self.start_and_loads(request)
+        solution = self._timed(
+            lambda: solve_inverse(
+                self.robot,
+                pose,
+                start=start,
+                loads=loads,
+                time_limit=limit,
+                objective=request.objective or None,
+            )
+        )
+        return self._applied(solution, request.apply)
+
+    def equilibrium_of(
+        self, request: GetKinematoStatics.Request | Predict.Request | CheckStability.Request
+    ) -> Equilibrium:
+        """The equilibrium a question is about.
+
+        Raises:
+            CprError: None, or the given one is none.
+        """
+        if request.at == request.AT_CURRENT:
+            return self.current.equilibrium
+        if request.at == request.AT_HOME:
+            return solve_home(self.robot)
+        if request.at == request.AT_GIVEN:
+            return self._given("equilibrium", request.equilibrium)
+        raise RequestError(
+            ErrorCode.INVALID_ROBOT_STATE,
+            f"at: expected AT_CURRENT 0, AT_HOME 1 or AT_GIVEN 2, got {request.at}",
+        )
+
+    def start_and_loads(
+        self, request: SolveForward.Request | SolveInverse.Request | MapWorkspace.Goal
+    ) -> tuple[Equilibrium, Loads]:
+        """Where a request starts, and the loads in force.
+
+        Raises:
+            CprError: There is no such start, or no such wrench.
+        """
+        if request.start == request.START_CURRENT:
+            start = self.current.equilibrium
+        elif request.start == request.START_HOME:
+            start = solve_home(self.robot)
+        elif request.start == request.START_GIVEN:
+            start = self._given("start_equilibrium", request.start_equilibrium)
+        else:
+            raise RequestError(
+                ErrorCode.INVALID_ROBOT_STATE,
+                f"start: expected START_CURRENT 0, START_HOME 1 or START_GIVEN 2, "
+                f"got {request.start}",
+            )
+        if len(request.wrench):
+            return start, with_wrench(start.loads, request.wrench[0], self.frames, "wrench[0].")
+        return start, start.loads
+
+    def _given(self, field: str, messages: Sequence[EquilibriumMessage]) -> Equilibrium:
+        """The equilibrium of a request that has to bring one."""
+        if len(messages) != 1:
+            raise RequestError(
+                ErrorCode.INVALID_ROBOT_STATE, f"{field}: expected one, got {len(messages)}"
+            )
+        return equilibrium_from_message(self.robot, messages[0])
+
+    def _applied(self, solution: Assessment, apply: bool) -> Assessment:
+        if apply:
+            occupied = self.occupied()
+            if occupied:
+                raise RequestError(ErrorCode.NOT_READY, f"apply: {occupied}")
+            if solution.index > 0:
+                raise RequestError(
+                    ErrorCode.UNSTABLE_EQUILIBRIUM,
+                    f"apply: the solution is unstable with the motors held (index {solution.index}), "
+                    "so the robot cannot rest there; ask without apply to see it",
+                )
+            self._follower.drop("a solution was applied")
+            self.current = solution
+        return solution
+
+    def _timed(self, solve: Callable[[], Equilibrium]) -> Assessment:
+        begin = time.perf_counter()
+        equilibrium = solve()
+        return Assessment(equilibrium, self._length, time.perf_counter() - begin)

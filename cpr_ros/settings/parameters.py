@@ -1,0 +1,247 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Parameters of the node: declaration, ranges and checks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, fields
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.node import Node
+
+from cpr_core import CprError, Robot
+from cpr_core.model.assessment import Threshold, thresholds_problem
+
+from ..closed_loop.pose_loop import LoopSettings
+from ..following.felt_wrench import WrenchSettings
+from ..following.setpoint_following import Settings
+from ..messages.urdf import marker_frame
+from .parameter_calls import as_meant
+from .parameter_table import PARAMETERS, ROS_PARAMETERS, THRESHOLDS, DeclaredParameter
+
+__all__ = [
+    "LiveParameters",
+    "Parameters",
+    "declare",
+    "live_parameters",
+    "live_problem",
+    "undeclared",
+]
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Values of the parameters that are fixed at start.
+
+    Attributes:
+        robot: Name of a shipped robot, or a file.
+        modes: Strain modes per direction; 0 for the description's.
+        base_frame: Frame fixed in space.
+        platform_frame: Frame of the platform.
+        tracker_frame: Frame of the tracker of the description.
+        frame_prefix: Stands before the names of all of them.
+        autostart: Whether the node configures and activates itself.
+        motor_source: ``setpoint`` (the node moves the motors) or ``measured`` (it tracks them).
+        start_from: Where the robot is when the node becomes active: ``auto``, ``home``, ``measured``,
+            ``last``.
+        state_directory: Where the last state is kept; empty: in ROS_HOME.
+        map_directory: Where maps are written; empty: in ROS_HOME.
+        map_anywhere: Whether maps may be ordered elsewhere.
+        tick_rate: Rate of setpoint following [Hz].
+        state_rate: Rate of joint states and platform pose at rest; in motion every tick [Hz].
+        stability_rate: Rate of the stability stream [Hz].
+        diagnostics_rate: Rate of /diagnostics [Hz].
+        marker_rate: Rate of the leg markers [Hz].
+        marker_color: ``strain`` or ``stability``.
+        characteristic_length: Weighs rotations in singular values [m]; None for the mean rod length.
+    """
+
+    robot: str
+    modes: int
+    base_frame: str
+    platform_frame: str
+    tracker_frame: str
+    frame_prefix: str
+    autostart: bool
+    motor_source: str
+    start_from: str
+    state_directory: str
+    map_directory: str
+    map_anywhere: bool
+    tick_rate: float
+    state_rate: float
+    stability_rate: float
+    diagnostics_rate: float
+    marker_rate: float
+    marker_color: str
+    characteristic_length: float | None
+
+    @property
+    def frames(self) -> tuple[str, str, str]:
+        """Names of the frames of base, platform and tracker, without the prefix."""
+        return self.base_frame, self.platform_frame, self.tracker_frame
+
+    def check_tracker(self, robot: Robot) -> None:
+        """Whether the tracker of a robot, if it has one, has a frame of its own.
+
+        Raises:
+            CprError: It has the name of another one.
+        """
+        if robot.description.tracker is None:
+            return
+        if not self.tracker_frame:
+            raise CprError("tracker_frame: expected a name, no frame at all is the base frame")
+        for name in (self.tracker_frame, marker_frame(self.tracker_frame)):
+            if name in self.frames[:2]:
+                raise CprError(f"tracker_frame: expected frames of its own, {name} is another one")
+
+
+@dataclass(frozen=True)
+class LiveParameters:
+    """Values of the parameters that may change at any time.
+
+    Attributes:
+        settings: Of setpoint following.
+        wrench_timeout: Age beyond which an external wrench acts no more [s]; 0: never.
+        measured_timeout: Age beyond which measured motors are stale [s]; 0: never.
+        time_limit: Longest time of a request [s].
+        loop: Of the correction by measured poses.
+        twist_timeout: Age beyond which a twist moves nothing [s].
+        felt_wrench: Of the wrench that measured motors tell of.
+    """
+
+    settings: Settings
+    wrench_timeout: float
+    measured_timeout: float
+    time_limit: float
+    loop: LoopSettings
+    twist_timeout: float
+    felt_wrench: WrenchSettings
+
+
+def declare(node: Node) -> Parameters:
+    """Declare all parameters of the node and read those that are fixed at start.
+
+    Raises:
+        CprError: Values that cannot be used together.
+    """
+    values: dict[str, Any] = {}
+    for parameter in PARAMETERS:
+        given = node._parameter_overrides
+        if parameter.name in given:
+            given[parameter.name] = as_meant(given[parameter.name])
+        value = node.declare_parameter(
+            parameter.name, parameter.default, _descriptor(parameter)
+        ).value
+        if parameter.choices and value not in parameter.choices:
+            expected = " or ".join(parameter.choices)
+            raise CprError(f"{parameter.name}: expected {expected}, got {value!r}")
+        if not parameter.live:
+            values[parameter.name] = value
+    values["characteristic_length"] = values["characteristic_length"] or None
+    parameters = Parameters(**values)
+    if parameters.base_frame == parameters.platform_frame:
+        raise CprError(
+            f"expected two frames, base_frame and platform_frame are {parameters.base_frame}"
+        )
+    return parameters
+
+
+def undeclared(node: Node) -> list[str]:
+    """Names that a parameter file or a launch file gives this node and it does not know."""
+    given = node._parameter_overrides  # rclpy forgets them without a word
+    return sorted(
+        name for name in given if name not in ROS_PARAMETERS and not node.has_parameter(name)
+    )
+
+
+def live_parameters(value: Callable[[str], Any]) -> LiveParameters:
+    """Live parameters from a function that gives the value of a name."""
+    thresholds = {
+        name: Threshold(value(f"{name}_warning"), value(f"{name}_stop")) for name in THRESHOLDS
+    }
+    settings = Settings(
+        thresholds=thresholds,
+        hysteresis=value("hysteresis"),
+        max_speed=value("max_speed"),
+        setpoint_timeout=value("setpoint_timeout"),
+    )
+    loop = LoopSettings(
+        gain=value("loop_gain"),
+        max_correction=value("loop_max_correction"),
+        max_rate=value("loop_max_rate"),
+        jump=value("measured_pose_jump"),
+        settling=value("measured_pose_settling"),
+        timeout=value("measured_pose_timeout"),
+    )
+    felt_wrench = WrenchSettings(
+        effort_deviation=value("wrench_effort_deviation"),
+        effort_deviation_relative=value("wrench_effort_deviation_relative"),
+        position_deviation=value("wrench_position_deviation"),
+        rotation_deviation=value("wrench_rotation_deviation"),
+        max_speed=value("wrench_max_speed"),
+        consistency=value("wrench_consistency"),
+        timeout=value("measured_timeout"),
+    )
+    return LiveParameters(
+        settings,
+        value("wrench_timeout"),
+        value("measured_timeout"),
+        value("time_limit"),
+        loop,
+        value("twist_timeout"),
+        felt_wrench,
+    )
+
+
+def live_problem(live: LiveParameters, changed: Collection[str] | None = None) -> str:
+    """Why live parameters cannot be used; empty if they can.
+
+    Args:
+        live: The values.
+        changed: Names of those that one call changes; None: all begin to count. Thresholds that come one
+            by one, as from a file, may be in the wrong order for a while.
+    """
+    together = [
+        name
+        for name in THRESHOLDS
+        if changed is None or {f"{name}_warning", f"{name}_stop"} <= set(changed)
+    ]
+    problem = thresholds_problem(live.settings.thresholds, together)
+    if not problem and not live.settings.max_speed > 0.0:
+        problem = f"expected a positive max_speed, got {live.settings.max_speed}"
+    for name in ("max_speed", "hysteresis", "setpoint_timeout"):
+        if not problem and not getattr(live.settings, name) < float("inf"):
+            problem = f"expected a finite {name}"
+    for name in ("wrench_timeout", "measured_timeout", "time_limit", "twist_timeout"):
+        if not problem and not getattr(live, name) < float("inf"):
+            problem = f"expected a finite {name}"
+    for number in fields(live.loop):
+        value = getattr(live.loop, number.name)
+        if not problem and not math.isfinite(value):
+            problem = f"expected finite numbers for the closed loop, got {number.name} {value}"
+    for number in fields(live.felt_wrench):
+        value = getattr(live.felt_wrench, number.name)
+        if not problem and not math.isfinite(value):
+            problem = f"expected finite numbers for the wrench, got {number.name} {value}"
+    return problem
+
+
+def _descriptor(parameter: DeclaredParameter) -> ParameterDescriptor:
+    unit = f" [{parameter.unit}]" if parameter.unit else ""
+    descriptor = ParameterDescriptor(
+        description=f"{parameter.meaning}{unit}",
+        read_only=not parameter.live,
+        additional_constraints=" or ".join(parameter.choices),
+    )
+    if parameter.limits is not None and parameter.kind == "double":
+        low, high = parameter.limits
+        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+    elif parameter.limits is not None:
+        first, last = map(int, parameter.limits)
+        descriptor.integer_range = [IntegerRange(from_value=first, to_value=last)]
+    return descriptor

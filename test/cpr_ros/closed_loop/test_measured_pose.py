@@ -1,0 +1,41 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Measured poses that are believed, and such that are not."""
+
+import pytest
+from helpers.closed_loop import PERIOD
+from helpers.drive import robot
+
+from cpr_core import solve_home, trace
+from cpr_ros.closed_loop.measured_pose import MeasuredPose
+from cpr_ros.closed_loop.pose_coordinates import PoseCoordinates
+from cpr_ros.closed_loop.pose_history import PoseHistory
+
+
+@pytest.fixture(scope="module")
+def way():
+    """Equilibria of the planar robot on its way, a tick apart; it goes 0.01 rod lengths a tick."""
+    planar = robot("rfrfr")
+    home = solve_home(planar)
+    return trace(planar, pose=home.pose + [0.0, -0.3], points=31).equilibria
+
+
+@pytest.mark.parametrize("ticks", [0, 5, 15, 25])
+@pytest.mark.parametrize("told", [True, False])
+def test_a_camera_that_is_late_is_believed_while_the_robot_moves(way, ticks, told):
+    """However late, if its stamps say so; else up to a fifth of a second.
+
+    The robot begins from rest, so that for a while the late pictures are all alike: of the time before.
+    """
+    coordinates = PoseCoordinates(way[0].robot)
+    history = PoseHistory(coordinates)
+    measured = MeasuredPose(coordinates, history, timeout=0.0)
+    delay = ticks * PERIOD
+    believed = []
+    for tick in range(-40, len(way)):
+        now = 100.0 + tick * PERIOD
+        history.add(now, way[max(0, tick)], "")
+        seen = way[max(0, tick - ticks)].pose
+        believed.append(measured.take(seen.copy(), now, told * delay, jump=0.02, settling=0.1))
+    assert all(believed) == (told or delay <= 0.2)

@@ -1,0 +1,264 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What is made of messages as they come, each given to its callback."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseStamped
+from helpers.closed_loop import DEFAULTS, FIXED, FRAMES
+from helpers.drive import robot, uncontrolled_robot
+from helpers.tracked_robots import tracked
+from rclpy.clock import Clock
+from rclpy.logging import get_logger
+from sensor_msgs.msg import JointState
+
+from cpr_core import solve_home
+from cpr_core.lie import quaternion_from_rotation, rotation_exp
+from cpr_ros.closed_loop.pose_loop import Loop
+from cpr_ros.following.supervision import State
+from cpr_ros.interface.inputs import Inputs
+from cpr_ros.operation.session import Session
+from cpr_ros.settings.parameters import Parameters, live_parameters
+
+NAN = float("nan")
+
+
+class Listening:
+    """A session, and what listens for it, with given times."""
+
+    def __init__(self, robot, **changed):
+        self.felt_names = []
+        fixed = Parameters(**FIXED | {"characteristic_length": None})
+        live = live_parameters(lambda name: changed.get(name, DEFAULTS[name]))
+        self.session, self.now, self._callbacks = Session(robot, FRAMES, fixed, live), 100.0, {}
+        node = SimpleNamespace(
+            create_subscription=self._subscribe,
+            get_clock=Clock,
+            get_logger=lambda: get_logger("listening"),
+        )
+        self.inputs = Inputs(
+            node, FRAMES, lambda: self.session, lambda: self.now, lambda motors: None, self._feel
+        )
+
+    def _subscribe(self, kind, topic, callback, qos, raw):
+        self._callbacks[topic] = callback
+
+    def _feel(self, session, message, now):
+        self.felt_names.append(list(message.name))
+
+    def hear(self, topic, message):
+        self._callbacks[topic](message)
+
+    def hear_motors(self, **positions):
+        """A setpoint of some motors."""
+        message = JointState(name=list(positions), position=list(positions.values()))
+        self.hear("~/motor_setpoint", message)
+
+    def tick(self, seconds=0.0):
+        self.now += seconds or self.session.period
+        return self.session.tick(self.now).state
+
+    @property
+    def motors(self):
+        return self.session.solver.current.equilibrium.motors
+
+    def hear_pose(self, position, orientation, frame=""):
+        """A measured pose, x y z and w x y z."""
+        message = PoseStamped()
+        message.header.frame_id = frame
+        point, turn = message.pose.position, message.pose.orientation
+        point.x, point.y, point.z = map(float, position)
+        turn.w, turn.x, turn.y, turn.z = map(float, orientation)
+        self.hear("~/measured_platform_pose", message)
+
+    @property
+    def dropped(self):
+        """How many messages were dropped."""
+        return self.inputs.dropped.counts.total()
+
+    @property
+    def believed(self):
+        """The measured pose that corrects setpoints."""
+        return self.session.loop._measured.newest
+
+    @property
+    def felt(self):
+        """The measured pose that wrenches are estimated with."""
+        return self.session.felt._pose
+
+
+def test_motors_that_are_not_named_keep_their_setpoint():
+    listening = Listening(robot("rfrfr"))
+    listening.hear_motors(motor1=2.7)
+    listening.hear_motors(motor2=0.5)
+    np.testing.assert_array_equal(listening.session.follower.goal.motors, [2.7, 0.5])
+    while listening.tick() != State.IDLE:
+        pass
+    listening.hear_motors(motor1=2.6)
+    np.testing.assert_array_equal(listening.session.follower.goal.motors, [2.6, 0.5])
+
+
+def test_motors_that_are_not_named_stay_where_they_are_if_their_setpoint_is_stale():
+    """Minutes after a client had died its setpoint came to life, by a hundredth of one motor."""
+    listening = Listening(robot("rfrfr"), setpoint_timeout=0.5)
+    home = listening.motors.copy()
+    listening.hear_motors(motor1=2.9, motor2=0.2)
+    for _ in range(5):
+        assert listening.tick() == State.FOLLOWING
+    assert listening.tick(seconds=200.0) == State.STALE
+    held = listening.motors.copy()
+    assert 0.2 < held[1] < home[1]
+    listening.hear_motors(motor1=held[0] + 0.01)
+    while listening.tick() != State.IDLE:
+        assert listening.motors[1] == held[1]
+    np.testing.assert_array_equal(listening.motors, held + [0.01, 0.0])
+
+
+def test_motors_that_are_not_named_do_not_go_on_home():
+    """A return that is halted can be replaced by a setpoint: by that one only."""
+    listening = Listening(robot("rfrfr"), margin_warning=0.999, margin_stop=0.98)
+    session = listening.session
+    listening.hear_motors(motor1=2.39, motor2=0.75)
+    while listening.tick() != State.IDLE:
+        pass
+    session.reset()
+    while listening.tick() != State.HALTED:
+        pass
+    held = listening.motors.copy()
+    listening.hear_motors(motor1=2.39)
+    assert listening.dropped == 0
+    np.testing.assert_array_equal(session.follower.goal.motors, [2.39, held[1]])
+
+
+@pytest.mark.parametrize(
+    ("z", "orientation"), [(NAN, (1, 0, 0, 0)), (0, (0, 0, 0, 0)), (0, (NAN, 0, 0, 0))]
+)
+def test_a_measured_pose_is_not_refused_for_what_the_robot_does_not_control(z, orientation):
+    """A tracker of points knows no orientation; the loop was frozen for good."""
+    listening = Listening(robot("rfrfr"))
+    listening.hear_pose([0.01, 0.84, z], orientation)
+    assert listening.dropped == 0
+    np.testing.assert_array_equal(listening.believed, [0.01, 0.84])
+    assert listening.felt is None  # it needs all of it
+    assert listening.session.loop.status(None, listening.now).loop == Loop.OPEN
+
+
+def test_a_measured_pose_that_is_whole_is_felt_too():
+    listening = Listening(robot("rfrfr"))
+    listening.hear_pose([0.01, 0.84, 0.0], [1, 0, 0, 0])
+    np.testing.assert_array_equal(listening.felt[1], [0.01, 0.84, 0, 1, 0, 0, 0])
+
+
+def test_of_a_measured_pose_that_is_refused_nothing_is_used():
+    """A planar robot was tilted by more than it may be: dropped, yet it was felt with."""
+    listening = Listening(robot("planar_body"))
+    listening.hear_pose([0.0, 0.0, 0.0], [np.cos(0.2), np.sin(0.2), 0, 0])
+    assert listening.dropped == 1
+    assert listening.believed is None and listening.felt is None
+
+
+def test_a_robot_that_controls_nothing_feels_with_a_measured_pose():
+    """It was said to be dropped, and used."""
+    listening = Listening(uncontrolled_robot())
+    listening.hear_pose([0.0, 0.84, 0.0], [1, 0, 0, 0])
+    assert listening.dropped == 0
+    assert listening.felt is not None and listening.believed is None
+    listening.hear_pose([0.0, 0.84, 0.0], [0, 0, 0, 0])
+    assert listening.dropped == 1
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "planar_body", "six_rfs"])
+def test_what_a_tracker_tells_is_the_platform_s_pose_in_the_base_frame(name):
+    """Taken as the pose in the base frame is: to correct setpoints, and to feel."""
+    described = tracked(name, [0.4, -0.6, 1.8, 3.0, 0.3, -0.4], [0.02, -0.03, 0.04, 0.3, 1.1, -0.2])
+    home = solve_home(described)
+    told, turned = described.description.tracker.marker_in_tracker(
+        home.platform_position, home.platform_rotation
+    )
+    plain, listening = Listening(described), Listening(described)
+    plain.hear_pose(home.platform_position, home.platform_quaternion, "base")
+    listening.hear_pose(told, quaternion_from_rotation(turned), "tracker")
+    assert plain.dropped == listening.dropped == 0
+    np.testing.assert_allclose(listening.believed, plain.believed, atol=1e-14)
+    np.testing.assert_allclose(listening.felt[1], plain.felt[1], atol=1e-14)
+
+
+def test_a_tracker_of_points_needs_no_orientation():
+    listening = Listening(tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0.0, 0.0]))
+    listening.hear_pose([0.0, -0.6, 1.5], [0, 0, 0, 0], "tracker")
+    assert listening.dropped == 0
+    np.testing.assert_allclose(listening.believed, [0.1, 0.8], atol=1e-14)
+    listening = Listening(tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0.0, 0.0], [0.01, 0, 0, 0, 0, 0]))
+    listening.hear_pose([0.0, -0.6, 1.5], [0, 0, 0, 0], "tracker")
+    assert listening.dropped == 0
+    np.testing.assert_allclose(listening.believed, [0.09, 0.8], atol=1e-14)
+
+
+@pytest.mark.parametrize("orientation", [(1, 0, 0, 0), (0.7, 0.1, 0.1, 0.7), (0, 0, 0, 0)])
+def test_a_platform_that_is_a_point_does_not_turn_whatever_its_marker_does(orientation):
+    """As calibration has it: the arm of its marker was turned with it, centimetres off."""
+    quaternion = np.array(orientation, float) / max(np.linalg.norm(orientation), 1e-9)
+    listening = Listening(tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0, 0], [0.03, 0, 0.01, 0, 0, 0]))
+    listening.hear_pose([0.0, -0.6, 1.5], quaternion, "tracker")
+    assert listening.dropped == 0
+    np.testing.assert_allclose(listening.believed, [0.07, 0.8], atol=1e-14)
+
+
+@pytest.mark.parametrize("orientation", [(0, 0, 0, 0), (NAN, NAN, NAN, NAN)])
+def test_an_orientation_that_was_not_measured_is_the_model_s_for_the_marker_s_arm(orientation):
+    """A delta controls none, and its marker is off the middle: every pose was dropped."""
+    described = tracked("delta", [0.4, -0.6, 1.8, 3.0, 0.3, -0.4], [0.05, -0.03, 0.04, 0, 0, 0])
+    home = solve_home(described)
+    told, _ = described.description.tracker.marker_in_tracker(
+        home.platform_position, home.platform_rotation
+    )
+    listening = Listening(described)
+    listening.hear_pose(told, orientation, "tracker")
+    assert listening.dropped == 0
+    np.testing.assert_allclose(listening.believed, home.platform_position, atol=1e-14)
+    listening = Listening(tracked("six_rfs", [0.1, 0.2, 1.5, np.pi, 0, 0], [0.03, 0, 0, 0, 0, 0]))
+    listening.hear_pose([0.0, -0.6, 1.5], orientation, "tracker")  # it controls its orientation
+    assert listening.dropped == 1 and listening.believed is None
+    assert "orientation" in listening.session.loop._measured.problem
+
+
+@pytest.mark.parametrize("heading", [-2.0, 0.4, 0.8, 3.0])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_small_tilt_does_not_change_the_angle_of_a_planar_platform(heading, sign):
+    """Milliradians of it came into the angle, where the tilt was not along an axis of the base."""
+    listening = Listening(robot("planar_body"))
+    tilted = rotation_exp([0.15, -0.1, 0.0]) @ rotation_exp([0.0, 0.0, heading])
+    listening.hear_pose([0.0, 0.1, 0.0], sign * quaternion_from_rotation(tilted))
+    assert listening.dropped == 0
+    assert listening.believed[2] == pytest.approx(heading, abs=1e-12)
+
+
+@pytest.mark.parametrize("position", [(NAN, 0, 1), (0, 0, float("inf"))])
+def test_numbers_of_a_tracker_that_are_none_are_dropped(position):
+    """Also those that would lead along what the robot does not control: axes are others."""
+    listening = Listening(tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0.0, 0.0]))
+    listening.hear_pose(position, [1, 0, 0, 0], "tracker")
+    assert listening.dropped == 1 and listening.believed is None
+    assert "finite" in listening.session.loop._measured.problem
+
+
+def test_a_robot_without_a_tracker_takes_none():
+    listening = Listening(robot("rfrfr"))
+    listening.hear_pose([0.0, 0.8, 0.0], [1, 0, 0, 0], "tracker")
+    assert listening.dropped == 1
+    assert "expected 'base', got 'tracker'" in listening.session.loop._measured.problem
+    listening = Listening(tracked("rfrfr"))
+    listening.hear_pose([0.0, 0.8, 0.0], [1, 0, 0, 0], "map")
+    assert "expected 'base' or 'tracker', got 'map'" in listening.session.loop._measured.problem
+
+
+def test_joints_of_others_on_the_topic_are_nothing_to_be_felt_with():
+    """Every message of a gripper was a reason of its own, told in the log, and so was the end of it."""
+    listening = Listening(robot("rfrfr"))
+    for names in (["gripper"], ["motor1", "motor2"], ["gripper", "motor1"]):
+        message = JointState(name=names, position=[0.1] * len(names))
+        listening.hear("measured_joint_states", message)
+    assert listening.felt_names == [["motor1", "motor2"], ["gripper", "motor1"]]

@@ -1,0 +1,242 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What decisions look like as messages; no node is needed for that."""
+
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from cpr_msgs.msg import ErrorCode
+from cpr_msgs.srv import GetKinematoStatics
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
+from helpers.drive import SETTINGS, Drive, changed_robot, robot, uncontrolled_robot
+from helpers.rigid_leg import rigid_leg
+from sensor_msgs.msg import JointState
+from visualization_msgs.msg import Marker
+
+from cpr_core import (
+    CprError,
+    InvalidRequest,
+    NonFiniteInput,
+    error_of,
+    leg_shapes,
+    solve_forward,
+    solve_home,
+)
+from cpr_core.drawing.robot_lines import bending_curvature
+from cpr_core.lie import rotation_exp
+from cpr_core.model.assessment import Assessment
+from cpr_ros.error_codes import RequestError
+from cpr_ros.interface.diagnostics import diagnostic_array
+from cpr_ros.messages.analysis import fill_kinemato_statics
+from cpr_ros.messages.conversions import (
+    Frames,
+    platform_pose,
+    with_wrench,
+)
+from cpr_ros.messages.leg_markers import leg_markers
+from cpr_ros.messages.motor_messages import measured_motors, motor_setpoint
+from cpr_ros.messages.stability_stream import StabilityStream
+from cpr_ros.messages.transforms import transform_of
+
+FRAMES = Frames("base", "platform")
+
+
+def metrics_of(outcome):
+    """The message of the stream after a tick, without setpoint and wrench."""
+    return StabilityStream().message(
+        outcome, SETTINGS.thresholds, FRAMES, (0, 0), now=0.0, setpoint_age=-1.0, wrench_age=-1.0
+    )
+
+
+def test_a_wrench_in_a_third_frame_is_turned_if_somebody_knows_the_frame():
+    rotation = rotation_exp([0.0, 0.0, 0.5 * np.pi])
+    known = Frames("base", "platform", lambda name: rotation if name == "tool" else None)
+    message = WrenchStamped()
+    message.wrench.force.x, message.wrench.torque.y = 2.0, 3.0
+    message.header.frame_id = "tool"
+    loads = with_wrench(robot("six_rfs").default_loads, message, known)
+    np.testing.assert_allclose(loads.wrench_world, [-3, 0, 0, 0, 2, 0], atol=1e-15)
+    np.testing.assert_array_equal(loads.wrench_body, 0.0)
+    for frames, frame in ((known, "camera"), (FRAMES, "tool")):
+        message.header.frame_id = frame
+        with pytest.raises(RequestError) as caught:
+            with_wrench(robot("six_rfs").default_loads, message, frames)
+        assert caught.value.val == ErrorCode.FRAME_TRANSFORM_FAILURE
+
+
+@pytest.mark.parametrize("frames", [("base", "platform"), ("platform", "base")])
+def test_a_wrench_replaces_the_one_before_also_in_the_other_frame(frames):
+    loads = robot("six_rfs").default_loads
+    for frame, size in zip(frames, (1.0, 2.0), strict=True):
+        message = WrenchStamped()
+        message.header.frame_id, message.wrench.force.x = frame, size
+        loads = with_wrench(loads, message, FRAMES)
+    found = {"base": loads.wrench_world, "platform": loads.wrench_body}
+    np.testing.assert_array_equal(found[frames[0]], 0.0)
+    np.testing.assert_array_equal(found[frames[1]], [0, 0, 0, 2.0, 0, 0])
+
+
+def test_the_platform_frame_is_its_pose():
+    pose = platform_pose(solve_home(robot("six_rfs")), FRAMES, Time(sec=5))
+    transform = transform_of(pose, "platform")
+    assert (transform.header.frame_id, transform.child_frame_id) == ("base", "platform")
+    assert transform.header.stamp.sec == 5
+    moved, point = transform.transform.translation, pose.pose.position
+    assert (moved.x, moved.y, moved.z) == (point.x, point.y, point.z)
+    assert transform.transform.rotation == pose.pose.orientation
+
+
+def test_a_partial_setpoint_keeps_the_others():
+    planar = robot("rfrfr")
+    message = JointState(name=["motor2"], position=[0.4])
+    np.testing.assert_array_equal(motor_setpoint(planar, message, np.array([1.0, 2.0])), [1.0, 0.4])
+
+
+def test_joints_of_others_alone_are_named():
+    message = JointState(name=["gripper", "lift"], position=[0.1, 0.2])
+    with pytest.raises(InvalidRequest, match=r"\(motor1, motor2\), got gripper, lift"):
+        measured_motors(robot("rfrfr"), message)
+
+
+def test_measured_motors_are_found_among_others():
+    planar = robot("rfrfr")
+    names = ["gripper", "motor2", "motor1"]
+    message = JointState(name=names, position=[np.nan, 0.5, 2.6])
+    np.testing.assert_array_equal(measured_motors(planar, message), [2.6, 0.5])
+    with pytest.raises(NonFiniteInput):
+        measured_motors(planar, JointState(name=names, position=[0.0, 0.5, np.inf]))
+    for wrong in (
+        JointState(name=names[:2], position=[0.0, 0.5]),
+        JointState(name=names, position=[0.0, 0.5]),
+        JointState(name=["motor1", "motor2", "motor1"], position=[1.0, 0.5, 1.0]),
+    ):
+        with pytest.raises(InvalidRequest):
+            measured_motors(planar, wrong)
+
+
+def test_legs_are_coloured_by_bending_strain_or_by_stability(rfrfr):
+    outcome = rfrfr.tick()
+    by_strain = leg_markers(outcome, "strain", FRAMES, Time()).markers
+    legs = [marker for marker in by_strain if marker.ns == "legs"]
+    assert len(legs) == 2
+    for marker, shape in zip(legs, leg_shapes(outcome.assessment.equilibrium, 24), strict=True):
+        curvature = bending_curvature(shape.curvature)
+        red = [color.r - color.b for color in marker.colors]
+        assert np.argmax(red) == np.argmax(curvature)
+        assert np.argmin(red) == np.argmin(curvature)
+    by_stability = leg_markers(outcome, "stability", FRAMES, Time()).markers
+    color = by_stability[0].color
+    assert not by_stability[0].colors
+    assert color.g > color.r
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-3])
+def test_a_model_that_is_less_exact_than_wanted_is_told(tolerance):
+    """Modes are chosen near home; far from there the estimate exceeds the tolerance."""
+
+    def wanted(content):
+        content["strain"] = {"tolerance": tolerance}
+
+    drive = Drive(changed_robot("rfrfr", wanted))
+    home = metrics_of(drive.tick())
+    assert home.model_error == error_of(drive.current.equilibrium).distance
+    assert home.model_error_warning == 0.5 * tolerance
+    assert home.model_error <= home.model_error_warning
+    level, text = diagnosed(drive)
+    assert (level, text) == (DiagnosticStatus.OK, f"{home.model_error:.1e} m")
+    far = solve_forward(drive.robot, drive.current.equilibrium.motors + [0.35, -0.35])
+    drive.current = Assessment(far)
+    away = metrics_of(drive.tick())
+    assert away.model_error > home.model_error
+    assert away.model_error > away.model_error_warning
+    level, text = diagnosed(drive)
+    assert level == DiagnosticStatus.WARN
+    assert text == f"{away.model_error:.1e} m, more than half of strain.tolerance"
+
+
+def diagnosed(drive):
+    """Level and words of the diagnostics of a follower."""
+    session = SimpleNamespace(
+        follower=drive.follower, outcome=drive.outcomes[-1], robot=drive.robot
+    )
+    found = diagnostic_array("node", "active", session, {}, {}, 0, Time()).status[1]
+    values = {value.key: value.value for value in found.values}
+    return found.level, values["model error"]
+
+
+def test_without_a_tolerance_no_error_is_warned_of():
+    drive = Drive(robot("rfrfr"))
+    message = metrics_of(drive.tick())
+    assert message.model_error > 1e-7
+    assert message.model_error_warning == np.inf
+    assert diagnosed(drive)[0] == DiagnosticStatus.OK
+
+
+def test_a_singular_solution_has_no_estimate(monkeypatch):
+    from cpr_ros.messages import model_error
+
+    def singular(equilibrium, held="motors"):
+        raise CprError("singular")
+
+    monkeypatch.setattr(model_error, "error_of", singular)
+    home = solve_home(robot("rfrfr"))
+    assert np.isnan(model_error.estimated_error(home))
+    message = model_error.model_error_message(home, "pose")
+    assert np.isnan(message.distance)
+    assert message.held == "pose"
+
+
+def test_links_and_joints_have_markers():
+    outcome = Drive(robot("three_prs")).tick()
+    by_name = {
+        marker.ns: marker for marker in leg_markers(outcome, "strain", FRAMES, Time()).markers
+    }
+    shapes = leg_shapes(outcome.assessment.equilibrium, 24)
+    links, joints = by_name["links"], by_name["joints"]
+    pieces = [piece for shape in shapes for piece in shape.rigid_pieces]
+    ends = [end for piece in pieces for pair in pairwise(piece) for end in pair]
+    assert (links.type, joints.type) == (Marker.LINE_LIST, Marker.SPHERE_LIST)
+    np.testing.assert_allclose([[p.x, p.y, p.z] for p in links.points], ends)
+    places = [joint for shape in shapes for joint in shape.joints]
+    np.testing.assert_allclose(
+        [[p.x, p.y, p.z] for p in joints.points], [joint.position for joint in places]
+    )
+    assert [color.r < 0.5 for color in joints.colors] == [
+        joint.motor is not None for joint in places
+    ]
+
+
+def test_clamped_tips_have_no_marker():
+    outcome = Drive(robot("gough_stewart")).tick()
+    markers = {
+        marker.ns: marker for marker in leg_markers(outcome, "strain", FRAMES, Time()).markers
+    }
+    assert "links" not in markers
+    assert len(markers["joints"].points) == 6
+
+
+def test_a_robot_without_an_inverse_problem_has_a_stream():
+    """More motors than platform coordinates: the inverse measures are not numbers."""
+    drive = Drive(uncontrolled_robot())
+    outcome = drive.tick()
+    message = metrics_of(outcome)
+    assert np.isnan(message.inverse.smallest_singular_value)
+    assert message.forward.smallest_singular_value > 0.0
+    assert outcome.assessment.inverse_singularity == np.inf
+
+
+def test_a_platform_that_a_rigid_leg_holds_has_no_stiffness_in_messages():
+    """All else is answered; a stiffness of motors that cannot be is refused as ever."""
+    home, answer = solve_home(rigid_leg()), GetKinematoStatics.Response()
+    fill_kinemato_statics(home, GetKinematoStatics.Request(), answer)
+    assert np.isnan(answer.stiffness).all()
+    assert np.isfinite(answer.compliance).all()
+    fill_kinemato_statics(home, GetKinematoStatics.Request(motor_stiffness=[5.0] * 3), answer)
+    assert np.isfinite(answer.stiffness).all()
+    with pytest.raises(InvalidRequest, match="motor_stiffness"):
+        fill_kinemato_statics(home, GetKinematoStatics.Request(motor_stiffness=[5.0]), answer)

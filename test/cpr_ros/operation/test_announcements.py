@@ -1,0 +1,105 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the log is told, and how often."""
+
+from dataclasses import replace
+
+import pytest
+from helpers.drive import PERIOD, robot
+
+from cpr_core import solve_home
+from cpr_core.model.assessment import Assessment
+from cpr_ros.following.setpoint_following import Outcome
+from cpr_ros.following.supervision import Action, State, Status, Verdict
+from cpr_ros.operation.announcements import Announcements
+
+FREE = Verdict(Status.NO_WARNING, "stable", Action.NONE, 1.0, "margin", 5.0)
+HALT = Verdict(Status.HALT_FOR_STABILITY, "too near", Action.HALT, 0.0, "margin", 0.0)
+
+
+class Log:
+    def __init__(self):
+        self.announcements, self.now = Announcements(), 0.0
+        self.warnings, self.informations = [], []
+        self.outcome = Outcome(Assessment(solve_home(robot("rfrfr"))), False, State.IDLE, FREE)
+
+    def ticks(self, count, state, verdict):
+        for _ in range(count):
+            self.now += PERIOD
+            outcome = replace(self.outcome, state=state, verdict=verdict)
+            warning, information = self.announcements.after_tick(outcome, self.now)
+            self.warnings += [warning] if warning else []
+            self.informations += [information] if information else []
+
+
+@pytest.fixture
+def log():
+    return Log()
+
+
+def test_free_motion_is_not_worth_a_word(log):
+    for _ in range(3):
+        log.ticks(10, State.FOLLOWING, FREE)
+        log.ticks(10, State.IDLE, FREE)
+    assert (log.warnings, log.informations) == ([], [])
+
+
+def test_a_halt_and_its_end_are_said_once(log):
+    for number in range(1, 4):
+        log.ticks(300, State.HALTED, HALT)
+        log.ticks(300, State.FOLLOWING, FREE)
+        assert log.warnings == ["halt (HALTED, HALT_FOR_STABILITY): too near"] * number
+        assert log.informations == ["the halt is over (FOLLOWING): stable"] * number
+
+
+def test_a_halt_that_trembles_is_one_halt(log):
+    for _ in range(100):
+        log.ticks(3, State.HALTED, HALT)
+        log.ticks(20, State.FOLLOWING, FREE)
+    assert len(log.warnings) == 1
+    assert log.informations == []
+    log.ticks(200, State.IDLE, FREE)
+    assert len(log.informations) == 1
+
+
+@pytest.mark.parametrize(
+    ("state", "verdict"),
+    [(State.IDLE, HALT), (State.PAUSED, HALT), (State.STALE, FREE), (State.LOST, HALT)],
+)
+def test_every_way_to_be_held_is_a_halt(log, state, verdict):
+    log.ticks(5, state, verdict)
+    assert len(log.warnings) == 1
+    assert log.warnings[0].startswith(f"halt ({state.name}, ")
+
+
+def test_pauses_and_returns_are_said_once(log):
+    log.ticks(5, State.PAUSED, FREE)
+    log.ticks(5, State.IDLE, FREE)
+    log.ticks(5, State.RETURNING, FREE)
+    log.ticks(5, State.IDLE, FREE)
+    assert log.informations == [
+        "paused: holds, and takes no setpoints",
+        "released: takes setpoints again",
+        "on the way home",
+        "the way home has ended",
+    ]
+
+
+def test_a_halted_robot_that_is_sent_home_is_said_to_be_on_its_way(log):
+    """It was not: only a tick at which it was idle in between made a way home of it."""
+    log.ticks(5, State.HALTED, HALT)
+    log.ticks(5, State.RETURNING, FREE)
+    log.ticks(5, State.IDLE, FREE)
+    assert log.informations == ["on the way home", "the way home has ended"]
+
+
+def test_a_way_home_with_halts_is_one_way_home(log):
+    log.ticks(5, State.RETURNING, FREE)
+    for _ in range(3):
+        log.ticks(5, State.HALTED, HALT)
+        log.ticks(5, State.RETURNING, FREE)
+    log.ticks(5, State.FOLLOWING, FREE)
+    log.ticks(5, State.HALTED, HALT)
+    log.ticks(5, State.RETURNING, FREE)
+    assert log.informations == ["on the way home"] * 2

@@ -1,0 +1,188 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""When the robot is at rest: a tick would change nothing. Whatever comes ends it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.drive import PERIOD, robot
+
+from cpr_core import solve_forward
+from cpr_core.model.assessment import Assessment
+from cpr_ros.following.goals import MotorGoal, PoseGoal
+from cpr_ros.following.supervision import Action, State
+from cpr_ros.messages.conversions import Frames
+from cpr_ros.operation.session import Session
+from cpr_ros.settings.parameter_table import PARAMETERS
+from cpr_ros.settings.parameters import Parameters, live_parameters
+
+DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
+HOME = np.array([2.59, 0.55])
+
+
+class Node:
+    """A session that ticks until it is at rest, and a clock."""
+
+    def __init__(self, **parameters):
+        self.live = live_parameters(DEFAULTS.__getitem__)
+        fixed = {
+            parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live
+        }
+        fixed |= {"robot": "rfrfr", "characteristic_length": None, **parameters}
+        frames = Frames("base", "platform", lambda frame: None)
+        self.session = Session(robot("rfrfr"), frames, Parameters(**fixed), self.live)
+        self.session.commands.place(HOME)
+        self.now = 0.0
+        self.rest()
+
+    def set(self, **settings):
+        self.live = replace(self.live, settings=replace(self.live.settings, **settings))
+        self.session.apply(self.live, self.now)
+
+    def go(self, *motors):
+        self.session.follow(MotorGoal(self.session.robot, motors), self.now)
+
+    def push(self, force, timeout):
+        self.live = replace(self.live, wrench_timeout=timeout)
+        self.session.apply(self.live, self.now)
+        loads = self.session.solver.current.equilibrium.loads
+        self.session.wrench.take(loads.with_(wrench_world=[0, 0, 0, force, 0, 0]), self.now)
+
+    def tick(self):
+        self.now += PERIOD
+        self.session.tick(self.now)
+        return self.session.next_command()
+
+    def rest(self, ticks=2000):
+        """Tick until it is at rest; then more ticks, at any later time, change nothing."""
+        count = 0
+        while not self.session.at_rest:
+            self.tick()
+            count += 1
+            assert count < ticks, self.session.outcome
+        before = self.session.outcome
+        for later in (0.0, 1.0, 100.0):
+            self.now += later
+            assert self.tick() is None
+            after = self.session.outcome
+            assert after.assessment is before.assessment
+            assert (after.state, after.verdict, after.moved) == (
+                before.state,
+                before.verdict,
+                False,
+            )
+            assert not self.session.velocity.any()
+            assert self.session.at_rest
+        return count
+
+
+@pytest.fixture
+def node():
+    return Node()
+
+
+def test_a_setpoint_ends_it_until_it_is_reached(node):
+    node.go(2.60, 0.56)
+    assert not node.session.at_rest
+    assert node.rest() >= 3  # two steps, and one that finds it there
+    np.testing.assert_array_equal(node.session.commands.newest, [2.60, 0.56])
+    pose = node.session.solver.current.equilibrium.pose + 0.001
+    node.session.follow(PoseGoal(node.session.robot, pose), node.now)
+    node.rest()
+    np.testing.assert_allclose(node.session.solver.current.equilibrium.pose, pose, atol=1e-9)
+
+
+def test_a_setpoint_that_is_stale_is_rest(node):
+    node.set(setpoint_timeout=0.1)
+    node.go(3.0, 0.3)
+    node.rest()
+    assert node.session.outcome.state == State.STALE
+    held = node.session.commands.newest
+    node.set(setpoint_timeout=0.0)  # which starts no motion: the setpoint is forgotten
+    assert not node.session.at_rest
+    node.rest()
+    assert node.session.outcome.state == State.IDLE
+    np.testing.assert_array_equal(node.session.commands.newest, held)
+
+
+def test_a_robot_that_is_halted_goes_on_trying(node):
+    node.session.follow(PoseGoal(node.session.robot, [0.0, -0.3]), node.now)
+    while node.session.outcome.state != State.HALTED:
+        node.tick()
+    for _ in range(20):
+        node.tick()
+        assert not node.session.at_rest
+
+
+def test_pause_reset_and_release_are_acted_on(node):
+    node.go(2.8, 0.4)
+    node.rest()
+    for change, state in (
+        (lambda: node.session.pause(True), State.PAUSED),
+        (lambda: node.session.pause(False), State.IDLE),
+        (node.session.reset, State.IDLE),
+    ):
+        change()
+        assert not node.session.at_rest
+        node.rest()
+        assert node.session.outcome.state == state
+    np.testing.assert_allclose(node.session.commands.newest, HOME, atol=1e-9)
+
+
+def test_new_thresholds_are_judged_by_at_once(node):
+    margin = node.session.outcome.assessment.margin
+    thresholds = dict(node.live.settings.thresholds)
+    thresholds["margin"] = replace(thresholds["margin"], warning=2 * margin, stop=1.5 * margin)
+    node.set(thresholds=thresholds)
+    assert not node.session.at_rest
+    node.rest()
+    assert node.session.outcome.verdict.action != Action.NONE
+
+
+def test_a_wrench_ends_it_until_it_is_gone(node):
+    node.push(0.05, timeout=0.5)
+    assert not node.session.at_rest
+    assert node.rest() >= 100
+    assert node.session.wrench.watchdog.age(node.now) == -1.0
+    assert not node.session.solver.current.equilibrium.loads.wrench_world.any()
+
+
+def test_a_wrench_without_a_timeout_is_rest_when_it_is_borne(node):
+    node.push(0.05, timeout=0.0)
+    assert not node.session.at_rest
+    assert node.rest() < 5
+    assert node.session.solver.current.equilibrium.loads.wrench_world[3] == 0.05
+    node.live = replace(node.live, wrench_timeout=0.5)
+    node.session.apply(node.live, node.now)
+    assert not node.session.at_rest
+    node.rest()
+    assert not node.session.solver.current.equilibrium.loads.wrench_world.any()
+
+
+def test_commands_lead_to_a_solution_that_was_applied(node):
+    found = solve_forward(node.session.robot, [2.65, 0.60])
+    node.session.solver.current = Assessment(found)
+    assert not node.session.at_rest
+    node.tick()
+    assert node.session.outcome.state == State.ALIGNING
+    node.rest()
+    np.testing.assert_array_equal(node.session.commands.newest, [2.65, 0.60])
+
+
+def test_measured_motors_end_it_until_they_are_old():
+    node = Node(motor_source="measured")
+    tracking = node.session.tracking
+    tracking.take([2.65, 0.60], node.now)
+    for _ in range(10):
+        assert not node.session.at_rest
+        node.tick()
+    assert node.session.outcome.state == State.TRACKING
+    node.rest()
+    assert node.session.outcome.state == State.STALE
+    node.live = replace(node.live, measured_timeout=0.0)
+    node.session.apply(node.live, node.now)
+    assert not node.session.at_rest
+    node.tick()
+    assert node.session.outcome.state == State.TRACKING

@@ -1,0 +1,515 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A robot in operation, tick by tick: what it sends to the motors and what it makes of a wrench."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from cpr_msgs.msg import Equilibrium as EquilibriumMessage
+from cpr_msgs.msg import ErrorCode
+from cpr_msgs.srv import SolveForward
+from helpers.branches import stable_elsewhere
+from helpers.drive import PERIOD, SETTINGS, robot
+from sensor_msgs.msg import JointState
+
+from cpr_core import solve_forward, solve_home
+from cpr_ros.error_codes import RequestError
+from cpr_ros.following.goals import MotorGoal, PoseGoal
+from cpr_ros.following.supervision import Action, State
+from cpr_ros.following.trajectory_order import TrajectoryOrder
+from cpr_ros.messages.conversions import Frames, fill_equilibrium
+from cpr_ros.operation.session import Session
+from cpr_ros.settings.parameter_table import PARAMETERS
+from cpr_ros.settings.parameters import Parameters, live_parameters
+
+FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
+FIXED["characteristic_length"] = None
+DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
+LIVE = replace(
+    live_parameters(DEFAULTS.__getitem__),
+    settings=SETTINGS,
+    wrench_timeout=0.0,
+    measured_timeout=0.0,
+)
+
+
+class Bench:
+    """A session, its clock, and the commands it gives."""
+
+    def __init__(self, **parameters):
+        self.session = Session(
+            robot("rfrfr"), Frames("base", "platform"), Parameters(**FIXED | parameters), LIVE
+        )
+        self.now, self.commands = 0.0, []
+
+    def push(self, *force):
+        loads = self.session.solver.current.equilibrium.loads
+        self.session.wrench.take(loads.with_(wrench_world=[0, 0, 0, *force]), self.now)
+
+    def tick(self):
+        self.now += PERIOD
+        outcome = self.session.tick(self.now)
+        command = self.session.next_command()
+        self.commands += [] if command is None else [command]
+        return outcome
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+def test_nothing_is_sent_to_motors_of_which_nothing_is_known(bench):
+    for _ in range(5):
+        bench.tick()
+    assert bench.commands == []
+
+
+def test_a_wrench_moves_the_platform_and_sends_nothing(bench):
+    """It was taken for the first motion, and home went out, wherever the motors were."""
+    home = bench.session.solver.current.equilibrium
+    bench.push(0.2, 0.0, 0.0)
+    assert bench.tick().moved
+    there = bench.session.solver.current.equilibrium
+    assert np.abs(there.platform_position - home.platform_position).max() > 1e-4
+    assert bench.commands == []
+    bench.session.follow(MotorGoal(bench.session.robot, home.motors + 0.02), bench.now)
+    while bench.tick().state != State.IDLE:
+        pass
+    assert np.abs(bench.commands[0] - home.motors).max() <= PERIOD * (1.0 + 1e-6)
+    np.testing.assert_array_equal(bench.commands[-1], home.motors + 0.02)
+    sent = len(bench.commands)
+    bench.push(0.1, 0.0, 0.0)
+    assert bench.tick().moved
+    assert len(bench.commands) == sent  # nor at rest where all is known
+
+
+def still(session, motors, now, seconds=0.5, told=lambda ending: None):
+    """Some time at the same motors."""
+    nothing = np.full(2, np.inf)
+    times, points = np.array([0.0, seconds]), np.array([motors, motors])
+    order = TrajectoryOrder(times, points, None, None, None, nothing, nothing, np.inf)
+    return session.follow_trajectory(order, now, told)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda session, home, now: session.follow(MotorGoal(session.robot, home.motors), now),
+        lambda session, home, now: session.follow(PoseGoal(session.robot, home.pose), now),
+        lambda session, home, now: session.reset(),
+        lambda session, home, now: still(session, home.motors, now),
+    ],
+    ids=["motors", "pose", "reset", "trajectory"],
+)
+def test_a_setpoint_that_is_home_is_told_to_motors_of_which_nothing_is_known(bench, ask):
+    """It was said to be reached, and the motors, wherever they were, had heard of nothing."""
+    home = bench.session.solver.current.equilibrium
+    bench.session.unplaced = True
+    bench.tick()
+    assert bench.commands == []
+    ask(bench.session, home, bench.now)
+    for _ in range(120):
+        bench.tick()
+    np.testing.assert_array_equal(bench.commands, [home.motors])  # once
+    assert not bench.session.unplaced
+    assert bench.session.at_rest
+
+
+def test_a_setpoint_that_is_not_obeyed_sends_nothing(bench):
+    """Paused, or pushed by a wrench that the robot does not bear, it stays where it is."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    bench.push(0.0, -1000.0, 0.0)
+    session.follow(MotorGoal(session.robot, home), bench.now)
+    bench.tick()
+    session.follow(MotorGoal(session.robot, home + 0.1), bench.now)
+    bench.tick()
+    session.pause(True)
+    bench.tick()
+    assert bench.commands == []
+
+
+@pytest.mark.parametrize("source", ["setpoint", "measured"])
+def test_a_wrench_that_is_not_borne_is_a_halt_in_every_state(source):
+    bench = Bench(motor_source=source)
+    session, home = bench.session, solve_home(robot("rfrfr"))
+    if source == "measured":
+        session.tracking.take(home.motors, bench.now)
+    else:
+        session.begin_at(home, home.motors + 0.5, 0.0)  # the motors are elsewhere
+        assert bench.tick().state == State.ALIGNING
+    assert bench.tick().verdict.action == Action.NONE
+    bench.push(0.0, -1000.0, 0.0)
+    outcome = bench.tick()
+    assert outcome.state == (State.LOST if source == "measured" else State.ALIGNING)
+    assert (outcome.verdict.action, outcome.verdict.speed_scale) == (Action.HALT, 0.0)
+    sent = len(bench.commands)
+    for _ in range(5):
+        assert bench.tick().verdict.action == Action.HALT
+    assert len(bench.commands) == sent  # they went on to where they were sent, through the halt
+    bench.push(0.0, 0.0, 0.0)
+    bench.tick()
+    assert len(bench.commands) == sent + (source == "setpoint")
+
+
+def test_the_way_home_is_not_over_before_the_motors_have_heard_of_it(bench):
+    """A wrench that was not borne held the one command of it back, and the way was said to be done."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    bench.push(0.0, -1000.0, 0.0)
+    session.reset()
+    for _ in range(3):
+        assert bench.tick().state == State.HALTED
+    assert bench.commands == []
+    bench.push(0.0, 0.0, 0.0)
+    while bench.tick().state != State.IDLE:
+        pass
+    np.testing.assert_array_equal(bench.commands, [home])
+
+
+def test_where_it_is_measured_while_paused_it_stays_paused(bench):
+    """The stream said that it was idle, and setpoints were refused as it was paused."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.pause(True)
+    bench.tick()
+    session.begin_at(home, home.motors, 0.0)
+    assert session.outcome.state == State.PAUSED
+    assert bench.tick().state == State.PAUSED
+
+
+def test_what_is_done_before_the_first_tick_is_not_that_of_before(bench):
+    session = bench.session
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    assert bench.tick().state == State.FOLLOWING
+    session.stand()
+    assert session.outcome.state == State.IDLE
+    assert session.follower.goal is None
+
+
+def test_motors_that_were_measured_before_an_activation_are_forgotten():
+    """They were followed, a thousand seconds later, as if they had just been measured."""
+    bench = Bench(motor_source="measured")
+    bench.session.tracking.take([2.6, 0.55], bench.now)
+    assert bench.tick().state == State.TRACKING
+    bench.session.stand()
+    bench.now += 1000.0
+    outcome = bench.tick()
+    assert (outcome.state, outcome.verdict.action) == (State.IDLE, Action.HALT)
+
+
+def test_the_wrench_of_an_applied_solution_outlives_one_that_is_long_gone(bench):
+    """It was dropped in the next tick if any wrench had ever come."""
+    session = bench.session
+    session.apply(replace(LIVE, wrench_timeout=0.1), bench.now)
+    bench.push(0.05, 0.0, 0.0)
+    for _ in range(30):
+        bench.tick()
+    np.testing.assert_array_equal(session.solver.current.equilibrium.loads.wrench_world, 0.0)
+    assert session.at_rest
+    loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.1, 0, 0])
+    pushed = solve_forward(session.robot, session.solver.current.equilibrium.motors, loads=loads)
+    session.begin_at(pushed, None, 0.0)
+    for _ in range(5):
+        bench.tick()
+    assert session.solver.current.equilibrium is pushed
+
+
+def test_the_state_is_the_new_one_as_soon_as_a_request_is_answered(bench):
+    """The stream came once more with IDLE before the next tick: the end of the way, it seemed."""
+    session = bench.session
+    bench.tick()
+    for ask, state in (
+        (session.reset, State.RETURNING),
+        (lambda: session.pause(True), State.PAUSED),
+        (lambda: session.pause(False), State.IDLE),
+    ):
+        ask()
+        assert session.outcome.state == state
+        assert not session.at_rest
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    bench.tick()
+    session.pause(False)  # there was none
+    assert session.outcome.state == State.FOLLOWING
+
+
+def test_a_pause_holds_commands_that_are_on_their_way(bench):
+    """They went on to the node's equilibrium, however long that took."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.begin_at(home, home.motors + 0.1, 0.0)
+    assert bench.tick().state == State.ALIGNING
+    session.pause(True)
+    held = bench.commands[-1]
+    for _ in range(5):
+        assert bench.tick().state == State.PAUSED
+    assert session.at_rest
+    np.testing.assert_array_equal(bench.commands[-1], held)
+    session.pause(False)
+    assert not session.at_rest
+    while bench.tick().state != State.IDLE:
+        pass
+    np.testing.assert_array_equal(bench.commands[-1], home.motors)
+
+
+def stop(session, now):
+    """The usual stop of a client of trajectories: one without points."""
+    endings, nothing = [], np.full(2, np.inf)
+    order = TrajectoryOrder(
+        np.empty(0), np.empty((0, 2)), None, None, None, nothing, nothing, np.inf
+    )
+    session.follow_trajectory(order, now, endings.append)
+    return [ending.val for ending in endings]
+
+
+def test_an_empty_trajectory_ends_the_way_home(bench):
+    """It was refused as setpoints are, and the robot went on."""
+    session = bench.session
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    while bench.tick().state != State.IDLE:
+        pass
+    session.reset()
+    for _ in range(5):
+        assert bench.tick().state == State.RETURNING
+    held = bench.commands[-1]
+    assert stop(session, bench.now) == [ErrorCode.SUCCESS]
+    assert session.follower.goal is None
+    for _ in range(5):
+        assert bench.tick().state == State.IDLE
+    np.testing.assert_array_equal(bench.commands[-1], held)
+    assert session.at_rest
+
+
+def test_an_empty_trajectory_holds_commands_that_are_on_their_way(bench):
+    """It was said to be done, and they went on to the node's equilibrium, however long that took."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.begin_at(home, home.motors + 0.1, 0.0)
+    assert bench.tick().state == State.ALIGNING
+    held = bench.commands[-1]
+    assert stop(session, bench.now) == [ErrorCode.SUCCESS]
+    for _ in range(5):
+        assert bench.tick().state == State.PAUSED
+    np.testing.assert_array_equal(bench.commands[-1], held)
+    assert stop(session, bench.now) == [ErrorCode.SUCCESS]  # it holds already
+    assert session.follower.paused
+
+
+def test_an_empty_trajectory_is_refused_by_a_node_that_moves_nothing():
+    bench = Bench(motor_source="measured")
+    with pytest.raises(RequestError, match="tracks measured motors"):
+        stop(bench.session, bench.now)
+
+
+def apply(session, *motors, start=None):
+    """Make the equilibrium at these motors the current one, continued from another one than that."""
+    state = JointState(name=["motor1", "motor2"], position=motors)
+    request = SolveForward.Request(motors=state, apply=True)
+    if start is not None:
+        message, frames = EquilibriumMessage(), session.solver.frames
+        fill_equilibrium(message, start, frames, Time(), 0.0, eigenvalues=False)
+        request.start, request.start_equilibrium = request.START_GIVEN, [message]
+    session.solver.forward(request)
+
+
+def commanded(session, motors):
+    """Of which it is known where its motors are."""
+    session.begin_at(session.solver.current.equilibrium, motors, 0.0)
+
+
+def test_another_solution_takes_the_place_of_one_that_commands_are_on_their_way_to(bench):
+    """One that was applied by mistake, of another branch: taken back as docs/node.md says."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    commanded(session, home.motors)
+    apply(session, 2.7, 0.5, start=stable_elsewhere(session.robot))
+    assert bench.tick().state == State.ALIGNING
+    apply(session, 2.5, 0.6)
+    assert bench.tick().state == State.ALIGNING
+    assert bench.commands[-1][0] < bench.commands[-2][0]
+    session.pause(True)
+    bench.tick()
+    held = bench.commands[-1].copy()
+    apply(session, *held, start=home)
+    session.pause(False)
+    for _ in range(3):
+        assert bench.tick().state == State.IDLE
+    np.testing.assert_array_equal(bench.commands[-1], held)
+    where, expected = session.solver.current.equilibrium, solve_forward(session.robot, held)
+    np.testing.assert_allclose(where.platform_position, expected.platform_position, atol=1e-9)
+
+
+def test_no_solution_is_applied_while_the_robot_is_on_its_way_home(bench):
+    """It dropped the way home that waited for the commands, too, without a word."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    apply(session, 2.7, 0.5)
+    assert bench.tick().state == State.ALIGNING
+    session.reset()
+    for _ in range(2):
+        with pytest.raises(RequestError, match="the robot is on its way"):
+            apply(session, 2.6, 0.5)
+        bench.tick()
+    while bench.tick().state != State.IDLE:
+        pass
+    np.testing.assert_array_equal(bench.commands[-1], home)
+    apply(session, 2.6, 0.5)
+
+
+def test_no_solution_is_applied_while_paused(bench):
+    """The motors set off to it as soon as the pause was over."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    session.pause(True)
+    bench.tick()
+    with pytest.raises(RequestError, match="paused"):
+        apply(session, 2.7, 0.5)
+    session.pause(False)
+    assert bench.tick().state == State.IDLE
+    assert bench.commands == []
+
+
+def test_no_solution_is_applied_in_place_of_a_setpoint_that_has_just_come(bench):
+    session = bench.session
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    with pytest.raises(RequestError, match="the robot is on its way"):
+        apply(session, 2.6, 0.5)
+    stop(session, bench.now)  # as the message says
+    apply(session, 2.6, 0.5)
+
+
+def test_no_solution_is_applied_while_a_trajectory_is_being_solved(bench):
+    """It ended the trajectory: the robot had been moved."""
+    session, endings = bench.session, []
+    home = session.solver.current.equilibrium.motors
+    motion = still(session, home, bench.now, 300.0, endings.append)
+    assert motion.goal is None
+    with pytest.raises(RequestError, match="a trajectory is to be followed"):
+        apply(session, 2.6, 0.5)
+    assert not endings
+    stop(session, bench.now)  # as the message says
+    assert [ending.val for ending in endings] == [ErrorCode.PREEMPTED]
+    apply(session, 2.6, 0.5)
+
+
+def test_no_solution_is_applied_and_no_rest_had_while_somebody_waits_for_a_goal(bench):
+    """One that waits to be measured where it is: ticks tell, and it went elsewhere without a word."""
+    session = bench.session
+    goal = MotorGoal(session.robot, [2.6, 0.55])
+    session.follow(goal, bench.now, ages=False)
+    session.awaited = goal
+    while bench.tick().state != State.IDLE:
+        pass
+    assert not session.at_rest
+    with pytest.raises(RequestError, match="a goal of ~/move_to waits"):
+        apply(session, 2.6, 0.5)
+    session.follow(MotorGoal(session.robot, [2.6, 0.55]), bench.now, ages=False)  # nobody's
+    bench.tick()
+    assert session.at_rest
+    apply(session, 2.6, 0.5)
+
+
+def test_a_robot_waits_for_a_measurement_until_it_moves(bench):
+    session = bench.session
+    session.unplaced = True
+    bench.push(0.2, 0.0, 0.0)
+    bench.tick()
+    assert session.unplaced
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    bench.tick()
+    assert not session.unplaced
+
+
+def test_the_command_of_a_tick_is_there_before_note_is_taken_of_it(bench):
+    session = bench.session
+    session.commands.place(session.solver.current.equilibrium.motors)
+    session.follow(MotorGoal(session.robot, [2.60, 0.56]), bench.now)
+    bench.tick()
+    before, places = session.velocity, session.loop._history.newest
+    bench.now += PERIOD
+    assert session.move(bench.now).moved
+    np.testing.assert_array_equal(session.next_command(), session.solver.current.equilibrium.motors)
+    assert session.velocity is before and session.loop._history.newest is places
+    session.take_note(bench.now)
+    way = session.solver.current.equilibrium.motors - bench.commands[-1]
+    np.testing.assert_allclose(session.velocity, way / PERIOD)
+    assert session.loop._history.newest.equilibrium is session.solver.current.equilibrium
+
+
+def timed(points, start_in):
+    """A trajectory with a stamp, a point a second."""
+    points, nothing = np.array(points), np.full(2, np.inf)
+    times = np.arange(1.0, len(points) + 1.0)
+    return TrajectoryOrder(times, points, None, None, start_in, nothing, nothing, np.inf)
+
+
+def test_a_place_that_is_found_late_ends_a_setpoint_that_was_thought_reached(bench):
+    """Any tick, after a change of parameters say, then sent the robot back to where it had been."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.begin_at(home, home.motors, 0.0)  # the last command, of a node before
+    session.follow(MotorGoal(session.robot, home.motors), bench.now)
+    bench.tick()
+    found = solve_forward(session.robot, home.motors + [0.3, -0.2])
+    session.begin_at(found, found.motors, 0.0)
+    assert session.follower.goal is None
+    assert "elsewhere" in session.follower.dropped
+    session.apply(replace(LIVE, settings=replace(SETTINGS, hysteresis=0.2)), bench.now)
+    for _ in range(5):
+        assert bench.tick().state == State.IDLE
+    assert bench.commands == []
+
+
+def test_a_place_that_is_found_late_ends_a_trajectory_that_waits(bench):
+    """It never began and never ended."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.begin_at(home, home.motors, 0.0)
+    endings = []
+    session.follow_trajectory(timed([home.motors + 0.1], 1.0), bench.now, endings.append)
+    for _ in range(5):
+        bench.tick()
+    found = solve_forward(session.robot, home.motors + [0.3, -0.2])
+    session.begin_at(found, found.motors, 0.0)
+    assert [ending.val for ending in endings] == [ErrorCode.PREEMPTED]
+    bench.tick()
+    assert bench.commands == []
+    assert session.at_rest
+
+
+def test_a_trajectory_sends_nothing_before_its_stamp_to_motors_of_which_nothing_is_known(bench):
+    """They were sent home at once, perhaps minutes before."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    points = [home.motors, home.motors + 0.01]
+    session.follow_trajectory(timed(points, 0.5), bench.now, lambda _: None)
+    while bench.now < 0.45:
+        bench.tick()
+    assert bench.commands == []
+    while bench.now < 3.0:
+        bench.tick()
+    np.testing.assert_allclose(bench.commands[0], home.motors, atol=1e-3)
+    np.testing.assert_allclose(bench.commands[-1], home.motors + 0.01, atol=1e-12)
+
+
+def test_a_return_that_a_wrench_holds_up_can_be_replaced(bench):
+    session = bench.session
+    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    while bench.tick().state != State.IDLE:
+        pass
+    session.reset()
+    bench.tick()
+    with pytest.raises(RequestError, match="on its way home"):
+        session.follow(MotorGoal(session.robot, [2.65, 0.52]), bench.now)
+    bench.push(-1e4, 0.0, 0.0)
+    assert bench.tick().state == State.HALTED
+    session.follow(MotorGoal(session.robot, [2.65, 0.52]), bench.now)
+    assert not session.follower.returning
+
+
+def test_a_setpoint_that_is_dropped_while_commands_are_on_their_way_holds_them(bench):
+    """Cancelled goals were said to hold, and the motors went on."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.begin_at(home, home.motors + 0.1, 0.0)
+    session.follow(MotorGoal(session.robot, home.motors + 0.2), bench.now)
+    assert bench.tick().state == State.ALIGNING
+    held = bench.commands[-1]
+    session.drop()
+    for _ in range(5):
+        assert bench.tick().state == State.PAUSED
+    np.testing.assert_array_equal(bench.commands[-1], held)

@@ -1,0 +1,126 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Where a robot begins: at home, where it was last, or where it is measured."""
+
+import numpy as np
+import pytest
+from helpers.branches import stable_elsewhere
+from helpers.drive import PERIOD, robot
+
+from cpr_core import CprError, solve_forward, solve_home, solve_inverse
+from cpr_ros.messages.conversions import Frames
+from cpr_ros.operation.kept_state import LastState
+from cpr_ros.operation.session import Session
+from cpr_ros.operation.starting_place import begin_at_home, begin_at_last, begin_at_measured
+from cpr_ros.settings.parameter_table import PARAMETERS
+from cpr_ros.settings.parameters import Parameters, live_parameters
+
+DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
+FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
+
+
+@pytest.fixture
+def session(request):
+    parameters = Parameters(**FIXED | {"characteristic_length": None})
+    live = live_parameters(DEFAULTS.__getitem__)
+    name = getattr(request, "param", "rfrfr")
+    return Session(robot(name), Frames("base", "platform"), parameters, live)
+
+
+def at(session):
+    return session.solver.current.equilibrium
+
+
+def test_the_wrench_of_then_is_taken_away_and_the_commands_stay(session):
+    loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.2, -0.3, 0])
+    pushed = solve_forward(session.robot, [2.7, 0.4], loads=loads)
+    said = begin_at_last(session, LastState(pushed, np.array([2.71, 0.39])))
+    assert said == "where it was last, motors (2.7, 0.4)"
+    free = solve_forward(session.robot, [2.7, 0.4])
+    np.testing.assert_allclose(at(session).platform_position, free.platform_position, atol=1e-10)
+    assert at(session).loads is session.robot.default_loads
+    np.testing.assert_array_equal(session.commands.newest, [2.71, 0.39])
+
+
+def test_an_equilibrium_that_is_unstable_without_its_wrench_is_no_place_to_begin(session):
+    unstable = solve_inverse(session.robot, [0.0, 0.0])
+    assert unstable.index_locked > 0
+    with pytest.raises(CprError, match="unstable"):
+        begin_at_last(session, LastState(unstable, unstable.motors))
+
+
+def test_measured_near_by_it_stays_on_its_branch_and_far_away_it_is_on_that_of_home(session):
+    home = solve_home(session.robot)
+    other = stable_elsewhere(session.robot)
+    session.begin_at(other, other.motors, 0.0)
+    begin_at_measured(session, other.motors + 0.01)
+    near = solve_forward(session.robot, other.motors + 0.01, start=other)
+    np.testing.assert_allclose(at(session).platform_position, near.platform_position, atol=1e-9)
+    begin_at_measured(session, other.motors + 0.3)
+    home = solve_forward(session.robot, other.motors + 0.3)
+    np.testing.assert_allclose(at(session).platform_position, home.platform_position, atol=1e-9)
+    np.testing.assert_array_equal(session.commands.newest, other.motors + 0.3)
+
+
+@pytest.mark.parametrize("session", ["six_rfs"], indirect=True)
+@pytest.mark.parametrize("wrench", [{"wrench_world": [0, 0, 0.02, 0, 0, 0]}, {"wrench_body": 0.01}])
+def test_measured_it_is_without_the_wrench_that_acted_last(session, wrench):
+    """One without a potential: nothing told where it is stable, and it could not be placed again."""
+    wrench = {name: np.broadcast_to(values, 6) for name, values in wrench.items()}
+    loads = session.robot.default_loads.with_(**wrench)
+    assert not loads.conservative(session.robot.planar)
+    measured = at(session).motors + 0.02
+    pushed = solve_forward(session.robot, at(session).motors, loads=loads)
+    session.begin_at(pushed, pushed.motors, 0.0)
+    begin_at_measured(session, measured)
+    free = solve_forward(session.robot, measured)
+    np.testing.assert_allclose(at(session).platform_position, free.platform_position, atol=1e-9)
+    assert at(session).loads is session.robot.default_loads
+    np.testing.assert_array_equal(session.commands.newest, measured)
+
+
+@pytest.mark.parametrize("told", [False, True])
+def test_the_wrench_of_an_applied_solution_acts_no_more_and_it_is_said(session, told):
+    """One on the topic acts again in the next tick."""
+    loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.2, -0.3, 0])
+    pushed = solve_forward(session.robot, [2.7, 0.4], loads=loads)
+    session.begin_at(pushed, pushed.motors, 0.0)
+    if told:
+        session.wrench.take(loads, 0.0)
+    said = begin_at_measured(session, pushed.motors)
+    assert (", without the wrench of the solution that was applied" in said) == (not told)
+    session.tick(PERIOD)
+    acting = loads if told else session.robot.default_loads
+    np.testing.assert_array_equal(at(session).loads.wrench_world, acting.wrench_world)
+
+
+def test_a_robot_measured_where_only_a_wrench_held_it_is_not_placed_and_it_is_said_why(session):
+    unstable = solve_inverse(session.robot, [0.0, 0.0])
+    loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.01, 0, 0])
+    held = solve_forward(session.robot, unstable.motors, start=unstable, loads=loads)
+    session.begin_at(held, held.motors, 0.0)
+    with pytest.raises(CprError, match=r"measured at .* without external wrench, .* unstable"):
+        begin_at_measured(session, held.motors + 0.01)
+    assert at(session) is held
+
+
+def test_words_tell_which_branch_does_not_lead_to_where_the_motors_are(session):
+    unstable = solve_inverse(session.robot, [0.0, 0.0])
+    session.begin_at(unstable, unstable.motors, 0.0)
+    with pytest.raises(CprError, match=r"the branch it is on, .* does not lead"):
+        begin_at_measured(session, unstable.motors + 0.01)
+    with pytest.raises(CprError, match="the branch of home does not lead"):
+        begin_at_measured(session, np.array([20.0, 0.55]))
+
+
+def test_home_is_gone_to_from_the_last_commands(session):
+    home = solve_home(session.robot).motors
+    assert begin_at_home(session, None).startswith("nothing is known of where the robot is")
+    assert session.commands.newest is None
+    last = solve_forward(session.robot, home + [0.1, -0.1])
+    assert "to home at max_speed" in begin_at_home(session, last.motors)
+    session.tick(PERIOD)
+    command = session.next_command()
+    assert 0.0 < np.abs(command - last.motors).max() <= PERIOD * (1.0 + 1e-5)
+    assert begin_at_home(session, home) == "the last commands were those of home"

@@ -1,0 +1,51 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Who is in control of a page, and what was asked for."""
+
+import threading
+import time
+
+from cpr_ros.page.page_control import PageControl
+
+
+def test_only_who_is_in_control_is_heard():
+    control = PageControl()
+    assert not control.ask(0, 1.0)
+    control.switch()
+    assert control.ask(0, 1.0)
+    assert control.ask(1, 2.0)
+    assert control.ask(0, 3.0)
+    assert control.take_asked() == {0: 3.0, 1: 2.0}
+    assert control.take_asked() == {}
+
+
+def test_what_was_asked_ends_with_the_control():
+    control = PageControl()
+    for end in (control.switch, control.give_back):
+        control.switch()
+        control.ask(0, 1.0)
+        end()
+        assert not control.taken
+        assert control.take_asked() == {}
+    assert not control.give_back()
+
+
+def test_nothing_is_lost_that_is_asked_while_something_is_taken():
+    class Motor(int):
+        """Its number is known after a while, so that the other thread comes between."""
+
+        def __hash__(self):
+            time.sleep(1e-3)
+            return super().__hash__()
+
+    control, taken = PageControl(), {}
+    control.switch()
+    asking = threading.Thread(
+        target=lambda: [control.ask(Motor(number), 0.1 * number) for number in range(20)]
+    )
+    asking.start()
+    while asking.is_alive():
+        taken |= {int(number): position for number, position in control.take_asked().items()}
+    taken |= {int(number): position for number, position in control.take_asked().items()}
+    assert taken == {number: 0.1 * number for number in range(20)}
