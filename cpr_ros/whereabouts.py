@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +41,9 @@ class Whereabouts:
         stop: StopSignal,
         started: float,
     ) -> None:
-        """Open the file of the last state; without it the node goes on, and says so.
+        """Open the file of the last state; where there can be none the node goes on, and says so.
+
+        One that is there and cannot be read knows where the robot is: then it has to be measured.
 
         Args:
             node: The node.
@@ -63,6 +66,8 @@ class Whereabouts:
             self._kept = KeptState(file, session.robot)
         except OSError as error:
             self._warn(f"where the robot is will not be kept in {file}: {error}")
+            if self._from != "home" and _holds_something(file):
+                self._lost = f"the last state cannot be read ({error})"
             return
         if self._kept.problem:
             self._warn(f"the last state is not used: {self._kept.problem}")
@@ -89,9 +94,8 @@ class Whereabouts:
                 self._lost = f"the last state is not used: {error}"
                 self._warn(self._lost)
         if self._from == "last":
-            raise CprError(
-                "start_from: expected another place, where the robot was last is not known"
-            )
+            why = self._lost or "where the robot was last is not known"
+            raise CprError(f"start_from: expected another place, {why}")
         last_commands = None if self._kept is None else self._kept.last_commands()
         said = begin_at_home(self._session, last_commands)
         return "where the robot is has to be measured" if self._lost else said
@@ -175,3 +179,11 @@ class Whereabouts:
         """Let the file go."""
         if self._kept is not None:
             self._kept.close()
+
+
+def _holds_something(file: Path) -> bool:
+    """Whether somebody has written to a file, as far as this process may know."""
+    try:
+        return file.stat().st_size > 0
+    except OSError:
+        return False

@@ -110,10 +110,10 @@ class PoseLoop:
         self.coordinates, self._period = PoseCoordinates(robot), period
         self._history = PoseHistory(self.coordinates)
         self._measured = MeasuredPose(self.coordinates, self._history, settings.timeout)
+        self.forget()
         self.settings = settings
         self._distant = ""  # why the robot is too far from the model to be corrected
         self._at_setpoint, self._noted, self._noted_since = False, np.empty(0), math.inf
-        self.forget()
         self._made: tuple[Floats, Floats, PoseGoal] | None = None
 
     @property
@@ -124,12 +124,17 @@ class PoseLoop:
     @settings.setter
     def settings(self, settings: LoopSettings) -> None:
         self._settings = settings
+        if self.coordinates.size(self._way_to(self._wanted)) > settings.max_correction:
+            self._wanted = self._correction
         self._measured.watchdog.timeout = settings.timeout
 
     @property
     def correction(self) -> Floats:
         """Way from a setpoint to where the model is sent instead."""
-        return self.coordinates.way(self.coordinates.nowhere, self._correction)
+        return self._way_to(self._correction)
+
+    def _way_to(self, correction: Floats) -> Floats:
+        return self.coordinates.way(self.coordinates.nowhere, correction)
 
     def at_rest(self, goal: Goal | None) -> bool:
         """Whether no correction of a goal is on its way."""

@@ -126,15 +126,15 @@ class Trajectories:
             told: Called with its end, once, perhaps before this returns; must not raise.
 
         Raises:
-            TrajectoryRefused: It cannot be followed from here; nothing has changed.
+            TrajectoryRefused: It cannot be followed from here; what is followed goes on.
         """
         left = order.duration + (order.start_in or 0.0)
         if left > LONGEST:
             longest, asked = distinct(LONGEST, left, fewest=6)
             text = f"expected an end within {longest} s from now, got {asked} s"
             raise TrajectoryRefused(order.duration, "points", text)
+        self._notice_newer()  # first: it goes on from nothing that has been replaced
         plan, own_time, join = self._planned(order, current, now, self._tick_work / _SHARE)
-        self._notice_newer()
         if self.coming is not None:
             self._end_coming(Ending(ErrorCode.PREEMPTED, "a newer trajectory came"))
         if self.running is None:
@@ -336,8 +336,14 @@ class Trajectories:
             self._end_coming(Ending(ErrorCode.PREEMPTED, text))
             return
         last_tick, rests_until = (now, coming.join) if before is None else (before.last_tick, own)
+        # One with a stamp is late where the older one was: its tolerances count that.
         coming.goal = TrajectoryGoal(
-            coming.plan.path, own, self._period, last_tick, rests_until=rests_until
+            coming.plan.path,
+            own,
+            self._period,
+            last_tick,
+            rests_until=rests_until,
+            began=coming.stamp,
         )
         self._follower.follow(coming.goal, now, ages=False)  # all of it has come already
         replaced, self.running, self.coming = self.running, coming, None

@@ -42,6 +42,7 @@ class TrajectoryGoal:
         now: float,
         *,
         rests_until: float = -math.inf,
+        began: float | None = None,
     ) -> None:
         """Be somewhere on a path.
 
@@ -51,11 +52,12 @@ class TrajectoryGoal:
             period: Time of a tick [s].
             now: Steady time [s].
             rests_until: Up to when the path rests, in its own time: no wait delays it before [s].
+            began: Steady time at which its own time is to be 0 [s]; None: what makes it on time now.
         """
         self.path, self.time = path, time
         self._rests_until = rests_until
         self._period, self.last_tick = period, now
-        self._began = now - time
+        self._began = now - time if began is None else began
         self._clock, self._elapsed = time, 0.0
         self._proposed = (time, time)
 

@@ -119,7 +119,7 @@ class MoveAction(LongAction):
             self._held_up, self._held_up_since = held_up, now
         if held_up and now - self._held_up_since >= motion.patience:
             text = f"{held_up} for {motion.patience:g} s: {why}"
-            session.follower.drop(text)
+            session.drop(text)
             self._end(motion, RequestError(ErrorCode.CONTROL_FAILED, text))
             return
         if now - self._told >= 1.0 / _FEEDBACK_RATE:

@@ -20,6 +20,8 @@ __all__ = ["LateClients"]
 _NOT_SENT = "failed to send response"
 #: When it is sent again, after the time before [s]: each time may hold the node up for 100 ms.
 _AGAIN_AFTER = (0.1, 0.3, 0.9, 2.7)
+#: Between two tries, whichever response they are for: so much of its time the node has for all else [s].
+_BETWEEN = 0.2
 
 
 @dataclass
@@ -56,6 +58,7 @@ class LateClients:
         self._node, self._clock, self.due = node, clock, math.inf
         self._watched: list[Any] = []
         self._late: list[_Late] = []
+        self._next = -math.inf
 
     def watch(self) -> None:
         """See to all services that the node has by now."""
@@ -65,14 +68,16 @@ class LateClients:
                 service.send_response = self._keeping(service.srv_name, service.send_response)
 
     def look(self, now: float) -> None:
-        """Send what is due at a steady time [s]."""
+        """Send one that is due at a steady time [s]: the node does not wait for many in a row."""
         if now < self.due:
             return
-        due = [late for late in self._late if late.due <= now]
-        self._late = [late for late in self._late if late.due > now]
-        for late in due:
+        late = min(self._late, key=lambda late: late.due)
+        self._late.remove(late)
+        try:
             self._try(late)
-        self._find_due()
+        finally:
+            self._next = self._clock() + _BETWEEN
+            self._find_due()
 
     def _keeping(
         self, service: str, send: Callable[[Any, Any], None]
@@ -97,7 +102,8 @@ class LateClients:
         )
 
     def _find_due(self) -> None:
-        self.due = min((late.due for late in self._late), default=math.inf)
+        first = min((late.due for late in self._late), default=math.inf)
+        self.due = max(first, self._next)
 
 
 def _sent(send: Callable[[], None]) -> bool:

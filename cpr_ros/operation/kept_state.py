@@ -81,7 +81,9 @@ class KeptState:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             size = _HEADER.size + 2 * self._slot_size
             if os.fstat(self._file).st_size < size:
-                os.ftruncate(self._file, size)
+                os.posix_fallocate(
+                    self._file, 0, size
+                )  # a hole on a full disk would end the process
             self._memory = mmap.mmap(self._file, size)
         except OSError:
             os.close(self._file)

@@ -118,6 +118,9 @@ class Session:
         self.follower.settings = live.settings
         self.solver.time_limit = live.time_limit
         self.wrench.watchdog.timeout = live.wrench_timeout
+        if other_wrench and self.outcome.state == State.ALIGNING and self.outcome.refusal:
+            self.pause(True)  # commands that the wrench holds back would go out without it
+            forgotten = True
         if self.loop.beyond(live.loop):
             self.loop.forget()  # the robot holds where that has led it
         self.loop.settings = live.loop

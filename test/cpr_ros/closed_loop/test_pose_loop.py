@@ -288,6 +288,23 @@ def test_a_correction_beyond_a_new_limit_is_forgotten_and_the_robot_holds(bench)
     np.testing.assert_array_equal(bench.model.motors, motors)
 
 
+def test_one_on_its_way_beyond_a_new_limit_goes_no_farther():
+    """It went on to where the last picture had wanted it."""
+    bench = ClosedLoop("rfrfr", loop_gain=100.0, loop_max_rate=0.02)
+    bench.follow([0.05, 0.75])
+    bench.run(1.0)
+    bench.every, bench._next = 1.0, bench.now
+    bench.run(0.1)
+    loop = bench.session.loop
+    size = loop.coordinates.size(loop.correction)
+    limit = 1.05 * size
+    changed = live(loop_gain=100.0, loop_max_rate=0.02, loop_max_correction=limit)
+    bench.session.apply(changed, bench.now)
+    for _ in range(12):
+        bench.run(0.1)
+        assert loop.coordinates.size(loop.correction) <= limit
+
+
 def test_no_parameter_sets_a_frozen_correction_free(bench):
     bench.session.apply(live(loop_gain=0.0), bench.now)
     bench.run(0.5)

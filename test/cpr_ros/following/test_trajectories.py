@@ -752,6 +752,48 @@ def test_what_came_and_went_between_two_ticks_ends_one_that_is_solved(rfrfr, mon
     np.testing.assert_array_equal(rfrfr.motors, home)
 
 
+@pytest.mark.parametrize("what", ["pause", "setpoint"])
+def test_one_goes_on_from_nothing_that_was_replaced_since_the_last_tick(rfrfr, what):
+    """It was planned on from the one that had ended, and the robot set off again along that."""
+    _, older = rfrfr.begin([1.0], [[0.5, -0.5]])
+    for _ in range(60):
+        rfrfr.tick()
+    held = rfrfr.motors.copy()
+    if what == "pause":
+        rfrfr.follower.pause(True)
+        rfrfr.follower.pause(False)
+    else:
+        rfrfr.follow(MotorGoal(rfrfr.robot, held))
+    _, newer = rfrfr.take([0.0, 1.0], [[0.0, 0.0], [0.0, 0.0]])
+    assert [ending.val for ending in older] == [ErrorCode.PREEMPTED]
+    while not newer:
+        rfrfr.tick()
+        np.testing.assert_allclose(rfrfr.motors, held, atol=1e-12)
+    assert newer[0].val == ErrorCode.SUCCESS
+
+
+@pytest.mark.parametrize("allowed", [np.inf, 0.05])
+def test_tolerances_count_from_the_stamp_also_where_the_older_one_is_slowed_down(rfrfr, allowed):
+    """It began as much later as the older one was, and was said to be on time."""
+    settings = rfrfr.follower.settings
+    slow = dict(settings.thresholds) | {"margin": Threshold(1.0, 0.9)}
+    rfrfr.follower.settings = replace(settings, thresholds=slow)
+    rfrfr.begin([4.0], [[0.4, -0.4]])
+    for _ in range(100):
+        rfrfr.tick()
+    given = {"goal_tolerance": np.zeros(2), "goal_time_tolerance": allowed}
+    stamp = rfrfr.now + 2.0
+    ways = [[0.0, 0.0], [-0.05, 0.05]]
+    _, endings = rfrfr.take([1.0, 2.0], ways, start_in=2.0, **given)
+    ending = rfrfr.until_ended(endings)
+    assert rfrfr.now > stamp + 2.0 + 0.05
+    if np.isfinite(allowed):
+        assert (ending.val, ending.measure) == (ErrorCode.CONTROL_FAILED, "goal_time_tolerance")
+    else:
+        assert ending.val == ErrorCode.SUCCESS
+        assert ending.time == pytest.approx(rfrfr.now - stamp, abs=1e-9)
+
+
 def test_until_one_with_a_stamp_begins_the_older_one_goes_on_and_is_watched(rfrfr):
     """It was said to be replaced once the newer one was solved, and was driven to its end."""
     home = rfrfr.motors.copy()

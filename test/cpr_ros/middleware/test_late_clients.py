@@ -5,7 +5,9 @@
 
 import time
 import warnings
+from functools import partial
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
 import rclpy
@@ -97,3 +99,59 @@ def test_other_warnings_are_not_ours(asked):
     with pytest.warns(RuntimeWarning, match="something else"):
         assert ask(0.5) is None
     assert late.due == float("inf")
+
+
+class Clock:
+    """A clock, and services without ROS on it whose clients are never found."""
+
+    def __init__(self, services):
+        self.now, self.tried = 0.0, []
+        self.services = [SimpleNamespace(srv_name=f"/{number}") for number in range(services)]
+        for service in self.services:
+            service.send_response = partial(self.send, service.srv_name)
+
+    def send(self, name, response, header):
+        self.tried.append((name, self.now))
+        self.now += 0.1  # rmw waits
+        warnings.warn(LOST, RuntimeWarning, stacklevel=1)
+
+    def get_logger(self):
+        return SimpleNamespace(warning=lambda text: None)
+
+
+def test_clients_that_are_not_found_leave_the_node_its_time():
+    """Responses for twenty of them held it up for half a second in a row."""
+    clock = Clock(20)
+    late = LateClients(clock, lambda: clock.now)
+    late.watch()
+    for service in clock.services:
+        service.send_response(None, None)
+    del clock.tried[:]
+    while late.due < float("inf"):
+        clock.now = max(clock.now, late.due)
+        before = len(clock.tried)
+        late.look(clock.now)
+        assert len(clock.tried) - before <= 1
+    assert len(clock.tried) == 20 * 4
+    times = [time for _, time in clock.tried]
+    assert min(later - earlier for earlier, later in pairwise(times)) >= 0.3 - 1e-9
+
+
+def test_one_that_cannot_be_sent_at_all_loses_no_other():
+    clock = Clock(2)
+    late = LateClients(clock, lambda: clock.now)
+    late.watch()
+    for service in clock.services:
+        service.send_response(None, None)
+    del clock.tried[:]
+
+    def broken(response, header):
+        raise RuntimeError("a broken service")
+
+    late._late[0].send = partial(broken, None, None)
+    clock.now = 1.0
+    with pytest.raises(RuntimeError, match="broken"):
+        late.look(clock.now)
+    clock.now = late.due
+    late.look(clock.now)
+    assert [name for name, _ in clock.tried] == ["/1"]

@@ -3,6 +3,8 @@
 
 """The last state of a robot on disk."""
 
+import errno
+import os
 import signal
 import subprocess
 import sys
@@ -196,3 +198,18 @@ def test_where_a_tracker_is_does_not_matter_and_all_else_does(file):
             home = solve_home(robot)
             kept.keep(home, home.motors + 0.01)
         kept.close()
+
+
+def test_a_disk_that_is_full_is_told_before_anything_is_written(tmp_path, monkeypatch):
+    """The file had a hole, and the first motion ended the process with SIGBUS."""
+    kept = KeptState(tmp_path / "whole.state", ROBOT)
+    kept.close()
+    whole = (tmp_path / "whole.state").stat()
+    assert 512 * whole.st_blocks >= whole.st_size > 0
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    with pytest.raises(OSError, match="No space left"):
+        KeptState(tmp_path / "other.state", ROBOT)

@@ -252,6 +252,24 @@ def test_a_pause_holds_commands_that_are_on_their_way(bench):
     np.testing.assert_array_equal(bench.commands[-1], home.motors)
 
 
+def test_parameters_send_no_commands_that_a_wrench_holds_back(bench):
+    """Another timeout took the wrench away, and the motors set off."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    session.begin_at(home, home.motors + 0.1, 0.0)
+    bench.push(-500.0, 0.0, 0.0)
+    outcome = bench.tick()
+    assert outcome.state == State.ALIGNING
+    assert outcome.refusal is not None
+    bench.now += 1.0
+    assert session.apply(replace(LIVE, wrench_timeout=0.5), bench.now)
+    for _ in range(5):
+        assert bench.tick().state == State.PAUSED
+    assert bench.commands == []
+    session.pause(False)
+    assert bench.tick().state == State.ALIGNING
+    assert len(bench.commands) == 1
+
+
 def stop(session, now):
     """The usual stop of a client of trajectories: one without points."""
     endings, nothing = [], np.full(2, np.inf)

@@ -404,10 +404,7 @@ def test_a_measurement_that_comes_late_places_a_robot_that_has_not_moved(bench):
 
 
 def test_a_late_measurement_that_nothing_explains_makes_the_node_inactive(bench):
-    another = bench.kept(load_robot("rfrfr"))  # of the same name: two do not share a file
     bench.start()
-    another.close()
-    assert "where the robot is will not be kept in" in bench.process.output()
     bench.measure([20.0, 0.55])
     bench.client.spin_until(
         lambda: "deactivated: the robot is measured at motors (20, 0.55)" in bench.process.output(),
@@ -415,6 +412,22 @@ def test_a_late_measurement_that_nothing_explains_makes_the_node_inactive(bench)
     )
     state = bench.client.call(GetState, "/cpr_node/get_state", GetState.Request())
     assert state.current_state.label == "inactive"
+    assert not bench.commands
+
+
+def test_a_last_state_that_cannot_be_read_does_not_begin_at_home(bench):
+    """The node of before still had the file, and the first command led home at once."""
+    bench.keep(load_robot("rfrfr"))
+    another = bench.kept(load_robot("rfrfr"))  # of the same name: two do not share a file
+    bench.start(until="")
+    bench.process.process.wait(timeout=60.0)
+    assert bench.process.process.returncode == 1
+    said = bench.process.output()
+    assert "where the robot is will not be kept in" in said
+    assert "the last state cannot be read" in said
+    assert "nothing publishes measured_joint_states" in said
+    bench.start("start_from:=home")
+    another.close()
     assert not bench.commands
 
 
