@@ -240,8 +240,9 @@ def _columns(
             values.append(float(numbers[place]))
             deviations.append(float(row.deviations[at]))
         yield (*names[place], np.array(values), np.array(foretold), max(deviations))
-    turned = [row for row in rows if row.measurement.rotation is not None and 3 in row.places]
-    if turned:
+    turns = [row.deviations[(row.places >= 3) & (row.places < 6)] for row in rows]
+    deviation = max(map(float, np.concatenate(turns)), default=0.0)
+    if deviation > 0.0:
         pairs = [
             (row.measurement, row.measurement.predicted_pose(equilibrium))
             for row, equilibrium in zip(rows, predicted, strict=True)
@@ -253,7 +254,7 @@ def _columns(
         ]
         own, other = np.array(poses).transpose(1, 0, 2)
         for axis, name in enumerate("wxyz"):
-            yield "quaternion ", name, own[:, axis], other[:, axis], float(turned[0].deviations[-1])
+            yield "quaternion ", name, own[:, axis], other[:, axis], deviation
 
 
 def _shown(row: Measurement, count: int) -> Floats:

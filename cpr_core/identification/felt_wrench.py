@@ -67,6 +67,7 @@ class WrenchEstimate:
     loads: Loads
     directions: FeltDirections = field(repr=False)
     _load_arrays: LoadArrays = field(repr=False)
+    _unloaded: Equilibrium = field(repr=False)
 
     def __repr__(self) -> str:
         wrench = np.array2string(self.wrench_world, precision=4)
@@ -196,8 +197,7 @@ class _Search:
                 loads=self.known,
                 time_limit=max(0.0, self.deadline - time.perf_counter()),
             )
-        residual, doubt = self.measured.residual(free), self.measured.doubt(free)
-        return self._newton(free, np.zeros(len(self.units)), residual, doubt)
+        return self._newton(free, np.zeros(len(self.units)), self.measured.residual(free), free)
 
     def from_last(self, last: WrenchEstimate) -> WrenchEstimate:
         """From the last estimate: a step along what it told of, to the motors of now; and another.
@@ -205,6 +205,8 @@ class _Search:
         What is felt has hardly changed: it is looked at again only where these have led to.
         """
         felt, measured = last.directions, self.measured
+        if measured.doubt(last._unloaded) != last.doubt:  # or the motors have come far since
+            return self.from_afar(last.equilibrium)
         wrench = last.wrench_world[self.robot.platform_axes] / self.units
         residual = measured.residual(last.equilibrium) - measured.by_way(felt.response)
         ahead = felt.step(wrench, residual)
@@ -217,12 +219,19 @@ class _Search:
             nearer = self._reached(reached, again)
             if nearer is not None:
                 reached, ahead, residual = nearer, again, measured.residual(nearer)
-        return self._newton(reached, ahead, residual, last.doubt)
+        return self._newton(reached, ahead, residual, last._unloaded)
 
     def _newton(
-        self, start: Equilibrium, wrench: Floats, residual: Floats, doubt: str
+        self, start: Equilibrium, wrench: Floats, residual: Floats, unloaded: Equilibrium
     ) -> WrenchEstimate:
-        """Newton's method from an equilibrium under a wrench in natural units."""
+        """Newton's method from an equilibrium under a wrench in natural units.
+
+        Args:
+            start: Where to start.
+            wrench: Under which it is, in natural units.
+            residual: What it leaves of the measurements.
+            unloaded: Without a wrench, at these motors or near: what units are doubted from.
+        """
         found, count = start, None
         for _ in range(_STEPS):
             felt = felt_directions(self.measured, world_response(found), count)
@@ -230,7 +239,7 @@ class _Search:
             target = felt.step(wrench, residual)
             size = _size(target - wrench)
             if size <= _LAST_STEP:
-                return self._estimate(found, felt, target, residual, doubt)
+                return self._estimate(found, felt, target, residual, unloaded)
             fraction = min(1.0, _LONGEST / size)
             for _ in range(_HALVINGS):
                 ahead = wrench + fraction * (target - wrench)
@@ -247,7 +256,7 @@ class _Search:
             if reached is None:
                 break
             found, wrench, residual = reached, ahead, left
-        raise self._lost(found, wrench, doubt)
+        raise self._lost(found, wrench, self.measured.doubt(unloaded))
 
     def _reached(self, start: Equilibrium, wrench: Floats) -> Equilibrium | None:
         """The equilibrium under a wrench in natural units, at the measured motors; None: not near by."""
@@ -269,7 +278,7 @@ class _Search:
         felt: FeltDirections,
         wrench: Floats,
         residual: Floats,
-        doubt: str,
+        unloaded: Equilibrium,
     ) -> WrenchEstimate:
         """What was found; the last step counts to first order."""
         free = self.measured.weights.count - felt.count
@@ -281,10 +290,11 @@ class _Search:
             equilibrium=found,
             chi_square=float(residual @ residual) if free > 0 else 0.0,
             degrees_of_freedom=max(0, free),
-            doubt=doubt,
+            doubt=self.measured.doubt(unloaded),
             loads=self.known,
             directions=felt,
             _load_arrays=self.arrays,
+            _unloaded=unloaded,
         )
 
     def _lost(self, last: Equilibrium, wrench: Floats, doubt: str) -> NoForwardSolution:

@@ -17,7 +17,7 @@ from ..model.equilibrium import Equilibrium, check_equilibrium, spectrum
 from ..model.stability import MotorReading
 from ..validation import checked_number, checked_vector
 from .geometrico_statics import solve_forward
-from .not_reached import NoSolution
+from .not_reached import MotorLimitExceeded, NoSolution, StrainLimitExceeded
 
 __all__ = ["CriticalLoad", "critical_load", "critical_load_factor"]
 
@@ -129,6 +129,12 @@ def _trace(
         try:
             next_equilibrium = solve_forward(robot, start.motors, start=last, loads=loads(target))
             eigenvalue = spectrum(next_equilibrium, motors_are).smallest
+        except (MotorLimitExceeded, StrainLimitExceeded) as error:
+            # A walk goes on where stability is lost: that may have been before the limit.
+            if error.last is None or spectrum(error.last, motors_are).smallest > 0.0:
+                raise
+            high, beyond = target, "crossing"
+            continue
         except NoSolution as error:
             if np.isinf(high) and _not_walked(error) and step > _SMALLEST_STEP * first_step:
                 step *= 0.5

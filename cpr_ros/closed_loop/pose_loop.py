@@ -110,6 +110,8 @@ class PoseLoop:
         self.coordinates, self._period = PoseCoordinates(robot), period
         self._history = PoseHistory(self.coordinates)
         self._measured = MeasuredPose(self.coordinates, self._history, settings.timeout)
+        self._correction: Floats
+        self._wanted: Floats
         self.forget()
         self.settings = settings
         self._distant = ""  # why the robot is too far from the model to be corrected

@@ -122,6 +122,33 @@ def test_a_sensor_that_is_stuck(robot, rows, fields, text):
     assert found.doubts == tuple(str(warning.message) for warning in warned)
 
 
+@pytest.mark.parametrize(("name", "effort_deviation"), [("six_rfs", 0.1), ("planar_body", 0.01)])
+@pytest.mark.parametrize("with_efforts", [False, True])
+def test_an_orientation_that_is_stuck(name, effort_deviation, with_efforts):
+    """The deviation of efforts was taken for it, and planar robots were not looked at."""
+    robot = cpr_core.load_robot(name)
+    home, random = cpr_core.solve_home(robot), np.random.default_rng(0)
+    found = [
+        cpr_core.solve_forward(robot, home.motors + 0.25 * robot.motor_units * way)
+        for way in random.uniform(-1.0, 1.0, (12, robot.motor_count))
+    ]
+    stuck = [
+        Measurement(
+            motors=at.motors,
+            position=at.platform_position,
+            quaternion_wxyz=found[0].platform_quaternion,
+            efforts=at.efforts if with_efforts else None,
+        )
+        for at in found
+    ]
+    efforts = effort_deviation if with_efforts else None
+    exactness = StandardDeviations(position=1e-3, rotation=1e-3, efforts=efforts)
+    compared = [compared_row(row, at, exactness) for row, at in zip(stuck, found, strict=True)]
+    doubts = measured_doubts(compared, found, found)
+    assert doubts
+    assert all(doubt.startswith("quaternion ") and "stuck" in doubt for doubt in doubts)
+
+
 @pytest.mark.parametrize("gear", [1.0, 140.0, 300.0, 7e4])
 def test_a_sensor_that_is_stuck_is_so_behind_any_gear(robot, rows, gear):
     """Large efforts had hidden it: rounding of what they differ by."""

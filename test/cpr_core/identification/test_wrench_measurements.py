@@ -181,6 +181,24 @@ def test_efforts_in_other_units_are_doubted(name, factor):
     assert ("N mm?" if factor > 1.0 else "kN m?") in told
 
 
+def test_units_are_doubted_of_what_is_measured_now_and_not_of_what_was():
+    """A tracked estimate kept the doubt of its first measurements, or the lack of one."""
+    robot = load_robot("rfrfr")
+    motors = solve_home(robot).motors + 0.3
+    pushed = robot.default_loads.with_(wrench_world=[0, 0, 0, 0.05, 0.1, 0])
+    true = solve_forward(robot, motors, loads=pushed)
+    pose = [*true.platform_position, *true.platform_quaternion]
+    given = {"pose": pose, "pose_deviation": (1e-4, 1e-3), "effort_deviation": 1e-3}
+    wrong = estimate_wrench(robot, motors, efforts=true.efforts / 1000.0, **given)
+    assert "kN m?" in wrong.doubt
+    right = estimate_wrench(robot, motors, efforts=true.efforts, start=wrong, **given)
+    assert right.doubt == ""
+    np.testing.assert_allclose(right.wrench_world, pushed.wrench_world, atol=1e-6)
+    again = estimate_wrench(robot, motors, efforts=true.efforts / 1000.0, start=right, **given)
+    assert "kN m?" in again.doubt
+    assert estimate_wrench(robot, motors, start=again, **given | {"efforts": None}).doubt == ""
+
+
 def test_there_is_a_start_of_the_same_robot():
     with pytest.raises(InvalidRequest, match="start: expected an equilibrium of the same robot"):
         estimate(start=solve_home(load_robot("six_rfs", modes=4)))

@@ -107,6 +107,19 @@ def test_the_smallest_eigenvalue_vanishes_there_and_nowhere_before(name):
         assert beyond.index_locked > 0
 
 
+def test_a_limit_that_is_met_after_stability_is_lost_hides_nothing():
+    """One step of the load went past the loss, and the limit behind it was told."""
+    description = load_robot("three_rfs").description.text
+    found = []
+    for effort in (2.0, 20.0):
+        robot = load_robot(description.replace("effort: 2.0", f"effort: {effort}"))
+        start = solve_forward(robot, solve_home(robot).motors + [0.17, 0.06, 0.22])
+        found.append(critical_load(start, [2.02, -1.06, 0.37], motors_are="free"))
+    assert found[0].kind == found[1].kind == "crossing"
+    assert found[0].value == pytest.approx(found[1].value, rel=1e-7)
+    assert np.abs(found[0].equilibrium.efforts).max() < 2.0
+
+
 def test_questions_without_an_answer_are_refused():
     robot = load_robot("six_rfs")
     with pytest.raises(InvalidRequest, match="direction"):

@@ -115,6 +115,15 @@ class Clock:
         self.now += 0.1  # rmw waits
         warnings.warn(LOST, RuntimeWarning, stacklevel=1)
 
+    def answered_in_vain(self):
+        """What waits for the clients, of which none was found the first time."""
+        late = LateClients(self, lambda: self.now)
+        late.watch()
+        for service in self.services:
+            service.send_response(None, None)
+        del self.tried[:]
+        return late
+
     def get_logger(self):
         return SimpleNamespace(warning=lambda text: None)
 
@@ -122,11 +131,7 @@ class Clock:
 def test_clients_that_are_not_found_leave_the_node_its_time():
     """Responses for twenty of them held it up for half a second in a row."""
     clock = Clock(20)
-    late = LateClients(clock, lambda: clock.now)
-    late.watch()
-    for service in clock.services:
-        service.send_response(None, None)
-    del clock.tried[:]
+    late = clock.answered_in_vain()
     while late.due < float("inf"):
         clock.now = max(clock.now, late.due)
         before = len(clock.tried)
@@ -139,11 +144,7 @@ def test_clients_that_are_not_found_leave_the_node_its_time():
 
 def test_one_that_cannot_be_sent_at_all_loses_no_other():
     clock = Clock(2)
-    late = LateClients(clock, lambda: clock.now)
-    late.watch()
-    for service in clock.services:
-        service.send_response(None, None)
-    del clock.tried[:]
+    late = clock.answered_in_vain()
 
     def broken(response, header):
         raise RuntimeError("a broken service")
