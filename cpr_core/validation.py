@@ -1,18 +1,28 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Checks of what users hand in."""
+"""Checks of what users hand in, and arrays that are not theirs to change."""
 
 from __future__ import annotations
 
 import math
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import InvalidRequest, NonFiniteInput
 
-__all__ = ["checked_count", "checked_matrix", "checked_number", "checked_time", "checked_vector"]
+__all__ = [
+    "checked_count",
+    "checked_matrix",
+    "checked_number",
+    "checked_time",
+    "checked_vector",
+    "read_only",
+]
+
+Array = TypeVar("Array", bound=NDArray[Any])
 
 
 def checked_count(name: str, value: object, least: int, most: int | None = None) -> int:
@@ -100,8 +110,13 @@ def checked_vector(
     if not all(map(math.isfinite, vector.tolist())):  # faster than numpy on so few numbers
         expected = _expected(size, meaning)
         raise NonFiniteInput(name, f"{expected}, all finite, got {vector.tolist()}")
-    vector.flags.writeable = False
-    return vector
+    return read_only(vector)
+
+
+def read_only(array: Array) -> Array:
+    """The same array, which nobody can write to from now on."""
+    array.flags.writeable = False
+    return array
 
 
 def _number(name: str, value: object, expected: str) -> float:

@@ -173,6 +173,12 @@ def _calibrate(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
             problem = written(partial(write, found), file)
             problems += problem
             files += [] if problem else [str(file)]
+    if str(options.out) in files and options.modes is not None:
+        print(
+            f"cpr: {options.out} does not hold the number of modes: what was found holds with "
+            f"--modes {options.modes}, or with that number in its strain",
+            file=sys.stderr,
+        )
     if not usable and (options.out is not None or options.plot is not None):
         print(
             "cpr: nothing is written: see the warnings, or say --despite-warnings", file=sys.stderr

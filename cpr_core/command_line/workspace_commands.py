@@ -34,7 +34,7 @@ from .path_commands import add_objective
 
 __all__ = ["add_workspace_options"]
 
-_PART = re.compile(r"^([A-Za-z_]\w*)=([^:]+)(?::([^:]+))?$")
+_PART = re.compile(r"^(.+)=([^:=]+)(?::([^:=]+))?$")
 
 
 def add_workspace_options(parser: argparse.ArgumentParser) -> None:

@@ -26,7 +26,13 @@ from .calibration_result import CalibrationResult, CalibrationWarning
 from .compared import compared_row
 from .doubts import bound_doubts, check_measured, fit_doubts, measured_doubts
 from .measured_equilibria import first_equilibria, followed
-from .measurements import Measurement, StandardDeviations, checked_measurements, driven_by
+from .measurements import (
+    Measurement,
+    StandardDeviations,
+    checked_deviations,
+    checked_measurements,
+    driven_by,
+)
 from .parameter_problem import TRIED, ParameterProblem, natural_changes, solution
 from .robust_loss import Loss, checked_loss, variance_factor
 from .tracker_alignment import aligned_tracker
@@ -83,7 +89,7 @@ def calibrate(
     """
     checked_robot(robot)
     paths = checked_paths(parameters)
-    rows = checked_measurements(robot, measurements)
+    rows, deviations = checked_measurements(robot, measurements), checked_deviations(deviations)
     loss = checked_loss(loss)
     values = robot.parameter_values(paths)
     limits = _checked_bounds(bounds, paths, values)

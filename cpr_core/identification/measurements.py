@@ -30,6 +30,7 @@ __all__ = [
     "Frame",
     "Measurement",
     "StandardDeviations",
+    "checked_deviations",
     "checked_measurements",
     "driven_by",
 ]
@@ -191,6 +192,18 @@ class StandardDeviations:
             known = f"expected the standard deviation of {kind}, of which there are measurements"
             raise InvalidRequest(f"deviations.{kind}", known)
         return value
+
+
+def checked_deviations(deviations: StandardDeviations) -> StandardDeviations:
+    """Standard deviations.
+
+    Raises:
+        InvalidRequest: They are something else.
+    """
+    if not isinstance(deviations, StandardDeviations):
+        problem = f"expected StandardDeviations(position=..., ...), got {deviations!r:.80}"
+        raise InvalidRequest("deviations", problem)
+    return deviations
 
 
 def checked_measurements(robot: Robot, rows: Sequence[Measurement]) -> tuple[Measurement, ...]:

@@ -24,7 +24,7 @@ from ..solving.home import solve_home
 from ..solving.not_reached import NotReached
 from ..validation import checked_count, checked_number
 from .compared import compared_row
-from .measurements import Frame, Measurement, StandardDeviations
+from .measurements import Frame, Measurement, StandardDeviations, checked_deviations
 from .parameter_problem import natural_changes
 from .undetermined import parameter_sizes, unseen_directions, unseen_in_words
 
@@ -108,6 +108,9 @@ def propose_poses(
     checked_number("margin", margin)
     if not checked_number("reach", reach) > 0.0:
         raise InvalidRequest("reach", f"expected a positive distance, got {reach:g}")
+    if isinstance(loads, Loads):
+        raise InvalidRequest("loads", "expected a list of Loads, got one: put it in brackets")
+    checked_deviations(deviations)
     measured = [deviations.position, deviations.rotation, deviations.efforts]
     if all(deviation is None for deviation in measured):
         raise InvalidRequest("deviations", "expected one of position, rotation or efforts")

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..blas_threads import on_one_blas_thread, on_one_numpy_thread
 from ..errors import InvalidRequest
 from ..lie import angle_motions
-from ..validation import checked_vector
+from ..validation import checked_vector, read_only
 from .equilibrium import Equilibrium, check_equilibrium, tangent_at
 from .linearisation import Response
 from .problem_units import problem_units
@@ -111,7 +111,7 @@ class KinematoStatics:
         tangent = tangent_at(self.equilibrium)
         tangent[:, platform] = tangent[:, platform] @ turn
         tangent[platform, :] = turn.T @ tangent[platform, :]
-        return tangent
+        return read_only(tangent)
 
     @cached_property
     def _response(self) -> Response:

@@ -27,6 +27,7 @@ from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot
 from ..rods.quadrature import RodGrid, rod_grid
+from ..validation import read_only
 from .load_arrays import load_arrays
 from .motor_limits import MotorLimitArrays, motor_limit_arrays
 from .platform_coordinates import PlatformCoordinates, platform_coordinates
@@ -241,7 +242,7 @@ class Robot:
     @cached_property
     def motor_units(self) -> Floats:
         """Natural units of the motors, (n,): what moves their joints by a radian or a rod length."""
-        return self.arrays.unit[self.motor_indices]
+        return read_only(self.arrays.unit[self.motor_indices])
 
     @cached_property
     def limited_motors(self) -> tuple[tuple[int, DescribedMotor], ...]:
@@ -260,7 +261,7 @@ class Robot:
     @cached_property
     def strain_limits(self) -> Floats:
         """Bending strain every rod bears (its yield strain), infinite where not given, (R,)."""
-        return np.array([rod.element.rod.yield_strain for rod in self.numbers.rods])
+        return read_only(np.array([rod.element.rod.yield_strain for rod in self.numbers.rods]))
 
     @cached_property
     def rod_names(self) -> tuple[str, ...]:

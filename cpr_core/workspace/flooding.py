@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import time
 from collections.abc import Callable
@@ -18,6 +17,7 @@ from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.geometrico_statics import checked_start
+from ..validation import checked_count, checked_number
 from .batches import Cancelled
 from .flood import Flood, Progress
 from .grid import Grid, check_grid
@@ -82,8 +82,10 @@ def map_workspace(
     """
     start = checked_start(robot, start)
     loads = start.loads if loads is None else loads
-    if not 0.0 <= tolerance < math.inf:
+    if checked_number("tolerance", tolerance) < 0.0:
         raise InvalidRequest("tolerance", f"expected a positive number or 0, got {tolerance}")
+    if workers is not None:
+        checked_count("workers", workers, least=0)
     check_grid(robot, grid)
     flood = Flood(robot, grid, start, loads, tolerance, objective)
     if file is not None:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InvalidRequest, NonFiniteInput
 from ..model.robot import Robot, checked_robot
 from ..solving.home import solve_home
+from ..validation import checked_number
 
 __all__ = ["Grid", "OrientationKind", "check_grid", "motor_grid", "pose_grid"]
 
@@ -302,13 +303,21 @@ def _known(name: str, names: tuple[str, ...]) -> int:
 
 
 def _finite(name: str, value: float) -> float:
-    if not math.isfinite(value):
-        raise NonFiniteInput("grid", f"{name} is {value}")
-    return float(value)
+    try:
+        return checked_number("grid", value)
+    except NonFiniteInput:
+        raise NonFiniteInput("grid", f"{name} is {value}") from None
+    except InvalidRequest as error:
+        raise InvalidRequest("grid", f"{name}: {error.problem}") from None
 
 
 def _axis_values(name: str, values: ArrayLike, resolution: float | None) -> Floats:
-    found = np.array(values, float)
+    try:
+        found = np.array(values, float)
+    except (TypeError, ValueError):
+        raise InvalidRequest(
+            "grid", f"{name}: expected a list of numbers, got {values!r:.200}"
+        ) from None
     if found.ndim != 1 or not np.all(np.isfinite(found)):
         raise NonFiniteInput(
             "grid", f"{name}: expected a list of finite numbers, got {values!r:.200}"

@@ -9,20 +9,71 @@ import hashlib
 import os
 from contextlib import suppress
 from pathlib import Path
+from typing import get_args
 
 import scipy
 
 from ..errors import InvalidRequest
 from ..model.robot import Robot
+from .borders import BorderKind
 from .grid import Grid
 from .workspace_map import WorkspaceMap
 
-__all__ = ["MapNotWritten", "check_replaceable", "check_writable", "unfinished_file"]
+__all__ = [
+    "MapNotWritten",
+    "check_axis_names",
+    "check_replaceable",
+    "check_writable",
+    "unfinished_file",
+]
 
 #: Bytes of the name of a file at most, on all usual file systems.
 _LONGEST_NAME = 255
 #: Largest variable of such a file.
 _MOST_BYTES = 2**31 - 1
+
+
+#: Names that a file has of its own, dimensions and variables: no axis may be called like them.
+OWN_NAMES = frozenset(
+    [
+        "axis",
+        "column",
+        "eigenvalue",
+        "end",
+        "entry",
+        "limit",
+        "motor",
+        "rod",
+        "row",
+        "side",
+        "way",
+        "xyz",
+        "bending_strain",
+        "branch_sign",
+        "edge_fraction",
+        "edges",
+        "efforts",
+        "eigenvalues_locked",
+        "energy",
+        "forward_margin",
+        "index_free",
+        "index_locked",
+        "inverse_condition_number",
+        "inverse_margin",
+        "inverse_side",
+        "largest_eigenvalue_size",
+        "limit_margin",
+        "motors",
+        "order",
+        "platform_position",
+        "platform_rotation",
+        "smallest_eigenvalue_size",
+        "state",
+        "usable",
+        "within_limits",
+    ]
+)
+_OF_BORDERS = ("after", "before", "cells", "point", "points", "segment", "segments")
 
 
 class MapNotWritten(InvalidRequest):
@@ -38,12 +89,29 @@ class MapNotWritten(InvalidRequest):
         self.found = found
 
 
+def check_axis_names(grid: Grid) -> None:
+    """Whether the axes of a map are told apart from all else in its file.
+
+    Raises:
+        InvalidRequest: One is called like something of the file's own.
+    """
+    own = OWN_NAMES | {f"{kind}_{part}" for kind in get_args(BorderKind) for part in _OF_BORDERS}
+    taken = [name for name in grid.axis_names if name in own]
+    if taken:
+        raise InvalidRequest(
+            "grid",
+            f"expected axes with other names in a file, {', '.join(taken)} is what a map has there "
+            "of its own",
+        )
+
+
 def check_writable(file: Path, robot: Robot, grid: Grid) -> None:
     """Whether a map can be written to a file, before hours are spent on it.
 
     Raises:
         InvalidRequest: It cannot.
     """
+    check_axis_names(grid)
     folder = file.absolute().parent
     try:
         with suppress(FileNotFoundError):

@@ -27,7 +27,7 @@ from ..model.robot import Robot, checked_robot
 from ..version import __version__
 from .borders import Border, BorderKind
 from .grid import Grid
-from .map_files import MapNotWritten, unfinished_file
+from .map_files import MapNotWritten, check_axis_names, unfinished_file
 from .workspace_map import CellArrays, WorkspaceMap
 
 if TYPE_CHECKING:
@@ -230,6 +230,7 @@ _STORED = (
 def _variables(found: WorkspaceMap) -> dict[str, _Variable]:
     """Everything in the file by name."""
     grid, cells, robot = found.grid, found.cells, found.robot
+    check_axis_names(grid)
     variables = {
         name: _Variable((name,), values, {"units": unit})
         for name, values, unit in zip(grid.axis_names, grid.values, grid.axis_units, strict=True)

@@ -112,6 +112,15 @@ def test_a_tracker_of_which_nothing_is_known_is_found_with_the_robot(capsys, tmp
     assert values_found == pytest.approx(values, rel=1e-5, abs=1e-5)
 
 
+def test_a_file_that_does_not_hold_the_modes_is_told(capsys, data, tmp_path):
+    """It was another robot than the one that was calibrated, and nothing said so."""
+    new = tmp_path / "new.yaml"
+    status, _, error = calibrate(capsys, data, "--modes", 7, "--out", new)
+    assert status == 0
+    assert f"{new} does not hold the number of modes: what was found holds with --modes 7" in error
+    assert "modes" not in calibrate(capsys, data, "--out", new)[2]
+
+
 def test_as_json(capsys, data):
     without_rotation(data)
     status, text, _ = calibrate(capsys, data, "--json", "--loss", "huber")

@@ -53,6 +53,20 @@ def test_motors_are_mapped_from_a_start(capsys):
     assert "16 of 16 cells (4 x 4)" in text
 
 
+def test_motors_of_any_name_are_mapped(capsys, tmp_path):
+    """Names with a dash were refused with the form that they had."""
+    file = tmp_path / "named.yaml"
+    text, unnamed = rfrfr().description.text, "motor: {type: revolute"
+    assert text.count(unnamed) == 2
+    for name in ("left-motor", "a=b"):
+        text = text.replace(unnamed, f"motor: {{name: {name}, type: revolute", 1)
+    file.write_text(text)
+    plane = ["--given", "motors", "--slice", "left-motor=2.3:2.9", "a=b=0.2:0.8"]
+    status, told, _ = run(capsys, file, *plane, "--resolution", 0.2, "--from", 2.4, 0.5)
+    assert status == 0
+    assert "of 16 cells (4 x 4)" in told
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [

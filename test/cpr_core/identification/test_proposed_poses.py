@@ -67,3 +67,12 @@ def test_arguments_that_cannot_be(robot, arguments, text):
     given = {"parameters": PATHS, "deviations": DEVIATIONS, "count": 2} | arguments
     with pytest.raises(InvalidRequest, match=text):
         propose_poses(robot, **given)
+
+
+def test_what_is_of_another_kind_is_named(robot, proposed):
+    with pytest.raises(InvalidRequest, match=r"deviations: expected StandardDeviations\(position"):
+        propose_poses(robot, PATHS, {"position": 1e-3}, 6)
+    with pytest.raises(InvalidRequest, match="loads: expected a list of Loads, got one"):
+        propose_poses(robot, PATHS, DEVIATIONS, 6, loads=payload(robot))
+    with pytest.raises(InvalidRequest, match="deviations: expected StandardDeviations"):
+        calibrate(robot, measured(proposed.equilibria, seed=0), PATHS, {"position": 1e-3})

@@ -170,6 +170,31 @@ def test_only_maps_are_replaced(tmp_path):
     assert read_map(file, rfrfr()).grid.shape == (2, 2)
 
 
+def test_axes_that_are_called_like_something_of_the_file_are_refused_before_anything_is_mapped(
+    tmp_path,
+):
+    """Motors called row and column, or a free axis called way: the map was lost after the work."""
+    with xarray.open_dataset(written_small_map(tmp_path), engine="scipy") as dataset:
+        own = {*dataset.variables, *dataset.dims} - {"x", "y"}
+    assert len(own) > 30
+    robot, file = rfrfr(), tmp_path / "map.nc"
+    ranges = {"x": [-0.1, 0.1], "y": [0.4, 0.6]}
+    for name in sorted(own):
+        axes = {name: ranges["x"], "y": ranges["y"]}
+        grid = pose_grid(robot, axes, resolution=0.1, directions={name: {"x": 1.0}})
+        with pytest.raises(InvalidRequest, match=f"grid: expected axes with other names.*{name} "):
+            map_workspace(robot, grid, file=file)
+    assert not file.exists()
+    with pytest.raises(InvalidRequest, match="other names"):
+        as_dataset(map_workspace(robot, grid, workers=0))
+
+
+def written_small_map(folder):
+    file = folder / "small.nc"
+    write_map(small_map(), file)
+    return file
+
+
 @pytest.mark.parametrize("length", [240, 255])
 def test_a_map_is_written_to_a_file_of_any_name_there_can_be(tmp_path, length):
     file = tmp_path / f"{'m' * (length - 3)}.nc"

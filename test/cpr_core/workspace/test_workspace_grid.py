@@ -21,6 +21,7 @@ AXES = {"x": [0.0, 1.0], "y": [0.0, 1.0]}
         (AXES, {"x": 0.5}, {}, "x is both an axis and held"),
         ({"x": [1, 0], "y": [0, 1]}, {}, {}, "x: expected at least two increasing numbers"),
         ({"x": [1, 0], "y": [0, 1]}, {}, {"resolution": 0.1}, "x: expected the first and a larger"),
+        ({"x": ["a", 1], "y": [0, 1]}, {}, {"resolution": 0.1}, "x: expected a list of numbers"),
         (AXES, {}, {"resolution": 0.0}, "x: expected a positive resolution"),
         (AXES, {}, {"resolution": 1e-9}, "too many"),
         (AXES, {}, {"resolution": 1e-5}, "expected at most"),
@@ -42,6 +43,21 @@ def test_numbers_have_to_be_finite():
         pose_grid(rfrfr(), {"x": [0, np.nan], "y": [0, 1]})
     with pytest.raises(NonFiniteInput, match="z is inf"):
         pose_grid(six_rfs(), AXES, {"z": np.inf})
+    with pytest.raises(InvalidRequest, match=r"z: expected a .*number, got '1'"):
+        pose_grid(six_rfs(), AXES, {"z": "1"})
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"workers": -1}, "workers: expected at least 0, got -1"),
+        ({"tolerance": "a"}, r"tolerance: expected a .*number, got 'a'"),
+        ({"tolerance": -1.0}, "tolerance: expected a positive number or 0, got -1"),
+    ],
+)
+def test_options_of_a_map_are_looked_at(options, text):
+    with pytest.raises(InvalidRequest, match=text):
+        map_workspace(rfrfr(), pose_grid(rfrfr(), AXES, resolution=0.5), **options)
 
 
 def test_orientations_are_given_in_one_way():
