@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from copy import copy
 from typing import Protocol, Self
 
@@ -114,15 +115,16 @@ class PoseGoal:
 
     def remaining(self, start: Equilibrium) -> float:
         """Larger one of distance (in rod lengths) and angle."""
-        shift, turns = 0.0, [0.0]
+        shifts, turns = [0.0], [0.0]
         for name, change in zip(self.names, self._changes(start), strict=True):
             if name in ("x", "y", "z"):
-                shift += change**2
+                shifts.append(change)
             elif not name.startswith("q"):
                 turns.append(abs(change))
         if "qw" in self.names:
             turns.append(float(np.linalg.norm(self._turn(start))))
-        return max(float(np.sqrt(shift)) / start.robot.mean_length, *turns)
+        # Not by squares: those of a pose far beyond all robots are infinite, and it went on for ever.
+        return max(math.hypot(*shifts) / start.robot.mean_length, *turns)
 
     def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """Inverse problem at the pose on the way."""

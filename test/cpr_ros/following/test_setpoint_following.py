@@ -207,6 +207,14 @@ def test_it_halts_before_an_inverse_singularity_on_a_platform_way_only():
     assert Status.DECELERATE_FOR_LEAVING_SINGULARITY in statuses
 
 
+@pytest.mark.parametrize("far", [1e6, 1e100, 1e200, 1e300])
+def test_a_pose_beyond_all_robots_halts(rfrfr, far):
+    """The square of its distance was infinite: it was followed for ever, by steps of nothing."""
+    to(rfrfr, far, 0.7)
+    outcome = rfrfr.until_state(State.HALTED)
+    assert outcome.verdict.action == Action.HALT
+
+
 def test_it_stops_at_the_range_of_a_motor(rfrfr):
     def limit(content):
         for leg in content["legs"]:
