@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidRequest
-from ..validation import checked_number, checked_vector
+from ..validation import checked_number, checked_vector, read_only
 
 __all__ = ["DistributedForce", "Loads", "PointForce", "compared"]
 
@@ -98,9 +98,7 @@ class DistributedForce:
             for number, row in enumerate(self.force)
         ]
         object.__setattr__(self, "at", stations)
-        forces = np.array(force)
-        forces.flags.writeable = False
-        object.__setattr__(self, "force", forces)
+        object.__setattr__(self, "force", read_only(np.array(force)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from ..model.robot import Robot, checked_robot
 from ..model.world_response import world_response, wrench_units
 from ..solving.geometrico_statics import checked_start, solve_forward
 from ..solving.not_reached import NoForwardSolution, TimeLimitExceeded
-from ..validation import checked_time
+from ..validation import checked_time, read_only
 from .felt_directions import FeltDirections, felt_directions
 from .pushed_equilibrium import pushed_equilibrium
 from .wrench_measurements import WrenchMeasurements, wrench_measurements
@@ -282,10 +282,8 @@ class _Search:
     ) -> WrenchEstimate:
         """What was found; the last step counts to first order."""
         free = self.measured.weights.count - felt.count
-        world = self._world(wrench)
-        world.flags.writeable = False
         return WrenchEstimate(
-            wrench_world=world,
+            wrench_world=read_only(self._world(wrench)),
             observability=felt.observability,
             equilibrium=found,
             chi_square=float(residual @ residual) if free > 0 else 0.0,

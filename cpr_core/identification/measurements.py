@@ -21,7 +21,7 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.requests import pose_meaning
 from ..solving.targets import ProblemName
-from ..validation import checked_number
+from ..validation import checked_number, read_only
 
 __all__ = [
     "LARGEST_DEVIATION",
@@ -143,8 +143,7 @@ def _numbers(name: str, value: Any, size: int) -> Floats | None:
         return None
     if size == 4 and len(given) < size:
         raise InvalidRequest(name, f"expected all of w x y z or none, got {entries}")
-    found.flags.writeable = False
-    return found
+    return read_only(found)
 
 
 @dataclass(frozen=True)

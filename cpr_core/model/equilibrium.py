@@ -33,6 +33,7 @@ from ..kernels.record_layout import (
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, Tolerances
 from ..kernels.square_problem import RESIDUAL as RESIDUAL_TOLERANCE
 from ..lie import quaternion_from_rotation, roll_pitch_yaw
+from ..validation import read_only
 from .linearisation import HeldEigenvalues, Linearisation, held_eigenvalues_of, linearised
 from .model_state import ModelState
 from .robot import Robot
@@ -91,9 +92,7 @@ class Equilibrium:
     def _part(self, first: int, count: int) -> Floats:
         """Numbers behind the state, read-only."""
         start = self.robot.state_size + first
-        part = self.record[start : start + count]
-        part.flags.writeable = False
-        return part
+        return read_only(self.record[start : start + count])
 
     def _number(self, at: int) -> float:
         """A number behind the state."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..kernels.kernel_arrays import Lanes
 from ..kernels.linearisation_kernel import HELD, REST, linearise
+from ..validation import read_only
 from .robot import Robot
 
 __all__ = [
@@ -114,7 +115,6 @@ def linearised(
     eigenvalues, matrix = np.empty(3), np.empty((size, size))
     asked = HELD | REST if held is None else REST
     found = linearise(robot.prepared, factors, record, asked, eigenvalues, matrix)
-    matrix.flags.writeable = False
     smallest, margin, free = eigenvalues.tolist()
-    response = Response(matrix, robot.motor_count) if found else None
+    response = Response(read_only(matrix), robot.motor_count) if found else None
     return Linearisation(held or HeldEigenvalues(smallest, margin), free, response)

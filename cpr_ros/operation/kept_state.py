@@ -81,9 +81,8 @@ class KeptState:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             size = _HEADER.size + 2 * self._slot_size
             if os.fstat(self._file).st_size < size:
-                os.posix_fallocate(
-                    self._file, 0, size
-                )  # a hole on a full disk would end the process
+                # All of it: writing to a hole in it would end the process on a full disk.
+                os.posix_fallocate(self._file, 0, size)
             self._memory = mmap.mmap(self._file, size)
         except OSError:
             os.close(self._file)
