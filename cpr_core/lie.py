@@ -30,8 +30,11 @@ __all__ = [
     "rotation_from_quaternion",
     "rotation_log",
     "rotations_exp",
+    "rotations_log",
     "skew",
     "turn_about_z",
+    "turns_by_vector",
+    "vectors_by_turn",
 ]
 
 #: Quaternions whose norm differs from 1 by more than this are refused, not normalised.
@@ -40,6 +43,9 @@ QUATERNION_TOLERANCE = 1e-3
 #: Matrices that stretch some direction by more than this part of it are refused as rotations: rounding
 #: to two digits stays below.
 ROTATION_TOLERANCE = 0.02
+
+#: Angles below which of a series, where it counts by its square, the first term is all that is left.
+_SMALL = 1e-5
 
 #: The one direction near which `directions_across` turns quickly: none that descriptions have.
 _POLE = np.array([0.48, -0.64, 0.6])
@@ -63,6 +69,46 @@ def rotations_exp(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     # sin(a) / a and (1 - cos(a)) / a^2, without loss at small angles.
     first, second = np.sinc(angle / np.pi), 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
     return np.eye(3) + first * cross + second * (cross @ cross)
+
+
+def rotations_log(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotation vectors of norm at most pi of many rotation matrices at once: (..., 3, 3) to (..., 3)."""
+    (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(rotations, (-2, -1), (0, 1))
+    # Four times q q^T, of the unit quaternion: the row of the largest square loses no digit.
+    products = [
+        [1.0 + a + e + i, h - f, c - g, d - b],
+        [h - f, 1.0 + a - e - i, b + d, c + g],
+        [c - g, b + d, 1.0 - a + e - i, f + h],
+        [d - b, c + g, f + h, 1.0 - a - e + i],
+    ]
+    largest = np.argmax([products[row][row] for row in range(4)], axis=0)
+    w, *vector = np.take_along_axis(np.array(products), largest[None, None], axis=0)[0]
+    sine = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+    half = np.arctan2(sine, np.abs(w))
+    scale = np.divide(half, sine, out=np.zeros_like(sine), where=sine > 0.0)
+    return np.asarray((np.where(w < 0.0, -2.0, 2.0) * scale)[..., None] * np.stack(vector, axis=-1))
+
+
+def turns_by_vector(vector: ArrayLike) -> NDArray[np.float64]:
+    """How a rotation turns with its vector: exp((v + dv)^) = exp((J dv)^) exp(v^) with J, (3, 3)."""
+    angle, cross = float(np.linalg.norm(vector)), skew(vector)
+    first = 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
+    # It is multiplied by the square of the angle: no digit is lost.
+    second = 1.0 / 6.0 if angle < _SMALL else (1.0 - math.sin(angle) / angle) / angle**2
+    return np.asarray(np.eye(3) + first * cross + second * (cross @ cross))
+
+
+def vectors_by_turn(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How rotation vectors change with a turn: inverses of :func:`turns_by_vector`, (..., 3, 3).
+
+    Args:
+        vectors: Rotation vectors of less than a turn, (..., 3).
+    """
+    half = 0.5 * np.linalg.norm(vectors, axis=-1)[..., None, None]
+    cross = np.tensordot(vectors, _CROSS, 1)
+    other = np.where(half < _SMALL, 1.0, half)
+    second = np.where(half < _SMALL, 1.0 / 12.0, 0.25 * (1.0 - other / np.tan(other)) / other**2)
+    return np.asarray(np.eye(3) - 0.5 * cross + second * (cross @ cross))
 
 
 def roll_pitch_yaw(rotation: ArrayLike) -> NDArray[np.float64]:

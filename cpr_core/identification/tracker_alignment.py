@@ -12,8 +12,7 @@ the axes of a cube are. Places and the marker's turn are linear then, and all is
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from dataclasses import fields, replace
 
 import numpy as np
 import scipy
@@ -21,10 +20,11 @@ from numpy.typing import NDArray
 
 from ..description.tracker import Tracker
 from ..errors import InvalidRequest
-from ..lie import projected_rotation
+from ..lie import projected_rotation, rotation_exp, rotation_log
 from ..model.equilibrium import Equilibrium
 from .doubts import THOUSAND
 from .measurements import Measurement, StandardDeviations
+from .tracker_rows import TrackerRows
 
 __all__ = ["aligned_tracker"]
 
@@ -52,48 +52,6 @@ _TRIED = 100
 _INSIDE = 0.05
 #: Farthest that a marker is from its platform, in rod lengths: beyond is another unit.
 _FAR = 10.0
-
-
-@dataclass(frozen=True, eq=False)
-class _Rows:
-    """What was measured of N rows, and where the platform then should be.
-
-    Attributes:
-        told: Positions of the marker, (N, 3) [m]; NaN where they were not measured.
-        turned: Orientations of the marker, (N, 3, 3); NaN where they were not measured.
-        places: Of the platform in the world, (N, 3) [m].
-        turns: Of the platform in the world, (N, 3, 3).
-        weights: One over the standard deviations of positions and rotations.
-    """
-
-    told: Floats
-    turned: Floats
-    places: Floats
-    turns: Floats
-    weights: tuple[float, float]
-
-    @cached_property
-    def placed(self) -> NDArray[np.bool_]:
-        """Which rows have a position, (N,)."""
-        return np.asarray(np.isfinite(self.told).all(axis=1))
-
-    @cached_property
-    def oriented(self) -> NDArray[np.bool_]:
-        """Which rows have an orientation, (N,)."""
-        return np.isfinite(self.turned[:, 0, 0])
-
-    def differences(self, tracker: Tracker) -> Floats:
-        """Predicted less measured in standard deviations, those that were measured, (M,)."""
-        into = tracker.rotation.T
-        markers = self.places + self.turns @ tracker.marker_position
-        apart = ((markers - tracker.position) @ tracker.rotation - self.told)[self.placed]
-        parts = [self.weights[0] * apart.ravel()]
-        if self.oriented.any():
-            predicted = into @ self.turns[self.oriented] @ tracker.marker_rotation
-            turn = predicted @ self.turned[self.oriented].transpose(0, 2, 1)
-            vectors = scipy.spatial.transform.Rotation.from_matrix(turn).as_rotvec()
-            parts.append(self.weights[1] * vectors.ravel())
-        return np.concatenate(parts)
 
 
 def aligned_tracker(
@@ -128,7 +86,7 @@ def aligned_tracker(
     ]
     if tracker is None or not free or len(pairs) < _FEW:
         return {}
-    seen = _Rows(
+    seen = TrackerRows(
         np.array([_or_none(row.position, (3,)) for row, _ in pairs]),
         np.array([_or_none(None if point else row.rotation, (3, 3)) for row, _ in pairs]),
         np.array([equilibrium.platform_position for _, equilibrium in pairs]),
@@ -163,7 +121,7 @@ def _or_none(value: Floats | None, shape: tuple[int, ...]) -> Floats:
     return np.full(shape, np.nan) if value is None else value
 
 
-def _starts(tracker: Tracker, seen: _Rows, free: Mapping[str, list[int]]) -> list[Tracker]:
+def _starts(tracker: Tracker, seen: TrackerRows, free: Mapping[str, list[int]]) -> list[Tracker]:
     """Trackers to begin with; none where rows do not say how a tracker is turned that is to be found."""
     if len(free.get("tracker.rotation_vector", ())) < 3:
         return [_placed(tracker, seen, free)]
@@ -180,12 +138,12 @@ def _starts(tracker: Tracker, seen: _Rows, free: Mapping[str, list[int]]) -> lis
         return []
     rotations += list(scipy.spatial.transform.Rotation.create_group("O").as_matrix())
     return [
-        _placed(replace(tracker, rotation_vector=_vector(rotation)), seen, free)
+        _placed(replace(tracker, rotation_vector=rotation_log(rotation)), seen, free)
         for rotation in rotations
     ]
 
 
-def _turned_as(tracker: Tracker, seen: _Rows, free: Mapping[str, list[int]]) -> Floats:
+def _turned_as(tracker: Tracker, seen: TrackerRows, free: Mapping[str, list[int]]) -> Floats:
     """How the tracker is turned, as orientations have it: R_X A = B R_Y of every row, (3, 3)."""
     own, told = seen.turns[seen.oriented], seen.turned[seen.oriented]
     if len(free.get("tracker.marker.rotation_vector", ())) < 3:
@@ -197,7 +155,7 @@ def _turned_as(tracker: Tracker, seen: _Rows, free: Mapping[str, list[int]]) -> 
     return projected_rotation(rotation * np.sign(np.linalg.det(rotation)))
 
 
-def _placed(tracker: Tracker, seen: _Rows, free: Mapping[str, list[int]]) -> Tracker:
+def _placed(tracker: Tracker, seen: TrackerRows, free: Mapping[str, list[int]]) -> Tracker:
     """The tracker with its place and its marker where they fit how it is turned."""
     told, places, turns = (each[seen.placed] for each in (seen.told, seen.places, seen.turns))
     rotated, marker = told @ tracker.rotation.T, tracker.marker_position
@@ -213,14 +171,16 @@ def _placed(tracker: Tracker, seen: _Rows, free: Mapping[str, list[int]]) -> Tra
     turn = tracker.marker_rotation_vector
     if seen.oriented.any() and len(free.get("tracker.marker.rotation_vector", ())) == 3:
         own, told = seen.turns[seen.oriented], seen.turned[seen.oriented]
-        turn = _vector(projected_rotation(np.einsum("nji,jk,nkl->il", own, tracker.rotation, told)))
+        turn = rotation_log(
+            projected_rotation(np.einsum("nji,jk,nkl->il", own, tracker.rotation, told))
+        )
     return replace(tracker, position=position, marker_position=marker, marker_rotation_vector=turn)
 
 
 def _improved(
     start: Tracker,
     described: Tracker,
-    seen: _Rows,
+    seen: TrackerRows,
     free: Mapping[str, list[int]],
     limits: Mapping[str, Floats],
 ) -> tuple[Tracker, float]:
@@ -249,16 +209,27 @@ def _improved(
     room[bounded] = _INSIDE * (high - low)[bounded]
     begin = np.clip(begin, low + room, high - room)
 
+    columns = [3 * list(_FIELDS).index(path) + axis for path, axis in places]
+
     def residual(values: Floats) -> Floats:
         return np.concatenate([seen.differences(at(values)), _HOLD * (values - begin)])
 
+    def rates(values: Floats) -> Floats:
+        return np.concatenate([seen.rates(at(values))[:, columns], _HOLD * np.eye(len(values))])
+
     found = scipy.optimize.least_squares(
-        residual, begin, bounds=(low, high), loss="soft_l1", x_scale="jac", max_nfev=_TRIED
+        residual,
+        begin,
+        rates,
+        bounds=(low, high),
+        loss="soft_l1",
+        x_scale="jac",
+        max_nfev=_TRIED,
     )
     return at(found.x), float(found.cost)
 
 
-def _check_unit(seen: _Rows, tracker: Tracker, marker_found: bool, length: float) -> None:
+def _check_unit(seen: TrackerRows, tracker: Tracker, marker_found: bool, length: float) -> None:
     """Whether distances are those of the robot.
 
     Raises:
@@ -285,13 +256,7 @@ def _check_unit(seen: _Rows, tracker: Tracker, marker_found: bool, length: float
 
 def _near(vector: Floats, described: Floats) -> Floats:
     """The rotation vector of the same rotation that is nearest to another one, within a turn."""
-    vector = _vector(scipy.spatial.transform.Rotation.from_rotvec(vector).as_matrix())
+    vector = rotation_log(rotation_exp(vector))
     angle = float(np.linalg.norm(vector))
     other = vector * (1.0 - 2.0 * np.pi / angle) if angle > 0.0 else vector
     return min(vector, other, key=lambda each: float(np.linalg.norm(each - described)))
-
-
-def _vector(rotation: Floats) -> Floats:
-    """Rotation vector of a rotation, (3,)."""
-    found: Floats = scipy.spatial.transform.Rotation.from_matrix(rotation).as_rotvec()
-    return found

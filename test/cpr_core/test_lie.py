@@ -109,6 +109,25 @@ def test_log_beyond_pi_is_the_same_rotation_of_norm_at_most_pi(axis, angle):
     assert_allclose(lie.rotation_exp(vector), rotation, rtol=0.0, atol=2e-15)
 
 
+def test_log_of_many_is_log_of_each():
+    vectors = [angle * axis for angle in [*SMALL, *QUARTER, *LARGE, math.pi, 5.0] for axis in AXES]
+    matrices = np.array([lie.rotation_exp(vector) for vector in vectors]).reshape(-1, 5, 3, 3)
+    each = np.array([lie.rotation_log(matrix) for matrix in matrices.reshape(-1, 3, 3)])
+    assert_allclose(lie.rotations_log(matrices).reshape(-1, 3), each, rtol=4e-16, atol=1e-300)
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("angle", [*SMALL, 9e-6, 1.1e-5, *QUARTER, *LARGE, 4.0, 6.0])
+def test_turns_by_vectors_are_those_of_differences_and_vectors_by_turns_their_inverse(axis, angle):
+    vector, step = angle * axis, 1e-5
+    turns = lie.turns_by_vector(vector)
+    for column, way in zip(turns.T, step * np.eye(3), strict=True):
+        low, high = lie.rotation_exp(vector - way), lie.rotation_exp(vector + way)
+        assert_allclose(column, lie.rotation_log(high @ low.T) / (2.0 * step), rtol=0.0, atol=1e-9)
+    both = lie.vectors_by_turn(np.array([vector, vector])) @ turns
+    assert_allclose(both, [np.eye(3)] * 2, rtol=0.0, atol=4e-14)
+
+
 @given(rotations)
 @FAST
 def test_exp_undoes_log(rotation):
