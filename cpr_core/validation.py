@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from .errors import InvalidRequest, NonFiniteInput
 
 __all__ = [
+    "ReadOnlyArrays",
     "checked_count",
     "checked_matrix",
     "checked_number",
@@ -117,6 +118,16 @@ def read_only(array: Array) -> Array:
     """The same array, which nobody can write to from now on."""
     array.flags.writeable = False
     return array
+
+
+class ReadOnlyArrays:
+    """A dataclass whose arrays nobody can write to: what is asked for again stays as it was."""
+
+    def __post_init__(self) -> None:
+        """Take them over."""
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                read_only(value)
 
 
 def _number(name: str, value: object, expected: str) -> float:

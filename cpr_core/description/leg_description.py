@@ -171,6 +171,20 @@ class LegDescription:
         return tuple(element for element in self.chain if isinstance(element, ChainRod))
 
     @property
+    def rod_length(self) -> float:
+        """Length of its rods together, as described [m]."""
+        return float(sum(element.rod.length for element in self.rods))
+
+    @property
+    def rod_rigidity(self) -> float:
+        """E J of one rod as long as its rods and as soft, the largest of the section of each [N m^2]."""
+        first, *others = (element.rod for element in self.rods)
+        if not others:
+            return float(first.rigidities.max())
+        softness = sum(rod.length / rod.rigidities.max() for rod in (first, *others))
+        return self.rod_length / float(softness)
+
+    @property
     def rod_names(self) -> tuple[str, ...]:
         """Names of the rods: the leg's, or numbered where it has several."""
         if len(self.rods) == 1:

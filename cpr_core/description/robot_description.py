@@ -136,8 +136,13 @@ class RobotDescription:
 
     @property
     def mean_length(self) -> float:
-        """Mean (nominal) rod length, the natural unit of length [m]."""
-        return float(np.mean([element.rod.length for element in self.rods]))
+        """Mean rod length of a leg as described, of several rods together: the natural length [m]."""
+        return float(np.mean([leg.rod_length for leg in self.legs if leg.rods]))
+
+    @property
+    def mean_rigidity(self) -> float:
+        """Mean E J of a leg, of several rods that of one as soft as they are together [N m^2]."""
+        return float(np.mean([leg.rod_rigidity for leg in self.legs if leg.rods]))
 
     @property
     def gravity(self) -> Floats:

@@ -24,7 +24,7 @@ from ..model.robot import Robot, checked_robot
 from ..model.world_response import world_response, wrench_units
 from ..solving.geometrico_statics import checked_start, solve_forward
 from ..solving.not_reached import NoForwardSolution, TimeLimitExceeded
-from ..validation import checked_time, read_only
+from ..validation import ReadOnlyArrays, checked_time
 from .felt_directions import FeltDirections, felt_directions
 from .pushed_equilibrium import pushed_equilibrium
 from .wrench_measurements import WrenchMeasurements, wrench_measurements
@@ -42,7 +42,7 @@ _STEPS, _HALVINGS = 50, 10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class WrenchEstimate:
+class WrenchEstimate(ReadOnlyArrays):
     """A wrench on the platform, and how well it is known; b platform coordinates, f of them felt.
 
     Attributes:
@@ -283,7 +283,7 @@ class _Search:
         """What was found; the last step counts to first order."""
         free = self.measured.weights.count - felt.count
         return WrenchEstimate(
-            wrench_world=read_only(self._world(wrench)),
+            wrench_world=self._world(wrench),
             observability=felt.observability,
             equilibrium=found,
             chi_square=float(residual @ residual) if free > 0 else 0.0,

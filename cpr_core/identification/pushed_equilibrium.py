@@ -20,6 +20,10 @@ __all__ = ["pushed_equilibrium"]
 
 Floats = NDArray[np.float64]
 
+#: Dimensionless residual where rounding lets Newton's method come so far: what is left of the pose is
+#: taken for the work of a wrench.
+_RESIDUAL = 1e-11
+
 
 def pushed_equilibrium(
     start: Equilibrium,
@@ -53,5 +57,6 @@ def pushed_equilibrium(
         platform["moment_world"][0] += wrench_world[:3]
         platform["force_world"][0] += wrench_world[3:]
         arrays = arrays._replace(platform=platform)
-    found = stepped(start, robot, loads, arrays, "motors", motors[None, :], UNPREDICTED)
+    target = robot, loads, arrays, "motors", motors[None, :], UNPREDICTED
+    found = stepped(start, *target, _RESIDUAL) or stepped(start, *target)
     return None if found is None or found.index_locked > start.index_locked else found

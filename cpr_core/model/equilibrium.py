@@ -172,7 +172,7 @@ class Equilibrium:
     @cached_property
     def platform_quaternion(self) -> Floats:
         """Orientation of the platform as a unit quaternion (w, x, y, z)."""
-        return quaternion_from_rotation(self.platform_rotation)
+        return read_only(quaternion_from_rotation(self.platform_rotation))
 
     @property
     def pose(self) -> Floats:
@@ -297,6 +297,7 @@ def stepped(
     problem: str,
     given: Floats,
     mode: int,
+    residual: float = RESIDUAL_TOLERANCE,
 ) -> Equilibrium | None:
     """The equilibrium one step from another one, limits not looked at; None where there is none.
 
@@ -308,6 +309,7 @@ def stepped(
         problem: ``motors``, ``pose`` or ``efforts``: what is imposed.
         given: What is imposed, one row, as ``continue_equilibria`` takes it.
         mode: Of ``continue_equilibria``; other robots and loads than at the start: UNPREDICTED.
+        residual: Largest dimensionless residual.
     """
     records, factors = new_record(robot, 1), kept_factors(robot.arrays)
     if not continue_prepared(
@@ -316,7 +318,7 @@ def stepped(
         PROBLEMS[problem],
         given,
         mode,
-        RESIDUAL_TOLERANCE,
+        residual,
         ITERATIONS,
         CONTRACTION,
         start.record,

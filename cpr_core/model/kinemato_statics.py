@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..blas_threads import on_one_blas_thread, on_one_numpy_thread
 from ..errors import InvalidRequest
 from ..lie import angle_motions
-from ..validation import checked_vector, read_only
+from ..validation import ReadOnlyArrays, checked_vector, read_only
 from .equilibrium import Equilibrium, check_equilibrium, tangent_at
 from .linearisation import Response
 from .problem_units import problem_units
@@ -48,7 +48,7 @@ _WITHOUT_INVERSE = tuple(problem for problem in _PROBLEMS if problem != "inverse
 
 
 @dataclass(frozen=True, eq=False)
-class Singularity:
+class Singularity(ReadOnlyArrays):
     """How near a linear problem of Section V-C is to losing its solution.
 
     Attributes:

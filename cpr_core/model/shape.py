@@ -19,7 +19,7 @@ from ..kernels.rotation_kernel import rotation_steps
 from ..lie import rotations_exp
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid, rod_grid
 from ..rods.rod import StrainModes
-from ..validation import checked_count
+from ..validation import ReadOnlyArrays, checked_count
 from .equilibrium import Equilibrium
 from .robot import Robot
 
@@ -60,7 +60,7 @@ _MOST_POINTS = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class LegShape:
+class LegShape(ReadOnlyArrays):
     """One leg from base to tip: points along its rods, and where its links and shifts lead.
 
     Attributes:

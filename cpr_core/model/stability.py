@@ -15,6 +15,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread, on_one_numpy_thread
+from ..validation import read_only
 from .linearisation import Linearisation
 from .model_state import ModelState
 
@@ -123,7 +124,7 @@ class _Dense:
         eigenvalues, directions = np.linalg.eigh(self.reduced)  # takes an empty one as well
         whole = np.zeros((len(self.solution.state), len(eigenvalues)))
         whole[self.moving] = self.null_space @ directions
-        return eigenvalues, whole
+        return read_only(eigenvalues), read_only(whole)
 
     @on_one_blas_thread
     def margin(self) -> float:

@@ -9,6 +9,7 @@ platform; then the motors. In this order the tangent is block-arrow shaped.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -105,8 +106,7 @@ def state_numbers(description: RobotDescription, coordinates: PlatformCoordinate
         coordinates: Motions of its platform.
     """
     legs, length_unit = description.legs, description.mean_length
-    rigidities = [element.rod.rigidities.max() for element in description.rods]
-    energy_unit = float(np.mean(rigidities)) / length_unit
+    energy_unit = description.mean_rigidity / length_unit
     held = 2 if description.planar else 3
     unit: list[float] = []
 
@@ -121,7 +121,11 @@ def state_numbers(description: RobotDescription, coordinates: PlatformCoordinate
             for position, element in enumerate(leg.chain)
             if element.passive
         }
-        strains = [take(element.modes.total, 1.0 / length_unit) for element in leg.rods]
+        # By length, l int kappa^2 ds: a rod in two pieces has the same natural motions.
+        strains = [
+            take(element.modes.total, 1.0 / math.sqrt(length_unit * element.rod.length))
+            for element in leg.rods
+        ]
         forces = take(held, energy_unit / length_unit)
         moments = take(len(leg.joint.orientation(description.planar)), energy_unit)
         numbered.append((passive, strains, forces, moments))

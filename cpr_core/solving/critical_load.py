@@ -34,7 +34,8 @@ class CriticalLoad:
     Attributes:
         value: Critical factor, or force [N].
         equilibrium: Last stable equilibrium before it.
-        kind: ``crossing``: the branch goes on, unstable (a bifurcation); ``fold``: it ends there.
+        kind: ``crossing``: the eigenvalue goes through zero, several branches may cross (a bifurcation),
+            whether this one goes on, unstable, or not; ``fold``: the branch turns back there.
     """
 
     value: float
@@ -114,6 +115,8 @@ def _trace(
 ) -> CriticalLoad | None:
     """Raise the load until the smallest eigenvalue is negative or the branch ends, then bisect."""
     robot, limit = start.robot, checked_number("limit", limit)
+    if not limit > value:
+        raise InvalidRequest("limit", f"expected more than {value:g}, got {limit:g}")
     if not start.loads.conservative(robot.planar):
         raise InvalidRequest(
             "loads", "expected loads with a potential: energy decides nothing here"
@@ -139,7 +142,8 @@ def _trace(
             if np.isinf(high) and _not_walked(error) and step > _SMALLEST_STEP * first_step:
                 step *= 0.5
             else:
-                high, beyond = target, "fold"
+                crosses = error.event is not None and error.event.kind == "bifurcation"
+                high, beyond = target, "crossing" if crosses else "fold"
             continue
         if eigenvalue <= 0.0:
             high, beyond = target, "crossing"

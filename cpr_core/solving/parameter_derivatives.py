@@ -23,6 +23,7 @@ from ..kernels.problems import PROBLEMS
 from ..model.equilibrium import Equilibrium, check_equilibrium
 from ..model.residual_rates import residual_rates
 from ..model.robot import Robot
+from ..validation import ReadOnlyArrays
 from .held_problem import checked_problem
 from .stability_slopes import stability_slopes
 from .targets import ProblemName
@@ -37,7 +38,7 @@ _KNOWN = get_args(Derivative)
 
 
 @dataclass(frozen=True, eq=False)
-class ParameterDerivatives:
+class ParameterDerivatives(ReadOnlyArrays):
     """Derivatives of an equilibrium by P parameters, one column each.
 
     The unit of every derivative is that of the quantity over that of the parameter. What was not asked

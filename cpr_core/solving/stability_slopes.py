@@ -34,6 +34,9 @@ _BOTH_SIDES = ((-2.0, -1.0, 1.0, 2.0), (1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.
 _ONE_SIDE = ((0.0, 1.0, 2.0, 3.0, 4.0), (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25))
 #: Step in natural units of the parameter and of the state: whichever is smaller.
 _STEP = 2e-3
+#: Largest change that counts as a natural unit, in sizes of the parameter: what does next to nothing is
+#: not taken where descriptions end, as a direction across another that is only stretched.
+_FARTHEST = 50.0
 
 
 class _Beside(NamedTuple):
@@ -79,7 +82,8 @@ def stability_slopes(
         if natural == 0.0:
             continue
         response = float(np.abs(rate / equilibrium.robot.arrays.unit).max())
-        step = _STEP * min(natural, 1.0 / max(response, 1e-300))
+        farthest = _FARTHEST * parameter.size or math.inf
+        step = _STEP * min(natural, farthest, 1.0 / max(response, 1e-300))
         near = _near(equilibrium.robot, parameter, 2.0 ** math.floor(math.log2(step)))
         beside = [
             _moved(equilibrium, robot, factor * near.step * rate)

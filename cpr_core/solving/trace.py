@@ -19,7 +19,7 @@ from ..errors import InvalidRequest
 from ..model.bending_strain import bending_strains
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from ..validation import checked_count, checked_time
+from ..validation import ReadOnlyArrays, checked_count, checked_time
 from .continuation import Walk, follow
 from .events import PathEvent
 from .geometrico_statics import checked_start
@@ -38,7 +38,7 @@ _MOST_POINTS = 1_000_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trace:
+class Trace(ReadOnlyArrays):
     """Equilibria along a path.
 
     Attributes:

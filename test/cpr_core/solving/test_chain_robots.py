@@ -31,6 +31,7 @@ from cpr_core import (
 )
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
+from cpr_core.model.assessment import Assessment
 from cpr_core.model.equilibrium import tangent_at
 from cpr_core.workspace import map_workspace, pose_grid
 from cpr_core.workspace.store import read_map, write_map
@@ -499,3 +500,47 @@ def test_what_cannot_be_closed_names_the_leg_and_the_gap():
     changed["legs"][2]["base"]["position"][0] += 3.0
     with pytest.raises(NoForwardSolution, match=r"leg3 misses its tip joint by 1\.\d+ m"):
         solve_home(load_robot(changed))
+
+
+def in_pieces(name, pieces):
+    """A planar shipped robot, every rod of it in pieces of equal length."""
+    described = content(name)
+    rod = {"rod": {"length": described["rod"]["length"] / pieces}}
+    for number, leg in enumerate(described["legs"]):
+        joint = {"joint": "revolute", "axis": [0, 0, 1], "motor": f"motor{number + 1}"}
+        del leg["motor"]
+        leg["chain"] = [joint, *([rod] * pieces)]
+    return load_robot(described)
+
+
+def test_natural_units_do_not_depend_on_how_a_rod_is_cut():
+    """Rods in halves had half the length and twice the energy: warnings were twice as far away."""
+    whole = in_pieces("rfrfr", 1)
+    found = Assessment(solve_home(whole))
+    for pieces in (2, 3):
+        cut = in_pieces("rfrfr", pieces)
+        assert cut.mean_length == pytest.approx(whole.mean_length, rel=1e-14)
+        assert cut.arrays.energy_unit == pytest.approx(whole.arrays.energy_unit, rel=1e-14)
+        np.testing.assert_allclose(cut.motor_units, whole.motor_units, rtol=1e-14)
+        again = Assessment(solve_home(cut))
+        assert again.margin == pytest.approx(found.margin, rel=5e-3)
+        for name in ("forward_singularity", "inverse_singularity"):
+            assert again.value(name) == pytest.approx(found.value(name), rel=0.1), (name, pieces)
+
+
+def test_a_stiff_fitting_decides_no_natural_unit():
+    """A thick stub of 3 cm made the unit of energy 600 times as large: the node would have halted."""
+    described = content("rfrfr")
+    plain = load_robot(deepcopy(described))
+    fitting = {"length": 0.03, "density": 0, "section": {"shape": "circular", "radius": 0.005}}
+    for number, leg in enumerate(described["legs"]):
+        joint = {"joint": "revolute", "axis": [0, 0, 1], "motor": f"motor{number + 1}"}
+        del leg["motor"]
+        leg["chain"] = [joint, {"rod": fitting, "strain": {"bending_3": 1}}, {"rod": {}}]
+    fitted = load_robot(described)
+    assert fitted.mean_length == pytest.approx(1.03 * plain.mean_length)
+    assert fitted.arrays.energy_unit == pytest.approx(plain.arrays.energy_unit, rel=1e-3)
+    both = [Assessment(solve_home(robot)) for robot in (plain, fitted)]
+    for name in ("forward_singularity", "inverse_singularity"):
+        first, second = (found.value(name) for found in both)
+        assert second == pytest.approx(first, rel=0.2), name

@@ -6,11 +6,13 @@
 import numpy as np
 import pytest
 from helpers.columns import AT_TIP, BENDING, LENGTH, Guided, column
+from helpers.yaml_content import yaml_content
 from scipy.optimize import brentq
 
 from cpr_core import InvalidRequest, Loads, NoSolution, load_robot, solve_forward, solve_home
 from cpr_core.description import joints, motors
 from cpr_core.description.chain import Link, Turn
+from cpr_core.description.description_file import shipped_robots
 from cpr_core.solving.critical_load import critical_load, critical_load_factor
 
 CLAMPED_FREE = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2
@@ -118,6 +120,26 @@ def test_a_limit_that_is_met_after_stability_is_lost_hides_nothing():
     assert found[0].kind == found[1].kind == "crossing"
     assert found[0].value == pytest.approx(found[1].value, rel=1e-7)
     assert np.abs(found[0].equilibrium.efforts).max() < 2.0
+
+
+@pytest.mark.parametrize("torsion", [0, 1])
+def test_where_branches_cross_it_is_a_crossing_though_none_goes_on(torsion):
+    """Rounding decided: with another mode, which bends nothing, the same load was not a fold."""
+    content = yaml_content(shipped_robots()["three_rfs"].read_text())
+    content["strain"]["torsion"] = torsion
+    found = critical_load(solve_home(load_robot(content)), [0.0, 0.0, -1.0])
+    assert found.value == pytest.approx(1.960466032, rel=1e-9)
+    assert found.kind == "crossing"
+
+
+@pytest.mark.parametrize("limit", [-3.0, 0.0])
+def test_a_limit_that_is_none_is_refused(limit):
+    """It was answered that nothing is critical up to there."""
+    home = solve_home(load_robot("rfrfr"))
+    with pytest.raises(InvalidRequest, match=r"limit: expected more than 0, got"):
+        critical_load(home, [0.0, -1.0, 0.0], limit=limit)
+    with pytest.raises(InvalidRequest, match=r"limit: expected more than 1, got"):
+        critical_load_factor(home, limit=1.0 + 0.1 * limit)
 
 
 def test_questions_without_an_answer_are_refused():

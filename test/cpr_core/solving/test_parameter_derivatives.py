@@ -29,7 +29,7 @@ from cpr_core import (
 from cpr_core.description.changed_description import named_parameters
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.condensation_kernel import DELAYED
-from cpr_core.lie import angle_motions
+from cpr_core.lie import angle_motions, rotation_exp
 from cpr_core.model.residual_rates import parameter_scales
 
 ROBOTS = list(shipped_robots())
@@ -238,6 +238,22 @@ def test_a_number_next_to_zero_is_varied_as_zero_is(tiny):
         both = [getattr(found, name) for found in answers]
         assert_allclose(*both, rtol=0.0, atol=1e-6 * max(1.0, np.abs(both[0]).max()))
     assert np.abs(answers[1].position).max() > 0.1
+
+
+def test_what_only_stretches_a_direction_does_nothing_to_stability():
+    """Rounding was taken for an effect of it, and it was varied by 2^25: the whole call was refused."""
+    content = yaml_content(shipped_robots()["delta"].read_text())
+    turn = rotation_exp([0.0, 0.0, 0.1])
+    for leg in content["legs"]:
+        for field in ("position", "tangent", "normal"):
+            leg["base"][field] = (turn @ np.array(leg["base"][field], float)).tolist()
+    home = solve_home(load_robot(content))
+    paths = [f"legs[{leg}].base.normal[{axis}]" for leg in range(6) for axis in range(3)]
+    found = derivatives(home, paths, of=("margin", "smallest_eigenvalue"))
+    for slopes in (found.margin.reshape(6, 3), found.smallest_eigenvalue.reshape(6, 3)):
+        size = np.abs(slopes[:, 2]).min()
+        assert size > 1e-6
+        assert_allclose(slopes[:, :2], 0.0, rtol=0.0, atol=1e-6 * size)
 
 
 def refusal(equilibrium, path):
