@@ -29,6 +29,7 @@ from .messages.transforms import Transforms
 from .middleware.late_clients import LateClients
 from .operation.announcements import Announcements
 from .operation.session import Session
+from .operation.starting_place import HELD
 from .process.periodic import Periodic
 from .process.stop_signal import Stopped, StopSignal
 from .process.ticking import Ticking
@@ -211,11 +212,8 @@ class CprNode(LifecycleNode):
         logger.info(f"at home after {time.monotonic() - begin:.1f} s, index {index}")
         if index > 0:
             logger.warning("home is unstable: does every leg bow to the side it should?")
-        if session.tracking is None:
-            self._whereabouts = Whereabouts(
-                self, self.parameters, session, self._stop, self._started
-            )
-            logger.info(self._stop.wait_for(self._whereabouts.begin))
+        self._whereabouts = Whereabouts(self, self.parameters, session, self._stop, self._started)
+        logger.info(self._stop.wait_for(self._whereabouts.begin))
         steps = warm_up(session, frames)
         while compiled := self._stop.wait_for(lambda: next(steps, "")):
             logger.info(f"compiled {compiled} after {time.monotonic() - begin:.1f} s")
@@ -250,6 +248,8 @@ class CprNode(LifecycleNode):
     def _deactivate(self) -> None:
         if self.interfaces is not None and self._session is not None:
             self.interfaces.stop_motions(self._session)
+            if self._active and self._session.hold_commands():
+                self.get_logger().warning(f"commands were on their way: {HELD}, once active again")
         self._active = False
         self._ticking.stop()
         self._streams.begin(0.0)
@@ -297,7 +297,7 @@ class CprNode(LifecycleNode):
     def _tick(self, now: float) -> None:
         session = self._required_session()
         outcome = session.move(now)
-        command = session.next_command()
+        command = session.next_command(now)
         if self._whereabouts is not None:
             self._whereabouts.keep()  # before anybody hears of it
         if command is not None:
@@ -323,9 +323,9 @@ class CprNode(LifecycleNode):
 
     def _repeat_commands(self) -> None:
         """For a controller that came later."""
-        session = self._required_session()
-        if session.tracking is None and session.commands.newest is not None:
-            self.outputs.motor_commands(session.commands.newest)
+        command = self._required_session().repeated_command
+        if command is not None:
+            self.outputs.motor_commands(command)
 
     def _publish_state(self) -> None:
         now = time.monotonic()

@@ -24,6 +24,9 @@ from .settings.parameters import Parameters
 
 __all__ = ["Whereabouts"]
 
+#: An equilibrium, and where its motors were sent or measured, (n,); None: not there.
+_Place = tuple[Equilibrium, NDArray[np.float64] | None]
+
 #: How long a message with measured motors is waited for when the node becomes active [s].
 _MEASURED_WAIT = 5.0
 #: How long after the start of the node others may take to be discovered [s].
@@ -48,7 +51,7 @@ class Whereabouts:
         Args:
             node: The node.
             parameters: Say where from.
-            session: Robot of the node, which moves it.
+            session: Robot of the node, which moves it or tracks its motors.
             stop: Tells when the process is to end.
             started: Steady time at which the node was made [s].
         """
@@ -58,7 +61,7 @@ class Whereabouts:
         #: Why the robot can only be where it is measured; empty if it can be elsewhere.
         self._lost = ""
         self._kept: KeptState | None = None
-        self._newest: tuple[Equilibrium, NDArray[np.float64]] | None = None
+        self._newest: _Place | None = None
         folder = state_folder(parameters.state_directory)
         name = node.get_fully_qualified_name().strip("/").replace("/", ".")
         file = folder / f"{name}.{node.context.get_domain_id()}.state"
@@ -78,11 +81,14 @@ class Whereabouts:
     def begin(self) -> str:
         """Put the robot at home or where it was last; says what was done.
 
-        Where it was last may be no place to be: then it has to be measured before it moves.
+        Where it was last may be no place to be: then it has to be measured before it moves. One that is
+        tracked begins at home, and is where its motors are measured from then on.
 
         Raises:
             CprError: It is to be where it was last, which is not known or no place to be.
         """
+        if self._session.tracking is not None:
+            return "tracking begins at home"
         if self._from != "home":
             try:
                 last = None if self._kept is None else self._kept.last()
@@ -108,6 +114,8 @@ class Whereabouts:
         Raises:
             CprError: They are to be measured and are not, or no equilibrium explains them.
         """
+        if self._session.tracking is not None:
+            return
         if not self._session.commands.aligned_with(self._session.solver.current.equilibrium.motors):
             self._wait_for_others()  # commands will move at once: controllers have to hear the first
         if self._from not in ("auto", "measured"):
@@ -160,25 +168,25 @@ class Whereabouts:
 
         Also what no motion led to: an applied solution may have the motors of the last commands.
         """
-        equilibrium, commands = (
-            self._session.solver.current.equilibrium,
-            self._session.commands.newest,
-        )
-        if self._kept is None or commands is None:
+        place = self._session.known_place
+        if self._kept is None or place is None:
             return
-        if (
-            self._newest is not None
-            and self._newest[0] is equilibrium
-            and self._newest[1] is commands
-        ):
-            return
-        self._kept.keep(equilibrium, commands)
-        self._newest = equilibrium, commands
+        if self._newest is None or not _same(place, self._newest):
+            self._kept.keep(*place)
+            self._newest = place
 
     def close(self) -> None:
         """Let the file go."""
         if self._kept is not None:
             self._kept.close()
+
+
+def _same(place: _Place, other: _Place) -> bool:
+    """Whether two places are one."""
+    motors, others = place[1], other[1]
+    if place[0] is not other[0] or (motors is None) != (others is None):
+        return False
+    return motors is others or np.array_equal(motors, others)  # type: ignore[arg-type]
 
 
 def _holds_something(file: Path) -> bool:

@@ -28,6 +28,7 @@ class MotorCommands:
     Attributes:
         newest: The last command, or where the motors are known to be, (n,) [rad or m]; None: nothing
             is known, the first command goes anywhere.
+        said: Whether it may be said again: not where others have moved the motors.
     """
 
     def __init__(self, robot: Robot, period: float) -> None:
@@ -39,10 +40,12 @@ class MotorCommands:
         """
         self.robot, self.period = robot, period
         self.newest: Floats | None = None
+        self.said = True
         self._speed, self._steps = math.nan, list[float]()
 
-    def place(self, motors: Floats | None) -> None:
+    def place(self, motors: Floats | None, *, said: bool = True) -> None:
         """Take note of where the motors are, (n,): measured, or commanded before."""
+        self.said = said
         self.newest = None if motors is None else np.array(motors, float)
 
     def aligned_with(self, motors: Floats) -> bool:
@@ -65,5 +68,5 @@ class MotorCommands:
             ticks = largest_way(self.newest, command, self._steps)
             if ticks > 1.0 + _SLACK:
                 command = self.newest + (command - self.newest) / ticks
-        self.newest = command
+        self.newest, self.said = command, True
         return command

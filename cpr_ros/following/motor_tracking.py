@@ -11,6 +11,7 @@ from cpr_core import Loads, Robot
 from cpr_core.model.assessment import Assessment
 
 from .goals import MotorGoal
+from .measured_range import within_range
 from .setpoint_following import ARRIVED, LARGEST_CHANGE, Outcome, SetpointFollower
 from .steps import attempt, change_between
 from .supervision import Refusal, State
@@ -45,11 +46,13 @@ class MotorTracking:
         self.robot, self.watchdog = robot, Watchdog(timeout)
         self._judge = judge
         self._goal: MotorGoal | None = None
+        self._beyond = ""
         self.at_rest = False
 
     def take(self, motors: ArrayLike, now: float) -> None:
         """Take measured motors, (n,) [rad or m]; the newest count."""
-        self._goal = MotorGoal(self.robot, motors)
+        within, self._beyond = within_range(self.robot, motors)
+        self._goal = MotorGoal(self.robot, within)
         self.watchdog.feed(now)
         self.at_rest = False
 
@@ -68,8 +71,8 @@ class MotorTracking:
             unknown = Refusal("stale", "the measured motors are too old to tell where the robot is")
             return Outcome(current, False, State.STALE, self._judge.judge(current, unknown))
         goal = self._goal
-        if goal.clipped:
-            refusal = Refusal("motor_range", f"{', '.join(goal.clipped)} measured beyond its range")
+        if self._beyond:
+            refusal = Refusal("motor_range", self._beyond)
             return Outcome(current, False, State.LOST, self._judge.judge(current, refusal))
         remaining = goal.remaining(current.equilibrium)
         if remaining <= ARRIVED and loads is current.equilibrium.loads:

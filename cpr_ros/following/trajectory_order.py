@@ -34,11 +34,12 @@ class TrajectoryRefused(RequestError):
     Attributes:
         time: When not, since its start [s].
         measure: Measure that stands against it.
+        why: What does, in words without a time.
     """
 
-    def __init__(self, time: float, measure: str, text: str) -> None:
-        """Say when and why."""
-        self.time, self.measure = time, measure
+    def __init__(self, time: float, measure: str, text: str, why: str = "") -> None:
+        """Say when and why; where the text has the time in it, also without."""
+        self.time, self.measure, self.why = time, measure, why or text
         super().__init__(ErrorCode.INVALID_MOTION_PLAN, text)
 
 

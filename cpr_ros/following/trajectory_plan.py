@@ -61,6 +61,7 @@ class TrajectoryPlan:
         refused: Why the robot must not follow it, if so.
         work: Processor time it has taken so far [s].
         begun: How many ticks are solved, or being solved.
+        last: The last equilibrium that was judged.
     """
 
     def __init__(
@@ -82,7 +83,7 @@ class TrajectoryPlan:
         """
         self.path, self.done, self.work, self.begun = path, False, 0.0, 0
         self.refused: TrajectoryRefused | None = None
-        self._start, self._thresholds = start, thresholds
+        self._start, self._thresholds, self.last = start, thresholds, start
         limited = _OF_MOTORS if start.equilibrium.robot.limited_motors else ()
         self._of_motors = tuple(name for name in watched if name in limited)
         self._others = tuple(name for name in watched if name not in _OF_MOTORS)
@@ -135,13 +136,15 @@ class TrajectoryPlan:
                 for start, end in itertools.pairwise(_turns(ways)):
                     yield from self._checked_between(assessed, ticks, start, end)
                 last, begin = assessed[-1], float(ticks[-1])
+                self.last = last
             first += len(equilibria)
             fruitless = 0 if equilibria else fruitless + 1
             goes_on = stopped is None or (stopped.kind == "time_limit" and fruitless < _FRUITLESS)
             if stopped is not None and not goes_on:
                 at = float(self._times[first])
                 measure = _EVENTS.get(stopped.kind, "not_converged")
-                raise TrajectoryRefused(at, measure, f"at {at:.3f} s: {stopped.message}")
+                why = stopped.message
+                raise TrajectoryRefused(at, measure, f"at {at:.3f} s: {why}", why)
             yield True
 
     def _assessed(self, equilibrium: Equilibrium) -> Assessment:
@@ -161,8 +164,8 @@ class TrajectoryPlan:
         rises = np.flatnonzero(np.diff(indices) > 0)
         if rises.size:
             at = float(times[rises[0]])
-            text = f"at {at:.3f} s the robot would be unstable with the motors held"
-            raise TrajectoryRefused(at, "margin", text)
+            why = "the robot would be unstable with the motors held"
+            raise TrajectoryRefused(at, "margin", f"at {at:.3f} s {why}", why)
 
     def _check_motors(self, last: Assessment, found: Sequence[Equilibrium], times: Floats) -> None:
         robot = last.equilibrium.robot
@@ -210,12 +213,9 @@ class TrajectoryPlan:
     def _check_fall(self, name: str, before: float, after: float, at: float) -> None:
         stop = self._thresholds[name].stop
         if math.isnan(after) or (after < stop and falls(before, after)):
-            raise TrajectoryRefused(
-                at,
-                name,
-                f"at {at:.3f} s the {name.replace('_', ' ')} would be {after:.4g}, below its stop "
-                f"threshold {stop:g}",
-            )
+            measure = name.replace("_", " ")
+            why = f"the {measure} would be {after:.4g}, below its stop threshold {stop:g}"
+            raise TrajectoryRefused(at, name, f"at {at:.3f} s {why}", why)
 
 
 def _turns(motors: Floats) -> list[int]:

@@ -199,11 +199,24 @@ class Inputs:
     def _measured(self, session: Session, message: JointState, now: float) -> None:
         if session.tracking is not None:
             session.tracking.take(measured_motors(session.robot, message), now)
-        elif session.unplaced:
-            self._place(measured_motors(session.robot, message))
         # Grippers and others may say on the same topic where they are.
+        elif session.unplaced:
+            self._watch(session, measured_motors(session.robot, message), now)
+        elif set(message.name).issuperset(session.robot.motor_names):
+            with contextlib.suppress(CprError):  # it may have efforts only
+                self._watch(session, measured_motors(session.robot, message), now)
         if not message.name or not set(message.name).isdisjoint(session.robot.motor_names):
             self._feel(session, message, now)
+
+    def _watch(self, session: Session, motors: NDArray[np.float64], now: float) -> None:
+        """Measured motors that the node moves: where it begins, or where others have moved them."""
+        known = session.others.away
+        if session.take_measured(motors, now):
+            self._place(motors)
+        elif session.others.away and not known:
+            self._node.get_logger().warning(
+                f"{session.others.away}; the node begins there as soon as they rest"
+            )
 
     def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
         delay = measurement_delay(message.header, self._node.get_clock().now())

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import Equilibrium, Loads, Robot, restore_equilibrium
+from cpr_core import CprError, Equilibrium, Loads, Robot, restore_equilibrium
 
 __all__ = ["KeptState", "LastState", "state_folder"]
 
@@ -106,8 +106,15 @@ class KeptState:
             self._memory.close()
         os.close(self._file)
 
-    def keep(self, equilibrium: Equilibrium, commands: Floats) -> None:
-        """Write where the robot is, in some microseconds; only now what another one left is gone."""
+    def keep(self, equilibrium: Equilibrium, commands: Floats | None) -> None:
+        """Write where the robot is, in some microseconds; only now what another one left is gone.
+
+        Args:
+            equilibrium: Its last equilibrium.
+            commands: The last motor commands, (n,) [rad or m]; None: the motors are not there any more.
+        """
+        if commands is None:
+            commands = np.full(self._robot.motor_count, np.nan)
         if not self._own:
             self._take_over()
         loads = equilibrium.loads
@@ -130,11 +137,13 @@ class KeptState:
         """Where the robot was last; None if that is not known.
 
         Raises:
-            CprError: What is kept is no equilibrium of the robot.
+            CprError: What is kept is no equilibrium of the robot, or its motors have left it.
         """
         numbers = self._newest()
         if numbers is None:
             return None
+        if self.last_commands() is None:
+            raise CprError("the motors were measured where no equilibrium explained them")
         robot, size = self._robot, self._robot.state_size
         ends = np.cumsum([size, 9, 3, 3, 6, 6])
         state, rotation, position, gravity, world, body, commands = np.split(numbers, ends)
@@ -152,7 +161,9 @@ class KeptState:
     def last_commands(self) -> Floats | None:
         """The last motor commands, (n,) [rad or m], whatever the equilibrium; None: not known."""
         numbers = self._newest()
-        return None if numbers is None else np.array(numbers[-self._robot.motor_count :])
+        if numbers is None or np.isnan(numbers[-1]):
+            return None
+        return np.array(numbers[-self._robot.motor_count :])
 
     def _newest(self) -> Floats | None:
         """The numbers that were written last."""

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -23,7 +24,9 @@ from ..following.felt_wrench import FeltWrench
 from ..following.goals import Goal
 from ..following.motor_commands import MotorCommands
 from ..following.motor_tracking import MotorTracking
+from ..following.moved_by_others import MovedByOthers
 from ..following.setpoint_following import Outcome, SetpointFollower
+from ..following.straight_way import check_straight_way
 from ..following.supervision import State
 from ..following.trajectory_following import Ending, Motion, Trajectories
 from ..following.trajectory_order import TrajectoryOrder
@@ -52,6 +55,7 @@ class Session:
         outcome: Of the last tick.
         velocity: Of the motors in the last tick, (n,) [rad/s or m/s].
         unplaced: Whether the first measured motors say where the robot is; until it moves.
+        others: Whether measured motors are elsewhere than the node has sent them.
         awaited: Goal of which somebody waits to hear how it ends, which ticks tell; None: nobody does.
     """
 
@@ -80,11 +84,12 @@ class Session:
         self.follower.corrected = self.loop.corrected
         self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
         self.commands = MotorCommands(robot, self.period)
-        self.solver.occupied = self._occupied
+        self.solver.occupied, self.solver.check_way = self._occupied, self._check_way
         self._before = home = self.solver.current
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
         self.unplaced = False
+        self.others = MovedByOthers(robot, live.moved_tolerance)
         self.awaited: Goal | None = None
 
     def apply(self, live: LiveParameters, now: float) -> bool:
@@ -126,6 +131,7 @@ class Session:
         self.loop.settings = live.loop
         self.jogger.watchdog.timeout = live.twist_timeout
         self.felt.settings = live.felt_wrench
+        self.others.tolerance = live.moved_tolerance
         if self.tracking is not None:
             self.tracking.watchdog.timeout = live.measured_timeout
             self.tracking.at_rest = False
@@ -193,21 +199,59 @@ class Session:
         self.velocity = (after.motors - self._before.equilibrium.motors) / self.period
         self.trajectories.after_tick(self.outcome, now)
 
-    def next_command(self) -> NDArray[np.float64] | None:
+    def next_command(self, now: float) -> NDArray[np.float64] | None:
         """The motor command of this tick, (n,) [rad or m]; None where there is nothing new.
 
-        The only way commands leave the node: none is farther from the one before than a tick's way.
+        The only way new commands leave the node: none is farther from the one before than a tick's way.
         Where nothing is known of the motors, there is none before a setpoint is obeyed; one that asks
         for what the node believes anyway is told to the motors too, which may be elsewhere.
         """
         motors = self.solver.current.equilibrium.motors
         known = self.commands.newest is not None
         nothing_new = self.commands.aligned_with(motors) if known else not self.outcome.obeyed
-        held = self.follower.paused or self.outcome.refusal is not None
+        held = self.follower.paused or self.outcome.refusal is not None or self.others.away
         if self.tracking is not None or held or nothing_new:
             return None
         self.unplaced = False
+        self.others.commanded(now)
         return self.commands.step_to(motors, self.follower.settings.max_speed)
+
+    @property
+    def known_place(self) -> tuple[Equilibrium, NDArray[np.float64] | None] | None:
+        """What is to be remembered: an equilibrium, and where its motors were sent or measured, (n,).
+
+        No motors: they are measured, but not where it is. None: nothing is known.
+        """
+        equilibrium, state = self.solver.current.equilibrium, self.outcome.state
+        if self.tracking is None:
+            commands = self.commands.newest
+            return None if commands is None else (equilibrium, commands)
+        if state not in (State.TRACKING, State.LOST):
+            return None
+        return equilibrium, equilibrium.motors if state == State.TRACKING else None
+
+    @property
+    def repeated_command(self) -> NDArray[np.float64] | None:
+        """The last motor command once more, (n,), for a controller that came later; None: there is none.
+
+        Motors that others have moved are not sent back.
+        """
+        silent = self.tracking is not None or self.others.away or not self.commands.said
+        return None if silent else self.commands.newest
+
+    def take_measured(self, motors: NDArray[np.float64], now: float) -> bool:
+        """Take measured motors, (n,), of a robot that the node moves; whether it has to begin there.
+
+        Where others have moved them, what was to lead elsewhere ends.
+        """
+        if self.unplaced:
+            return True
+        begin = self.others.take(motors, self.commands.newest, now)
+        if self.others.away:
+            self.trajectories.stop(ErrorCode.PREEMPTED, self.others.away)
+            if self.follower.goal is not None:
+                self.follower.drop(self.others.away)
+        return begin
 
     def begin_at(
         self, equilibrium: Equilibrium, motors: NDArray[np.float64] | None, solve_time: float
@@ -225,7 +269,8 @@ class Session:
             self.follower.drop(reason)
         length = self.solver.current.characteristic_length
         self.solver.current = Assessment(equilibrium, length, solve_time=solve_time)
-        self.commands.place(motors)
+        self.commands.place(motors, said=not self.others.away)
+        self.others.commanded(-math.inf)
         current = self.solver.current
         self.outcome = Outcome(current, False, self._state_at_rest, self.follower.judge(current))
 
@@ -286,6 +331,8 @@ class Session:
 
     def _occupied(self) -> str:
         """Why the robot is not put elsewhere now; empty: nothing is against it."""
+        if self.others.away:
+            return self.others.away
         end_it = "an empty ~/joint_trajectory ends that"
         if self.follower.moving:
             return f"the robot is on its way; {end_it}"
@@ -297,6 +344,21 @@ class Session:
         if self.follower.paused and aligned:
             return "the node is paused: release it first"  # else motors set off when the pause ends
         return ""  # commands that are on their way go to the new place instead
+
+    def _check_way(self, solution: Equilibrium) -> None:
+        """Whether the motors may go to an equilibrium from where they are.
+
+        Raises:
+            RequestError: They may not.
+        """
+        if self.tracking is None and self.commands.newest is not None:
+            check_straight_way(
+                self.solver.current,
+                self.commands.newest,
+                solution,
+                self.follower.settings.thresholds,
+                self.solver.time_limit,
+            )
 
     def _hold(self) -> None:
         """End every motion.
@@ -312,8 +374,14 @@ class Session:
     def drop(self, reason: str = "") -> None:
         """Forget the setpoint and hold; the reason is for who sent it."""
         self.follower.drop(reason)
-        if not self.commands.aligned_with(self.solver.current.equilibrium.motors):
-            self.pause(True)  # nothing else holds commands that are on their way
+        self.hold_commands()  # nothing else does
+
+    def hold_commands(self) -> bool:
+        """Pause where commands are on their way to where the node has the robot; whether they were."""
+        on_their_way = not self.commands.aligned_with(self.solver.current.equilibrium.motors)
+        if on_their_way:
+            self.pause(True)
+        return on_their_way
 
     def _check_moving(self) -> None:
         """Whether it is the node that moves the motors.
@@ -337,6 +405,16 @@ class Session:
             raise RequestError(ErrorCode.NOT_READY, "the node is paused")
         if self.follower.returning:
             raise RequestError(ErrorCode.NOT_READY, "the node is on its way home")
+        self._check_where_commanded()
+
+    def _check_where_commanded(self) -> None:
+        """Whether the motors are where the node has sent them.
+
+        Raises:
+            RequestError: They are not.
+        """
+        if self.others.away:
+            raise RequestError(ErrorCode.NOT_READY, self.others.away)
 
     def jog(self, twist: PlatformTwist, now: float) -> None:
         """Take a twist: it moves the platform setpoint from where the robot is.
@@ -386,6 +464,7 @@ class Session:
             return "tracking from home again"
         if self.follower.paused:
             raise RequestError(ErrorCode.NOT_READY, "the node is paused: release it first")
+        self._check_where_commanded()
         self.follower.reset()
         self.loop.forget()
         self._be(State.RETURNING)

@@ -46,6 +46,7 @@ class Solver:
         current: Current equilibrium; replaced by motion, and by a successful request with ``apply``.
         time_limit: Longest time of a request [s].
         occupied: Why no solution is applied now; empty: nothing is against it.
+        check_way: Raises where the motors may not go to a solution from where they are.
     """
 
     def __init__(
@@ -63,6 +64,7 @@ class Solver:
         self._length = characteristic_length
         self.time_limit = time_limit
         self.occupied: Callable[[], str] = lambda: ""
+        self.check_way: Callable[[Equilibrium], None] = lambda solution: None
         self.current = self._timed(lambda: solve_home(robot))
 
     def forward(self, request: SolveForward.Request) -> Assessment:
@@ -165,6 +167,7 @@ class Solver:
                     f"apply: the solution is unstable with the motors held (index {solution.index}), "
                     "so the robot cannot rest there; ask without apply to see it",
                 )
+            self.check_way(solution.equilibrium)
             self._follower.drop("a solution was applied")
             self.current = solution
         return solution

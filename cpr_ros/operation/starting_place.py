@@ -13,13 +13,16 @@ from numpy.typing import NDArray
 from cpr_core import CprError, Equilibrium, NotReached, solve_forward, solve_home
 from cpr_core.description.loads import compared
 
+from ..following.measured_range import within_range
 from .kept_state import LastState
 from .session import Session
 
-__all__ = ["begin_at_home", "begin_at_last", "begin_at_measured"]
+__all__ = ["HELD", "begin_at_home", "begin_at_last", "begin_at_measured"]
 
 Floats = NDArray[np.float64]
 
+#: What is said of commands that are not to go on by themselves.
+HELD = "paused, ~/pause with false lets them go on"
 #: Motors nearer than this to where the node has them belong to the same equilibrium [rad, rod lengths].
 _NEAR = 0.1
 #: A walk to where the robot is takes this long at most [s].
@@ -40,6 +43,8 @@ def begin_at_home(session: Session, last_commands: Floats | None) -> str:
 def begin_at_last(session: Session, last: LastState) -> str:
     """Begin where the robot was last, without the wrench it may have borne. Says what was done.
 
+    Commands that were on their way there are held: nobody has asked this node for them.
+
     Raises:
         CprError: It cannot be there any more.
     """
@@ -53,7 +58,10 @@ def begin_at_last(session: Session, last: LastState) -> str:
     if found.index_locked > 0:
         raise CprError("the robot cannot rest at its last equilibrium, which is unstable")
     session.begin_at(found, last.commands, time.perf_counter() - begin)
-    return f"where it was last, motors {_words(found.motors)}"
+    said = f"where it was last, motors {_words(found.motors)}"
+    if session.hold_commands():
+        said += f"; commands were on their way there from {_words(last.commands)}: {HELD}"
+    return said
 
 
 def begin_at_measured(session: Session, measured: Floats) -> str:
@@ -63,9 +71,12 @@ def begin_at_measured(session: Session, measured: Floats) -> str:
     with a solution that was applied acts no more. Says what was done.
 
     Raises:
-        CprError: No stable equilibrium of these branches is there.
+        CprError: No stable equilibrium of these branches is there, or a motor is beyond its range.
     """
     begin, current = time.perf_counter(), session.solver.current.equilibrium
+    measured, beyond = within_range(session.robot, measured)
+    if beyond:
+        raise CprError(f"no place to begin: {beyond}")
     ways = np.abs(measured - current.motors) / session.robot.motor_units
     try:
         if float(ways.max(initial=0.0)) <= _NEAR:

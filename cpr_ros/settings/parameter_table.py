@@ -217,6 +217,15 @@ _LIVE = (
         live=True,
     ),
     DeclaredParameter(
+        "moved_tolerance",
+        0.1,
+        "rad, rod lengths",
+        "motors measured farther from their last command were moved by others: once they rest the node "
+        "begins anew where they are; 0: never",
+        (0.0, 1000.0),
+        live=True,
+    ),
+    DeclaredParameter(
         "loop_gain",
         1.0,
         "1/s",

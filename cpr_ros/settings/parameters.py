@@ -108,6 +108,8 @@ class LiveParameters:
         settings: Of setpoint following.
         wrench_timeout: Age beyond which an external wrench acts no more [s]; 0: never.
         measured_timeout: Age beyond which measured motors are stale [s]; 0: never.
+        moved_tolerance: Motors measured farther from their last command were moved by others [rad, rod
+            lengths]; 0: never.
         time_limit: Longest time of a request [s].
         loop: Of the correction by measured poses.
         twist_timeout: Age beyond which a twist moves nothing [s].
@@ -117,6 +119,7 @@ class LiveParameters:
     settings: Settings
     wrench_timeout: float
     measured_timeout: float
+    moved_tolerance: float
     time_limit: float
     loop: LoopSettings
     twist_timeout: float
@@ -191,6 +194,7 @@ def live_parameters(value: Callable[[str], Any]) -> LiveParameters:
         settings,
         value("wrench_timeout"),
         value("measured_timeout"),
+        value("moved_tolerance"),
         value("time_limit"),
         loop,
         value("twist_timeout"),
@@ -217,7 +221,13 @@ def live_problem(live: LiveParameters, changed: Collection[str] | None = None) -
     for name in ("max_speed", "hysteresis", "setpoint_timeout"):
         if not problem and not getattr(live.settings, name) < float("inf"):
             problem = f"expected a finite {name}"
-    for name in ("wrench_timeout", "measured_timeout", "time_limit", "twist_timeout"):
+    for name in (
+        "wrench_timeout",
+        "measured_timeout",
+        "moved_tolerance",
+        "time_limit",
+        "twist_timeout",
+    ):
         if not problem and not getattr(live, name) < float("inf"):
             problem = f"expected a finite {name}"
     for number in fields(live.loop):

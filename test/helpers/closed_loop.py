@@ -67,7 +67,7 @@ class ClosedLoop:
         self.now += PERIOD
         self._measure()
         self.states.append(self.session.tick(self.now).state)
-        before, command = self.session.commands.newest.copy(), self.session.next_command()
+        before, command = self.session.commands.newest.copy(), self.session.next_command(self.now)
         if command is not None:
             speed = self.session.follower.settings.max_speed
             step = np.abs(command - before) / motor_steps(self.robot, speed, PERIOD)

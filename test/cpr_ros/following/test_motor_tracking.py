@@ -106,3 +106,20 @@ def test_a_motor_measured_beyond_its_range_is_named():
     assert outcome.state == State.LOST
     assert outcome.verdict.status == Status.JOINT_BOUND
     assert tracking.robot.motor_names[1] in outcome.verdict.text
+
+
+def test_noise_at_a_stop_does_not_lose_a_robot_and_a_place_beyond_it_is_told():
+    """155 of 280 ticks were LOST, between others that were not."""
+    tracking, random = Tracking("planar_body"), np.random.default_rng(0)
+    motors = solve_home(tracking.robot).motors.copy()
+    name, stop = tracking.robot.motor_names[1], tracking.robot.motor_limits.upper[1]
+    for place in np.linspace(motors[1], stop, 40):
+        motors[1] = place
+        tracking.tick(motors)
+    for noise in 3e-4 * random.normal(size=(200, 3)):
+        assert tracking.tick(motors + noise).state == State.TRACKING
+        assert tracking.current.equilibrium.motors[1] <= stop
+    motors[1] = stop + 0.01
+    outcome = tracking.tick(motors)
+    assert outcome.state == State.LOST
+    assert f"{name} is measured at {stop + 0.01:.3g} rad, beyond its range" in outcome.verdict.text

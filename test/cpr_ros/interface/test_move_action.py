@@ -48,7 +48,7 @@ def test_out_of_patience_it_holds_commands_that_a_wrench_held_back(node, monkeyp
     for _ in range(int(3.0 / PERIOD)):
         bench.now += PERIOD
         states.append(session.tick(bench.now).state)
-        commands.append(session.next_command())
+        commands.append(session.next_command(bench.now))
         action.after_tick(session, bench.now)
     assert states[0] == State.ALIGNING
     assert [result.error_code.val for result in results] == [ErrorCode.CONTROL_FAILED]

@@ -56,6 +56,19 @@ def test_what_was_kept_is_there_again_to_the_last_digit(file):
         assert loads is not None or last.equilibrium.loads is ROBOT.default_loads
 
 
+def test_a_robot_that_was_lost_is_nowhere_until_it_is_found_again(file):
+    """Its last equilibrium is not where its motors are: commands would begin there."""
+    kept, found = KeptState(file, ROBOT), at(0.4)
+    kept.keep(found, found.motors)
+    kept.keep(found, None)
+    with pytest.raises(CprError, match="measured where no equilibrium explained them"):
+        kept.last()
+    assert kept.last_commands() is None
+    kept.keep(found, found.motors)
+    np.testing.assert_array_equal(kept.last().commands, found.motors)
+    kept.close()
+
+
 @pytest.mark.parametrize("byte", range(0, 400, 7))
 def test_half_a_slot_counts_for_nothing(file, byte):
     kept = KeptState(file, ROBOT)

@@ -53,7 +53,7 @@ class Node:
     def tick(self):
         self.now += PERIOD
         self.session.tick(self.now)
-        return self.session.next_command()
+        return self.session.next_command(self.now)
 
     def rest(self, ticks=2000):
         """Tick until it is at rest; then more ticks, at any later time, change nothing."""

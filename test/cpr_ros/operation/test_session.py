@@ -10,7 +10,8 @@ import pytest
 from builtin_interfaces.msg import Time
 from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode
-from cpr_msgs.srv import SolveForward
+from cpr_msgs.srv import SolveForward, SolveInverse
+from geometry_msgs.msg import PoseStamped
 from helpers.branches import stable_elsewhere
 from helpers.drive import PERIOD, SETTINGS, robot
 from sensor_msgs.msg import JointState
@@ -21,7 +22,9 @@ from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import Action, State
 from cpr_ros.following.trajectory_order import TrajectoryOrder
 from cpr_ros.messages.conversions import Frames, fill_equilibrium
+from cpr_ros.operation.kept_state import KeptState
 from cpr_ros.operation.session import Session
+from cpr_ros.operation.starting_place import HELD, begin_at_last, begin_at_measured
 from cpr_ros.settings.parameter_table import PARAMETERS
 from cpr_ros.settings.parameters import Parameters, live_parameters
 
@@ -52,7 +55,7 @@ class Bench:
     def tick(self):
         self.now += PERIOD
         outcome = self.session.tick(self.now)
-        command = self.session.next_command()
+        command = self.session.next_command(self.now)
         self.commands += [] if command is None else [command]
         return outcome
 
@@ -335,10 +338,10 @@ def commanded(session, motors):
 
 
 def test_another_solution_takes_the_place_of_one_that_commands_are_on_their_way_to(bench):
-    """One that was applied by mistake, of another branch: taken back as docs/node.md says."""
+    """One that was applied by mistake: taken back as docs/node.md says."""
     session, home = bench.session, bench.session.solver.current.equilibrium
     commanded(session, home.motors)
-    apply(session, 2.7, 0.5, start=stable_elsewhere(session.robot))
+    apply(session, 2.7, 0.5)
     assert bench.tick().state == State.ALIGNING
     apply(session, 2.5, 0.6)
     assert bench.tick().state == State.ALIGNING
@@ -353,6 +356,66 @@ def test_another_solution_takes_the_place_of_one_that_commands_are_on_their_way_
     np.testing.assert_array_equal(bench.commands[-1], held)
     where, expected = session.solver.current.equilibrium, solve_forward(session.robot, held)
     np.testing.assert_allclose(where.platform_position, expected.platform_position, atol=1e-9)
+
+
+def test_a_solution_of_another_branch_is_applied_only_where_the_motors_are(bench):
+    """They went there straight, and the robot came to the one that its own branch has there."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    other = stable_elsewhere(session.robot)
+    commanded(session, home.motors)
+    with pytest.raises(RequestError, match="leads to another equilibrium"):
+        apply(session, 2.7, 0.5, start=other)
+    for _ in range(3):
+        assert bench.tick().state == State.IDLE
+    assert bench.commands == []
+    apply(session, *home.motors, start=other)
+    assert bench.tick().state == State.IDLE
+    where = session.solver.current.equilibrium.platform_position
+    np.testing.assert_allclose(where, other.platform_position, atol=1e-9)
+    assert bench.commands == []
+    apply(session, 2.6, 0.5, start=other)  # straight on from there
+    assert bench.tick().state == State.ALIGNING
+
+
+def test_no_solution_beyond_a_stop_threshold_is_applied(bench):
+    """629 commands led there at full speed, while the stream said HALT."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    commanded(session, home.motors)
+    target = PoseStamped()
+    target.pose.position.y = 0.038
+    with pytest.raises(RequestError, match=r"% of the way: the margin would be .* below its stop"):
+        session.solver.inverse(SolveInverse.Request(platform=target, apply=True))
+    assert bench.tick().state == State.IDLE
+    assert bench.commands == []
+
+
+def test_commands_that_were_on_their_way_are_held_after_a_restart_until_they_are_released(
+    bench, tmp_path
+):
+    """They set off by themselves: to where a mistake was to lead that had been paused before."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    commanded(session, home.motors)
+    apply(session, 3.2, -0.1)
+    for _ in range(20):
+        assert bench.tick().state == State.ALIGNING
+    held = bench.commands[-1]
+    kept = KeptState(tmp_path / "state", session.robot)
+    kept.keep(session.solver.current.equilibrium, held)
+    again = Bench()
+    said = begin_at_last(again.session, kept.last())
+    assert said.startswith(
+        "where it was last, motors (3.2, -0.1); commands were on their way there"
+    )
+    assert said.endswith(HELD)
+    again.session.stand()
+    for _ in range(5):
+        assert again.tick().state == State.PAUSED
+    assert again.commands == []
+    again.session.pause(False)
+    assert again.tick().state == State.ALIGNING
+    step = np.abs(again.commands[0] - held).max()
+    assert 0.0 < step <= PERIOD * (1.0 + 1e-6)
+    kept.close()
 
 
 def test_no_solution_is_applied_while_the_robot_is_on_its_way_home(bench):
@@ -425,6 +488,102 @@ def test_no_solution_is_applied_and_no_rest_had_while_somebody_waits_for_a_goal(
     apply(session, 2.6, 0.5)
 
 
+def measured_for(bench, motors, seconds=1.0):
+    """Measured motors ten times a second; whether the robot had to begin there."""
+    begin = False
+    for _ in range(round(10 * seconds)):
+        bench.now += 0.1
+        begin = begin or bench.session.take_measured(np.array(motors), bench.now)
+        bench.tick()
+    return begin
+
+
+def test_motors_that_others_have_moved_are_not_sent_back(bench):
+    """The last command was said again, and the next motion began there: at once, 0.5 rad away."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    commanded(session, home.motors)
+    assert not measured_for(bench, home.motors)
+    np.testing.assert_array_equal(session.repeated_command, home.motors)
+    session.follow(MotorGoal(session.robot, home.motors), bench.now)
+    bench.tick()
+    elsewhere = home.motors + [0.1, -0.4]
+    assert not measured_for(bench, elsewhere, 0.3)  # they may still be moved
+    assert session.repeated_command is None
+    assert session.follower.goal is None
+    assert "somebody else has moved the motors" in session.follower.dropped
+    for ask in (
+        lambda: session.follow(MotorGoal(session.robot, home.motors), bench.now),
+        lambda: still(session, home.motors, bench.now),
+        lambda: apply(session, 2.6, 0.5),
+        session.reset,
+    ):
+        with pytest.raises(RequestError, match="somebody else has moved the motors"):
+            ask()
+    assert measured_for(bench, elsewhere, 0.5)
+    begin_at_measured(session, elsewhere)
+    assert bench.commands == []
+    assert not measured_for(bench, elsewhere)
+    assert bench.commands == []
+    assert session.repeated_command is None  # nobody asked them to hold against what held them off
+    session.follow(MotorGoal(session.robot, elsewhere + 0.01), bench.now)
+    assert bench.tick().state == State.FOLLOWING
+    assert np.abs(bench.commands[0] - elsewhere).max() <= PERIOD * (1.0 + 1e-5)
+    np.testing.assert_array_equal(session.repeated_command, bench.commands[0])
+
+
+def test_a_tracked_robot_is_remembered_where_it_is_measured_and_not_where_it_is_lost():
+    bench = Bench(motor_source="measured")
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    assert session.known_place is None
+    session.tracking.take(home.motors + 0.05, bench.now)
+    assert bench.tick().state == State.TRACKING
+    equilibrium, motors = session.known_place
+    assert equilibrium is session.solver.current.equilibrium
+    np.testing.assert_array_equal(motors, home.motors + 0.05)
+    for shift in np.linspace(0.0, 4.0, 200):
+        session.tracking.take(home.motors + [shift, -shift], bench.now)
+        state = bench.tick().state
+    assert state == State.LOST
+    assert session.known_place == (session.solver.current.equilibrium, None)
+
+
+def test_a_trajectory_that_waits_ends_where_others_move_the_motors(bench):
+    session, home, endings = bench.session, bench.session.solver.current.equilibrium, []
+    commanded(session, home.motors)
+    nothing = np.full(2, np.inf)
+    points = np.array([home.motors, home.motors])
+    order = TrajectoryOrder(
+        np.array([0.0, 0.5]), points, None, None, 30.0, nothing, nothing, np.inf
+    )
+    session.follow_trajectory(order, bench.now, endings.append)
+    measured_for(bench, home.motors + 0.3, 0.8)
+    assert [ending.val for ending in endings] == [ErrorCode.PREEMPTED]
+    assert "somebody else has moved the motors" in endings[0].message
+
+
+def test_commands_that_a_pause_holds_do_not_go_on_where_others_have_moved_the_motors(bench):
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    commanded(session, home.motors)
+    apply(session, 2.7, 0.5)
+    bench.tick()
+    session.pause(True)
+    sent = len(bench.commands)
+    measured_for(bench, home.motors + 0.5, 0.8)
+    session.pause(False)
+    bench.tick()
+    assert len(bench.commands) == sent
+
+
+def test_motors_in_motion_are_not_compared(bench):
+    """They are late: that is no reason to end the motion."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    commanded(session, home.motors)
+    session.follow(MotorGoal(session.robot, home.motors + [0.5, -0.5]), bench.now)
+    while bench.tick().state != State.IDLE:
+        assert not session.take_measured(home.motors, bench.now)
+    np.testing.assert_array_equal(bench.commands[-1], home.motors + [0.5, -0.5])
+
+
 def test_a_robot_waits_for_a_measurement_until_it_moves(bench):
     session = bench.session
     session.unplaced = True
@@ -444,7 +603,9 @@ def test_the_command_of_a_tick_is_there_before_note_is_taken_of_it(bench):
     before, places = session.velocity, session.loop._history.newest
     bench.now += PERIOD
     assert session.move(bench.now).moved
-    np.testing.assert_array_equal(session.next_command(), session.solver.current.equilibrium.motors)
+    np.testing.assert_array_equal(
+        session.next_command(bench.now), session.solver.current.equilibrium.motors
+    )
     assert session.velocity is before and session.loop._history.newest is places
     session.take_note(bench.now)
     way = session.solver.current.equilibrium.motors - bench.commands[-1]

@@ -12,7 +12,12 @@ from cpr_core import CprError, solve_forward, solve_home, solve_inverse
 from cpr_ros.messages.conversions import Frames
 from cpr_ros.operation.kept_state import LastState
 from cpr_ros.operation.session import Session
-from cpr_ros.operation.starting_place import begin_at_home, begin_at_last, begin_at_measured
+from cpr_ros.operation.starting_place import (
+    HELD,
+    begin_at_home,
+    begin_at_last,
+    begin_at_measured,
+)
 from cpr_ros.settings.parameter_table import PARAMETERS
 from cpr_ros.settings.parameters import Parameters, live_parameters
 
@@ -36,7 +41,10 @@ def test_the_wrench_of_then_is_taken_away_and_the_commands_stay(session):
     loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.2, -0.3, 0])
     pushed = solve_forward(session.robot, [2.7, 0.4], loads=loads)
     said = begin_at_last(session, LastState(pushed, np.array([2.71, 0.39])))
-    assert said == "where it was last, motors (2.7, 0.4)"
+    began = (
+        "where it was last, motors (2.7, 0.4); commands were on their way there from (2.71, 0.39)"
+    )
+    assert said == f"{began}: {HELD}"
     free = solve_forward(session.robot, [2.7, 0.4])
     np.testing.assert_allclose(at(session).platform_position, free.platform_position, atol=1e-10)
     assert at(session).loads is session.robot.default_loads
@@ -121,6 +129,25 @@ def test_home_is_gone_to_from_the_last_commands(session):
     last = solve_forward(session.robot, home + [0.1, -0.1])
     assert "to home at max_speed" in begin_at_home(session, last.motors)
     session.tick(PERIOD)
-    command = session.next_command()
+    command = session.next_command(PERIOD)
     assert 0.0 < np.abs(command - last.motors).max() <= PERIOD * (1.0 + 1e-5)
     assert begin_at_home(session, home) == "the last commands were those of home"
+
+
+@pytest.mark.parametrize("session", ["planar_body"], indirect=True)
+def test_a_motor_that_rests_at_its_stop_is_measured_on_either_side_of_it(session):
+    """A nanoradian beyond was refused, with words about branches."""
+    motors, stop = at(session).motors.copy(), session.robot.motor_limits.upper[1]
+    for beside in (1e-9, 0.9e-3, -1e-6):
+        measured = motors + [0.0, stop + beside - motors[1], 0.0]
+        begin_at_measured(session, measured)
+        np.testing.assert_array_equal(at(session).motors[[0, 2]], motors[[0, 2]])
+        assert at(session).motors[1] == min(stop, measured[1])
+        np.testing.assert_array_equal(session.commands.newest, at(session).motors)
+    before = at(session)
+    with pytest.raises(CprError) as refused:
+        begin_at_measured(session, motors + [0.0, stop + 0.002 - motors[1], 0.0])
+    name = session.robot.motor_names[1]
+    assert f"{name} is measured at {stop + 0.002:g} rad, beyond its range" in str(refused.value)
+    assert "branch" not in str(refused.value)
+    assert at(session) is before

@@ -73,13 +73,22 @@ class Bench:
         kept.close()
 
     def measure(self, motors):
-        """Say ten times a second where the motors are."""
+        """Say ten times a second where the motors are, and nothing else any more."""
         node = self.client.node
+        self.measure_no_more()
         publisher = node.create_publisher(
             JointState, "/measured_joint_states", qos_profile_sensor_data
         )
         message = JointState(name=["motor1", "motor2"], position=[float(q) for q in motors])
-        self.measured = node.create_timer(0.1, lambda: publisher.publish(message))
+        timer = node.create_timer(0.1, lambda: publisher.publish(message))
+        self.measured = timer, publisher
+
+    def measure_no_more(self):
+        if self.measured is not None:
+            timer, publisher = self.measured
+            self.client.node.destroy_timer(timer)
+            self.client.node.destroy_publisher(publisher)
+            self.measured = None
 
     def send(self, *motors):
         self.setpoints.publish(Float64MultiArray(data=[float(motor) for motor in motors]))
@@ -87,6 +96,10 @@ class Bench:
     def until_heard(self, count=1):
         heard = len(self.commands)
         self.client.spin_until(lambda: len(self.commands) >= heard + count)
+
+    def until_said(self, text):
+        """In the log; meanwhile the robot measures."""
+        self.client.spin_until(lambda: text in self.process.output(), timeout=240.0)
 
     def until_at(self, motors):
         def there():
@@ -226,6 +239,50 @@ def test_an_applied_solution_at_the_last_commands_is_where_it_was_last(bench):
     states = bench.client.messages(JointState, "/joint_states", 1)
     np.testing.assert_allclose(states[0].effort, other.efforts, rtol=0.0, atol=1e-8)
     assert np.abs(other.efforts - home.efforts).max() > 1e-3
+
+
+def test_motors_that_others_have_moved_and_that_are_measured_are_not_sent_back(bench):
+    """The command of before was said again, and the next motion began there: 124 ticks' ways at once."""
+    bench.measure([3.2, -0.1])
+    bench.start("start_from:=measured", until="")
+    bench.until_said("ready")
+    bench.until_heard()
+    bench.measure([2.7, 0.4])  # by hand
+    bench.until_said("where it is measured, motors (2.7, 0.4)")
+    assert "somebody else has moved the motors: one is measured 0.5 " in bench.process.output()
+    bench.spin(0.2)  # what is on the way
+    heard = len(bench.commands)
+    bench.spin(2.2)
+    assert len(bench.commands) == heard
+    bench.commands = [np.array([2.7, 0.4])]
+    bench.send(2.8, 0.3)
+    bench.until_at([2.8, 0.3])
+    assert bench.longest_step() <= 1.0 + 2e-5
+
+
+def test_where_a_tracked_robot_was_is_known_to_a_node_that_moves_it(bench):
+    """The node knew better and kept nothing: the first command was that of before it was moved."""
+    bench.start("start_from:=home")
+    bench.send(3.2, -0.1)
+    bench.until_at([3.2, -0.1])
+    assert bench.process.stop() == 0
+    bench.measure([2.7, 0.4])
+    bench.start("motor_source:=measured", until="")
+    bench.until_said("ready")
+    states = []
+    bench.client.node.create_subscription(JointState, "/joint_states", states.append, 10)
+    bench.client.spin_until(
+        lambda: states and np.allclose(states[-1].position, [2.7, 0.4], atol=1e-12)
+    )
+    bench.process.process.send_signal(signal.SIGKILL)
+    bench.process.process.wait()
+    bench.measure_no_more()
+    bench.spin(0.3)
+    bench.commands = []
+    bench.start()
+    assert "where it was last, motors (2.7, 0.4)" in bench.process.output()
+    bench.until_heard()
+    np.testing.assert_array_equal(bench.commands[0], [2.7, 0.4])
 
 
 def test_what_is_measured_is_where_the_node_begins(bench):
@@ -432,7 +489,8 @@ def test_a_last_state_that_cannot_be_read_does_not_begin_at_home(bench):
 
 
 def test_a_robot_that_moves_is_not_placed_by_a_measurement(bench):
-    bench.start()
+    """Where nobody moves motors but the node: a load may hold them off their command."""
+    bench.start("moved_tolerance:=0.0")
     bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
     bench.send(2.7, 0.4)
     bench.until_at([2.7, 0.4])

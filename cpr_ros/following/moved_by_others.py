@@ -1,0 +1,74 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Motors that the node moves, measured elsewhere than it has sent them. No ROS here.
+
+Somebody has moved them by hand, or through another controller, while nothing was commanded. The next
+command would have sent them back at once.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core import Robot
+from cpr_core.solving.distinct_numbers import distinct
+
+from .goals import largest_way
+
+__all__ = ["MovedByOthers"]
+
+Floats = NDArray[np.float64]
+
+#: Motors may arrive so much later than their last command, and have to rest for so long elsewhere [s].
+SETTLING = 0.5
+#: Motors that move by less are at rest [rad, rod lengths].
+RESTING = 0.01
+
+
+class MovedByOthers:
+    """Compares measured motors with the last command, once they have had the time to get there.
+
+    Attributes:
+        tolerance: Motors farther from it have been moved by others [rad, rod lengths]; 0: never.
+        away: That they are, in words; empty if they are not.
+    """
+
+    def __init__(self, robot: Robot, tolerance: float) -> None:
+        """Know of no motors yet."""
+        self.tolerance, self.away = tolerance, ""
+        self._units = robot.motor_units.tolist()
+        self._commanded = -math.inf
+        self._resting: Floats | None = None
+        self._resting_since = math.inf
+
+    def commanded(self, now: float) -> None:
+        """Take note of a new command, or that the motors are known to be where the node has them."""
+        self._commanded, self.away = now, ""
+
+    def take(self, measured: Floats, commands: Floats | None, now: float) -> bool:
+        """Take measured motors; whether they rest elsewhere, and the robot is to be begun with there.
+
+        Args:
+            measured: (n,) [rad or m].
+            commands: Where they were sent, (n,); None: nowhere yet.
+            now: Steady time [s].
+        """
+        if self._resting is None or largest_way(self._resting, measured, self._units) > RESTING:
+            self._resting, self._resting_since = measured, now
+        if commands is None or not self.tolerance or now - self._commanded < SETTLING:
+            self.away = ""
+            return False
+        way = largest_way(commands, measured, self._units)
+        if not way > self.tolerance:
+            self.away = ""
+            return False
+        told, tolerance = distinct(way, self.tolerance)
+        self.away = (
+            f"somebody else has moved the motors: one is measured {told} (rad or rod lengths) from its "
+            f"last command, more than moved_tolerance {tolerance}"
+        )
+        return now - self._resting_since >= SETTLING

@@ -1,0 +1,87 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Ways of the motors on which nothing halts them: through what would be refused they are not taken."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cpr_msgs.msg import ErrorCode
+from helpers.branches import stable_elsewhere
+from helpers.drive import SETTINGS, robot
+
+from cpr_core import solve_forward, solve_home, solve_inverse
+from cpr_core.model.assessment import Assessment
+from cpr_ros.error_codes import RequestError
+from cpr_ros.following.straight_way import check_straight_way
+
+
+def checked(start, commands, target, time_limit=20.0):
+    check_straight_way(Assessment(start), commands, target, SETTINGS.thresholds, time_limit)
+
+
+def refusal(*arguments, **options):
+    with pytest.raises(RequestError) as refused:
+        checked(*arguments, **options)
+    assert str(refused.value).startswith("apply: ")
+    return refused.value
+
+
+def test_a_way_on_the_branch_is_taken_from_wherever_commands_are():
+    home = solve_home(robot("rfrfr"))
+    target = solve_forward(home.robot, [2.9, 0.2])
+    checked(home, home.motors, target)
+    checked(home, np.array([2.7, 0.4]), target)
+    checked(target, home.motors, target)  # its commands are still on their way
+    checked(target, np.array([2.7, 0.4]), home)  # and are taken back
+
+
+def test_nothing_is_asked_of_a_solution_at_the_last_commands():
+    """That is how the node is told in which equilibrium the robot is."""
+    home = solve_home(robot("rfrfr"))
+    checked(solve_forward(home.robot, [2.9, 0.2]), home.motors, home)
+
+
+def test_a_stop_threshold_is_not_passed():
+    home = solve_home(robot("rfrfr"))
+    low = solve_inverse(home.robot, [0.0, 0.038])
+    assert 0.0 < Assessment(low).value("margin") < SETTINGS.thresholds["margin"].stop
+    refused = refusal(home, home.motors, low)
+    assert refused.val == ErrorCode.INVALID_MOTION_PLAN
+    assert "of the way: the margin would be 0.0" in str(refused)
+    assert "below its stop threshold 0.05" in str(refused)
+    checked(low, low.motors, home)  # out of it one may
+
+
+def test_a_fold_between_is_found_though_both_ends_are_on_the_branch_of_home():
+    """Found from home, and gone to from elsewhere: straight in the motors the robot snaps."""
+    home = solve_home(robot("rfrfr"))
+    away = solve_inverse(home.robot, [0.1287537, -0.30454163], start=home)
+    target = solve_inverse(home.robot, [0.09470072, 0.19875977], start=home)
+    assert away.stable
+    assert target.stable
+    refused = refusal(away, away.motors, target)
+    assert refused.val == ErrorCode.INVALID_MOTION_PLAN
+    assert "of the way: " in str(refused)
+
+
+def test_another_equilibrium_at_its_end_is_another():
+    home = solve_home(robot("rfrfr"))
+    target = solve_forward(home.robot, [2.7, 0.5], start=stable_elsewhere(home.robot))
+    assert "leads to another equilibrium" in str(refusal(home, home.motors, target))
+
+
+def test_loads_of_the_solution_act_on_the_way():
+    home = solve_home(robot("rfrfr"))
+    loads = home.loads.with_(wrench_world=[0, 0, 0, 0.2, 0, 0])
+    pushed = solve_forward(home.robot, [2.9, 0.2], start=home, loads=loads)
+    checked(home, home.motors, pushed)
+    crushed = replace(pushed, loads=home.loads.with_(wrench_world=[0, 0, 0, 0, -20.0, 0]))
+    assert "where the robot is: " in str(refusal(home, home.motors, crushed))
+
+
+def test_what_takes_too_long_is_not_taken():
+    home = solve_home(robot("six_rfs"))
+    target = solve_forward(home.robot, home.motors + 0.3)
+    assert refusal(home, home.motors, target, time_limit=0.0).val == ErrorCode.TIMED_OUT
