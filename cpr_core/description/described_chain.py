@@ -77,7 +77,10 @@ def _chain_rod(part: Part, rod: Part, strain: Part) -> ChainRod:
     described = described_rod(replace(own, content={**rod.content, **own.content}))
     motor = part.content.get("motor")
     if motor is not None and not described.uniform:
-        raise part.fail("motor", "a rod that is fed has to be uniform (profile, rest_curvature)")
+        raise part.fail(
+            "motor",
+            "a rod that is fed has to be uniform: no profile, no rest_curvature, no second radius",
+        )
     for given in ("limits", "offset", "ratio", "lead"):
         if motor is None and given in part:
             raise part.fail(given, "no motor feeds this rod: give one, or leave it out")

@@ -114,15 +114,15 @@ def _find(robot: str | Path) -> Path:
         return shipped[str(robot)]
     path = Path(robot)
     try:
-        found, folder = path.is_file(), path.is_dir()
+        found, folder, other = path.is_file(), path.is_dir(), path.exists()
     except (OSError, ValueError):  # not even a possible name
-        found, folder = False, False
+        found, folder, other = False, False, False
     if not found:
+        what = " (it is a folder)" if folder else " (it is something else)" if other else ""
         raise DescriptionError(
             str(robot),
             "",
-            f"no such file{' (it is a folder)' if folder else ''}, nor a shipped robot "
-            f"(shipped: {', '.join(shipped) or 'none'})",
+            f"no such file{what}, nor a shipped robot (shipped: {', '.join(shipped) or 'none'})",
         )
     return path
 

@@ -33,7 +33,8 @@ class CalibrationResult:
     """Parameters of a robot from measurements.
 
     Attributes:
-        robot: The robot with the parameters found; ``robot.description.text`` is a file that loads.
+        robot: The robot with the parameters found; ``robot.description.text`` is a file
+            that loads, empty where the robot was no text but a mapping.
         parameters: Their paths.
         start: Values of the description, (P,), in SI units.
         values: Values found, (P,), in SI units.

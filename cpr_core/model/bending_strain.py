@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .equilibrium import Equilibrium
+from .equilibrium import Equilibrium, check_equilibrium
 from .robot import Robot
 
 __all__ = ["bending_strains", "strains_in"]
@@ -23,7 +23,11 @@ def bending_strains(equilibrium: Equilibrium) -> Floats:
     centre line, at the quadrature nodes and at both ends. In between it may be larger, of shipped robots
     by up to 1 %. Torsion and tension are not counted. Where a profile changes the stiffness, the section
     is still the one of the description.
+
+    Raises:
+        InvalidRequest: No equilibrium.
     """
+    check_equilibrium(equilibrium)
     return strains_in(equilibrium.robot, equilibrium.state)
 
 

@@ -20,7 +20,7 @@ from ..lie import rotations_exp
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid, rod_grid
 from ..rods.rod import StrainModes
 from ..validation import ReadOnlyArrays, checked_count
-from .equilibrium import Equilibrium
+from .equilibrium import Equilibrium, check_equilibrium
 from .robot import Robot
 
 __all__ = ["JointPlace", "LegShape", "Pose", "leg_shapes", "rod_bases", "state_shapes", "tip_poses"]
@@ -100,8 +100,9 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
         points: Points of a rod, both ends included, from 4 to 1000.
 
     Raises:
-        InvalidRequest: Too few points or too many, or no whole number of them.
+        InvalidRequest: No equilibrium; too few points or too many, or no whole number of them.
     """
+    check_equilibrium(equilibrium)
     robot, state = equilibrium.robot, equilibrium.state
     return state_shapes(robot, state, checked_count("points", points, 4, _MOST_POINTS))
 

@@ -15,7 +15,7 @@ from ..description.robot_description import HomeGuess
 from ..errors import DescriptionError, DescriptionWarning
 from ..model.equilibrium import Equilibrium, spectrum
 from ..model.model_state import evaluate
-from ..model.robot import Robot
+from ..model.robot import Robot, checked_robot
 from ..model.shape import tip_poses
 from .assembly import (
     Shape,
@@ -51,13 +51,14 @@ def solve_home(robot: Robot) -> Equilibrium:
     """Home equilibrium: assembled without loads, then loaded; found once and kept with the robot.
 
     Raises:
+        InvalidRequest: No robot.
         NoForwardSolution: No equilibrium was found.
         DescriptionError: The loads cannot be borne, or a limit does not hold at home.
 
     Warns:
         DescriptionWarning: Home is far from the rough pose of the platform.
     """
-    return robot.kept("home", lambda: _found(robot))
+    return checked_robot(robot).kept("home", lambda: _found(robot))
 
 
 def _found(robot: Robot) -> Equilibrium:

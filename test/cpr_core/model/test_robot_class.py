@@ -18,7 +18,9 @@ from cpr_core import (
     Loads,
     MotorLimitExceeded,
     Robot,
+    bending_strains,
     find_equilibria,
+    leg_shapes,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
@@ -598,6 +600,22 @@ def test_planar_homes_bend_in_the_plane(yaml_file):
 def test_a_folder_is_no_description(tmp_path):
     with pytest.raises(DescriptionError, match="it is a folder"):
         load_robot(tmp_path)
+
+
+def test_what_is_no_file_is_said_to_be_something_else():
+    with pytest.raises(DescriptionError, match="it is something else"):
+        load_robot("/dev/null")
+
+
+@pytest.mark.parametrize("ask", [solve_home, leg_shapes, bending_strains])
+@pytest.mark.parametrize("given", ["six_rfs", 3.5])
+def test_what_is_no_robot_and_no_equilibrium_is_named(ask, given):
+    """A string ended in words about attributes."""
+    with pytest.raises(InvalidRequest, match=r"expected an? (Robot|Equilibrium), got"):
+        ask(given)
+    if ask is not solve_home:
+        with pytest.raises(InvalidRequest, match="expected an Equilibrium, got"):
+            ask(load_robot("rfrfr"))
 
 
 @pytest.mark.parametrize("values", [["1", "2"], [True, False], [1.0, None]])

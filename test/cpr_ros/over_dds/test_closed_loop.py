@@ -253,6 +253,12 @@ def test_it_halts_as_without(rfrfr):
         camera.go_home()
         assert camera.set_parameters(loop_gain=4.0, loop_max_rate=1.0).successful
         camera.heard.clear()
+        camera.send_platform(0.0, 0.4)
+        camera.until(lambda: np.allclose(camera.position[:2], [0.0, 0.4], rtol=0.0, atol=1e-9))
+        camera.send_platform(0.0, -0.2)
+        camera.until_state(StabilityMetrics.STATE_HALTED)
+        camera.spin(0.3)
+        without = camera.metrics
         camera.measure(50.0)
         camera.send_platform(0.0, 0.4)
         camera.until_met(1e-4)
@@ -260,9 +266,12 @@ def test_it_halts_as_without(rfrfr):
         camera.until_state(StabilityMetrics.STATE_HALTED)
         camera.spin(0.3)
         camera.until_frozen("the robot is halted")
-        print(f"halted at margin {camera.metrics.margin:.4f}")
-        assert 0.05 <= camera.metrics.margin < 0.06
-        assert camera.metrics.action == StabilityMetrics.ACTION_HALT
+        print(f"halted at margin {camera.metrics.margin:.4f}, without {without.margin:.4f}")
+        for halted in (without, camera.metrics):
+            assert 0.05 <= halted.margin < 0.06
+            assert halted.action == StabilityMetrics.ACTION_HALT
+            assert halted.status == StabilityMetrics.STATUS_HALT_FOR_STABILITY
+            assert halted.nearest_threshold == "margin"
         camera.send_platform(0.0, 0.4)
         camera.until_met(1e-4)
         camera.check_commands()

@@ -154,10 +154,19 @@ def test_pushed_into_it_by_a_wrench_it_is_halted(drive, following):
 
 
 def test_a_cancelled_one_holds_within_one_tick(drive, following):
+    sent = []  # when, and what
+    heard = drive.client.node.create_subscription(
+        Float64MultiArray,
+        f"{drive.name}/motor_commands",
+        lambda message, info: sent.append((info["source_timestamp"], *message.data)),
+        EVERY_MESSAGE,
+    )
     handle = following.send(trajectory([10.0], [HOME + [2.0, 0.0]]))
     drive.until(lambda: np.abs(drive.motors - HOME).max() > 0.05)
+    assert sent
     cancelled = handle.cancel_goal_async()
     drive.client.spin_until(cancelled.done)
+    answered = time.time_ns()
     assert len(cancelled.result().goals_canceling) == 1
     done = following.result(handle)
     assert done.status == GoalStatus.STATUS_CANCELED
@@ -170,6 +179,10 @@ def test_a_cancelled_one_holds_within_one_tick(drive, following):
     drive.forget()
     until_command(drive, held)
     np.testing.assert_array_equal(np.unique(commands_of(drive), axis=0), [held])
+    drive.client.node.destroy_subscription(heard)
+    late = {(first, second) for when, first, second in sent if when > answered}
+    assert (held[0], held[1]) in late  # the clocks are one: it was said again since
+    assert len(late) <= 2, "more than one tick after the answer it still moved"
     drive.client.spin_until(lambda: bool(drive.all(StabilityMetrics)))
     assert drive.metrics.state == StabilityMetrics.STATE_IDLE
 
