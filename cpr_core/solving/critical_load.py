@@ -126,7 +126,7 @@ def _trace(
         raise InvalidRequest(
             "equilibrium", f"expected a stable one, its smallest eigenvalue is {smallest:.3g} J"
         )
-    low, last, beyond, high, first_step = value, start, "", np.inf, step
+    low, last, beyond, end, high, first_step = value, start, "", "", np.inf, step
     while high - low > _TOLERANCE * max(abs(low), step * 1e-3):
         target = min(low + step, limit) if np.isinf(high) else 0.5 * (low + high)
         try:
@@ -142,8 +142,10 @@ def _trace(
             if np.isinf(high) and _not_walked(error) and step > _SMALLEST_STEP * first_step:
                 step *= 0.5
             else:
+                # As it was told first, from afar: next to a fold it looks like a crossing.
                 crosses = error.event is not None and error.event.kind == "bifurcation"
-                high, beyond = target, "crossing" if crosses else "fold"
+                end = end or ("crossing" if crosses else "fold")
+                high, beyond = target, end
             continue
         if eigenvalue <= 0.0:
             high, beyond = target, "crossing"

@@ -81,6 +81,7 @@ class LoopStatus:
         position_error: Measured from wanted [m]; NaN while the loop is open, or not controlled.
         rotation_error: Measured from wanted [rad]; the same.
         at_setpoint: Whether the newest pose was measured since the model is at this setpoint.
+        blind: Whether it is frozen for want of a measured pose that can be believed.
     """
 
     loop: Loop = Loop.OPEN
@@ -89,6 +90,7 @@ class LoopStatus:
     position_error: float = math.nan
     rotation_error: float = math.nan
     at_setpoint: bool = False
+    blind: bool = False
 
 
 class PoseLoop:
@@ -245,12 +247,18 @@ class PoseLoop:
         known = measured.newest is not None or bool(measured.problem)
         if not isinstance(goal, PoseGoal) or newest is None or not known:
             return LoopStatus(age=age)
-        text = self._problem(now) or newest.waiting
+        problem = self._problem(now)
+        text, blind = problem or newest.waiting, bool(problem) and not self._switched_off
         errors = math.nan, math.nan
         if measured.newest is not None:
             errors = self.coordinates.sizes(self.coordinates.way(measured.newest, goal.pose))
         loop = Loop.FROZEN if text else Loop.CLOSED
-        return LoopStatus(loop, text, age, *errors, at_setpoint=self._at_setpoint)
+        return LoopStatus(loop, text, age, *errors, at_setpoint=self._at_setpoint, blind=blind)
+
+    @property
+    def _switched_off(self) -> bool:
+        """Whether nothing is to be corrected."""
+        return self.settings.gain <= 0.0 or self.settings.max_rate <= 0.0
 
     def _problem(self, now: float) -> str:
         """Why nothing is corrected, whatever the robot does; empty if it may be."""

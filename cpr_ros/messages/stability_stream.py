@@ -16,12 +16,16 @@ from cpr_core.model.assessment import Assessment, Thresholds
 
 from ..closed_loop.pose_loop import LoopStatus
 from ..following.setpoint_following import Outcome
+from ..following.supervision import Action, Status
 from ..middleware.repeated_message import RepeatedMessage, Stamp
 from .analysis import singularity_message, stiffness_message
 from .conversions import Frames
 from .model_error import estimated_error, warned_error
 
-__all__ = ["StabilityStream"]
+__all__ = ["BLIND", "StabilityStream"]
+
+#: Recommended factor on speed where the platform is to be seen and is not.
+BLIND = 0.5
 
 _OPEN = LoopStatus()
 #: What changes while the robot rests.
@@ -79,6 +83,9 @@ class StabilityStream:
         ):
             message = _metrics(outcome, thresholds, frames)
             message.loop, message.loop_text = int(loop.loop), loop.text
+            if loop.blind and message.action == Action.NONE:
+                message.action, message.speed_scale = int(Action.SLOW), BLIND
+                message.status, message.status_text = int(Status.STALE_COMMAND), loop.text
             message.position_error = loop.position_error
             message.rotation_error = loop.rotation_error
             repeated = RepeatedMessage(message, _AGES)

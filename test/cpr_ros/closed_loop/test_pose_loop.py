@@ -125,6 +125,7 @@ def frozen(bench, seconds, text):
     np.testing.assert_allclose(bench.model.motors, motors, rtol=0.0, atol=1e-8)
     assert bench.status.loop == Loop.FROZEN
     assert text in bench.status.text
+    assert bench.status.blind == (not text.startswith("loop_"))
     assert bench.longest_step <= SLACK
 
 

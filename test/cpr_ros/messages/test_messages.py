@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
-from cpr_msgs.msg import ErrorCode
+from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import GetKinematoStatics
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
@@ -30,6 +30,7 @@ from cpr_core import (
 from cpr_core.drawing.robot_lines import bending_curvature
 from cpr_core.lie import rotation_exp
 from cpr_core.model.assessment import Assessment
+from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
 from cpr_ros.error_codes import RequestError
 from cpr_ros.interface.diagnostics import diagnostic_array
 from cpr_ros.messages.analysis import fill_kinemato_statics
@@ -40,7 +41,7 @@ from cpr_ros.messages.conversions import (
 )
 from cpr_ros.messages.leg_markers import leg_markers
 from cpr_ros.messages.motor_messages import measured_motors, motor_setpoint
-from cpr_ros.messages.stability_stream import StabilityStream
+from cpr_ros.messages.stability_stream import BLIND, StabilityStream
 from cpr_ros.messages.transforms import transform_of
 
 FRAMES = Frames("base", "platform")
@@ -117,6 +118,23 @@ def test_measured_motors_are_found_among_others():
     ):
         with pytest.raises(InvalidRequest):
             measured_motors(planar, wrong)
+
+
+def test_a_platform_that_is_to_be_seen_and_is_not_is_slowed_down(rfrfr):
+    """The action was NONE, and that is all a supervisor looks at."""
+    stream, outcome = StabilityStream(), rfrfr.tick()
+
+    def told(loop):
+        ages = {"now": 0.0, "setpoint_age": -1.0, "wrench_age": -1.0}
+        message = stream.message(outcome, SETTINGS.thresholds, FRAMES, (0, 0), **ages, loop=loop)
+        return message.action, message.status, message.status_text, message.speed_scale
+
+    good = told(LoopStatus(Loop.CLOSED))
+    assert good == (StabilityMetrics.ACTION_NONE, StabilityMetrics.STATUS_NO_WARNING, "stable", 1.0)
+    why = "the measured pose jumped by 0.1"
+    slow = (StabilityMetrics.ACTION_SLOW, StabilityMetrics.STATUS_STALE_COMMAND, why, BLIND)
+    assert told(LoopStatus(Loop.FROZEN, why, blind=True)) == slow
+    assert told(LoopStatus(Loop.FROZEN, "the robot is on its way")) == good
 
 
 def test_legs_are_coloured_by_bending_strain_or_by_stability(rfrfr):

@@ -300,6 +300,8 @@ def test_what_cannot_be_believed_freezes_the_correction_and_is_told(camera):
         camera.until(lambda: True)
         np.testing.assert_allclose(camera.motors, motors, rtol=0.0, atol=1e-6)
         assert camera.metrics.loop == StabilityMetrics.LOOP_FROZEN
+        assert camera.metrics.action == StabilityMetrics.ACTION_SLOW
+        assert text in camera.metrics.status_text
         camera.changed = lambda message: message
         camera.until_met(1e-4)
     camera.check_commands()
