@@ -150,7 +150,7 @@ class MoveAction(LongAction):
         goal = goal_of(session, handle.request, self._frames)
         measured = measured_arrival(handle.request, session.loop.coordinates)
         session.follow(goal, time.monotonic(), ages=False)
-        session.awaited = goal
+        session.admission.awaited = goal
         replaced, self._motion = self._motion, _Motion(handle, goal, patience, measured)
         self._held_up, self._told = "", -math.inf
         if replaced is not None:
@@ -172,8 +172,8 @@ class MoveAction(LongAction):
     def _end(self, motion: _Motion, error: Exception | None) -> None:
         """Bring the goal on its way to its end."""
         self._motion, session = None, self._session()
-        if session is not None and session.awaited is motion.goal:
-            session.awaited = None
+        if session is not None and session.admission.awaited is motion.goal:
+            session.admission.awaited = None
         self._answer(motion.handle, motion.goal, error)
 
     def _answer(self, handle: ServerGoalHandle, goal: Goal | None, error: Exception | None) -> None:

@@ -26,13 +26,13 @@ from ..following.motor_commands import MotorCommands
 from ..following.motor_tracking import MotorTracking
 from ..following.moved_by_others import MovedByOthers
 from ..following.setpoint_following import Outcome, SetpointFollower
-from ..following.straight_way import check_straight_way
 from ..following.supervision import State
 from ..following.trajectory_following import Ending, Motion, Trajectories
 from ..following.trajectory_order import TrajectoryOrder
 from ..following.watchdog import Watchdog
 from ..messages.conversions import Frames
 from ..settings.parameters import LiveParameters, Parameters
+from .admission import Admission
 from .solver import Solver
 
 __all__ = ["Session"]
@@ -56,7 +56,7 @@ class Session:
         velocity: Of the motors in the last tick, (n,) [rad/s or m/s].
         unplaced: Whether the first measured motors say where the robot is; until it moves.
         others: Whether measured motors are elsewhere than the node has sent them.
-        awaited: Goal of which somebody waits to hear how it ends, which ticks tell; None: nobody does.
+        admission: What is taken now.
     """
 
     def __init__(
@@ -84,13 +84,21 @@ class Session:
         self.follower.corrected = self.loop.corrected
         self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
         self.commands = MotorCommands(robot, self.period)
-        self.solver.occupied, self.solver.check_way = self._occupied, self._check_way
         self._before = home = self.solver.current
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
         self.unplaced = False
         self.others = MovedByOthers(robot, live.moved_tolerance)
-        self.awaited: Goal | None = None
+        self.admission = Admission(
+            self.solver,
+            self.follower,
+            self.trajectories,
+            self.tracking,
+            self.commands,
+            self.others,
+        )
+        self.solver.occupied = self.admission.occupied
+        self.solver.check_way = self.admission.check_way
 
     def apply(self, live: LiveParameters, now: float) -> bool:
         """Take new live parameters; they start no motion.
@@ -152,7 +160,7 @@ class Session:
         if last.moved or last.assessment is not current or last.state == State.ALIGNING:
             return False
         goal = self.follower.goal
-        if self._awaiting or not (
+        if self.admission.awaiting or not (
             self.trajectories.at_rest and self.loop.at_rest(goal) and self.jogger.at_rest(goal)
         ):
             return False
@@ -161,7 +169,7 @@ class Session:
         return (
             self.follower.at_rest
             and self.wrench.at_rest(current.equilibrium.loads)
-            and (self.follower.paused or self.commands.aligned_with(current.equilibrium.motors))
+            and (self.follower.paused or self.admission.aligned)
         )
 
     def tick(self, now: float) -> Outcome:
@@ -179,8 +187,7 @@ class Session:
             self.jogger.advance(start, self.follower.arrived(start), now)
         self.loop.advance(now)
         loads = self.wrench.loads(before.equilibrium.loads, now)
-        aligned = self.commands.aligned_with(before.equilibrium.motors)
-        if self.tracking is None and not aligned and not self.follower.paused:
+        if self.tracking is None and not self.admission.aligned and not self.follower.paused:
             borne, burden = self.follower.bear(before, loads)
             told = self.follower.judge(borne, burden)
             moved = borne is not before
@@ -208,7 +215,7 @@ class Session:
         """
         motors = self.solver.current.equilibrium.motors
         known = self.commands.newest is not None
-        nothing_new = self.commands.aligned_with(motors) if known else not self.outcome.obeyed
+        nothing_new = self.admission.aligned if known else not self.outcome.obeyed
         held = self.follower.paused or self.outcome.refusal is not None or self.others.away
         if self.tracking is not None or held or nothing_new:
             return None
@@ -288,7 +295,7 @@ class Session:
         Raises:
             RequestError: The node takes none now.
         """
-        self._check_free()
+        self.admission.check_free()
         self.follower.follow(goal, now, ages=ages)
 
     def follow_trajectory(
@@ -308,57 +315,19 @@ class Session:
             self._hold()
             told(Ending(ErrorCode.SUCCESS))
             return None
-        self._check_free()
-        current = self.solver.current
-        if not self.commands.aligned_with(current.equilibrium.motors):
+        self.admission.check_free()
+        if not self.admission.aligned:
             raise RequestError(
                 ErrorCode.NOT_READY, "the motor commands are on their way to where the robot is"
             )
-        return self.trajectories.take(order, current, now, told)
+        return self.trajectories.take(order, self.solver.current, now, told)
 
     @property
     def _state_at_rest(self) -> State:
         """What the node does without a setpoint."""
         if self.follower.paused:
             return State.PAUSED
-        aligned = self.commands.aligned_with(self.solver.current.equilibrium.motors)
-        return State.IDLE if aligned else State.ALIGNING
-
-    @property
-    def _awaiting(self) -> bool:
-        """Whether somebody waits to hear how the goal of now ends."""
-        return self.awaited is not None and self.awaited is self.follower.goal
-
-    def _occupied(self) -> str:
-        """Why the robot is not put elsewhere now; empty: nothing is against it."""
-        if self.others.away:
-            return self.others.away
-        end_it = "an empty ~/joint_trajectory ends that"
-        if self.follower.moving:
-            return f"the robot is on its way; {end_it}"
-        if not self.trajectories.at_rest:
-            return f"a trajectory is to be followed; {end_it}"
-        if self._awaiting:
-            return f"a goal of ~/move_to waits to be measured where it is; {end_it}"
-        aligned = self.commands.aligned_with(self.solver.current.equilibrium.motors)
-        if self.follower.paused and aligned:
-            return "the node is paused: release it first"  # else motors set off when the pause ends
-        return ""  # commands that are on their way go to the new place instead
-
-    def _check_way(self, solution: Equilibrium) -> None:
-        """Whether the motors may go to an equilibrium from where they are.
-
-        Raises:
-            RequestError: They may not.
-        """
-        if self.tracking is None and self.commands.newest is not None:
-            check_straight_way(
-                self.solver.current,
-                self.commands.newest,
-                solution,
-                self.follower.settings.thresholds,
-                self.solver.time_limit,
-            )
+        return State.IDLE if self.admission.aligned else State.ALIGNING
 
     def _hold(self) -> None:
         """End every motion.
@@ -366,7 +335,7 @@ class Session:
         Raises:
             RequestError: The node moves nothing.
         """
-        self._check_moving()
+        self.admission.check_moving()
         reason = "an empty trajectory came: hold"
         self.trajectories.stop(ErrorCode.PREEMPTED, reason)
         self.drop(reason)
@@ -378,43 +347,10 @@ class Session:
 
     def hold_commands(self) -> bool:
         """Pause where commands are on their way to where the node has the robot; whether they were."""
-        on_their_way = not self.commands.aligned_with(self.solver.current.equilibrium.motors)
-        if on_their_way:
-            self.pause(True)
-        return on_their_way
-
-    def _check_moving(self) -> None:
-        """Whether it is the node that moves the motors.
-
-        Raises:
-            RequestError: It is not.
-        """
-        if self.tracking is not None:
-            raise RequestError(
-                ErrorCode.NOT_READY, "the node tracks measured motors and takes no setpoints"
-            )
-
-    def _check_free(self) -> None:
-        """Whether setpoints and trajectories are taken now.
-
-        Raises:
-            RequestError: They are not.
-        """
-        self._check_moving()
-        if self.follower.paused:
-            raise RequestError(ErrorCode.NOT_READY, "the node is paused")
-        if self.follower.returning:
-            raise RequestError(ErrorCode.NOT_READY, "the node is on its way home")
-        self._check_where_commanded()
-
-    def _check_where_commanded(self) -> None:
-        """Whether the motors are where the node has sent them.
-
-        Raises:
-            RequestError: They are not.
-        """
-        if self.others.away:
-            raise RequestError(ErrorCode.NOT_READY, self.others.away)
+        if self.admission.aligned:
+            return False
+        self.pause(True)
+        return True
 
     def jog(self, twist: PlatformTwist, now: float) -> None:
         """Take a twist: it moves the platform setpoint from where the robot is.
@@ -464,7 +400,7 @@ class Session:
             return "tracking from home again"
         if self.follower.paused:
             raise RequestError(ErrorCode.NOT_READY, "the node is paused: release it first")
-        self._check_where_commanded()
+        self.admission.check_where_commanded()
         self.follower.reset()
         self.loop.forget()
         self._be(State.RETURNING)
