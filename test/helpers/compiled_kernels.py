@@ -31,3 +31,7 @@ def compile_beside() -> None:
             left = subprocess.run(everything, check=True, stdout=subprocess.PIPE, text=True).stdout
             assert json.loads(left) == [], f"`cpr compile` has left out {left}"
     assert beside.returncode == 0, "what `cpr compile` comes to last was not compiled beside it"
+
+
+if __name__ == "__main__":
+    compile_beside()

@@ -3,7 +3,8 @@
 
 """control_msgs: what is installed, or three of its interfaces, generated and compiled.
 
-It is not among the wheels. What is compiled is the interface package of cpr_ros with other files in it.
+It is not among the wheels. What is compiled is the interface package of cpr_ros with other files in it:
+by the set-up, as a program, or by the first test that needs it.
 """
 
 from __future__ import annotations
@@ -21,6 +22,10 @@ from helpers.own_tree import ROOT, TESTS
 _OURS = ROOT / "msg_defs"
 _BUILT_BY = ("CMakeLists.txt", "package.xml")
 _INTERFACES = TESTS / "data" / "control_msgs"
+
+
+#: Where the set-up keeps it.
+OF_THE_SETUP = Path(sys.prefix) / "control_msgs"
 
 
 def control_messages(folder: Path) -> dict[str, Path]:
@@ -67,3 +72,7 @@ def _compile(package: Path, build: Path, prefix: Path) -> None:
             command, env=os.environ | {"PATH": path}, capture_output=True, text=True
         )
         assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
+
+
+if __name__ == "__main__":
+    control_messages(OF_THE_SETUP)

@@ -12,7 +12,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Duration
 from cpr_msgs.msg import StabilityMetrics
-from helpers.control_messages import control_messages
+from helpers.control_messages import OF_THE_SETUP, control_messages
 from helpers.goal_client import GoalClient
 from helpers.joint_trajectory import DOWN, HOME, NAMES, trajectory
 from helpers.node_process import running_node
@@ -27,9 +27,12 @@ def resting(times, positions, names=NAMES):
 
 @pytest.fixture(scope="module")
 def control_msgs(request, tmp_path_factory):
-    """The package, for this process and those it starts; kept for later runs where there is a cache."""
+    """The package, for this process and those it starts; that of the set-up, or kept for later runs."""
     cache = getattr(request.config, "cache", None)  # not with -p no:cacheprovider
-    kept = cache.mkdir("control_msgs") if cache else tmp_path_factory.mktemp("control_msgs")
+    if OF_THE_SETUP.exists():
+        kept = OF_THE_SETUP
+    else:
+        kept = cache.mkdir("control_msgs") if cache else tmp_path_factory.mktemp("control_msgs")
     found = control_messages(kept)
     with pytest.MonkeyPatch.context() as patch:
         for name, path in found.items():
