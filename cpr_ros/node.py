@@ -94,6 +94,7 @@ class CprNode(LifecycleNode):
             self.get_logger().warning(line)
         if not self.parameters.autostart:
             self._listen()
+            self.get_logger().info("unconfigured: autostart is off, ~/change_state begins")
 
     def start(self) -> None:
         """Configure and activate, unless a signal comes.

@@ -31,6 +31,8 @@ pytestmark = pytest.mark.waits(seconds=80)
 HOME = np.array([2.59, 0.55])
 SPEED, RATE = 0.8, 200.0
 STEP = SPEED / RATE
+#: At which a node is ended or taken through its life; five ways, one after the other.
+MOMENTS = 5
 
 
 class Bench:
@@ -100,6 +102,19 @@ class Bench:
     def until_said(self, text):
         """In the log; meanwhile the robot measures."""
         self.client.spin_until(lambda: text in self.process.output(), timeout=240.0)
+
+    def until_answered(self):
+        """By the node of now: requests may go to one that was killed, which is not known for a while."""
+        states = self.client.node.create_client(GetState, "/cpr_node/get_state")
+        asked = []
+
+        def answered():
+            if not asked or time.monotonic() > asked[-1][0] + 0.5:
+                asked.append((time.monotonic(), states.call_async(GetState.Request())))
+            return any(future.done() for _, future in asked)
+
+        self.client.spin_until(answered)
+        self.client.node.destroy_client(states)
 
     def until_at(self, motors):
         def there():
@@ -179,23 +194,29 @@ def test_no_command_is_far_from_the_one_before_whatever_happens_in_motion(bench)
     bench.start()
     deactivate, activate = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE
     clean, configure = Transition.TRANSITION_CLEANUP, Transition.TRANSITION_CONFIGURE
-    for moment in range(4):
+    for moment in range(MOMENTS):
         bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
         bench.until_heard()
         where = HOME + chance.uniform(0.2, 1.0) * np.array([0.9, -0.9])
         bench.send(*where)
         bench.until_heard()
         bench.spin(chance.uniform(0.0, 0.4))
-        if moment % 4 == 0:
-            bench.kill()
-            bench.start()
-        elif moment % 4 == 1:
-            assert bench.process.stop(signal.SIGTERM) == 0
-            bench.start()
-        elif moment % 4 == 2:
-            bench.change(deactivate, clean, configure, activate)
-        else:
-            bench.change(deactivate, activate)
+        match moment % 5:
+            case 0:
+                bench.kill()
+                bench.start()
+            case 1:
+                assert bench.process.stop(signal.SIGTERM) == 0
+                bench.start()
+            case 2:
+                bench.change(deactivate, clean, configure, activate)
+            case 3:
+                bench.change(deactivate, activate)
+            case 4:
+                bench.kill()
+                bench.start("autostart:=false", until="unconfigured")
+                bench.until_answered()
+                bench.change(configure, activate)
         bench.until_heard()
         assert bench.longest_step() <= 1.0 + 2e-5, (moment, bench.longest_step())
     assert sum(map(len, (*bench.ended, bench.commands))) > 50
