@@ -127,7 +127,7 @@ def estimate_wrench(
     loads: Loads | None = None,
     time_limit: float | None = None,
 ) -> WrenchEstimate:
-    """What pushes on the platform.
+    """What pushes on the platform. All parameters but robot and motors are options, given by name.
 
     Args:
         robot: The robot.

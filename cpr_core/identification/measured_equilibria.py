@@ -86,7 +86,7 @@ def _solved(known: Sequence[Equilibrium], row: Measurement) -> Equilibrium:
     drive = driven_by(robot, row)
     loads = robot.default_loads if row.loads is None else row.loads
     nearest = min(known, key=lambda other: _distance(other, drive))
-    if drive.problem == "motors" and (found := _one_step(nearest, drive.values, loads)) is not None:
+    if drive.problem == "motors" and (found := _beside(nearest, drive.values, loads)) is not None:
         return found
     try:
         return solve_from(nearest, drive.problem, drive.values, loads=loads)
@@ -102,7 +102,7 @@ def _distance(equilibrium: Equilibrium, drive: Drive) -> float:
     return float(np.linalg.norm(own - drive.values))
 
 
-def _one_step(start: Equilibrium, motors: Floats, loads: Loads) -> Equilibrium | None:
+def _beside(start: Equilibrium, motors: Floats, loads: Loads) -> Equilibrium | None:
     """The equilibrium of a row in two single steps, of motors and of loads; None: a walk has to tell."""
     robot = start.robot
     if not start.loads.conservative(robot.planar) or not loads.conservative(robot.planar):

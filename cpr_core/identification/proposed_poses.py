@@ -82,7 +82,8 @@ def propose_poses(
     """Poses that tell most about parameters: with the least volume of what is left in doubt.
 
     Among random motor positions that the robot reaches from home, stably and within its limits, those
-    are chosen whose information matrix has the largest determinant (D-optimal), by exchange.
+    are chosen whose information matrix has the largest determinant (D-optimal), by exchange. The
+    parameters after the count are independent options, given by name.
 
     Args:
         robot: The robot.

@@ -128,10 +128,11 @@ def _starts(tracker: Tracker, seen: TrackerRows, free: Mapping[str, list[int]]) 
     rotations = []
     if seen.placed.sum() >= _FEW:
         markers = (seen.places + seen.turns @ tracker.marker_position)[seen.placed]
-        told, there = (each - each.mean(axis=0) for each in (seen.told[seen.placed], markers))
-        spread = np.linalg.svd(told, compute_uv=False)
+        told = seen.told[seen.placed]
+        told_about_mean, markers_about_mean = (each - each.mean(axis=0) for each in (told, markers))
+        spread = np.linalg.svd(told_about_mean, compute_uv=False)
         if spread[1] > _NONE * spread[0]:
-            rotations.append(projected_rotation(there.T @ told))
+            rotations.append(projected_rotation(markers_about_mean.T @ told_about_mean))
     if seen.oriented.sum() >= _FEW:
         rotations.append(_turned_as(tracker, seen, free))
     if not rotations:

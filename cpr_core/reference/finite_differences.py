@@ -25,6 +25,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from ..errors import InvalidRequest
+from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import RESIDUAL_TOLERANCE
 from ..model.robot import Robot
 from ..solving.not_reached import NoForwardSolution
@@ -43,8 +44,7 @@ Floats = NDArray[np.float64]
 #: Newton corrections of a step; each must be smaller than this times the one before.
 CORRECTIONS = 12
 CONTRACTION = 0.5
-#: Longest step of a motor [rad], and the smallest part of it before giving up.
-LONGEST_STEP = 0.5
+#: Smallest part of a longest step before giving up.
 SMALLEST_STEP = 1e-3
 
 

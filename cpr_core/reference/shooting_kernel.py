@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.natural_units import LONGEST_STEP
 from ..numba_fence import njit
 
 __all__ = ["Shooting", "ShootingState", "balance", "follow", "refine"]
@@ -33,8 +34,7 @@ Floats = NDArray[np.float64]
 
 #: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
 FASTMATH = {"contract", "nsz", "reassoc"}
-#: Longest step in motors and platform coordinates, and the smallest part of it before giving up.
-LONGEST_STEP = 0.5
+#: Smallest part of a longest step before giving up.
 SMALLEST_STEP = 1e-4
 #: Newton corrections of a step; each must be smaller than this times the one before.
 CORRECTIONS = 12

@@ -109,7 +109,7 @@ def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> Discr
         raise InvalidRequest("equilibrium", f"expected an Equilibrium, got {equilibrium!r:.200}")
     checked_problem(equilibrium.robot, problem)
     return DiscretisationError(
-        problem, equilibrium, _one_step(embedded_richer(equilibrium), problem)
+        problem, equilibrium, _newton_step(embedded_richer(equilibrium), problem)
     )
 
 
@@ -180,7 +180,7 @@ def _combinations(modes: StrainModes, richer: StrainModes) -> Floats:
     return richer.project(strains, grid).T
 
 
-def _one_step(start: Equilibrium, problem: ProblemName) -> Equilibrium:
+def _newton_step(start: Equilibrium, problem: ProblemName) -> Equilibrium:
     """One full step of Newton's method.
 
     Raises:

@@ -89,21 +89,15 @@ def map_workspace(
     check_grid(robot, grid)
     flood = Flood(robot, grid, start, loads, tolerance, objective)
     if file is not None:
-        from .map_files import check_replaceable, check_writable
-        from .store import read_flood, write_map
+        from .store import write_map
 
         file = Path(file)
-        check_writable(file, robot, grid)
-        if resume and file.exists():
-            known = read_flood(file, robot, loads, grid, flood.objective)
-            try:
-                flood.take(known, cancelled)
-            except Cancelled:
-                return flood.as_map()
-            if flood.reached and known.complete and known.refined(tolerance):
-                return known
-        else:
-            check_replaceable(file)
+        try:
+            known = _taken_from(file, flood, resume, cancelled)
+        except Cancelled:
+            return flood.as_map()
+        if known is not None and flood.reached and known.complete and known.refined(tolerance):
+            return known
     if flood.reached == 0:
         flood.begin()
     saved = time.monotonic()
@@ -135,3 +129,24 @@ def map_workspace(
     if file is not None:
         write_map(found, file)
     return found
+
+
+def _taken_from(
+    file: Path, flood: Flood, resume: bool, cancelled: Callable[[], bool] | None
+) -> WorkspaceMap | None:
+    """Go on with the map of a file; returns it, or None where a new one is to be made.
+
+    Raises:
+        InvalidRequest: The file is of another map, of none, or cannot be written.
+        Cancelled: Before it was known whether the start is on its branch.
+    """
+    from .map_files import check_replaceable, check_writable
+    from .store import read_flood
+
+    check_writable(file, flood.robot, flood.grid)
+    if not (resume and file.exists()):
+        check_replaceable(file)
+        return None
+    known = read_flood(file, flood.robot, flood.loads, flood.grid, flood.objective)
+    flood.take(known, cancelled)
+    return known

@@ -20,7 +20,7 @@ from .watchdog import Watchdog
 __all__ = ["MotorTracking"]
 
 #: Longest way in one tick [rad, rod lengths]: stability is looked at in between.
-LONGEST_STEP = 0.1
+LONGEST_WAY = 0.1
 
 
 class MotorTracking:
@@ -77,7 +77,7 @@ class MotorTracking:
         remaining = goal.remaining(current.equilibrium)
         if remaining <= ARRIVED and loads is current.equilibrium.loads:
             return Outcome(current, False, State.TRACKING, self._judge.judge(current))
-        fraction = min(1.0, LONGEST_STEP / max(remaining, ARRIVED))
+        fraction = min(1.0, LONGEST_WAY / max(remaining, ARRIVED))
         for part in (1.0, 0.25, 0.0625):  # where the robot is soft, in smaller steps
             ahead = self._looked_at(current, attempt(current, goal, part * fraction, loads))
             if isinstance(ahead, Assessment):

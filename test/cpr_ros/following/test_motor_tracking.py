@@ -8,7 +8,7 @@ from helpers.drive import SETTINGS, robot
 
 from cpr_core import solve_home
 from cpr_core.model.assessment import Assessment
-from cpr_ros.following.motor_tracking import LONGEST_STEP, MotorTracking
+from cpr_ros.following.motor_tracking import LONGEST_WAY, MotorTracking
 from cpr_ros.following.setpoint_following import SetpointFollower
 from cpr_ros.following.supervision import Action, State, Status
 
@@ -48,7 +48,7 @@ def test_motors_far_from_home_are_walked_to():
         before = tracking.current.equilibrium.motors
         tracking.tick(motors)
         step = np.abs(tracking.current.equilibrium.motors - before).max()
-        assert step <= LONGEST_STEP * (1.0 + 1e-9)
+        assert step <= LONGEST_WAY * (1.0 + 1e-9)
         ticks += 1
         assert ticks < 20
 
