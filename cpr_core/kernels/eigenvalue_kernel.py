@@ -22,6 +22,8 @@ __all__ = [
     "tridiagonalise",
 ]
 
+#: Stands for a pivot of zero: its sign does not matter, but it is divided by.
+_NO_PIVOT = 1e-300
 #: Halvings of an interval of eigenvalues: from its width to the rounding of the matrix.
 _HALVINGS = 54
 
@@ -82,7 +84,7 @@ def count_below(diagonal, beside, size, value):
         coupled = 0.0 if i == 0 else beside[i - 1] * beside[i - 1] / pivot
         pivot = diagonal[i] - value - coupled
         if pivot == 0.0:
-            pivot = 1e-300
+            pivot = _NO_PIVOT
         if pivot < 0.0:
             below += 1
     return below
@@ -118,7 +120,7 @@ def eigenvalues_of_tridiagonal(diagonal, beside, size, wanted, values):
             entry = diagonal[i]
             for k in range(count):  # all intervals side by side
                 pivot = entry - values[k] - squared / pivots[k]
-                pivot = 1e-300 if pivot == 0.0 else pivot
+                pivot = _NO_PIVOT if pivot == 0.0 else pivot
                 pivots[k] = pivot
                 below[k] += 1.0 if pivot < 0.0 else 0.0
         for k in range(count):

@@ -52,6 +52,8 @@ _SMALLEST_CORRECTION = 1e-6
 _SAME_DIRECTION, _LONGEST_RATIO = 0.9, 1.5
 #: Differences are used as long as the square of each is below this times that of the one before.
 _FALLING = 0.25
+#: A damped step is good enough if the next correction is shorter by this part of what it would be.
+_SUFFICIENT = 0.25
 #: Steps damped by more than this lead nowhere.
 _SMALLEST_FRACTION = 1e-4
 
@@ -284,7 +286,7 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
             for i in range(size):
                 work.simplified[i] = correction[i]
             solve(robot, problem, work.simplified, work, work.factors)
-            accepted = _norm(work.simplified, size) <= (1.0 - 0.25 * fraction) * length
+            accepted = _norm(work.simplified, size) <= (1.0 - _SUFFICIENT * fraction) * length
         if not accepted:
             fraction *= 0.5
             if fraction < _SMALLEST_FRACTION:

@@ -41,6 +41,15 @@ _LARGEST_BORDER = 5e6
 #: A leg is put together again from its factors if no pivot is below this fraction of its largest strain
 #: stiffness: beyond, too many digits of the rest are lost.
 _SMALLEST_LEG_PIVOT = 1e-8
+#: Shifts farther from zero than this are not tried: nothing has such a stiffness.
+_FARTHEST_SHIFT = 1e18
+#: Halvings of the interval of the smallest eigenvalue, and of the largest Ritz value as its first guess.
+_HALVINGS, _RITZ_HALVINGS = 60, 10
+#: Inverse iterations for the vector of a Ritz value, just above it by this fraction.
+_RITZ_ITERATIONS, _RITZ_ABOVE = 4, 1e-12
+#: Lanczos' method looks at its result from this step on, every so many steps; a vector shorter than this
+#: fraction of the first entry has nothing new.
+_FIRST_LOOK, _STEPS_BETWEEN, _NOTHING_NEW = 6, 3, 1e-12
 #: Pivots of the platform nearer to zero are moved away from it.
 _SMALLEST_PIVOT = 1e-18
 #: How far below a value to look at first, and where no other eigenvalue may be at last.
@@ -363,12 +372,12 @@ def smallest_eigenvalue(robot, pencil, measure, guess):
             break
         high = low
         low, step = low - step, 4.0 * step
-        if below < 0 or step > 1e18:
+        if below < 0 or step > _FARTHEST_SHIFT:
             return math.nan
     _put_multiple(1.0, pencil.start, border, vector, border)
     for i in range(border.shape[0]):
         border[i] = measure.lumped * (1.0 + 0.5 * math.sin(1.7 * i + 0.3))
-    for _ in range(60):
+    for _ in range(_HALVINGS):
         _lanczos(robot, pencil, measure)
         value = _iterate(robot, pencil, measure, low)
         value, certain = _settle(robot, pencil, measure, value - _NEAR)
@@ -464,8 +473,8 @@ def _lanczos(robot, pencil, measure):
         length = math.sqrt(max(_inner_product(vector, border, loaded, border_loaded), 0.0))
         if step > 0:
             beside[step - 1] = length
-            done = length <= 1e-12 * along[0] or step == most
-            if done or (step >= 6 and step % 3 == 0):
+            done = length <= _NOTHING_NEW * along[0] or step == most
+            if done or (step >= _FIRST_LOOK and step % _STEPS_BETWEEN == 0):
                 largest = _largest(along, beside, step, largest, parts, pivots)
                 if done or length * abs(parts[step - 1]) <= _LANCZOS_RESIDUAL * largest:
                     _put_multiple(parts[0], basis[0], border_basis[0], vector, border)
@@ -501,7 +510,7 @@ def _largest(diagonal, beside, size, low, weights, pivots):
             reach += beside[i]
         high = max(high, reach)
         weights[i] = 1.0
-    for _ in range(10):
+    for _ in range(_RITZ_HALVINGS):
         middle = 0.5 * (low + high)
         pivot, above = 1.0, True
         for i in range(size):
@@ -514,9 +523,9 @@ def _largest(diagonal, beside, size, low, weights, pivots):
             high = middle
         else:
             low = middle
-    high += 1e-12 * high
+    high += _RITZ_ABOVE * high
     value = high
-    for _ in range(4):  # inverse iteration with high - T, positive definite
+    for _ in range(_RITZ_ITERATIONS):  # inverse iteration with high - T, positive definite
         for i in range(size):
             pivots[i] = high - diagonal[i]
             if i > 0:

@@ -24,8 +24,12 @@ __all__ = ["smallest_singular_value"]
 
 #: Relative change at which Lanczos' method is done.
 _LANCZOS_CHANGE = 1e-10
-#: Steps from one look at the result to the next.
-_LANCZOS_CHECK = 4
+#: Step of the first look at the result, and steps from one look to the next.
+_FIRST_LOOK, _LANCZOS_CHECK = 8, 4
+#: A vector shorter than this fraction of a Ritz value has nothing new.
+_NOTHING_NEW = 1e-14
+#: Ritz values only grow, but for the rounding of the one before.
+_ROUNDING = 1e-6
 #: Relative error of the largest Ritz value.
 _RITZ_PRECISION = 1e-10
 
@@ -74,12 +78,13 @@ def smallest_singular_value(robot, square, scales, rotation, work):
                 vector[i] -= total * kept[i]
         length = _length(vector)
         beside[step] = length
-        last = step + 1 == min(LANCZOS_STEPS, size + motors) or length <= 1e-14 * diagonal[step]
-        if not last and (step < 8 or step % _LANCZOS_CHECK != 0):
+        last = (
+            step + 1 == min(LANCZOS_STEPS, size + motors) or length <= _NOTHING_NEW * diagonal[step]
+        )
+        if not last and (step < _FIRST_LOOK or step % _LANCZOS_CHECK != 0):
             continue
-        # Ritz values only grow; a little is taken off for the rounding of the one before.
         largest = largest_of_tridiagonal(
-            diagonal, beside, step + 1, (1.0 - 1e-6) * before, _RITZ_PRECISION
+            diagonal, beside, step + 1, (1.0 - _ROUNDING) * before, _RITZ_PRECISION
         )
         change = abs(largest - before)
         before = largest
