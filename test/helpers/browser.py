@@ -57,6 +57,10 @@ _FRAMES = """() => new Promise(told => {
   const count = () => { frames += 1; requestAnimationFrame(count); };
   requestAnimationFrame(count);
   setTimeout(() => told(frames), 1000); })"""
+#: Places in the scene are those of the last frame that was drawn, for the ray under the mouse too.
+_DRAWN = """frames => new Promise(told => {
+  const count = left => left ? requestAnimationFrame(() => count(left - 1)) : told();
+  count(frames); })"""
 #: Without a graphics card every frame takes 10 ms of a processor: pages of tests draw 15 in a second.
 _SELDOM = """(() => {
   const ask = window.requestAnimationFrame.bind(window), drop = window.cancelAnimationFrame.bind(window);
@@ -156,11 +160,13 @@ class Looker:
         """Both ends of the pieces of lines, (N, 2, 3)."""
         return np.array(self.page.evaluate(_POINTS, node)).transpose(1, 0, 2)
 
-    def until(self, done: Callable[[], bool]) -> None:
-        """Wait until something holds."""
+    def until(self, done: Callable[[], bool], instead: Callable[[], str] = lambda: "") -> None:
+        """Wait until something holds, or say what is so instead."""
         end = time.monotonic() + TIMEOUT
         while not done():
-            assert time.monotonic() < end, f"never so; {self._condition()}; it says:\n{self.text()}"
+            assert time.monotonic() < end, (
+                f"never so; {instead()}; {self._condition()}; it says:\n{self.text()}"
+            )
             self.page.wait_for_timeout(50)
 
     def _condition(self) -> str:
@@ -182,13 +188,16 @@ class Looker:
         first, last = (self.page.evaluate(_ON_SCREEN, place.tolist()) for place in (start, end))
         mouse = self.page.mouse
         mouse.move(*first)
-        self.page.wait_for_timeout(
-            200
-        )  # the ray that finds what is under the mouse is not cast at once
+        self.until_drawn(2)  # one that shows what was there, and one with what the mouse has done
         mouse.down()
+        self.until_drawn()
         for part in np.linspace(0.0, 1.0, 12)[1:]:
             mouse.move(*(first + part * np.subtract(last, first)))
-            self.page.wait_for_timeout(30)
+            self.until_drawn()
+
+    def until_drawn(self, frames: int = 1) -> None:
+        """Wait for the next pictures of the scene."""
+        self.page.evaluate(_DRAWN, frames)
 
     def field(self, label: str) -> Any:
         """What is typed into, or ticked, beside a label."""

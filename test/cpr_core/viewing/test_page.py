@@ -144,7 +144,8 @@ def test_dragging_the_platform_runs_the_inverse(page, looker):
     grip = home.platform_position + 0.27 * axis  # the head of the arrow
     looker.drag(grip, grip + 0.08 * axis)
     looker.until(
-        lambda: np.linalg.norm(page.equilibrium.platform_position - home.platform_position) > 0.03
+        lambda: np.linalg.norm(page.equilibrium.platform_position - home.platform_position) > 0.03,
+        lambda: f"the platform went from {home.pose} to {page.equilibrium.pose}",
     )
     settled(page, looker)
     looker.picture("dragged")
