@@ -71,7 +71,7 @@ def _light_executor() -> Executor:
     """One that is woken by events: at rest the node takes a third of the processor time it takes else.
 
     Older versions of rclpy have none. Both run one callback after the other. With rclpy 7.1 it has
-    crashed in clients that destroy subscriptions or action clients while it spins: the node destroys none.
+    crashed in clients that destroy subscriptions or action clients meanwhile: the node destroys none.
     """
     try:
         from rclpy.experimental.events_executor import EventsExecutor
