@@ -54,7 +54,8 @@ def critical_load_factor(
         limit: Largest factor tried.
 
     Returns:
-        The critical load, to a relative accuracy of 1e-8; None if there is none up to the limit.
+        The critical load, to a relative accuracy of 1e-8, or what rounding of the smallest eigenvalue
+        leaves of it (1e-9 of the largest); None if there is none up to the limit.
 
     Raises:
         InvalidRequest: The start is unstable or its loads have no potential.
@@ -81,7 +82,8 @@ def critical_load(
         limit: Largest force tried [N]; default a thousand times E J / l^2.
 
     Returns:
-        The critical force, to a relative accuracy of 1e-8; None if there is none up to the limit.
+        The critical force, to a relative accuracy of 1e-8, or what rounding of the smallest eigenvalue
+        leaves of it (1e-9 of the largest); None if there is none up to the limit.
 
     Raises:
         InvalidRequest: The start is unstable, its loads have no potential, or no direction is given.
