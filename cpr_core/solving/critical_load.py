@@ -55,7 +55,7 @@ def critical_load_factor(
 
     Returns:
         The critical load, to a relative accuracy of 1e-8, or what rounding of the smallest eigenvalue
-        leaves of it (1e-9 of the largest); None if there is none up to the limit.
+        leaves of it; None if there is none up to the limit.
 
     Raises:
         InvalidRequest: The start is unstable or its loads have no potential.
@@ -83,7 +83,7 @@ def critical_load(
 
     Returns:
         The critical force, to a relative accuracy of 1e-8, or what rounding of the smallest eigenvalue
-        leaves of it (1e-9 of the largest); None if there is none up to the limit.
+        leaves of it; None if there is none up to the limit.
 
     Raises:
         InvalidRequest: The start is unstable, its loads have no potential, or no direction is given.
