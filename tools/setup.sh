@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Makes .venv: ROS 2 from PyPI, the interface package cpr_msgs, cpr_ros (editable) and all machine code that programs and
-# tests would otherwise wait for. What has been made is not made again: each step leaves a stamp with a checksum of what it was made from, written when the step is complete.
-# `setup.sh oldest` makes .venv-oldest in the same way, with the versions of tools/oldest.txt; `setup.sh verify` makes
-# .venv and adds the programs of tools/verify.txt.
+# tests would otherwise wait for. What has been made is not made again: each step leaves a stamp with a checksum of what it
+# was made from, written when the step is complete. `setup.sh oldest` makes .venv-oldest in the same way, with the versions
+# of tools/oldest.txt; `setup.sh verify` makes .venv and adds the programs of tools/verify.txt.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tools/steps.sh

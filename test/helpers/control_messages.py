@@ -22,8 +22,6 @@ from helpers.own_tree import ROOT, TESTS
 _OURS = ROOT / "msg_defs"
 _BUILT_BY = ("CMakeLists.txt", "package.xml")
 _INTERFACES = TESTS / "data" / "control_msgs"
-
-
 #: Where the set-up keeps it.
 OF_THE_SETUP = Path(sys.prefix) / "control_msgs"
 
