@@ -106,7 +106,7 @@ def drawn(number: int, options: argparse.Namespace, ready: float) -> Stop:
     if chance.random() < 0.5:
         after, longest = "", (2.0 if cold else 1.2) * ready
     elif cold:
-        after, longest = "finding home", 20.0  # kernels are compiled
+        after, longest = "finding home", 6.0  # kernels are compiled, for a minute
     else:
         after, longest = chance.choice(STAGES), 0.5
     return Stop(

@@ -9,7 +9,7 @@ import math
 
 from .kernel_decorators import kernel, part
 from .kernel_records import fed_length
-from .lanes import load, store
+from .lanes import broadcast, highest, load, lower, store
 from .lu_kernel import lu_factor, lu_solve
 from .pencil_kernel import (
     Measure,
@@ -59,22 +59,22 @@ def linearise(prepared, kept, record, asked, eigenvalues, response):
     # Constants would be compiled for once each.
     held, released = robot.motor_index < 0, robot.motor_index >= 0
     if asked & HELD:
-        motions = Measure(pencil.gram, orthogonal, 1.0, held)
+        motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, held)
         locked = smallest_eigenvalue(robot, pencil, motions, math.nan)
         eigenvalues[0] = robot.energy_unit * locked
-        if robot.slots.passive_count == 0:  # passive coordinates store no energy
-            _put_elastic(robot, record, pencil.elastic)
-            strain_energy = Measure(pencil.elastic, is_diagonal(pencil.elastic), 0.0, held)
-            if _definite(robot, pencil, strain_energy):
-                # The softest motion is nearly the same in both measures.
-                guess = locked * squared_size(pencil, motions)
-                guess /= squared_size(pencil, strain_energy)
-                eigenvalues[1] = smallest_eigenvalue(robot, pencil, strain_energy, guess)
+        _put_elastic(robot, record, pencil.elastic)
+        diagonal = is_diagonal(pencil.elastic)
+        stored = Measure(pencil.elastic, diagonal, pencil.springs, 0.0, held)
+        if _definite(robot, pencil, stored):
+            # The softest motion is nearly the same in both measures.
+            guess = locked * squared_size(pencil, motions) / squared_size(pencil, stored)
+            eigenvalues[1] = smallest_eigenvalue(robot, pencil, stored, guess)
     if not asked & REST:
         return False
-    motions = Measure(pencil.gram, orthogonal, 1.0, released)
-    free = smallest_eigenvalue(robot, pencil, motions, math.nan)
-    eigenvalues[2] = robot.energy_unit * free
+    if robot.one_slot_a_motor:
+        motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, released)
+        free = smallest_eigenvalue(robot, pencil, motions, math.nan)
+        eigenvalues[2] = robot.energy_unit * free
     return _respond(robot, record, response, pencil)
 
 
@@ -104,15 +104,23 @@ def _put_elastic(robot, record, elastic):
 
 
 @part
-def _definite(robot, pencil, strain_energy):
-    """Whether every admissible motion with the motors held costs elastic energy."""
-    left = pencil.left
-    if eliminate_pencil(robot, pencil, strain_energy, -_ALL_ELASTIC) != 0:
+def _definite(robot, pencil, stored):
+    """Whether every admissible motion with the motors held costs elastic energy.
+
+    Of the platform, and of passive joints with the tip of their leg held.
+    """
+    left, weights, slots = pencil.left, pencil.weights, robot.slots
+    if eliminate_pencil(robot, pencil, stored, -_ALL_ELASTIC) != 0:
         return False
     smallest, largest = math.inf, 0.0
     for i in range(left.shape[0]):
         smallest, largest = min(smallest, left[i, i]), max(largest, left[i, i])
-    return smallest > _SMALLEST_STIFFNESS * largest
+    softest = broadcast(weights, math.inf)
+    for number in range(weights.shape[0]):
+        for i in range(slots.first_passive, slots.inner_count):
+            lacking = largest * (1.0 - load(weights, (number, i)))
+            softest = lower(softest, lacking + 1.0 / load(pencil.inverse, (number, i)))
+    return min(smallest, -highest(-softest)) > _SMALLEST_STIFFNESS * largest
 
 
 @part

@@ -31,6 +31,7 @@ class Pencil(NamedTuple):
 
     gram: Lanes  # (G, S, S) int Phi^T Phi dsigma by slots: M of unit motions
     weights: Lanes  # (G, r) M of unit motions on other slots: 1 where something moves
+    springs: Lanes  # (G, r) stiffness of springs on other slots
     start: Lanes  # (G, r) where iterations begin
     elastic: Lanes  # (G, S, S) elastic stiffness
     blocks: Lanes  # (G, r, c) upper triangles of K
@@ -68,10 +69,17 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
         return empty_lanes(width, *shape)
 
     gram, weights = zeros_lanes(width, groups, strains, strains), zeros_lanes(width, groups, rows)
-    start = empty(groups, rows)
+    springs, start = zeros_lanes(width, groups, rows), empty(groups, rows)
     passive = slice(slots.first_passive, slots.inner_count)
     weights["lane"][:, passive] = arrays.slot_index[:, passive] >= 0
     weights["lane"][:, slots.inner_count] = (arrays.motor_slot_index >= 0).any(axis=1)
+    for group, position in np.argwhere(arrays.elements["slot"] >= 0):
+        element = arrays.elements[group, position]
+        if element["slot"] < slots.inner_count:  # not a motor's
+            unit = arrays.units["lane"][group, element["slot"]]
+            springs["lane"][group, element["slot"]] = (
+                element["stiffness"] * unit**2 / arrays.energy_unit
+            )
     for group, lane in np.argwhere(arrays.lane_leg >= 0):
         modes = np.flatnonzero(arrays.slot_index[group, :strains, lane] >= 0)
         own = arrays.slot_index[group, modes, lane]
@@ -81,6 +89,7 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
     return Pencil(
         gram=gram,
         weights=weights,
+        springs=springs,
         start=start,
         elastic=empty(groups, strains, strains),
         blocks=zeros_lanes(width, groups, rows, columns),

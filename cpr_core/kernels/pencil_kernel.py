@@ -65,7 +65,8 @@ class Measure(NamedTuple):
 
     strain: Any  # M on strain coordinates, (G, S, S)
     diagonal: Any  # whether that is diagonal (orthogonal bases)
-    lumped: Any  # M on every other moving coordinate: 1 or 0
+    others: Any  # M on the other slots of legs and on their motors, diagonal, (G, r)
+    platform: Any  # M on the platform's coordinates: 1 or 0
     free: Any  # whether the motors move
 
 
@@ -73,7 +74,8 @@ class Measure(NamedTuple):
 def recall_pencil(robot, kept, pencil):
     """K from the kept factors of a tangent: what was eliminated is put together again.
 
-    The platform's part is made symmetric: loads without potential do no work on H_r.
+    The platform's part is made symmetric: loads without potential do no work on H_r. A leg has its motor
+    to itself, or the rows of motors are left out, and with them what moves while motors are free.
 
     Returns:
         Whether enough digits are left.
@@ -81,7 +83,7 @@ def recall_pencil(robot, kept, pencil):
     corner, condensed = pencil.corner, pencil.condensed
     slots, lanes, groups = robot.slots, robot.slot_index.shape[2], robot.groups.shape[0]
     doubt = broadcast(pencil.rows, -1.0)
-    if kept_status(kept) != CONDENSED or robot.one_slot_a_motor == 0:
+    if kept_status(kept) != CONDENSED:
         return False
     recall_border(kept, kept_border(slots, groups), condensed.shape[0], lanes, condensed)
     for i in range(condensed.shape[0]):
@@ -94,7 +96,8 @@ def recall_pencil(robot, kept, pencil):
     for number in range(groups):
         doubt = -lower(-doubt, _recall_leg_rows(slots, number, kept, pencil))
         _recall_platform(slots, number, kept, pencil)
-        _recall_motor_rows(robot, number, kept, pencil)
+        if robot.one_slot_a_motor:
+            _recall_motor_rows(robot, number, kept, pencil)
     return highest(doubt) < 0.0
 
 
@@ -182,7 +185,7 @@ def eliminate_pencil(robot, pencil, measure, shift):
     for i in range(width):
         for j in range(i, width):
             left[i, j] = pencil.corner[i, j]
-        left[i, i] -= shift * measure.lumped
+        left[i, i] -= shift * measure.platform
     signs = broadcast(pencil.weights, 0.0)
     for number in range(blocks.shape[0]):
         signs += _eliminate_legs(robot.slots, number, measure, shift, pencil)
@@ -208,12 +211,12 @@ def eliminate_pencil(robot, pencil, measure, shift):
 @inlined
 def _eliminate_legs(slots, number, measure, shift, pencil):
     """Eliminate a group, and take it off the platform's part; returns the sum of its pivots' signs."""
-    blocks, upper, rows, weights = pencil.blocks, pencil.upper, pencil.rows, pencil.weights
+    blocks, upper, rows, others = pencil.blocks, pencil.upper, pencil.rows, measure.others
     inner, width, strains = slots.inner_count, slots.platform_count, slots.strain_count
     first, size = slots.first_coupled, inner + (1 if measure.free else 0)
-    others, signs = shift * measure.lumped, broadcast(weights, 0.0)
+    signs = broadcast(others, 0.0)
     for i in range(size):
-        value = load(blocks, (number, i, i)) - others * load(weights, (number, i))
+        value = load(blocks, (number, i, i)) - shift * load(others, (number, i))
         if i < strains:
             value -= shift * load(measure.strain, (number, i, i))
         for k in range(i):
@@ -239,7 +242,7 @@ def _eliminate_legs(slots, number, measure, shift, pencil):
             store(upper, (number, i, j), inverse * value)
     for i in range(inner + 1, inner + 1 + width):
         for j in range(i, inner + 1 + width):
-            value = broadcast(weights, 0.0)
+            value = broadcast(others, 0.0)
             for k in range(first, size):
                 value += load(upper, (number, k, i)) * load(rows, (k, j))
             pencil.left[i - inner - 1, j - inner - 1] -= total(value)
@@ -288,7 +291,7 @@ def _solve(upper, inverses, left, first, free, vector, border):
 
 
 @part
-def _multiply(measure, weights, vector, border, result, border_result):
+def _multiply(measure, vector, border, result, border_result):
     """``result = M vector``."""
     mass, inner = measure.strain, vector.shape[1] - 1
     strains = mass.shape[1]
@@ -302,11 +305,11 @@ def _multiply(measure, weights, vector, border, result, border_result):
                     value += load(mass, (number, i, j)) * load(vector, (number, j))
             store(result, (number, i), value)
         for i in range(strains, inner + 1):
-            weight = measure.lumped if i < inner or measure.free else 0.0
-            value = load(weights, (number, i)) * load(vector, (number, i))
-            store(result, (number, i), weight * value)
+            moves = 1.0 if i < inner or measure.free else 0.0
+            value = load(measure.others, (number, i)) * load(vector, (number, i))
+            store(result, (number, i), moves * value)
     for i in range(border.shape[0]):
-        border_result[i] = measure.lumped * border[i]
+        border_result[i] = measure.platform * border[i]
 
 
 @part
@@ -376,7 +379,7 @@ def smallest_eigenvalue(robot, pencil, measure, guess):
             return math.nan
     _put_multiple(1.0, pencil.start, border, vector, border)
     for i in range(border.shape[0]):
-        border[i] = measure.lumped * (1.0 + 0.5 * math.sin(1.7 * i + 0.3))
+        border[i] = measure.platform * (1.0 + 0.5 * math.sin(1.7 * i + 0.3))
     for _ in range(_HALVINGS):
         _lanczos(robot, pencil, measure)
         value = _iterate(robot, pencil, measure, low)
@@ -393,7 +396,7 @@ def smallest_eigenvalue(robot, pencil, measure, guess):
             high = middle
             eliminate_pencil(robot, pencil, measure, low)
         for i in range(border.shape[0]):
-            border[i] += measure.lumped * math.sin(2.9 * i + 100.0 * high)
+            border[i] += measure.platform * math.sin(2.9 * i + 100.0 * high)
     return math.nan
 
 
@@ -413,7 +416,7 @@ def squared_size(pencil, measure):
     """``v^T M v`` of the vector of the pencil."""
     vector, border = pencil.vector, pencil.border
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
-    _multiply(measure, pencil.weights, vector, border, loaded, border_loaded)
+    _multiply(measure, vector, border, loaded, border_loaded)
     return _inner_product(vector, border, loaded, border_loaded)
 
 
@@ -439,16 +442,16 @@ def _settle(robot, pencil, measure, shift):
 @part
 def _iterate(robot, pencil, measure, shift):
     """One step of inverse iteration, in place; returns the Rayleigh quotient of the new vector."""
-    vector, border, weights = pencil.vector, pencil.border, pencil.weights
+    vector, border = pencil.vector, pencil.border
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
     first = robot.slots.first_coupled
-    _multiply(measure, weights, vector, border, loaded, border_loaded)
+    _multiply(measure, vector, border, loaded, border_loaded)
     old = _inner_product(vector, border, loaded, border_loaded)
     scale = 1.0 / math.sqrt(old)
     _put_multiple(scale, loaded, border_loaded, vector, border)
     _solve(pencil.upper, pencil.inverse, pencil.left, first, measure.free, vector, border)
     work = scale * _inner_product(vector, border, loaded, border_loaded)
-    _multiply(measure, weights, vector, border, loaded, border_loaded)
+    _multiply(measure, vector, border, loaded, border_loaded)
     length = _inner_product(vector, border, loaded, border_loaded)
     return shift + work / length
 
@@ -460,7 +463,7 @@ def _lanczos(robot, pencil, measure):
     Vectors are made orthogonal to the two before only: those further back they meet again when a Ritz
     value has converged, and then this ends.
     """
-    vector, border, weights = pencil.vector, pencil.border, pencil.weights
+    vector, border = pencil.vector, pencil.border
     basis, border_basis = pencil.basis, pencil.border_basis
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
     along, beside = pencil.tridiagonal[0], pencil.tridiagonal[1]
@@ -469,7 +472,7 @@ def _lanczos(robot, pencil, measure):
     most = basis.shape[0]
     largest = 0.0
     for step in range(most + 1):
-        _multiply(measure, weights, vector, border, loaded, border_loaded)
+        _multiply(measure, vector, border, loaded, border_loaded)
         length = math.sqrt(max(_inner_product(vector, border, loaded, border_loaded), 0.0))
         if step > 0:
             beside[step - 1] = length

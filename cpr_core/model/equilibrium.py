@@ -267,8 +267,8 @@ class Equilibrium:
     def margin(self) -> float:
         """Margin of stability with the motors held: 1 without loads and forces, 0 where stability ends.
 
-        Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless. It takes some
-        milliseconds where legs are straight or have passive joints, or one motor moves several joints.
+        Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless. It takes up to a
+        millisecond where legs are straight.
         """
         found = self.held_eigenvalues.margin
         return self.spectrum_locked.margin if math.isnan(found) else found

@@ -26,6 +26,10 @@ Floats = NDArray[np.float64]
 #: How the motors are read: held in position, or giving a constant effort.
 MotorReading = Literal["locked", "free"]
 
+#: Elastic stiffness below this part of all of it is none; what is new in a row, below this part of the
+#: newest, is rounding.
+_NO_ENERGY, _DEPENDENT = 1e-12, 1e-12
+
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
@@ -133,16 +137,27 @@ class _Dense:
         projected = self.null_space.T @ elastic @ self.null_space
         if not len(projected):
             return math.inf
-        smallest = scipy.linalg.eigvalsh(projected, subset_by_index=[0, 0])[0]
-        if smallest <= 1e-12 * np.trace(projected):
+        factor, failed = scipy.linalg.lapack.dpotrf(projected, lower=True, clean=True)
+        if failed:
             return math.nan
-        return float(scipy.linalg.eigvalsh(self.reduced, projected, subset_by_index=[0, 0])[0])
+        inverse, _ = scipy.linalg.lapack.dtrtri(factor, lower=True)
+        negligible = _NO_ENERGY * np.trace(projected)
+        if 1.0 / np.sum(inverse**2) <= negligible:  # of the smallest eigenvalue a bound from below
+            smallest = scipy.linalg.eigvalsh(projected, subset_by_index=[0, 0])[0]
+            if smallest <= negligible:
+                return math.nan
+        relative = inverse @ self.reduced @ inverse.T
+        return float(scipy.linalg.eigvalsh(relative, subset_by_index=[0, 0])[0])
 
 
 def null_space_of(matrix: Floats) -> Floats:
     """Orthonormal basis of the null space of a wide matrix, as columns."""
-    _, values, directions = np.linalg.svd(matrix)
-    return directions[int(np.sum(values > 1e-12 * values.max(initial=0.0))) :].T
+    rows = len(matrix)
+    basis, triangle, _ = scipy.linalg.qr(matrix.T, pivoting=True, check_finite=False)
+    pivots = np.abs(np.diag(triangle))
+    rank = int(np.sum(pivots > _DEPENDENT * pivots.max(initial=0.0))) if rows else 0
+    null: Floats = basis[:, rank:]
+    return null
 
 
 def _elastic_hessian(solution: ModelState) -> Floats:

@@ -216,12 +216,11 @@ def _downhill(hessian: Floats, gradient: Floats) -> Floats | None:
     flat = float(np.abs(gradient).max()) < _FLAT
     try:
         np.linalg.cholesky(hessian)
-    except np.linalg.LinAlgError:
-        pass
-    else:
         if flat:
             return None
         return -np.asarray(np.linalg.solve(hessian, gradient))  # downhill as it is, and sooner
+    except np.linalg.LinAlgError:  # not definite, or singular but for rounding
+        pass
     curvatures, axes = np.linalg.eigh(hessian)
     along = axes.T @ gradient
     if flat:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -24,7 +25,9 @@ __all__ = [
     "limit_error",
     "limits_of",
     "margins",
+    "margins_along",
     "motor_margins",
+    "undisturbed",
     "violated",
 ]
 
@@ -93,13 +96,38 @@ def margins(equilibrium: Equilibrium) -> Floats:
     return np.concatenate([found, left[np.isfinite(robot.strain_limits)]])
 
 
+def margins_along(equilibria: Sequence[Equilibrium]) -> Floats:
+    """``margins`` of some equilibria of a robot, (T, K)."""
+    robot = equilibria[0].robot
+    found = motor_margins(
+        robot,
+        np.array([equilibrium.motors for equilibrium in equilibria]),
+        np.array([equilibrium.efforts for equilibrium in equilibria]),
+    )
+    if not robot.limits_strain:
+        return found
+    strains = np.array([bending_strains(equilibrium) for equilibrium in equilibria])
+    left = 1.0 - strains / robot.strain_limits
+    return np.concatenate([found, left[:, np.isfinite(robot.strain_limits)]], axis=1)
+
+
 def grazes(before: Floats, after: Floats) -> bool:
-    """Whether a limit may be passed, and be kept again, between two sets of margins."""
-    if not before.size:
-        return False
+    """Whether a limit may be passed, and be kept again, between two sets of margins, (K,)."""
+    return bool(before.size) and bool(_grazing(before, after))
+
+
+def undisturbed(along: Floats) -> int:
+    """After how many steps a limit does not hold, or was grazed: of margins along a way, (T + 1, K)."""
+    before, after = along[:-1], along[1:]
+    disturbed = (after < -ROUNDING).any(axis=1) | _grazing(before, after)
+    return int(disturbed.argmax()) if disturbed.any() else len(disturbed)
+
+
+def _grazing(before: Floats, after: Floats) -> NDArray[np.bool_]:
     change = np.abs(after - before)
     near = np.minimum(np.abs(before), np.abs(after)) < change
-    return bool(np.any(near & (change > SMALLEST_GRAZE)))
+    found: NDArray[np.bool_] = (near & (change > SMALLEST_GRAZE)).any(axis=-1)
+    return found
 
 
 def violated(robot: Robot, margin: Floats) -> frozenset[Limit]:

@@ -85,15 +85,19 @@ class Target(Protocol):
 def check_rod_lengths(robot: Robot, motors: Floats) -> None:
     """Whether motors that set rod lengths leave rods: the shorter, the stiffer without bound.
 
+    Args:
+        robot: The robot.
+        motors: Motor positions, (..., n) [rad or m].
+
     Raises:
         InvalidRequest: A rod length of zero or less.
     """
     if not robot.fed_rods:
         return
-    state = np.zeros(robot.state_size)
-    state[robot.motor_indices] = motors
+    states = np.zeros((*motors.shape[:-1], robot.state_size))
+    states[..., robot.motor_indices] = motors
     for rod in robot.fed_rods:
-        length = rod.length(state)
+        length = rod.length(states).min()
         if not length > 0.0:
             raise InvalidRequest(
                 "motors", f"{rod.element.motor}: expected a rod length above 0 m, got {length:g} m"

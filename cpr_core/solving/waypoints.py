@@ -28,7 +28,7 @@ from ..model.robot import Robot
 from ..validation import checked_time
 from .events import PathEvent
 from .geometrico_statics import checked_start
-from .limits import grazes, margins, violated
+from .limits import margins_along, undisturbed
 from .objectives import objective_of
 from .redundant_walk import walk_to
 from .requests import pose_meaning, target_of
@@ -208,12 +208,8 @@ def _quiet(found: _Records, start: Equilibrium, records: Floats, singularities: 
         flipped = np.flatnonzero(records[:, at] != start.record[at])
         count = int(flipped[0]) if flipped.size else count
     if robot.limited:
-        before = margins(start)
-        for number in range(count):
-            after = margins(found.value(len(found) + number))
-            if violated(robot, after) or grazes(before, after):
-                return number
-            before = after
+        ahead = (found.value(len(found) + number) for number in range(count))
+        count = undisturbed(margins_along([start, *ahead]))
     return count
 
 
@@ -239,8 +235,7 @@ def _checked_rows(robot: Robot, kind: str, values: ArrayLike) -> Floats:
     if wrong.size:
         raise NonFiniteInput(kind, f"{expected}, all finite, row {wrong[0]} is {rows[wrong[0]]}")
     if kind == "motors":
-        for row in rows:
-            check_rod_lengths(robot, row)
+        check_rod_lengths(robot, rows)
     return rows
 
 

@@ -21,13 +21,13 @@ ROBOTS = ("rfrfr", "six_rfs", "gough_stewart")
 @entry
 def smallest_eigenvalue(robot, pencil, free):
     diagonal = pencil_kernel.is_diagonal(pencil.gram)
-    measure = pencil_kernel.Measure(pencil.gram, diagonal, 1.0, free)
+    measure = pencil_kernel.Measure(pencil.gram, diagonal, pencil.weights, 1.0, free)
     return pencil_kernel.smallest_eigenvalue(robot, pencil, measure, np.nan)
 
 
 @entry
 def eliminate_pencil(robot, pencil, free, shift):
-    measure = pencil_kernel.Measure(pencil.gram, False, 1.0, free)
+    measure = pencil_kernel.Measure(pencil.gram, False, pencil.weights, 1.0, free)
     return pencil_kernel.eliminate_pencil(robot, pencil, measure, shift)
 
 

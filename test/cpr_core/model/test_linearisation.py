@@ -7,11 +7,15 @@ import gc
 import math
 import weakref
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers.columns import AT_TIP, column
-from helpers.shipped_steps import SHORT_FORM, STEPS
+from helpers.kernel_entry import prepared
+from helpers.random_chains import random_chain_robot
+from helpers.shipped_steps import CHAINS, SHORT_FORM, STEPS
+from helpers.yaml_content import yaml_content
 
 from cpr_core import (
     Loads,
@@ -24,7 +28,11 @@ from cpr_core import (
     spectrum,
 )
 from cpr_core.description import joints, motors
+from cpr_core.kernels.linearisation_kernel import HELD, linearise
+from cpr_core.kernels.pencil import pencil_of
 from cpr_core.model.stability import _Dense
+
+CONFIG = Path(__file__).parents[3] / "config"
 
 
 def equilibria(name, count):
@@ -45,7 +53,10 @@ def equilibria(name, count):
 def assert_same(here):
     """Eigenvalues and matrices agree, as far as the dense method's own rounding allows."""
     found = here.linearisation
-    for motors_are, value in (("locked", found.held.smallest), ("free", found.smallest_free)):
+    readings = [("locked", found.held.smallest)]
+    if here.robot.arrays.one_slot_a_motor:
+        readings.append(("free", found.smallest_free))
+    for motors_are, value in readings:
         dense = spectrum(here, motors_are).eigenvalues
         assert value == pytest.approx(dense[0], rel=1e-10, abs=1e-10 * np.abs(dense).max())
     assert found.held.margin == pytest.approx(
@@ -66,10 +77,62 @@ def assert_same(here):
         )
 
 
-@pytest.mark.parametrize("name", [*SHORT_FORM, "two_rods", "four_rfr"])
+@pytest.mark.parametrize("name", [*SHORT_FORM, *CHAINS])
 def test_condensed_and_dense_agree_at_many_equilibria(name):
     for here in equilibria(name, 12):
         assert_same(here)
+
+
+@pytest.mark.parametrize("planar", [True, False])
+@pytest.mark.parametrize("seed", range(6))
+def test_they_agree_with_passive_joints_with_and_without_springs(seed, planar):
+    made = random_chain_robot(seed, planar)
+    content = made.content | {"home": made.content["home"] | {"joints": made.joints}}
+    robot = load_robot(content)
+    home, rng = solve_home(robot), np.random.default_rng(seed)
+    compared = 0
+    for size in (0.0, 0.1, 0.2, 0.3):
+        away = home.motors + size * rng.uniform(-1.0, 1.0, robot.motor_count)
+        try:
+            reached = solve_forward(robot, away)
+        except NotReached:
+            continue  # at a fold, matrices are as large as rounding makes them
+        if reached.linearisation.response is not None:  # else some leg is nearly straight
+            assert_same(reached)
+            compared += 1
+    assert compared >= 2
+
+
+def hinged(stiffness, weight=False):
+    """A 3-PRS with springs at its hinges; a weight may hang between two of them about one axis."""
+    content = yaml_content((CONFIG / "three_prs.yaml").read_text())
+    for leg in content["legs"]:
+        leg["chain"][2]["stiffness"] = stiffness
+    if weight:
+        chain = content["legs"][0]["chain"]
+        hanging = [chain[2], {"link": [-0.05, 0, 0], "mass": 0.1}, {"link": [0.05, 0, 0]}]
+        chain[2:2] = hanging
+    return load_robot(content)
+
+
+def test_the_energy_of_springs_at_joints_counts():
+    soft, stiff = (solve_home(hinged(stiffness)) for stiffness in (0.05, 5.0))
+    for home in (soft, stiff):
+        assert_same(home)
+    assert abs(soft.margin - stiff.margin) > 0.01
+
+
+def test_a_motion_of_joints_without_elastic_energy_is_told_by_the_dense_method():
+    """The weight swings and the platform stays: without the energy of springs there is no margin."""
+    robot = hinged(0.5, weight=True)
+    home = solve_home(robot)
+    assert_same(home)
+    pencil, found = pencil_of(robot.arrays, robot.strain_grams), np.empty(3)
+    without = prepared(robot.arrays, pencil=pencil)
+    pencil.springs["lane"][:] = 0.0
+    linearise(without, home.factors, home.record, HELD, found, np.empty((0, 0)))
+    assert found[0] == home.held_eigenvalues.smallest
+    assert math.isnan(found[1])
 
 
 def test_they_agree_where_robots_are_unstable():

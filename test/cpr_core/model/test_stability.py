@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from cpr_core import Loads, load_robot, solve_forward, solve_home, solve_inverse, spectrum
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
-from cpr_core.model.stability import _elastic_hessian
+from cpr_core.model.stability import _elastic_hessian, null_space_of
 
 
 def on_the_axis(robot, y, start):
@@ -152,3 +152,16 @@ def test_elastic_stiffness_is_the_second_derivative_of_the_elastic_energy(descri
     mixed = energy(1, 1) - energy(1, -1) - energy(-1, 1) + energy(-1, -1)
     found = motions[0] @ _elastic_hessian(there.model_state) @ motions[1]
     assert found == pytest.approx(0.25e8 * mixed, rel=1e-5)
+
+
+@pytest.mark.parametrize("rank", [0, 1, 3, 5])
+def test_a_null_space_is_all_that_a_matrix_does_not_see(rank):
+    """Rows that depend on others, as those of a robot that is held twice, take nothing away."""
+    random = np.random.default_rng(rank)
+    matrix = random.standard_normal((5, rank)) @ random.standard_normal((rank, 9))
+    matrix *= 10.0 ** random.uniform(-3, 3, (5, 1))
+    basis = null_space_of(matrix)
+    assert basis.shape == (9, 9 - rank)
+    np.testing.assert_allclose(basis.T @ basis, np.eye(9 - rank), atol=1e-14)
+    np.testing.assert_allclose(matrix @ basis, 0.0, atol=1e-12 * np.abs(matrix).max(initial=1.0))
+    assert null_space_of(np.zeros((0, 4))).shape == (4, 4)

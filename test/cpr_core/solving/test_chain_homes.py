@@ -248,3 +248,12 @@ def test_a_flat_platform_that_is_upside_down_is_turned_and_not_mirrored():
     guess = robot.description.home
     found = rough_platforms(robot, guess, rough_state(robot, guess))[0].rotation
     np.testing.assert_allclose(found, turned, atol=1e-6)
+
+
+def test_a_link_that_swings_between_two_joints_about_one_axis_is_named():
+    """Nothing at all resists: the energy is flat along it, to the last bit."""
+    changed, hinge = content("three_prs"), {"joint": "revolute", "axis": [0, 0, 1]}
+    between = [{"link": [-0.05, 0, 0], "mass": 0.1}, {"link": [0.05, 0, 0]}]
+    changed["legs"][0]["chain"][2:3] = [hinge, *between, dict(hinge)]
+    with pytest.raises(NoForwardSolution, match=r"nothing holds joint leg1\.joint2"):
+        solve_home(load_robot(changed))

@@ -19,6 +19,7 @@ from cpr_core import (
     solve_forward_by_effort,
     solve_home,
     solve_inverse,
+    trace_through,
 )
 from cpr_core.model.model_state import evaluate
 
@@ -338,3 +339,6 @@ def test_a_rod_length_of_zero_or_less_is_refused(length):
     motors[2] = length
     with pytest.raises(InvalidRequest, match="motor3: expected a rod length above 0 m"):
         solve_forward(robot, motors)
+    rows = [solve_home(robot).motors, motors, solve_home(robot).motors]
+    with pytest.raises(InvalidRequest, match=rf"motor3: .*, got {length:g} m"):
+        trace_through(robot, motors=rows)

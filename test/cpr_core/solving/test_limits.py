@@ -3,13 +3,23 @@
 
 """How far limits are, and what is said where one does not hold: of either sign, at either end."""
 
+from functools import partial
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from helpers.yaml_content import yaml_content
 
-from cpr_core import MotorLimitExceeded, load_robot, solve_home, solve_inverse
+from cpr_core import MotorLimitExceeded, load_robot, solve_home, solve_inverse, trace_through
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.solving.limits import check_limits, grazes, margins
+from cpr_core.solving.limits import (
+    ROUNDING,
+    check_limits,
+    grazes,
+    margins,
+    margins_along,
+    undisturbed,
+)
 
 
 def limited(motor, **limits):
@@ -78,3 +88,35 @@ def test_a_value_beyond_a_limit_is_told_from_it(value, limits, words):
     """In as many digits as it takes; and zero has no sign."""
     error = MotorLimitExceeded("motor1", "position", value, limits, "rad")
     assert f"motor1: {words}" in str(error)
+
+
+def strain_limited():
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content["rod"]["yield_strain"] = 0.01
+    for leg in content["legs"]:
+        leg["motor"]["limits"] = {"effort": 3.0}
+    return load_robot(content)
+
+
+@pytest.mark.parametrize(
+    "made", [partial(load_robot, "rfrfr"), partial(load_robot, "delta"), strain_limited]
+)
+def test_margins_along_a_way_are_those_of_every_equilibrium(made):
+    robot = made()
+    home = solve_home(robot)
+    ways = np.linspace(0.0, 0.05, 7)[:, None] * np.ones(robot.motor_count)
+    along = [home, *trace_through(robot, motors=home.motors + ways).equilibria]
+    np.testing.assert_array_equal(margins_along(along), [margins(each) for each in along])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_way_is_undisturbed_until_a_limit_does_not_hold_or_is_grazed(seed):
+    random = np.random.default_rng(seed)
+    along = 0.05 + np.cumsum(0.02 * random.standard_normal((30, 3)), axis=0) + 0.03 * (seed % 5)
+    steps = [after.min() < -ROUNDING or grazes(before, after) for before, after in pairwise(along)]
+    assert undisturbed(along) == next((k for k, step in enumerate(steps) if step), len(steps))
+
+
+def test_a_way_without_limits_or_steps_is_undisturbed():
+    assert undisturbed(np.zeros((5, 0))) == 4
+    assert undisturbed(np.ones((1, 3))) == 0
