@@ -11,15 +11,10 @@ from .kernel_decorators import kernel, part
 from .kernel_records import fed_length
 from .lanes import broadcast, highest, load, lower, store
 from .lu_kernel import lu_factor, lu_solve
-from .pencil_kernel import (
-    Measure,
-    eliminate_pencil,
-    is_diagonal,
-    recall_pencil,
-    smallest_eigenvalue,
-    squared_size,
-)
+from .pencil_kernel import Measure, eliminate_pencil, is_diagonal
+from .recall_kernel import recall_pencil
 from .record_layout import ROTATION
+from .smallest_eigenvalue_kernel import smallest_eigenvalue, squared_size
 
 __all__ = ["HELD", "REST", "linearise"]
 

@@ -150,6 +150,7 @@ class _Dense:
         return float(scipy.linalg.eigvalsh(relative, subset_by_index=[0, 0])[0])
 
 
+@on_one_blas_thread
 def null_space_of(matrix: Floats) -> Floats:
     """Orthonormal basis of the null space of a wide matrix, as columns."""
     rows = len(matrix)

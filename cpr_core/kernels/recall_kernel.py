@@ -1,0 +1,123 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""K of the pencil of an equilibrium, put together again from the factors of its tangent that were kept.
+
+What was eliminated is multiplied out: nothing of the model is evaluated again.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .condensation_kernel import CONDENSED
+from .kept_factors import kept_border, kept_row, kept_status, recall_border
+from .kernel_decorators import inlined, part
+from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
+
+__all__ = ["recall_pencil"]
+
+#: What the condensation has left of platform and motors, dimensionless: entries beyond this (a leg
+#: nearly straight) hide too many digits of others.
+_LARGEST_BORDER = 5e6
+#: A leg is put together again from its factors if no pivot is below this fraction of its largest strain
+#: stiffness: beyond, too many digits of the rest are lost.
+_SMALLEST_LEG_PIVOT = 1e-8
+
+
+@part
+def recall_pencil(robot, kept, pencil):
+    """K from the kept factors of a tangent: what was eliminated is put together again.
+
+    The platform's part is made symmetric: loads without potential do no work on H_r. A leg has its motor
+    to itself, or the rows of motors are left out, and with them what moves while motors are free.
+
+    Returns:
+        Whether enough digits are left.
+    """
+    corner, condensed = pencil.corner, pencil.condensed
+    slots, lanes, groups = robot.slots, robot.slot_index.shape[2], robot.groups.shape[0]
+    doubt = broadcast(pencil.rows, -1.0)
+    if kept_status(kept) != CONDENSED:
+        return False
+    recall_border(kept, kept_border(slots, groups), condensed.shape[0], lanes, condensed)
+    for i in range(condensed.shape[0]):
+        for j in range(condensed.shape[0]):
+            if not abs(condensed[i, j]) < _LARGEST_BORDER:
+                return False
+    for i in range(slots.platform_count):
+        for j in range(slots.platform_count):
+            corner[i, j] = 0.5 * (condensed[i, j] + condensed[j, i])
+    for number in range(groups):
+        doubt = -lower(-doubt, _recall_leg_rows(slots, number, kept, pencil))
+        _recall_platform(slots, number, kept, pencil)
+        if robot.one_slot_a_motor:
+            _recall_motor_rows(robot, number, kept, pencil)
+    return highest(doubt) < 0.0
+
+
+@inlined
+def _recall_leg_rows(slots, number, kept, pencil):
+    """Rows of the inner slots of a group; returns what is positive where too few digits are left."""
+    blocks, rows = pencil.blocks, pencil.rows
+    inner, extent, first = slots.inner_count, slots.total, slots.first_coupled
+    largest, smallest = broadcast(rows, 0.0), broadcast(rows, np.inf)
+    for i in range(inner):
+        # Stored in place of the unit diagonal: the inverse pivot.
+        row = kept_row(slots, number, i)
+        pivot = 1.0 / load(kept, row + i)
+        store(rows, (i, i), pivot)
+        smallest = lower(smallest, absolute(pivot))
+        if i < slots.strain_count:
+            largest = -lower(-largest, -absolute(pivot))
+        for j in range(i + 1, extent):
+            store(rows, (i, j), pivot * load(kept, row + j))
+        for j in range(i, extent):
+            begin = 0 if j < inner or j == extent - 1 else first
+            value = broadcast(rows, 0.0)
+            for k in range(begin, i):
+                value += load(kept, kept_row(slots, number, k) + i) * load(rows, (k, j))
+            if i >= begin:
+                value += load(rows, (i, j))
+            at = j if j < inner else (j + 1 if j < extent - 1 else inner)
+            store(blocks, (number, i, at), value)
+    return smallest - _SMALLEST_LEG_PIVOT * largest
+
+
+@inlined
+def _recall_platform(slots, number, kept, pencil):
+    """Give back to the platform what a group had taken from it."""
+    inner, width = slots.inner_count, slots.platform_count
+    for i in range(width):
+        for j in range(i, width):
+            value = broadcast(pencil.rows, 0.0)
+            for k in range(slots.first_coupled, inner):
+                left = load(kept, kept_row(slots, number, k) + inner + i)
+                value += left * load(pencil.rows, (k, inner + j))
+            pencil.corner[i, j] += total(value)
+
+
+@inlined
+def _recall_motor_rows(robot, number, kept, pencil):
+    """Rows of the motors of a group, with what the legs had taken from them."""
+    slots, blocks, rows = robot.slots, pencil.blocks, pencil.rows
+    inner, width, extent = slots.inner_count, slots.platform_count, slots.total
+    for j in range(width + 1):
+        value = broadcast(rows, 0.0)
+        begin = slots.first_coupled if j < width else 0
+        for k in range(begin, inner):
+            left = load(kept, kept_row(slots, number, k) + inner + j)
+            value += left * load(rows, (k, extent - 1))
+        column = inner + 1 + j if j < width else inner
+        store(blocks, (number, inner, column), value)
+    for lane in range(robot.slot_index.shape[2]):
+        motor = robot.motor_slot_index[number, 0, lane]
+        if motor < 0:
+            put(blocks, (number, inner, inner), lane, 1.0)
+            continue
+        m = motor - robot.platform_index
+        for j in range(width + 1):
+            column = inner + 1 + j if j < width else inner
+            value = get(blocks, (number, inner, column), lane)
+            value += pencil.condensed[m, j if j < width else m]
+            put(blocks, (number, inner, column), lane, value)

@@ -1,0 +1,259 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Smallest eigenvalue of a pencil, certified: by Sylvester's law none lies below what is found."""
+
+from __future__ import annotations
+
+import math
+
+from .kernel_decorators import part
+from .lanes import broadcast, load, store, total
+from .pencil_kernel import eliminate_pencil, multiply_measure, solve_pencil
+
+__all__ = ["smallest_eigenvalue", "squared_size"]
+
+#: Shifts farther from zero than this are not tried: nothing has such a stiffness.
+_FARTHEST_SHIFT = 1e18
+#: Halvings of the interval of the smallest eigenvalue, and of the largest Ritz value as its first guess.
+_HALVINGS, _RITZ_HALVINGS = 60, 10
+#: Inverse iterations for the vector of a Ritz value, just above it by this fraction.
+_RITZ_ITERATIONS, _RITZ_ABOVE = 4, 1e-12
+#: Lanczos' method looks at its result from this step on, every so many steps; a vector shorter than this
+#: fraction of the first entry has nothing new.
+_FIRST_LOOK, _STEPS_BETWEEN, _NOTHING_NEW = 6, 3, 1e-12
+#: How far below a value to look at first, and where no other eigenvalue may be at last.
+_NEAR, _CERTAIN = 1e-5, 1e-11
+#: Inverse iterations before all begins again elsewhere.
+_ITERATIONS = 6
+#: Relative residual at which Lanczos' method is left to inverse iteration.
+_LANCZOS_RESIDUAL = 1e-3
+
+
+@part
+def smallest_eigenvalue(robot, pencil, measure, guess):
+    """Smallest eigenvalue of the pencil, M being positive definite on the admissible motions.
+
+    Lanczos' method on ``(K - low M)^-1 M`` with no eigenvalue below ``low``, then inverse iteration;
+    what that leads to is checked to be the smallest one, otherwise ``low`` is raised by halving and all
+    begins again.
+
+    Args:
+        robot: RobotArrays.
+        pencil: Pencil; on return its vector is the eigenvector.
+        measure: Measure.
+        guess: Rayleigh quotient of the vector of the pencil, from which inverse iteration is tried
+            first; NaN: none.
+
+    Returns:
+        The eigenvalue, dimensionless; NaN where it was not found.
+    """
+    vector, border = pencil.vector, pencil.border
+    if math.isfinite(guess):
+        value, certain = _settle(robot, pencil, measure, guess - _NEAR)
+        if certain:
+            return value
+    low, step, high = 0.0, 1.0, math.inf
+    while True:
+        below = eliminate_pencil(robot, pencil, measure, low)
+        if below == 0:
+            break
+        high = low
+        low, step = low - step, 4.0 * step
+        if below < 0 or step > _FARTHEST_SHIFT:
+            return math.nan
+    _put_multiple(1.0, pencil.start, border, vector, border)
+    for i in range(border.shape[0]):
+        border[i] = measure.platform * (1.0 + 0.5 * math.sin(1.7 * i + 0.3))
+    for _ in range(_HALVINGS):
+        _lanczos(robot, pencil, measure)
+        value = _iterate(robot, pencil, measure, low)
+        value, certain = _settle(robot, pencil, measure, value - _NEAR)
+        if certain or not math.isfinite(value):
+            return value
+        high = min(high, value)
+        if high - low <= _CERTAIN:
+            return high
+        middle = 0.5 * (low + high)
+        if eliminate_pencil(robot, pencil, measure, middle) == 0:
+            low = middle
+        else:
+            high = middle
+            eliminate_pencil(robot, pencil, measure, low)
+        for i in range(border.shape[0]):
+            border[i] += measure.platform * math.sin(2.9 * i + 100.0 * high)
+    return math.nan
+
+
+@part
+def squared_size(pencil, measure):
+    """``v^T M v`` of the vector of the pencil."""
+    vector, border = pencil.vector, pencil.border
+    loaded, border_loaded = pencil.loaded, pencil.border_loaded
+    multiply_measure(measure, vector, border, loaded, border_loaded)
+    return _inner_product(vector, border, loaded, border_loaded)
+
+
+@part
+def _settle(robot, pencil, measure, shift):
+    """Inverse iteration from the vector, first with this shift, until none is left below.
+
+    Returns:
+        The Rayleigh quotient (not finite: failed), and whether it is the smallest eigenvalue.
+    """
+    value = math.nan
+    for k in range(_ITERATIONS):
+        below = eliminate_pencil(robot, pencil, measure, shift)
+        if k > 0 and below == 0:
+            return value, True
+        value = _iterate(robot, pencil, measure, shift)
+        if not math.isfinite(value):
+            break
+        shift = value - _CERTAIN
+    return value, False
+
+
+@part
+def _iterate(robot, pencil, measure, shift):
+    """One step of inverse iteration, in place; returns the Rayleigh quotient of the new vector."""
+    vector, border = pencil.vector, pencil.border
+    loaded, border_loaded = pencil.loaded, pencil.border_loaded
+    first = robot.slots.first_coupled
+    multiply_measure(measure, vector, border, loaded, border_loaded)
+    old = _inner_product(vector, border, loaded, border_loaded)
+    scale = 1.0 / math.sqrt(old)
+    _put_multiple(scale, loaded, border_loaded, vector, border)
+    solve_pencil(pencil.upper, pencil.inverse, pencil.left, first, measure.free, vector, border)
+    work = scale * _inner_product(vector, border, loaded, border_loaded)
+    multiply_measure(measure, vector, border, loaded, border_loaded)
+    length = _inner_product(vector, border, loaded, border_loaded)
+    return shift + work / length
+
+
+@part
+def _lanczos(robot, pencil, measure):
+    """Replace the vector by one near the eigenvector of the smallest eigenvalue above the shift.
+
+    Vectors are made orthogonal to the two before only: those further back they meet again when a Ritz
+    value has converged, and then this ends.
+    """
+    vector, border = pencil.vector, pencil.border
+    basis, border_basis = pencil.basis, pencil.border_basis
+    loaded, border_loaded = pencil.loaded, pencil.border_loaded
+    along, beside = pencil.tridiagonal[0], pencil.tridiagonal[1]
+    parts, pivots = pencil.tridiagonal[2], pencil.tridiagonal[3]
+    first = robot.slots.first_coupled
+    most = basis.shape[0]
+    largest = 0.0
+    for step in range(most + 1):
+        multiply_measure(measure, vector, border, loaded, border_loaded)
+        length = math.sqrt(max(_inner_product(vector, border, loaded, border_loaded), 0.0))
+        if step > 0:
+            beside[step - 1] = length
+            done = length <= _NOTHING_NEW * along[0] or step == most
+            if done or (step >= _FIRST_LOOK and step % _STEPS_BETWEEN == 0):
+                largest = _largest_ritz_value(along, beside, step, largest, parts, pivots)
+                if done or length * abs(parts[step - 1]) <= _LANCZOS_RESIDUAL * largest:
+                    _put_multiple(parts[0], basis[0], border_basis[0], vector, border)
+                    for k in range(1, step):
+                        _add(parts[k], basis[k], border_basis[k], vector, border)
+                    return
+        inverse = 1.0 / length
+        _put_multiple(inverse, vector, border, basis[step], border_basis[step])
+        _put_multiple(inverse, loaded, border_loaded, vector, border)
+        solve_pencil(pencil.upper, pencil.inverse, pencil.left, first, measure.free, vector, border)
+        if step > 0:
+            _add(-length, basis[step - 1], border_basis[step - 1], vector, border)
+        along[step] = inverse * _inner_product(vector, border, loaded, border_loaded)
+        _add(-along[step], basis[step], border_basis[step], vector, border)
+
+
+@part
+def _largest_ritz_value(diagonal, beside, size, low, weights, pivots):
+    """Largest eigenvalue of a tridiagonal matrix and its unit eigenvector.
+
+    Args:
+        diagonal: (size,).
+        beside: Entry i is beside the diagonal in rows i and i + 1, (size,).
+        size: Rows.
+        low: A bound from below.
+        weights: Result, the eigenvector, (size,).
+        pivots: Memory, (size,).
+    """
+    high = 0.0
+    for i in range(size):
+        reach = diagonal[i] + (beside[i - 1] if i > 0 else 0.0)
+        if i < size - 1:
+            reach += beside[i]
+        high = max(high, reach)
+        weights[i] = 1.0
+    for _ in range(_RITZ_HALVINGS):
+        middle = 0.5 * (low + high)
+        pivot, above = 1.0, True
+        for i in range(size):
+            coupled = beside[i - 1] * beside[i - 1] / pivot if i > 0 else 0.0
+            pivot = middle - diagonal[i] - coupled
+            if pivot <= 0.0:
+                above = False
+                break
+        if above:
+            high = middle
+        else:
+            low = middle
+    high += _RITZ_ABOVE * high
+    value = high
+    for _ in range(_RITZ_ITERATIONS):  # inverse iteration with high - T, positive definite
+        for i in range(size):
+            pivots[i] = high - diagonal[i]
+            if i > 0:
+                multiple = beside[i - 1] / pivots[i - 1]
+                pivots[i] -= multiple * beside[i - 1]
+                weights[i] += multiple * weights[i - 1]
+        total, product = 0.0, 0.0
+        for i in range(size - 1, -1, -1):
+            if i < size - 1:
+                weights[i] += beside[i] * weights[i + 1]
+            weights[i] /= pivots[i]
+            total += weights[i] * weights[i]
+        scale = 1.0 / math.sqrt(total)
+        for i in range(size):
+            weights[i] *= scale
+        for i in range(size):
+            product += weights[i] * diagonal[i] * weights[i]
+            if i > 0:
+                product += 2.0 * weights[i] * beside[i - 1] * weights[i - 1]
+        value = product
+    return value
+
+
+@part
+def _inner_product(first, first_border, second, second_border):
+    """Sum of products of two vectors."""
+    value, rest = broadcast(first, 0.0), 0.0
+    for number in range(first.shape[0]):
+        for i in range(first.shape[1]):
+            value += load(first, (number, i)) * load(second, (number, i))
+    for i in range(first_border.shape[0]):
+        rest += first_border[i] * second_border[i]
+    return total(value) + rest
+
+
+@part
+def _add(factor, vector, border, result, border_result):
+    """``result += factor vector``."""
+    for number in range(vector.shape[0]):
+        for i in range(vector.shape[1]):
+            value = load(result, (number, i)) + factor * load(vector, (number, i))
+            store(result, (number, i), value)
+    for i in range(border.shape[0]):
+        border_result[i] += factor * border[i]
+
+
+@part
+def _put_multiple(factor, vector, border, result, border_result):
+    """``result = factor vector``."""
+    for number in range(vector.shape[0]):
+        for i in range(vector.shape[1]):
+            store(result, (number, i), factor * load(vector, (number, i)))
+    for i in range(border.shape[0]):
+        border_result[i] = factor * border[i]
