@@ -106,7 +106,7 @@ def drawn(number: int, options: argparse.Namespace, ready: float) -> Stop:
     if chance.random() < 0.5:
         after, longest = "", (2.0 if cold else 1.2) * ready
     elif cold:
-        after, longest = "finding home", 6.0  # kernels are compiled, for a minute
+        after, longest = "finding home", options.compiling  # kernels are compiled, for a minute
     else:
         after, longest = chance.choice(STAGES), 0.5
     return Stop(
@@ -274,6 +274,9 @@ def main() -> int:
     parser.add_argument("--starts", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--cold", type=float, default=0.1, help="share without compiled kernels")
+    parser.add_argument(
+        "--compiling", type=float, default=20.0, help="latest signal among compiling ones [s]"
+    )
     parser.add_argument("--blocked", type=float, default=0.2, help="share with signals blocked")
     parser.add_argument("--together", type=int, default=2, help="starts at the same time")
     parser.add_argument("--only", type=int, help="repeat the start with this number")

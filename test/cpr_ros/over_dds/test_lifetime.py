@@ -95,7 +95,10 @@ def test_a_node_that_ends_leaves_nothing_in_shared_memory(how, robot, status):
 def test_signals_at_random_times_from_the_very_start_end_the_node_cleanly():
     """Some without compiled kernels, some with two signals; seeds of what fails are printed."""
     done = subprocess.run(
-        [sys.executable, ROOT / "tools/stop_at_random.py", "--starts", "40", "--seed", "1"],
+        [
+            *(sys.executable, ROOT / "tools/stop_at_random.py"),
+            *("--starts", "40", "--seed", "1", "--compiling", "6"),
+        ],
         capture_output=True,
         text=True,
         timeout=900,
