@@ -153,10 +153,9 @@ class _Dense:
 @on_one_blas_thread
 def null_space_of(matrix: Floats) -> Floats:
     """Orthonormal basis of the null space of a wide matrix, as columns."""
-    rows = len(matrix)
     basis, triangle, _ = scipy.linalg.qr(matrix.T, pivoting=True, check_finite=False)
     pivots = np.abs(np.diag(triangle))
-    rank = int(np.sum(pivots > _DEPENDENT * pivots.max(initial=0.0))) if rows else 0
+    rank = int(np.sum(pivots > _DEPENDENT * pivots.max(initial=0.0)))
     null: Floats = basis[:, rank:]
     return null
 

@@ -92,8 +92,7 @@ def margins(equilibrium: Equilibrium) -> Floats:
     found = motor_margins(robot, equilibrium.motors, equilibrium.efforts)
     if not robot.limits_strain:
         return found
-    left = 1.0 - bending_strains(equilibrium) / robot.strain_limits
-    return np.concatenate([found, left[np.isfinite(robot.strain_limits)]])
+    return _with_strains(robot, found, bending_strains(equilibrium))
 
 
 def margins_along(equilibria: Sequence[Equilibrium]) -> Floats:
@@ -107,8 +106,13 @@ def margins_along(equilibria: Sequence[Equilibrium]) -> Floats:
     if not robot.limits_strain:
         return found
     strains = np.array([bending_strains(equilibrium) for equilibrium in equilibria])
+    return _with_strains(robot, found, strains)
+
+
+def _with_strains(robot: Robot, of_motors: Floats, strains: Floats) -> Floats:
+    """Margins of motors, (..., K), and of the rods that have a limit of strain."""
     left = 1.0 - strains / robot.strain_limits
-    return np.concatenate([found, left[:, np.isfinite(robot.strain_limits)]], axis=1)
+    return np.concatenate([of_motors, left[..., np.isfinite(robot.strain_limits)]], axis=-1)
 
 
 def grazes(before: Floats, after: Floats) -> bool:

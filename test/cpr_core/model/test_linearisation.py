@@ -7,7 +7,6 @@ import gc
 import math
 import weakref
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -28,11 +27,10 @@ from cpr_core import (
     spectrum,
 )
 from cpr_core.description import joints, motors
+from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.linearisation_kernel import HELD, linearise
 from cpr_core.kernels.pencil import pencil_of
 from cpr_core.model.stability import _Dense
-
-CONFIG = Path(__file__).parents[3] / "config"
 
 
 def equilibria(name, count):
@@ -105,7 +103,7 @@ def test_they_agree_with_passive_joints_with_and_without_springs(seed, planar):
 
 def hinged(stiffness, weight=False):
     """A 3-PRS with springs at its hinges; a weight may hang between two of them about one axis."""
-    content = yaml_content((CONFIG / "three_prs.yaml").read_text())
+    content = yaml_content(shipped_robots()["three_prs"].read_text())
     for leg in content["legs"]:
         leg["chain"][2]["stiffness"] = stiffness
     if weight:
