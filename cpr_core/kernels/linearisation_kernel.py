@@ -14,12 +14,12 @@ from .lu_kernel import lu_factor, lu_solve
 from .pencil_kernel import Measure, eliminate_pencil, is_diagonal
 from .recall_kernel import recall_pencil
 from .record_layout import ROTATION
-from .smallest_eigenvalue_kernel import smallest_eigenvalue, squared_size
+from .smallest_eigenvalue_kernel import smallest_eigenvalue
 
-__all__ = ["HELD", "REST", "linearise"]
+__all__ = ["MARGIN", "REST", "linearise"]
 
-#: What may be asked for: smallest eigenvalues with motors held; that with motors free, and the response.
-HELD, REST = 1, 2
+#: What may be asked for: the margin; smallest eigenvalues with motors held and free, and the response.
+MARGIN, REST = 1, 2
 
 #: Elastic stiffness this large hides all other; what is left of the platform's then is this part of the
 #: largest at least, or some motion counts as one without stiffness.
@@ -35,11 +35,11 @@ def linearise(prepared, kept, record, asked, eigenvalues, response):
         prepared: PreparedRobot.
         kept: Factors of its tangent (``keep``).
         record: The solution, see `record_layout`.
-        asked: HELD: only what is to be known before the motors move; REST: all but that; or both at
+        asked: MARGIN: only what is to be known before the motors move; REST: all but that; or both at
             once, which recalls the factors once.
-        eigenvalues: Result, (3,): smallest eigenvalue of H_r with the motors held [J], relative to the
-            elastic stiffness, and with the motors free [J]; NaN where the dense method has to tell, or
-            nobody asked.
+        eigenvalues: Result, (3,): smallest eigenvalue of H_r with the motors held relative to the
+            elastic stiffness (the margin), in itself [J], and with the motors free [J]; NaN where the
+            dense method has to tell, or nobody asked.
         response: Result of REST, (b + n, n + b): ``[dSigma_p/dq_a, dSigma_p/dw_p; dtau_a/dq_a,
             dtau_a/dw_p]`` at motors and wrench held in turn, body twists and wrenches.
 
@@ -53,23 +53,19 @@ def linearise(prepared, kept, record, asked, eigenvalues, response):
     orthogonal = is_diagonal(pencil.gram)
     # Constants would be compiled for once each.
     held, released = robot.motor_index < 0, robot.motor_index >= 0
-    if asked & HELD:
-        motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, held)
-        locked = smallest_eigenvalue(robot, pencil, motions, math.nan)
-        eigenvalues[0] = robot.energy_unit * locked
+    if asked & MARGIN:
         _put_elastic(robot, record, pencil.elastic)
         diagonal = is_diagonal(pencil.elastic)
         stored = Measure(pencil.elastic, diagonal, pencil.springs, 0.0, held)
         if _definite(robot, pencil, stored):
-            # The softest motion is nearly the same in both measures.
-            guess = locked * squared_size(pencil, motions) / squared_size(pencil, stored)
-            eigenvalues[1] = smallest_eigenvalue(robot, pencil, stored, guess)
+            eigenvalues[0] = smallest_eigenvalue(robot, pencil, stored)
     if not asked & REST:
         return False
+    motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, held)
+    eigenvalues[1] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions)
     if robot.one_slot_a_motor:
         motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, released)
-        free = smallest_eigenvalue(robot, pencil, motions, math.nan)
-        eigenvalues[2] = robot.energy_unit * free
+        eigenvalues[2] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions)
     return _respond(robot, record, response, pencil)
 
 

@@ -11,7 +11,7 @@ from .kernel_decorators import part
 from .lanes import broadcast, load, store, total
 from .pencil_kernel import eliminate_pencil, multiply_measure, solve_pencil
 
-__all__ = ["smallest_eigenvalue", "squared_size"]
+__all__ = ["smallest_eigenvalue"]
 
 #: Shifts farther from zero than this are not tried: nothing has such a stiffness.
 _FARTHEST_SHIFT = 1e18
@@ -24,6 +24,8 @@ _RITZ_ITERATIONS, _RITZ_ABOVE = 4, 1e-12
 _FIRST_LOOK, _STEPS_BETWEEN, _NOTHING_NEW = 6, 3, 1e-12
 #: How far below a value to look at first, and where no other eigenvalue may be at last.
 _NEAR, _CERTAIN = 1e-5, 1e-11
+#: Where something is below a value all the same, it is looked for this far below, and ever farther.
+_FIRST_REACH, _REACH_GROWTH = 1e-10, 10.0
 #: Inverse iterations before all begins again elsewhere.
 _ITERATIONS = 6
 #: Relative residual at which Lanczos' method is left to inverse iteration.
@@ -31,7 +33,7 @@ _LANCZOS_RESIDUAL = 1e-3
 
 
 @part
-def smallest_eigenvalue(robot, pencil, measure, guess):
+def smallest_eigenvalue(robot, pencil, measure):
     """Smallest eigenvalue of the pencil, M being positive definite on the admissible motions.
 
     Lanczos' method on ``(K - low M)^-1 M`` with no eigenvalue below ``low``, then inverse iteration;
@@ -42,17 +44,11 @@ def smallest_eigenvalue(robot, pencil, measure, guess):
         robot: RobotArrays.
         pencil: Pencil; on return its vector is the eigenvector.
         measure: Measure.
-        guess: Rayleigh quotient of the vector of the pencil, from which inverse iteration is tried
-            first; NaN: none.
 
     Returns:
         The eigenvalue, dimensionless; NaN where it was not found.
     """
     vector, border = pencil.vector, pencil.border
-    if math.isfinite(guess):
-        value, certain = _settle(robot, pencil, measure, guess - _NEAR)
-        if certain:
-            return value
     low, step, high = 0.0, 1.0, math.inf
     while True:
         below = eliminate_pencil(robot, pencil, measure, low)
@@ -68,30 +64,22 @@ def smallest_eigenvalue(robot, pencil, measure, guess):
     for _ in range(_HALVINGS):
         _lanczos(robot, pencil, measure)
         value = _iterate(robot, pencil, measure, low)
-        value, certain = _settle(robot, pencil, measure, value - _NEAR)
+        value, certain = _settle(robot, pencil, measure, max(low, value - _NEAR))
         if certain or not math.isfinite(value):
             return value
         high = min(high, value)
-        if high - low <= _CERTAIN:
-            return high
-        middle = 0.5 * (low + high)
-        if eliminate_pencil(robot, pencil, measure, middle) == 0:
-            low = middle
-        else:
-            high = middle
-            eliminate_pencil(robot, pencil, measure, low)
-        for i in range(border.shape[0]):
-            border[i] += measure.platform * math.sin(2.9 * i + 100.0 * high)
+        reach = _FIRST_REACH
+        while True:  # what lies below is near, as a rule: others like it
+            if high - low <= _CERTAIN:
+                return high
+            nearest = max(high - reach, 0.5 * (low + high))
+            if eliminate_pencil(robot, pencil, measure, nearest) == 0:
+                low = nearest
+                break
+            high = nearest
+            reach *= _REACH_GROWTH
+        _add(1.0, pencil.start, border, vector, border)  # it may have had no part of what is below
     return math.nan
-
-
-@part
-def squared_size(pencil, measure):
-    """``v^T M v`` of the vector of the pencil."""
-    vector, border = pencil.vector, pencil.border
-    loaded, border_loaded = pencil.loaded, pencil.border_loaded
-    multiply_measure(measure, vector, border, loaded, border_loaded)
-    return _inner_product(vector, border, loaded, border_loaded)
 
 
 @part
@@ -106,8 +94,8 @@ def _settle(robot, pencil, measure, shift):
         below = eliminate_pencil(robot, pencil, measure, shift)
         if k > 0 and below == 0:
             return value, True
-        value = _iterate(robot, pencil, measure, shift)
-        if not math.isfinite(value):
+        before, value = value, _iterate(robot, pencil, measure, shift)
+        if not math.isfinite(value) or abs(value - before) <= _CERTAIN:
             break
         shift = value - _CERTAIN
     return value, False

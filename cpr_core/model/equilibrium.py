@@ -34,7 +34,7 @@ from ..kernels.square_problem import CONTRACTION, ITERATIONS, Tolerances
 from ..kernels.square_problem import RESIDUAL as RESIDUAL_TOLERANCE
 from ..lie import quaternion_from_rotation, roll_pitch_yaw
 from ..validation import read_only
-from .linearisation import HeldEigenvalues, Linearisation, held_eigenvalues_of, linearised
+from .linearisation import Linearisation, condensed_margin, linearised
 from .model_state import ModelState
 from .robot import Robot
 from .stability import MotorReading, Spectrum
@@ -209,17 +209,17 @@ class Equilibrium:
         return replace(self, record=record)
 
     @cached_property
-    def held_eigenvalues(self) -> HeldEigenvalues:
-        """Smallest eigenvalues with the motors held: less than all of the linearisation."""
+    def _condensed_margin(self) -> float:
+        """The margin from the condensed legs, before anything else is asked for; NaN: not found so."""
         known = self.__dict__.get("linearisation")
         if known is not None:
-            return known.held
-        return held_eigenvalues_of(self.robot, self.factors, self.record)
+            return known.margin
+        return condensed_margin(self.robot, self.factors, self.record)
 
     @cached_property
     def linearisation(self) -> Linearisation:
-        """Smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
-        known = self.__dict__.get("held_eigenvalues")
+        """Margin, smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
+        known = self.__dict__.get("_condensed_margin")
         return linearised(self.robot, self.factors, self.record, known)
 
     @cached_property
@@ -270,7 +270,7 @@ class Equilibrium:
         Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless. It takes up to a
         millisecond where legs are straight.
         """
-        found = self.held_eigenvalues.margin
+        found = self._condensed_margin
         return self.spectrum_locked.margin if math.isnan(found) else found
 
 

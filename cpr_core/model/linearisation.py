@@ -12,15 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.kernel_arrays import Lanes
-from ..kernels.linearisation_kernel import HELD, REST, linearise
+from ..kernels.linearisation_kernel import MARGIN, REST, linearise
 from ..validation import read_only
 from .robot import Robot
 
 __all__ = [
-    "HeldEigenvalues",
     "Linearisation",
     "Response",
-    "held_eigenvalues_of",
+    "condensed_margin",
     "linearised",
 ]
 
@@ -64,18 +63,6 @@ class Response:
         return len(self.matrix) - self.motor_count
 
 
-class HeldEigenvalues(NamedTuple):
-    """Smallest eigenvalues of H_r with the motors held; NaN: not found this way, see Linearisation.
-
-    Attributes:
-        smallest: On motions of unit size [J].
-        margin: Relative to the elastic stiffness.
-    """
-
-    smallest: float
-    margin: float
-
-
 class Linearisation(NamedTuple):
     """Found from the legs condensed onto platform and motors.
 
@@ -83,25 +70,27 @@ class Linearisation(NamedTuple):
     NaN and None then send to the dense one.
 
     Attributes:
-        held: With the motors held.
-        smallest_free: Smallest eigenvalue of H_r with the motors free [J]; NaN: not found this way.
-        response: None: not found this way.
+        margin: Smallest eigenvalue of H_r with the motors held, relative to the elastic stiffness.
+        smallest_locked: Smallest eigenvalue of H_r with the motors held, on motions of unit size [J].
+        smallest_free: The same with the motors free [J].
+        response: How platform and efforts answer.
     """
 
-    held: HeldEigenvalues
+    margin: float
+    smallest_locked: float
     smallest_free: float
     response: Response | None
 
 
-def held_eigenvalues_of(robot: Robot, factors: Lanes, record: Floats) -> HeldEigenvalues:
-    """Stability of an equilibrium with the motors held; arguments as of ``linearised``."""
+def condensed_margin(robot: Robot, factors: Lanes, record: Floats) -> float:
+    """The margin alone; arguments as of ``linearised``."""
     eigenvalues = np.empty(3)
-    linearise(robot.prepared, factors, record, HELD, eigenvalues, np.empty((0, 0)))
-    return HeldEigenvalues(*eigenvalues[:2].tolist())
+    linearise(robot.prepared, factors, record, MARGIN, eigenvalues, np.empty((0, 0)))
+    return float(eigenvalues[0])
 
 
 def linearised(
-    robot: Robot, factors: Lanes, record: Floats, held: HeldEigenvalues | None = None
+    robot: Robot, factors: Lanes, record: Floats, margin: float | None = None
 ) -> Linearisation:
     """First-order behaviour at an equilibrium.
 
@@ -109,12 +98,12 @@ def linearised(
         robot: The robot.
         factors: Its condensed tangent there, as the kernels keep it.
         record: The solution as the kernels keep it.
-        held: What is known with the motors held; None: nothing yet.
+        margin: The margin, where it is known.
     """
     size = len(robot.arrays.border_indices)
     eigenvalues, matrix = np.empty(3), np.empty((size, size))
-    asked = HELD | REST if held is None else REST
+    asked = MARGIN | REST if margin is None else REST
     found = linearise(robot.prepared, factors, record, asked, eigenvalues, matrix)
-    smallest, margin, free = eigenvalues.tolist()
+    first, locked, free = eigenvalues.tolist()
     response = Response(read_only(matrix), robot.motor_count) if found else None
-    return Linearisation(held or HeldEigenvalues(smallest, margin), free, response)
+    return Linearisation(first if margin is None else margin, locked, free, response)

@@ -56,7 +56,7 @@ class Spectrum:
     def smallest(self) -> float:
         """Smallest eigenvalue [J]; infinite where the constraints leave nothing to move."""
         found = self._linearisation
-        value = found.held.smallest if self.motors_are == "locked" else found.smallest_free
+        value = found.smallest_locked if self.motors_are == "locked" else found.smallest_free
         return float(self.eigenvalues.min(initial=np.inf)) if math.isnan(value) else value
 
     @cached_property
@@ -67,7 +67,7 @@ class Spectrum:
         under tension. NaN where some motion costs no elastic energy (possible with free motors);
         infinite where the constraints leave nothing to move.
         """
-        value = self._linearisation.held.margin if self.motors_are == "locked" else math.nan
+        value = self._linearisation.margin if self.motors_are == "locked" else math.nan
         return self._dense.margin() if math.isnan(value) else value
 
     @property
