@@ -40,6 +40,7 @@ __all__ = [
     "NO_INVERSE",
     "UNKNOWN",
     "condense",
+    "condense_delaying",
     "expand_legs",
     "factor",
     "factor_border",
@@ -64,20 +65,22 @@ _SMALLEST_PIVOT = 1e-14
 @inlined
 def condense(robot, work, factors):
     """Eliminate the legs from the tangent in the workspace."""
-    factors.status[0], factors.delayed_count[0] = CONDENSED, 0
+    factors.status[0] = CONDENSED
+    factors.delayed_count[0] = 0
     _begin_border(robot, work.platform_tangent, factors.border)
     regular = True
     for number in range(robot.groups.shape[0]):
         regular = _eliminate(robot, number, False, work, factors) and regular
         _add_border(robot, number, work, factors)
     if not regular:
-        _condense_delaying(robot, work, factors)
+        condense_delaying(robot, work, factors)
 
 
 @part
-def _condense_delaying(robot, work, factors):
+def condense_delaying(robot, work, factors):
     """The same where some pivots are too small; apart, for what is called often has to be short."""
     factors.status[0] = DELAYED
+    factors.delayed_count[0] = 0
     _begin_border(robot, work.platform_tangent, factors.border)
     inner, count = robot.platform_index, robot.border_indices.shape[0]
     for number in range(robot.groups.shape[0]):

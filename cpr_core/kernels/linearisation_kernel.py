@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from .delayed_pencil_kernel import compliance_of_platform, gather_pencil
 from .kernel_decorators import kernel, part
 from .kernel_records import fed_length
 from .lanes import broadcast, highest, load, lower, store
@@ -28,7 +29,7 @@ _SMALLEST_PIVOT = 1e-14
 
 
 @kernel
-def linearise(prepared, kept, record, asked, eigenvalues, response):
+def linearise(prepared, kept, record, asked, evaluated, eigenvalues, response):
     """Stability and first-order behaviour of an equilibrium.
 
     Args:
@@ -37,6 +38,8 @@ def linearise(prepared, kept, record, asked, eigenvalues, response):
         record: The solution, see `record_layout`.
         asked: MARGIN: only what is to be known before the motors move; REST: all but that; or both at
             once, which recalls the factors once.
+        evaluated: Whether its tangent is in the workspace: then legs may be straight, but there is no
+            response.
         eigenvalues: Result, (3,): smallest eigenvalue of H_r with the motors held relative to the
             elastic stiffness (the margin), in itself [J], and with the motors free [J]; NaN where the
             dense method has to tell, or nobody asked.
@@ -44,12 +47,16 @@ def linearise(prepared, kept, record, asked, eigenvalues, response):
             dtau_a/dw_p]`` at motors and wrench held in turn, body twists and wrenches.
 
     Returns:
-        Whether the response is there; if not, the dense method has to tell.
+        Whether K is known, without which nothing is, and whether the response is there.
     """
     robot, pencil = prepared.robot, prepared.pencil
     eigenvalues[:] = math.nan
-    if not recall_pencil(robot, kept, pencil):
-        return False
+    if evaluated:
+        known = gather_pencil(robot, prepared.work, pencil)
+    else:
+        known = recall_pencil(robot, kept, pencil)
+    if not known:
+        return False, False
     orthogonal = is_diagonal(pencil.gram)
     # Constants would be compiled for once each.
     held, released = robot.motor_index < 0, robot.motor_index >= 0
@@ -60,13 +67,13 @@ def linearise(prepared, kept, record, asked, eigenvalues, response):
         if _definite(robot, pencil, stored):
             eigenvalues[0] = smallest_eigenvalue(robot, pencil, stored)
     if not asked & REST:
-        return False
+        return True, False
     motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, held)
     eigenvalues[1] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions)
     if robot.one_slot_a_motor:
         motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, released)
         eigenvalues[2] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions)
-    return _respond(robot, record, response, pencil)
+    return True, not evaluated and _respond(robot, record, response, pencil)
 
 
 @part
@@ -106,6 +113,9 @@ def _definite(robot, pencil, stored):
     smallest, largest = math.inf, 0.0
     for i in range(left.shape[0]):
         smallest, largest = min(smallest, left[i, i]), max(largest, left[i, i])
+    if pencil.delayed_count[0] > 0:
+        compliance = compliance_of_platform(pencil)  # none: straight legs hold it
+        smallest = 1.0 / compliance if compliance > 0.0 else math.inf
     softest = broadcast(weights, math.inf)
     for number in range(weights.shape[0]):
         for i in range(slots.first_passive, slots.inner_count):

@@ -16,6 +16,7 @@ from .lanes import empty_lanes, zeros_lanes
 __all__ = ["Pencil", "pencil_of"]
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 Lanes = NDArray[np.void]
 
 #: Steps of Lanczos' method before it begins again.
@@ -26,7 +27,7 @@ class Pencil(NamedTuple):
     """K and M of ``pencil_kernel`` for G groups of legs, their factors, and vectors.
 
     A leg has r = n + 1 rows, its n inner slots and its motor, and c = r + b columns, the same and the
-    platform. All numbers are dimensionless.
+    platform. Delayed may be all C multipliers at most. All numbers are dimensionless.
     """
 
     gram: Lanes  # (G, S, S) int Phi^T Phi dsigma by slots: M of unit motions
@@ -39,8 +40,16 @@ class Pencil(NamedTuple):
     condensed: Floats  # (b + n_a, b + n_a) H of platform and motors, the legs condensed
     upper: Lanes  # (G, r, c) rows of L^T, and of D^-1 L^-1 B
     inverse: Lanes  # (G, r) D^-1
-    rows: Lanes  # (r, c) rows of D L^T
+    rows: Lanes  # (r, c) rows of D L^T, or by the columns of `slots`
     left: Floats  # (b, b) pivot rows of what is left of the platform
+    delayed_count: Integers  # (1,) D, see `delayed_pencil_kernel`
+    delayed: Integers  # (C, 3) group, slot and lane of each
+    beside: Floats  # (C, r) their couplings to the rows of their legs
+    beside_platform: Floats  # (C, b)
+    beyond: Floats  # (C, r) rows of D L^T
+    whole: Floats  # (b + C, b + C) what is left of platform and delayed slots
+    factored: Floats  # (b + C, b + C) its LU factors
+    part: Floats  # (b + C,)
     vector: Lanes  # (G, r)
     border: Floats  # (b,)
     loaded: Lanes  # (G, r) M times the vector
@@ -50,7 +59,7 @@ class Pencil(NamedTuple):
     tridiagonal: Floats  # (4, T)
     inverse_stiffness: Floats  # (2, b, b)
     turn: Floats  # (2, b, b)
-    pivots: NDArray[np.int64]  # (b,)
+    pivots: Integers  # (b + C,)
 
 
 def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
@@ -62,8 +71,9 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
     """
     slots, groups, width = arrays.slots, len(arrays.groups), arrays.slot_index.shape[2]
     strains, platform = slots.strain_count, slots.platform_count
-    rows, columns = slots.inner_count + 1, slots.total
-    border = len(arrays.border_indices)
+    rows = slots.inner_count + 1
+    columns = rows + platform
+    border, constraints = len(arrays.border_indices), arrays.constraint_count
 
     def empty(*shape: int) -> Any:
         return empty_lanes(width, *shape)
@@ -97,8 +107,16 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
         condensed=np.empty((border, border)),
         upper=zeros_lanes(width, groups, rows, columns),
         inverse=zeros_lanes(width, groups, rows),
-        rows=zeros_lanes(width, rows, columns),
+        rows=zeros_lanes(width, rows, max(columns, slots.total)),
         left=np.empty((platform, platform)),
+        delayed_count=np.zeros(1, np.int64),
+        delayed=np.zeros((constraints, 3), np.int64),
+        beside=np.empty((constraints, rows)),
+        beside_platform=np.empty((constraints, platform)),
+        beyond=np.empty((constraints, rows)),
+        whole=np.empty((platform + constraints, platform + constraints)),
+        factored=np.empty((platform + constraints, platform + constraints)),
+        part=np.empty(platform + constraints),
         vector=zeros_lanes(width, groups, rows),
         border=np.empty(platform),
         loaded=zeros_lanes(width, groups, rows),
@@ -108,5 +126,5 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
         tridiagonal=np.empty((4, _STEPS)),
         inverse_stiffness=np.empty((2, platform, platform)),
         turn=np.empty((2, platform, platform)),
-        pivots=np.empty(platform, np.int64),
+        pivots=np.empty(platform + constraints, np.int64),
     )

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from .delayed_pencil_kernel import eliminate_delayed, reduce_delayed, substitute_delayed
 from .kernel_decorators import inlined, part
 from .lanes import absolute, broadcast, load, store, total
 
@@ -75,6 +76,16 @@ def eliminate_pencil(robot, pencil, measure, shift):
     size = robot.slots.inner_count + (1 if measure.free else 0)
     pivots = blocks.shape[0] * robot.slot_index.shape[2] * size
     negative = round(0.5 * (pivots - balance)) - robot.constraint_count
+    if pencil.delayed_count[0] > 0:
+        rest = eliminate_delayed(pencil, robot.slots.first_coupled, size)
+        return negative + rest if rest >= 0 else -1
+    return negative + _eliminate_platform(left)
+
+
+@inlined
+def _eliminate_platform(left):
+    """Eliminate what is left of the platform; returns the number of negative pivots."""
+    width, negative = left.shape[0], 0
     for k in range(width):
         if abs(left[k, k]) < _SMALLEST_PIVOT:
             left[k, k] = _SMALLEST_PIVOT
@@ -114,7 +125,7 @@ def _eliminate_legs(slots, number, measure, shift, pencil):
             store(upper, (number, i, j), inverse * value)
         if i < first:
             continue
-        for j in range(inner + 1, slots.total):
+        for j in range(inner + 1, inner + 1 + width):
             value = load(blocks, (number, i, j))
             for k in range(first, i):
                 value -= load(upper, (number, k, i)) * load(rows, (k, j))
@@ -130,9 +141,16 @@ def _eliminate_legs(slots, number, measure, shift, pencil):
 
 
 @part
-def solve_pencil(upper, inverses, left, first, free, vector, border):
-    """Solve with what was eliminated, in place."""
-    inner, width = upper.shape[1] - 1, left.shape[0]
+def solve_pencil(pencil, first, free):
+    """Solve with what was eliminated, in place of the vector.
+
+    Args:
+        pencil: Pencil.
+        first: First slot that meets the platform's columns.
+        free: Whether the motors move.
+    """
+    upper, vector, border = pencil.upper, pencil.vector, pencil.border
+    inner, width = upper.shape[1] - 1, border.shape[0]
     size = inner + 1 if free else inner
     for number in range(upper.shape[0]):
         for k in range(size - 1):
@@ -145,9 +163,30 @@ def solve_pencil(upper, inverses, left, first, free, vector, border):
             for k in range(first, size):
                 value += load(upper, (number, k, inner + 1 + j)) * load(vector, (number, k))
             border[j] -= total(value)
+    if pencil.delayed_count[0] > 0:
+        reduce_delayed(pencil, size)
+    else:
+        _solve_platform(pencil.left, border)
+    for number in range(upper.shape[0]):
         for i in range(size):
-            value = load(inverses, (number, i)) * load(vector, (number, i))
+            value = load(pencil.inverse, (number, i)) * load(vector, (number, i))
+            if i >= first:
+                for j in range(width):
+                    value -= load(upper, (number, i, inner + 1 + j)) * border[j]
             store(vector, (number, i), value)
+    substitute_delayed(pencil, size)
+    for number in range(upper.shape[0]):
+        for j in range(size - 1, 0, -1):
+            found = load(vector, (number, j))
+            for i in range(j):
+                value = load(vector, (number, i)) - load(upper, (number, i, j)) * found
+                store(vector, (number, i), value)
+
+
+@inlined
+def _solve_platform(left, border):
+    """Solve with the eliminated platform, in place."""
+    width = border.shape[0]
     for k in range(width):
         multiple = border[k] / left[k, k]
         for j in range(k + 1, width):
@@ -157,17 +196,6 @@ def solve_pencil(upper, inverses, left, first, free, vector, border):
         for j in range(k + 1, width):
             rest -= left[k, j] * border[j]
         border[k] = rest / left[k, k]
-    for number in range(upper.shape[0]):
-        for i in range(first, size):
-            value = load(vector, (number, i))
-            for j in range(width):
-                value -= load(upper, (number, i, inner + 1 + j)) * border[j]
-            store(vector, (number, i), value)
-        for j in range(size - 1, 0, -1):
-            found = load(vector, (number, j))
-            for i in range(j):
-                value = load(vector, (number, i)) - load(upper, (number, i, j)) * found
-                store(vector, (number, i), value)
 
 
 @part

@@ -37,7 +37,7 @@ def recall_pencil(robot, kept, pencil):
     """
     corner, condensed = pencil.corner, pencil.condensed
     slots, lanes, groups = robot.slots, robot.slot_index.shape[2], robot.groups.shape[0]
-    doubt = broadcast(pencil.rows, -1.0)
+    doubt, pencil.delayed_count[0] = broadcast(pencil.rows, -1.0), 0
     if kept_status(kept) != CONDENSED:
         return False
     recall_border(kept, kept_border(slots, groups), condensed.shape[0], lanes, condensed)
@@ -61,6 +61,7 @@ def _recall_leg_rows(slots, number, kept, pencil):
     """Rows of the inner slots of a group; returns what is positive where too few digits are left."""
     blocks, rows = pencil.blocks, pencil.rows
     inner, extent, first = slots.inner_count, slots.total, slots.first_coupled
+    last = slots.first_motor
     largest, smallest = broadcast(rows, 0.0), broadcast(rows, np.inf)
     for i in range(inner):
         # Stored in place of the unit diagonal: the inverse pivot.
@@ -73,13 +74,13 @@ def _recall_leg_rows(slots, number, kept, pencil):
         for j in range(i + 1, extent):
             store(rows, (i, j), pivot * load(kept, row + j))
         for j in range(i, extent):
-            begin = 0 if j < inner or j == extent - 1 else first
+            begin = 0 if j < inner or j >= last else first
             value = broadcast(rows, 0.0)
             for k in range(begin, i):
                 value += load(kept, kept_row(slots, number, k) + i) * load(rows, (k, j))
             if i >= begin:
                 value += load(rows, (i, j))
-            at = j if j < inner else (j + 1 if j < extent - 1 else inner)
+            at = j if j < inner else (j + 1 if j < last else inner)
             store(blocks, (number, i, at), value)
     return smallest - _SMALLEST_LEG_PIVOT * largest
 
@@ -101,13 +102,13 @@ def _recall_platform(slots, number, kept, pencil):
 def _recall_motor_rows(robot, number, kept, pencil):
     """Rows of the motors of a group, with what the legs had taken from them."""
     slots, blocks, rows = robot.slots, pencil.blocks, pencil.rows
-    inner, width, extent = slots.inner_count, slots.platform_count, slots.total
+    inner, width = slots.inner_count, slots.platform_count
     for j in range(width + 1):
         value = broadcast(rows, 0.0)
         begin = slots.first_coupled if j < width else 0
         for k in range(begin, inner):
             left = load(kept, kept_row(slots, number, k) + inner + j)
-            value += left * load(rows, (k, extent - 1))
+            value += left * load(rows, (k, slots.first_motor))
         column = inner + 1 + j if j < width else inner
         store(blocks, (number, inner, column), value)
     for lane in range(robot.slot_index.shape[2]):

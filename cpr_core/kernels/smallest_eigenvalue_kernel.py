@@ -15,6 +15,8 @@ __all__ = ["smallest_eigenvalue"]
 
 #: Shifts farther from zero than this are not tried: nothing has such a stiffness.
 _FARTHEST_SHIFT = 1e18
+#: An eigenvalue of this size is none: constraints leave nothing to move.
+_LARGEST = 1e15
 #: Halvings of the interval of the smallest eigenvalue, and of the largest Ritz value as its first guess.
 _HALVINGS, _RITZ_HALVINGS = 60, 10
 #: Inverse iterations for the vector of a Ritz value, just above it by this fraction.
@@ -24,7 +26,8 @@ _RITZ_ITERATIONS, _RITZ_ABOVE = 4, 1e-12
 _FIRST_LOOK, _STEPS_BETWEEN, _NOTHING_NEW = 6, 3, 1e-12
 #: How far below a value to look at first, and where no other eigenvalue may be at last.
 _NEAR, _CERTAIN = 1e-5, 1e-11
-#: Where something is below a value all the same, it is looked for this far below, and ever farther.
+#: Where something is below a value all the same, it is looked for this far below (of a value beyond one,
+#: this part of it), and ever farther.
 _FIRST_REACH, _REACH_GROWTH = 1e-10, 10.0
 #: Inverse iterations before all begins again elsewhere.
 _ITERATIONS = 6
@@ -37,8 +40,8 @@ def smallest_eigenvalue(robot, pencil, measure):
     """Smallest eigenvalue of the pencil, M being positive definite on the admissible motions.
 
     Lanczos' method on ``(K - low M)^-1 M`` with no eigenvalue below ``low``, then inverse iteration;
-    what that leads to is checked to be the smallest one, otherwise ``low`` is raised by halving and all
-    begins again.
+    what that leads to is checked to be the smallest one, otherwise ``low`` is raised to where what lies
+    below it begins, and all begins again.
 
     Args:
         robot: RobotArrays.
@@ -65,14 +68,16 @@ def smallest_eigenvalue(robot, pencil, measure):
         _lanczos(robot, pencil, measure)
         value = _iterate(robot, pencil, measure, low)
         value, certain = _settle(robot, pencil, measure, max(low, value - _NEAR))
-        if certain or not math.isfinite(value):
+        if not abs(value) < _LARGEST:
+            return math.nan
+        if certain:
             return value
         high = min(high, value)
-        reach = _FIRST_REACH
+        reach = _FIRST_REACH * max(1.0, abs(high))
         while True:  # what lies below is near, as a rule: others like it
-            if high - low <= _CERTAIN:
-                return high
             nearest = max(high - reach, 0.5 * (low + high))
+            if high - low <= _CERTAIN or not low < nearest < high:
+                return high
             if eliminate_pencil(robot, pencil, measure, nearest) == 0:
                 low = nearest
                 break
@@ -111,7 +116,7 @@ def _iterate(robot, pencil, measure, shift):
     old = _inner_product(vector, border, loaded, border_loaded)
     scale = 1.0 / math.sqrt(old)
     _put_multiple(scale, loaded, border_loaded, vector, border)
-    solve_pencil(pencil.upper, pencil.inverse, pencil.left, first, measure.free, vector, border)
+    solve_pencil(pencil, first, measure.free)
     work = scale * _inner_product(vector, border, loaded, border_loaded)
     multiply_measure(measure, vector, border, loaded, border_loaded)
     length = _inner_product(vector, border, loaded, border_loaded)
@@ -149,7 +154,7 @@ def _lanczos(robot, pencil, measure):
         inverse = 1.0 / length
         _put_multiple(inverse, vector, border, basis[step], border_basis[step])
         _put_multiple(inverse, loaded, border_loaded, vector, border)
-        solve_pencil(pencil.upper, pencil.inverse, pencil.left, first, measure.free, vector, border)
+        solve_pencil(pencil, first, measure.free)
         if step > 0:
             _add(-length, basis[step - 1], border_basis[step - 1], vector, border)
         along[step] = inverse * _inner_product(vector, border, loaded, border_loaded)

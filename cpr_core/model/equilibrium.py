@@ -214,13 +214,17 @@ class Equilibrium:
         known = self.__dict__.get("linearisation")
         if known is not None:
             return known.margin
-        return condensed_margin(self.robot, self.factors, self.record)
+        return condensed_margin(
+            self.robot, self.factors, self.record, lambda: evaluated_again(self)
+        )
 
     @cached_property
     def linearisation(self) -> Linearisation:
         """Margin, smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
         known = self.__dict__.get("_condensed_margin")
-        return linearised(self.robot, self.factors, self.record, known)
+        return linearised(
+            self.robot, self.factors, self.record, lambda: evaluated_again(self), known
+        )
 
     @cached_property
     def spectrum_locked(self) -> Spectrum:
@@ -267,8 +271,7 @@ class Equilibrium:
     def margin(self) -> float:
         """Margin of stability with the motors held: 1 without loads and forces, 0 where stability ends.
 
-        Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless. It takes up to a
-        millisecond where legs are straight.
+        Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless.
         """
         found = self._condensed_margin
         return self.spectrum_locked.margin if math.isnan(found) else found

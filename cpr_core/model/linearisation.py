@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -66,8 +68,8 @@ class Response:
 class Linearisation(NamedTuple):
     """Found from the legs condensed onto platform and motors.
 
-    Legs that cannot be condensed (straight ones) and motions without stiffness are beyond this method:
-    NaN and None then send to the dense one.
+    Motions without stiffness are beyond this method, and so is the response where legs are straight: NaN
+    and None then send to the dense one.
 
     Attributes:
         margin: Smallest eigenvalue of H_r with the motors held, relative to the elastic stiffness.
@@ -82,15 +84,20 @@ class Linearisation(NamedTuple):
     response: Response | None
 
 
-def condensed_margin(robot: Robot, factors: Lanes, record: Floats) -> float:
+def condensed_margin(
+    robot: Robot, factors: Lanes, record: Floats, evaluate: Callable[[], object]
+) -> float:
     """The margin alone; arguments as of ``linearised``."""
-    eigenvalues = np.empty(3)
-    linearise(robot.prepared, factors, record, MARGIN, eigenvalues, np.empty((0, 0)))
-    return float(eigenvalues[0])
+    eigenvalues, _ = _found(robot, factors, record, evaluate, MARGIN, np.empty((0, 0)))
+    return eigenvalues[0]
 
 
 def linearised(
-    robot: Robot, factors: Lanes, record: Floats, margin: float | None = None
+    robot: Robot,
+    factors: Lanes,
+    record: Floats,
+    evaluate: Callable[[], object],
+    margin: float | None = None,
 ) -> Linearisation:
     """First-order behaviour at an equilibrium.
 
@@ -98,12 +105,29 @@ def linearised(
         robot: The robot.
         factors: Its condensed tangent there, as the kernels keep it.
         record: The solution as the kernels keep it.
+        evaluate: Evaluates the tangent again, into the workspace of the robot.
         margin: The margin, where it is known.
     """
     size = len(robot.arrays.border_indices)
-    eigenvalues, matrix = np.empty(3), np.empty((size, size))
-    asked = MARGIN | REST if margin is None else REST
-    found = linearise(robot.prepared, factors, record, asked, eigenvalues, matrix)
-    first, locked, free = eigenvalues.tolist()
-    response = Response(read_only(matrix), robot.motor_count) if found else None
-    return Linearisation(first if margin is None else margin, locked, free, response)
+    asked, matrix = MARGIN | REST if margin is None else REST, np.empty((size, size))
+    (own, locked, free), answered = _found(robot, factors, record, evaluate, asked, matrix)
+    response = Response(read_only(matrix), robot.motor_count) if answered else None
+    return Linearisation(own if margin is None else margin, locked, free, response)
+
+
+def _found(
+    robot: Robot,
+    factors: Lanes,
+    record: Floats,
+    evaluate: Callable[[], object],
+    asked: int,
+    matrix: Floats,
+) -> tuple[list[float], bool]:
+    """Results of ``linearise``, from the factors, or from the tangent where these tell too little."""
+    eigenvalues = np.empty(3)
+    prepared = robot.prepared
+    known, answered = linearise(prepared, factors, record, asked, False, eigenvalues, matrix)
+    if not known or (asked & MARGIN and math.isnan(eigenvalues[0])):
+        evaluate()
+        linearise(prepared, factors, record, asked, True, eigenvalues, matrix)
+    return eigenvalues.tolist(), answered

@@ -16,7 +16,7 @@ from cpr_core.kernels.pencil_kernel import Measure, is_diagonal
 @entry
 def smallest_eigenvalue(robot, pencil, free):
     measure = Measure(pencil.gram, is_diagonal(pencil.gram), pencil.weights, 1.0, free)
-    return smallest_eigenvalue_kernel.smallest_eigenvalue(robot, pencil, measure, np.nan)
+    return smallest_eigenvalue_kernel.smallest_eigenvalue(robot, pencil, measure)
 
 
 def smallest(whole, free):
@@ -52,6 +52,19 @@ def test_equal_and_nearly_equal_eigenvalues(gap):
     expected = linalg.eigvalsh(*whole.matrices(True))
     assert expected[4] - expected[0] < 2.0 * gap + 1e-12
     assert smallest(whole, True) == pytest.approx(expected[0], abs=2e-11)
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1e4, 1e7])
+def test_however_large_they_are(scale):
+    """Of far unstable robots too; what is found stays right to as many digits."""
+    rng, whole = np.random.default_rng(6), WholePencil("six_rfs")
+    for _ in range(20):
+        whole.fill(rng)
+        whole.pencil.blocks["lane"][0, ..., : whole.legs] *= scale
+        whole.pencil.corner[:] *= scale
+        expected = linalg.eigvalsh(*whole.matrices(True))
+        accuracy = 1e-10 * np.abs(expected).max() + 2e-11
+        assert smallest(whole, True) == pytest.approx(expected[0], rel=1e-10, abs=accuracy)
 
 
 def test_zero_is_an_eigenvalue_as_any_other():

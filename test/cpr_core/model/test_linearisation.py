@@ -28,7 +28,7 @@ from cpr_core import (
 )
 from cpr_core.description import joints, motors
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.kernels.linearisation_kernel import HELD, linearise
+from cpr_core.kernels.linearisation_kernel import MARGIN, REST, linearise
 from cpr_core.kernels.pencil import pencil_of
 from cpr_core.model.stability import _Dense
 
@@ -48,18 +48,24 @@ def equilibria(name, count):
     return found
 
 
-def assert_same(here):
-    """Eigenvalues and matrices agree, as far as the dense method's own rounding allows."""
+def assert_eigenvalues_same(here):
+    """They agree, as far as the dense method's own rounding allows."""
     found = here.linearisation
-    readings = [("locked", found.held.smallest)]
+    readings = [("locked", found.smallest_locked)]
     if here.robot.arrays.one_slot_a_motor:
         readings.append(("free", found.smallest_free))
     for motors_are, value in readings:
         dense = spectrum(here, motors_are).eigenvalues
         assert value == pytest.approx(dense[0], rel=1e-10, abs=1e-10 * np.abs(dense).max())
-    assert found.held.margin == pytest.approx(
+    assert found.margin == pytest.approx(
         _Dense(here.model_state, "locked").margin(), rel=1e-9, abs=1e-9
     )
+
+
+def assert_same(here):
+    """So do matrices."""
+    assert_eigenvalues_same(here)
+    found = here.linearisation
     model, n = kinemato_statics(here), here.robot.motor_count
     moved, efforts = model._dense_response
     platform = moved[here.robot.platform_indices]
@@ -95,6 +101,7 @@ def test_they_agree_with_passive_joints_with_and_without_springs(seed, planar):
             reached = solve_forward(robot, away)
         except NotReached:
             continue  # at a fold, matrices are as large as rounding makes them
+        assert_eigenvalues_same(reached)
         if reached.linearisation.response is not None:  # else some leg is nearly straight
             assert_same(reached)
             compared += 1
@@ -128,9 +135,10 @@ def test_a_motion_of_joints_without_elastic_energy_is_told_by_the_dense_method()
     pencil, found = pencil_of(robot.arrays, robot.strain_grams), np.empty(3)
     without = prepared(robot.arrays, pencil=pencil)
     pencil.springs["lane"][:] = 0.0
-    linearise(without, home.factors, home.record, HELD, found, np.empty((0, 0)))
-    assert found[0] == home.held_eigenvalues.smallest
-    assert math.isnan(found[1])
+    matrix = np.empty((len(robot.arrays.border_indices),) * 2)
+    linearise(without, home.factors, home.record, MARGIN | REST, False, found, matrix)
+    assert math.isnan(found[0])
+    assert found[1] == home.linearisation.smallest_locked
 
 
 def test_they_agree_where_robots_are_unstable():
@@ -139,7 +147,7 @@ def test_they_agree_where_robots_are_unstable():
     for y in (0.3, 0.0358, 0.0357, 0.03, -0.05, -0.1):
         here = solve_inverse(robot, [0.0, y], start=here)
         assert_same(here)
-        seen.append((here.index_locked, here.linearisation.held.margin < 0.0))
+        seen.append((here.index_locked, here.linearisation.margin < 0.0))
     assert [index for index, _ in seen] == [0, 0, 1, 1, 1, 2]
     assert all((index > 0) == negative for index, negative in seen)
     spatial = load_robot("six_rfs")
@@ -162,19 +170,26 @@ def test_they_agree_under_loads_without_potential():
         assert_same(here)
 
 
+@pytest.mark.parametrize("planar", [True, False])
+def test_they_agree_without_motors(planar):
+    robot = column(motors.Welded(), joints.Fixed(AT_TIP), planar=planar)
+    pushed = [0.0, 0.02 * (not planar), 0.05, 0.0, 0.1, 0.2 * (not planar)]
+    bent = solve_forward(robot, [], loads=robot.default_loads.with_(wrench_world=pushed))
+    assert_same(bent)
+
+
 @pytest.mark.parametrize("modes", [3, 8, 12])
 def test_they_agree_for_any_number_of_modes(modes):
     assert_same(solve_home(load_robot("six_rfs", modes=modes)))
 
 
-def test_legs_that_cannot_be_condensed_are_told_by_the_dense_method():
+def test_how_a_leg_that_cannot_be_condensed_moves_is_told_by_the_dense_method():
     """A straight clamped leg cannot hold its tip along itself."""
     straight = solve_home(column(motors.Welded(), joints.Fixed(AT_TIP)))
     found = straight.linearisation
-    assert math.isnan(found.held.smallest)
     assert found.response is None
-    assert straight.spectrum_locked.smallest == straight.spectrum_locked.eigenvalues[0]
-    assert straight.spectrum_locked.margin == pytest.approx(1.0)
+    assert_eigenvalues_same(straight)
+    assert found.margin == straight.spectrum_locked.margin == pytest.approx(1.0)
     assert kinemato_statics(straight).platform_by_wrench.shape == (3, 3)
 
 
@@ -184,8 +199,9 @@ def test_the_order_of_questions_changes_nothing(name):
     robot = load_robot(name)
     first = solve_home(robot)
     together, apart = (replace(first, record=first.record.copy()) for _ in range(2))
-    whole, held = together.linearisation, apart.held_eigenvalues
-    assert held == whole.held == together.held_eigenvalues == apart.linearisation.held
+    whole, margin = together.linearisation, apart.margin
+    assert margin == whole.margin == together.margin == apart.linearisation.margin
+    assert apart.linearisation.smallest_locked == whole.smallest_locked
     assert apart.linearisation.smallest_free == whole.smallest_free
     np.testing.assert_array_equal(apart.linearisation.response.matrix, whole.response.matrix)
 

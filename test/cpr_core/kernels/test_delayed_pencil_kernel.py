@@ -1,0 +1,136 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Pencils of straight legs, whose multipliers are left to the border, against LAPACK."""
+
+import numpy as np
+import pytest
+from helpers.columns import AT_TIP, column
+from helpers.kernel_entry import entry
+from scipy import linalg
+
+from cpr_core import Loads, load_robot, solve_forward, solve_home
+from cpr_core.description import joints, motors
+from cpr_core.kernels import delayed_pencil_kernel, pencil_kernel, smallest_eigenvalue_kernel
+from cpr_core.kernels.pencil_kernel import Measure, is_diagonal
+from cpr_core.model.equilibrium import evaluated_again
+from cpr_core.model.stability import _Dense
+
+
+@entry
+def gather_pencil(robot, work, pencil):
+    return delayed_pencil_kernel.gather_pencil(robot, work, pencil)
+
+
+@entry
+def eliminate_pencil(robot, pencil, free, shift):
+    measure = Measure(pencil.gram, is_diagonal(pencil.gram), pencil.weights, 1.0, free)
+    return pencil_kernel.eliminate_pencil(robot, pencil, measure, shift)
+
+
+@entry
+def smallest_eigenvalue(robot, pencil, free):
+    measure = Measure(pencil.gram, is_diagonal(pencil.gram), pencil.weights, 1.0, free)
+    return smallest_eigenvalue_kernel.smallest_eigenvalue(robot, pencil, measure)
+
+
+def straight_column(*, planar):
+    """One clamped rod, straight, that holds the platform at its tip."""
+    return solve_home(column(motors.Welded(), joints.Fixed(AT_TIP), planar=planar))
+
+
+def straight_platform(change, loads=None):
+    """Six legs nearly straight, with forces and moments at their tips."""
+    robot = load_robot("gough_stewart", modes=3)
+    home = solve_home(robot)
+    away = np.cos(np.arange(6.0)) * change
+    return solve_forward(robot, home.motors + away, loads=loads or robot.default_loads)
+
+
+STRAIGHT = {
+    "a rod in the plane": lambda: straight_column(planar=True),
+    "a rod in space": lambda: straight_column(planar=False),
+    "six legs at home": lambda: straight_platform(0.0),
+    "six legs near it": lambda: straight_platform(1e-5),
+    "six legs without gravity": lambda: straight_platform(1e-4, Loads.none()),
+    "six legs twisted": lambda: straight_platform(
+        2e-4, Loads.none().with_(wrench_world=[0.01, 0.02, -0.01, 0.1, -0.1, 0.2])
+    ),
+}
+DRIVEN = [name for name in STRAIGHT if name.startswith("six legs")]
+
+
+def gathered(found):
+    """The pencil of an equilibrium, in the memory of its robot."""
+    evaluated_again(found)
+    work, pencil = found.robot.prepared.values[1:]
+    assert gather_pencil(found.robot.arrays, work, pencil)
+    assert pencil.delayed_count[0] > 0
+    return pencil
+
+
+@pytest.mark.parametrize(
+    ("name", "free"), [*((name, False) for name in STRAIGHT), *((name, True) for name in DRIVEN)]
+)
+def test_eigenvalues_are_counted_and_the_smallest_is_found(name, free):
+    found = STRAIGHT[name]()
+    unit = found.robot.arrays.energy_unit
+    expected = _Dense(found.model_state, "free" if free else "locked").modes()[0] / unit
+    pencil, arrays = gathered(found), found.robot.arrays
+    smallest = smallest_eigenvalue(arrays, pencil, free)
+    size = np.abs(expected).max()
+    assert smallest == pytest.approx(expected[0], rel=1e-10, abs=1e-10 * size)
+    gaps = np.flatnonzero(np.diff(expected) > 1e-7 * size)  # some come in pairs
+    shifts = [expected[0] - 0.1, *(0.5 * (expected[gap] + expected[gap + 1]) for gap in gaps)]
+    assert len(shifts) > 2
+    for shift in shifts:
+        assert eliminate_pencil(arrays, pencil, free, shift) == np.sum(expected < shift)
+
+
+@pytest.mark.parametrize("name", STRAIGHT)
+def test_the_margin_is_that_of_the_dense_matrix(name):
+    found = STRAIGHT[name]()
+    gathered(found)
+    assert found.linearisation.margin == pytest.approx(
+        _Dense(found.model_state, "locked").margin(), rel=1e-10
+    )
+
+
+def test_what_the_factors_tell_too_is_the_same():
+    """Of bent legs both ways are there; nothing is delayed then."""
+    found = solve_home(load_robot("six_rfs"))
+    evaluated_again(found)
+    work, pencil = found.robot.prepared.values[1:]
+    assert gather_pencil(found.robot.arrays, work, pencil)
+    assert pencil.delayed_count[0] == 0
+    for free, expected in ((False, found.spectrum_locked), (True, found.spectrum_free)):
+        smallest = smallest_eigenvalue(found.robot.arrays, pencil, free)
+        unit = found.robot.arrays.energy_unit
+        assert unit * smallest == pytest.approx(expected.eigenvalues[0], rel=1e-10)
+
+
+def test_a_rod_about_to_buckle_on_its_own_is_left_to_the_dense_method():
+    """A small pivot of strain: M sees it."""
+    found = solve_home(load_robot("rfrfr"))
+    evaluated_again(found)
+    work, pencil = found.robot.prepared.values[1:]
+    work.blocks["lane"][0, 0, 0, 0] = 0.0
+    assert not gather_pencil(found.robot.arrays, work, pencil)
+
+
+def test_lapack_agrees_that_the_platform_is_held():
+    """On six straight legs it has no compliance, but for rounding."""
+    found = straight_platform(0.0)
+    pencil, arrays = gathered(found), found.robot.arrays
+    eliminate_pencil(arrays, pencil, False, -1.0)
+    extent = arrays.slots.platform_count + pencil.delayed_count[0]
+    triangle, pivots = pencil.factored[:extent, :extent], pencil.pivots[:extent]
+    columns = linalg.lu_solve((triangle, pivots), np.eye(extent))
+    platform = np.diag(columns)[: arrays.slots.platform_count]
+
+    assert compliance(arrays, pencil) == pytest.approx(max(0.0, platform.max()), abs=1e-15)
+
+
+@entry
+def compliance(robot, pencil):
+    return delayed_pencil_kernel.compliance_of_platform(pencil)
