@@ -5,13 +5,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.bending_strain import bending_strains
+from ..kernels.record_layout import EFFORT
+from ..model.bending_strain import bending_strains, strains_in
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from .events import PathEvent
@@ -95,18 +95,18 @@ def margins(equilibrium: Equilibrium) -> Floats:
     return _with_strains(robot, found, bending_strains(equilibrium))
 
 
-def margins_along(equilibria: Sequence[Equilibrium]) -> Floats:
-    """``margins`` of some equilibria of a robot, (T, K)."""
-    robot = equilibria[0].robot
+def margins_along(robot: Robot, records: Floats) -> Floats:
+    """``margins`` of equilibria of a robot, (T, K), from their records, (T, ...)."""
+    size = robot.state_size
+    first_effort = size + EFFORT
     found = motor_margins(
         robot,
-        np.array([equilibrium.motors for equilibrium in equilibria]),
-        np.array([equilibrium.efforts for equilibrium in equilibria]),
+        records[:, robot.arrays.motor_index : size],
+        records[:, first_effort : first_effort + robot.motor_count],
     )
     if not robot.limits_strain:
         return found
-    strains = np.array([bending_strains(equilibrium) for equilibrium in equilibria])
-    return _with_strains(robot, found, strains)
+    return _with_strains(robot, found, strains_in(robot, records[:, :size]))
 
 
 def _with_strains(robot: Robot, of_motors: Floats, strains: Floats) -> Floats:

@@ -208,8 +208,8 @@ def _quiet(found: _Records, start: Equilibrium, records: Floats, singularities: 
         flipped = np.flatnonzero(records[:, at] != start.record[at])
         count = int(flipped[0]) if flipped.size else count
     if robot.limited:
-        ahead = (found.value(len(found) + number) for number in range(count))
-        count = undisturbed(margins_along([start, *ahead]))
+        along = np.concatenate([start.record[None], records[:count]])
+        count = undisturbed(margins_along(robot, along))
     return count
 
 

@@ -106,7 +106,8 @@ def test_margins_along_a_way_are_those_of_every_equilibrium(made):
     home = solve_home(robot)
     ways = np.linspace(0.0, 0.05, 7)[:, None] * np.ones(robot.motor_count)
     along = [home, *trace_through(robot, motors=home.motors + ways).equilibria]
-    np.testing.assert_array_equal(margins_along(along), [margins(each) for each in along])
+    records = np.array([each.record for each in along])
+    np.testing.assert_array_equal(margins_along(robot, records), [margins(each) for each in along])
 
 
 @pytest.mark.parametrize("seed", range(20))
