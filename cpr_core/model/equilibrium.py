@@ -34,7 +34,8 @@ from ..kernels.square_problem import CONTRACTION, ITERATIONS, Tolerances
 from ..kernels.square_problem import RESIDUAL as RESIDUAL_TOLERANCE
 from ..lie import quaternion_from_rotation, roll_pitch_yaw
 from ..validation import read_only
-from .linearisation import Linearisation, condensed_margin, linearised
+from .dense_response import DenseResponse, dense_response
+from .linearisation import Linearisation, Response, condensed_margin, linearised
 from .model_state import ModelState
 from .robot import Robot
 from .stability import MotorReading, Spectrum
@@ -225,6 +226,31 @@ class Equilibrium:
         return linearised(
             self.robot, self.factors, self.record, lambda: evaluated_again(self), known
         )
+
+    @cached_property
+    def response(self) -> Response:
+        """How platform and efforts answer to motors and wrench.
+
+        From the condensed legs, or from the whole tangent where one cannot be condensed.
+        """
+        found = self.linearisation.response
+        return (
+            self.dense_response.of_platform(self.robot.platform_indices) if found is None else found
+        )
+
+    @cached_property
+    def dense_response(self) -> DenseResponse:
+        """The same of legs and multipliers too, from the whole tangent: takes longer."""
+        return dense_response(self.model_state)
+
+    @property
+    def jacobian(self) -> Floats:
+        """Platform Jacobian ``dSigma_p/dq_a`` at constant loads, (platform, n).
+
+        Rows: body twist at the platform origin, rotation first [rad, m]; columns: motors [rad or m]. Of
+        a platform in the plane the rows are its own: rotation about z, x and y; of a point x and y.
+        """
+        return self.response.jacobian
 
     @cached_property
     def spectrum_locked(self) -> Spectrum:

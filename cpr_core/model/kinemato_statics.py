@@ -18,12 +18,12 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..blas_threads import on_one_blas_thread, on_one_numpy_thread
+from ..blas_threads import on_one_numpy_thread
 from ..errors import InvalidRequest
 from ..lie import angle_motions
 from ..validation import ReadOnlyArrays, checked_vector, read_only
-from .equilibrium import Equilibrium, check_equilibrium, tangent_at
-from .linearisation import Response
+from .dense_response import body_tangent, platform_turn
+from .equilibrium import Equilibrium, check_equilibrium
 from .problem_units import problem_units
 from .smallest_singular_value import smallest_singular_value
 from .stability import null_space_of
@@ -107,74 +107,39 @@ class KinematoStatics:
     @cached_property
     def tangent(self) -> Floats:
         """Tangent of the model with the platform in body coordinates, in state order, (N, N)."""
-        platform, turn = self.equilibrium.robot.platform_indices, _platform_turn(self.equilibrium)
-        tangent = tangent_at(self.equilibrium)
-        tangent[:, platform] = tangent[:, platform] @ turn
-        tangent[platform, :] = turn.T @ tangent[platform, :]
-        return read_only(tangent)
-
-    @cached_property
-    def _response(self) -> Response:
-        """From the condensed legs, or from the whole tangent where a leg cannot be condensed."""
-        found = self.equilibrium.linearisation.response
-        if found is not None:
-            return found
-        moved, efforts = self._dense_response
-        robot = self.equilibrium.robot
-        matrix = np.vstack([moved[robot.platform_indices], efforts])
-        return Response(matrix, robot.motor_count)
-
-    @cached_property
-    @on_one_blas_thread
-    def _dense_response(self) -> tuple[Floats, Floats]:
-        """Leg, multiplier and platform increments, and efforts, per motor and per wrench increment."""
-        robot = self.equilibrium.robot
-        inner = robot.arrays.motor_index
-        motors, platform = robot.motor_indices, robot.platform_indices
-        right = np.zeros((inner, len(motors) + len(platform)))
-        right[:, : len(motors)] = -self.tangent[:inner, motors]
-        right[platform, len(motors) + np.arange(len(platform))] = 1.0
-        unit = robot.arrays.unit[:inner]
-        scaled = self.tangent[:inner, :inner] * unit[:, None] * unit
-        moved = unit[:, None] * scipy.linalg.solve(scaled, unit[:, None] * right)
-        efforts = self.tangent[motors, :inner] @ moved
-        efforts[:, : len(motors)] += self.tangent[np.ix_(motors, motors)]
-        return moved, efforts
+        return read_only(body_tangent(self.equilibrium.model_state))
 
     @property
     def jacobian(self) -> Floats:
-        """Platform Jacobian ``dSigma_p/dq_a`` at constant loads, (platform, n).
-
-        Rows: body twist at the platform origin, rotation first [rad, m]; columns: motors [rad or m].
-        """
-        return self._response.jacobian
+        """``Equilibrium.jacobian``: platform Jacobian ``dSigma_p/dq_a`` at constant loads, (platform, n)."""
+        return self.equilibrium.jacobian
 
     @property
     def platform_by_wrench(self) -> Floats:
         """Compliance ``dSigma_p/dw_p`` with the motors held, (platform, platform)."""
-        return self._response.platform_by_wrench
+        return self.equilibrium.response.platform_by_wrench
 
     @property
     def legs_by_motors(self) -> Floats:
         """Leg coordinates per motor increment, ``dq_e/dq_a``, (n_e, n)."""
         robot = self.equilibrium.robot
-        return self._dense_response[0][robot.elastic_indices, : robot.motor_count]
+        return self.equilibrium.dense_response.moved[robot.elastic_indices, : robot.motor_count]
 
     @property
     def multipliers_by_motors(self) -> Floats:
         """Multipliers per motor increment, Eq. (41), (n_Psi, n)."""
         robot = self.equilibrium.robot
-        return self._dense_response[0][robot.multiplier_indices, : robot.motor_count]
+        return self.equilibrium.dense_response.moved[robot.multiplier_indices, : robot.motor_count]
 
     @property
     def efforts_by_motors(self) -> Floats:
         """Effort sensitivity ``dtau_a/dq_a`` at constant loads, (n, n)."""
-        return self._response.efforts_by_motors
+        return self.equilibrium.response.efforts_by_motors
 
     @property
     def efforts_by_wrench(self) -> Floats:
         """Effort sensitivity ``dtau_a/dw_p`` with the motors held, (n, platform)."""
-        return self._response.efforts_by_wrench
+        return self.equilibrium.response.efforts_by_wrench
 
     def predict_forward(self, motors: ArrayLike, wrench: ArrayLike | None = None) -> Increments:
         """Eq. (45): motor and wrench increments given.
@@ -491,7 +456,7 @@ class KinematoStatics:
         motions = np.eye(len(robot.platform_axes))
         if robot.controls_angles:
             motions[:3, :3] = angle_motions(equilibrium.platform_rotation)
-        return _platform_turn(equilibrium).T @ motions
+        return platform_turn(equilibrium.model_state).T @ motions
 
     def _sign(self, problem: Problem) -> int:
         """Sign of the determinant of the problem's own equations: free of the basis Z; 0: not square."""
@@ -519,11 +484,3 @@ def kinemato_statics(equilibrium: Equilibrium) -> KinematoStatics:
     """
     check_equilibrium(equilibrium)
     return KinematoStatics(equilibrium)
-
-
-def _platform_turn(equilibrium: Equilibrium) -> Floats:
-    """Body twists of the platform in the world, (platform, platform)."""
-    turn = np.zeros((6, 6))
-    turn[:3, :3] = turn[3:, 3:] = equilibrium.platform_rotation
-    axes = equilibrium.robot.platform_axes
-    return turn[np.ix_(axes, axes)]

@@ -86,7 +86,7 @@ def test_spectra_and_the_dense_response_are_computed_on_one_thread(before, monke
         kinemato_statics.scipy.linalg, "solve", watched(kinemato_statics.scipy.linalg.solve)
     )
     assert cpr_core.spectrum(found).eigenvalues.size
-    assert cpr_core.kinemato_statics(found)._dense_response[0].size
+    assert found.dense_response.moved.size
     assert {name for name, _ in seen} == {"eigh", "qr", "solve"}
     assert all(threads == {1} for _, threads in seen)
 

@@ -66,8 +66,8 @@ def assert_same(here):
     """So do matrices."""
     assert_eigenvalues_same(here)
     found = here.linearisation
-    model, n = kinemato_statics(here), here.robot.motor_count
-    moved, efforts = model._dense_response
+    n = here.robot.motor_count
+    moved, efforts = here.dense_response.moved, here.dense_response.efforts
     platform = moved[here.robot.platform_indices]
     for name, expected in (
         ("jacobian", platform[:, :n]),
