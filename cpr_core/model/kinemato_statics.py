@@ -111,7 +111,7 @@ class KinematoStatics:
 
     @property
     def jacobian(self) -> Floats:
-        """Platform Jacobian ``dSigma_p/dq_a`` at constant loads, (platform, n), as of the equilibrium."""
+        """Platform Jacobian ``dSigma_p/dq_a``, (platform, n): that of the equilibrium."""
         return self.equilibrium.jacobian
 
     @property
