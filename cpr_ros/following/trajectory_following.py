@@ -17,12 +17,14 @@ from cpr_core.model.assessment import MEASURES, Assessment
 from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import motor_steps
+from .measured_motors import MeasuredMotors
 from .motor_path import MotorPath
 from .setpoint_following import Outcome, SetpointFollower
 from .supervision import State
 from .trajectory_goal import TrajectoryGoal
 from .trajectory_order import TrajectoryOrder, TrajectoryRefused, ordered_path
 from .trajectory_plan import TrajectoryPlan
+from .trajectory_tolerances import arrived, broken_tolerance
 
 __all__ = ["Ending", "Motion", "Trajectories"]
 
@@ -98,9 +100,12 @@ class Trajectories:
         coming: One that is being solved.
     """
 
-    def __init__(self, robot: Robot, follower: SetpointFollower, period: float) -> None:
-        """Follow none yet."""
+    def __init__(
+        self, robot: Robot, follower: SetpointFollower, period: float, measured: MeasuredMotors
+    ) -> None:
+        """Follow none yet; their tolerances count of measured motors too, where there are any."""
         self._robot, self._follower, self._period = robot, follower, period
+        self._measured = measured
         self.running: Motion | None = None
         self.coming: Motion | None = None
         self._tick_work = _TICK_WORK
@@ -186,41 +191,17 @@ class Trajectories:
             self._end_running(Ending(ErrorCode.CONTROL_FAILED, text, goal.time, refusal.reason))
             return
         due = goal.due(now)
-        motors = outcome.assessment.equilibrium.motors
-        if goal.remaining(outcome.assessment.equilibrium) == 0.0:
+        current, measured = outcome.assessment.equilibrium, self._measured.newest(now)
+        if goal.remaining(current) == 0.0 and arrived(order, goal.path, measured):
             self.running = None
             self._rest_until_joined(now)
             motion.told(Ending(ErrorCode.SUCCESS, "", due))
             return
-        beyond = self._beyond_tolerance(order, goal, motors, due)
+        names, path = self._robot.motor_names, goal.path
+        beyond = broken_tolerance(names, order, path, due, current.motors, measured, self._period)
         if beyond:
             measure, text = beyond
             self._end_running(Ending(ErrorCode.CONTROL_FAILED, text, due, measure))
-
-    def _beyond_tolerance(
-        self, order: TrajectoryOrder, goal: TrajectoryGoal, motors: Floats, due: float
-    ) -> tuple[str, str] | None:
-        """Which tolerance does not hold, if one does not."""
-        names, error = self._robot.motor_names, np.abs(goal.path.at(due)[0] - motors)
-        if due <= order.duration:
-            for number in np.flatnonzero(error > order.path_tolerance):
-                away, allowed = distinct(float(error[number]), float(order.path_tolerance[number]))
-                return "path_tolerance", (
-                    f"at {due:.3f} s {names[number]} is {away} from where the trajectory has it, "
-                    f"its tolerance is {allowed}"
-                )
-            return None
-        late, longest = due - order.duration, max(order.goal_time_tolerance, 2.0 * self._period)
-        if late > longest:
-            exact = np.where(np.isfinite(order.goal_tolerance), order.goal_tolerance, 0.0)
-            for number in np.flatnonzero(error > exact):
-                away, allowed = distinct(float(error[number]), float(exact[number]))
-                after, time = distinct(late, longest)
-                return "goal_time_tolerance", (
-                    f"{names[number]} is {away} from the end {after} s after it was due: its tolerance "
-                    f"is {allowed}, and allowed are {time} s"
-                )
-        return None
 
     def _planned(
         self, order: TrajectoryOrder, current: Assessment, now: float, pace: float

@@ -40,8 +40,8 @@ def joint_error_code(ending: Ending) -> int:
     if ending.measure == "header.stamp":
         return _OLD_STAMP
     if ending.val in (ErrorCode.CONTROL_FAILED, ErrorCode.PREEMPTED):
-        late = ending.measure == "goal_time_tolerance"
-        return _GOAL_TOLERANCE if late else _PATH_TOLERANCE
+        at_end = ending.measure in ("goal_time_tolerance", "goal_tolerance")
+        return _GOAL_TOLERANCE if at_end else _PATH_TOLERANCE
     return _INVALID_GOAL
 
 

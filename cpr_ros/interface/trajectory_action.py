@@ -138,14 +138,23 @@ class TrajectoryAction(LongAction):
         names, goal = list(handle.request.trajectory.joint_names), motion.goal
         order = [session.robot.motor_names.index(name) for name in names]
         assert goal is not None
-        due = goal.due(time.monotonic())
+        now = time.monotonic()
+        measured, due = session.measured.newest(now), goal.due(now)
+        if measured is None:
+            motors, velocity = (
+                session.solver.current.equilibrium.motors[order],
+                session.velocity[order],
+            )
+            reached = goal.time
+        else:
+            motors, velocity = measured.motors[order], None
+            due = reached = due - measured.age
         wanted = [part[order] for part in goal.path.at(due)]
-        motors = session.solver.current.equilibrium.motors[order]
-        velocity = session.velocity[order]
+        slower = None if velocity is None else wanted[1] - velocity
         points = (
             point_message(due, *wanted),
-            point_message(goal.time, motors, velocity),
-            point_message(due, wanted[0] - motors, wanted[1] - velocity),
+            point_message(reached, motors, velocity),
+            point_message(due, wanted[0] - motors, slower),
         )
         stamp = self._node.get_clock().now().to_msg()
         return self._dialect.feedback(session, handle.request, Header(stamp=stamp), points)

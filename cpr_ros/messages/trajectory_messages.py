@@ -118,12 +118,12 @@ def trajectory_order(
 
 
 def point_message(
-    time: float, positions: Floats, velocities: Floats, accelerations: Floats | None = None
+    time: float, positions: Floats, velocities: Floats | None, accelerations: Floats | None = None
 ) -> JointTrajectoryPoint:
-    """A point, in motor order."""
+    """A point, in motor order; None: unknown."""
     return JointTrajectoryPoint(
         positions=positions.tolist(),
-        velocities=velocities.tolist(),
+        velocities=[] if velocities is None else velocities.tolist(),
         accelerations=[] if accelerations is None else accelerations.tolist(),
         time_from_start=duration_of(time),
     )

@@ -22,6 +22,7 @@ from ..error_codes import RequestError
 from ..following.external_wrench import ExternalWrench
 from ..following.felt_wrench import FeltWrench
 from ..following.goals import Goal
+from ..following.measured_motors import MeasuredMotors
 from ..following.motor_commands import MotorCommands
 from ..following.motor_tracking import MotorTracking
 from ..following.moved_by_others import MovedByOthers
@@ -55,6 +56,7 @@ class Session:
         outcome: Of the last tick.
         velocity: Of the motors in the last tick, (n,) [rad/s or m/s].
         unplaced: Whether the first measured motors say where the robot is; until it moves.
+        measured: Measured motors of a robot that the node moves.
         others: Whether measured motors are elsewhere than the node has sent them.
         admission: What is taken now.
     """
@@ -69,7 +71,8 @@ class Session:
         """
         self.robot, self.period = robot, 1.0 / parameters.tick_rate
         self.follower = SetpointFollower(robot, self.period, live.settings)
-        self.trajectories = Trajectories(robot, self.follower, self.period)
+        self.measured = MeasuredMotors(live.measured_timeout)
+        self.trajectories = Trajectories(robot, self.follower, self.period, self.measured)
         self.solver = Solver(
             robot, frames, self.follower, live.time_limit, parameters.characteristic_length
         )
@@ -140,6 +143,7 @@ class Session:
         self.jogger.watchdog.timeout = live.twist_timeout
         self.felt.settings = live.felt_wrench
         self.others.tolerance = live.moved_tolerance
+        self.measured.watchdog.timeout = live.measured_timeout
         if self.tracking is not None:
             self.tracking.watchdog.timeout = live.measured_timeout
             self.tracking.at_rest = False
@@ -251,6 +255,7 @@ class Session:
 
         Where others have moved them, what was to lead elsewhere ends.
         """
+        self.measured.take(motors, now)
         if self.unplaced:
             return True
         begin = self.others.take(motors, self.commands.newest, now)
@@ -285,6 +290,7 @@ class Session:
         """Be at rest as the node becomes active: setpoint and what was measured are forgotten."""
         self.follower.drop()
         self.loop.forget()
+        self.measured.forget()
         if self.tracking is not None:
             self.tracking.forget()
         self._be(self._state_at_rest)

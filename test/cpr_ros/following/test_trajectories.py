@@ -25,6 +25,7 @@ from cpr_core.model.assessment import MEASURES, Threshold
 from cpr_ros.following import trajectory_plan
 from cpr_ros.following.external_wrench import ExternalWrench
 from cpr_ros.following.goals import MotorGoal, motor_steps
+from cpr_ros.following.measured_motors import MeasuredMotors
 from cpr_ros.following.motor_path import MotorPath
 from cpr_ros.following.supervision import State
 from cpr_ros.following.trajectory_following import Trajectories
@@ -44,7 +45,8 @@ class Follower(Drive):
 
     def __init__(self, robot, **changed):
         super().__init__(robot, **changed)
-        self.trajectories = Trajectories(robot, self.follower, PERIOD)
+        self.measured = MeasuredMotors(0.5)
+        self.trajectories = Trajectories(robot, self.follower, PERIOD, self.measured)
         self.endings = []
 
     def order(self, times, ways, velocities=None, start_in=None, **given):
@@ -492,6 +494,42 @@ def test_a_wrench_on_the_way_halts_it_and_the_robot_holds():
     for _ in range(20):
         rfrfr.tick()
     np.testing.assert_array_equal(rfrfr.motors, held)
+
+
+@pytest.mark.parametrize("wanted", [True, False])
+def test_it_ends_where_measured_motors_arrive_if_that_is_asked_for(rfrfr, wanted):
+    """Motors a tenth of a second behind their commands."""
+    given = {"goal_tolerance": np.full(2, 1e-3)} if wanted else {}
+    _, endings = rfrfr.begin([1.0], [[0.2, -0.2]], **given)
+    while not endings:
+        sent = [outcome.assessment.equilibrium.motors for outcome in rfrfr.outcomes[-20:]]
+        rfrfr.measured.take(sent[0] if sent else rfrfr.motors, rfrfr.now)
+        rfrfr.tick()
+    (ending,) = endings
+    assert ending.val == ErrorCode.SUCCESS
+    assert (ending.time >= 1.0 + 10 * PERIOD) == wanted
+
+
+@pytest.mark.parametrize("tolerance", ["path_tolerance", "goal_tolerance"])
+def test_a_measured_motor_that_stands_still_ends_it(rfrfr, tolerance):
+    stuck = rfrfr.motors.copy()
+    _, endings = rfrfr.begin([1.0], [[0.2, -0.2]], **{tolerance: np.full(2, 0.05)})
+    while not endings:
+        rfrfr.measured.take(stuck, rfrfr.now)
+        rfrfr.tick()
+    (ending,) = endings
+    assert (ending.val, ending.measure) == (ErrorCode.CONTROL_FAILED, tolerance)
+    assert "motor1 is measured" in ending.message
+    assert ending.time < 1.0 if tolerance == "path_tolerance" else ending.time > 1.5
+    held = rfrfr.motors.copy()
+    rfrfr.tick()
+    np.testing.assert_array_equal(rfrfr.motors, held)
+
+
+def test_motors_that_nobody_measures_any_more_do_not_hold_it_up(rfrfr):
+    rfrfr.measured.take(rfrfr.motors + 1.0, rfrfr.now)
+    _, endings = rfrfr.begin([1.0], [[0.2, -0.2]], goal_tolerance=np.full(2, 1e-3))
+    assert rfrfr.until_ended(endings).val == ErrorCode.SUCCESS
 
 
 def test_a_warning_makes_it_slower_on_the_same_path_and_tolerances_forbid_that(rfrfr):

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from helpers.goal_client import GoalClient
 from helpers.joint_trajectory import DOWN, HOME, NAMES, trajectory
 from helpers.node_process import change
 from lifecycle_msgs.msg import Transition
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
@@ -109,6 +111,59 @@ def test_ten_seconds_are_followed_to_the_end(drive, following, capsys):
             f"\n{len(came)} commands of a trajectory of 10 s, time between them: median "
             f"{np.median(between):.2f} ms, p99 {np.percentile(between, 99):.2f} ms"
         )
+
+
+@contextmanager
+def measuring(drive, motors):
+    """Somebody measures the motors a hundred times a second."""
+    node = drive.client.node
+    publisher = node.create_publisher(JointState, "/measured_joint_states", qos_profile_sensor_data)
+    timer = node.create_timer(
+        0.01, lambda: publisher.publish(JointState(name=NAMES, position=motors()))
+    )
+    try:
+        drive.client.spin_until(lambda: publisher.get_subscription_count() > 0)
+        drive.spin(0.2)
+        yield
+    finally:
+        node.destroy_timer(timer)
+        node.destroy_publisher(publisher)
+        drive.spin(1.0)  # until that is forgotten
+
+
+def test_a_motor_that_is_measured_to_stand_still_is_told(drive, following):
+    """Commands went to the end, and the action succeeded."""
+    stuck = HOME.tolist()
+    with measuring(drive, lambda: stuck):
+        handle = following.send(
+            trajectory([1.0], [HOME + [0.08, 0.0]]), goal_tolerance=[0.02, 0.02]
+        )
+        done = following.result(handle)
+    assert done.status == GoalStatus.STATUS_ABORTED
+    assert done.result.error_code.val == ErrorCode.CONTROL_FAILED
+    assert done.result.measure == "goal_tolerance"
+    assert "motor1 is measured 0.08 from the end" in done.result.error_code.message
+    actual = np.array([given.actual.positions for given in following.feedback])
+    np.testing.assert_array_equal(actual, np.broadcast_to(stuck, actual.shape))
+    for given in following.feedback:
+        np.testing.assert_allclose(
+            given.error.positions, np.subtract(given.desired.positions, stuck), atol=1e-12
+        )
+
+
+def test_motors_that_are_measured_to_follow_arrive(drive, following):
+    newest = [HOME.tolist()]
+
+    def sent():
+        newest.extend(command.tolist() for command in commands_of(drive)[-1:])
+        return newest[-1]
+
+    with measuring(drive, sent):
+        end = HOME + [0.08, -0.05]
+        done = following.result(
+            following.send(trajectory([1.0], [end]), goal_tolerance=[1e-3, 1e-3])
+        )
+    assert done.status == GoalStatus.STATUS_SUCCEEDED, done.result.error_code
 
 
 def test_names_in_another_order_and_the_topic(drive, following):

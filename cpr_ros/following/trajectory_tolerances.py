@@ -1,0 +1,106 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Whether motors are as near to a trajectory as its order wants, sent and measured. No ROS here.
+
+Commands show how much slower it has been than ordered. Motors that are measured may lag behind their
+commands, or not follow them at all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core.solving.distinct_numbers import distinct
+
+from .measured_motors import Measurement
+from .motor_path import MotorPath
+from .moved_by_others import SETTLING
+from .trajectory_order import TrajectoryOrder
+
+__all__ = ["arrived", "broken_tolerance"]
+
+Floats = NDArray[np.float64]
+
+#: Ticks that a command may come late.
+_LATE_TICKS = 2.0
+
+
+def arrived(order: TrajectoryOrder, path: MotorPath, measured: Measurement | None) -> bool:
+    """Whether motors that are measured are as near to the end as the order wants."""
+    return measured is None or not np.any(
+        np.abs(path.last - measured.motors) > order.goal_tolerance
+    )
+
+
+def broken_tolerance(
+    names: Sequence[str],
+    order: TrajectoryOrder,
+    path: MotorPath,
+    due: float,
+    commands: Floats,
+    measured: Measurement | None,
+    period: float,
+) -> tuple[str, str] | None:
+    """Which tolerance does not hold, and why in words; None: all hold.
+
+    Args:
+        names: Of the motors.
+        order: What was ordered.
+        path: The path that is followed.
+        due: Its time, had it never been slowed down [s].
+        commands: Where the motors are sent, (n,) [rad or m].
+        measured: Where they were measured; None: nobody knows.
+        period: Time of a tick [s].
+    """
+    longest = max(order.goal_time_tolerance, _LATE_TICKS * period)
+    found = _broken(names, order, path, due, commands, "", longest)
+    if found is not None or measured is None:
+        return found
+    own = order.goal_time_tolerance if math.isfinite(order.goal_time_tolerance) else 0.0
+    told = "measured "
+    return _broken(
+        names, order, path, due - measured.age, measured.motors, told, max(own, SETTLING)
+    )
+
+
+def _broken(
+    names: Sequence[str],
+    order: TrajectoryOrder,
+    path: MotorPath,
+    due: float,
+    motors: Floats,
+    told: str,
+    longest: float,
+) -> tuple[str, str] | None:
+    """The same of motors, (n,), at a time; ``longest`` is how late they may be at the end [s]."""
+    if due <= order.duration:
+        error = np.abs(path.at(due)[0] - motors)
+        for number in np.flatnonzero(error > order.path_tolerance):
+            away, allowed = distinct(float(error[number]), float(order.path_tolerance[number]))
+            return "path_tolerance", (
+                f"at {due:.3f} s {names[number]} is {told}{away} from where the trajectory has it, "
+                f"its tolerance is {allowed}"
+            )
+        return None
+    late = due - order.duration
+    if late <= longest:
+        return None
+    exact = np.where(np.isfinite(order.goal_tolerance), order.goal_tolerance, 0.0)
+    tolerance = order.goal_tolerance if told else exact  # who wants it in time wants it sent there
+    error = np.abs(path.last - motors)
+    for number in np.flatnonzero(error > tolerance):
+        away, allowed = distinct(float(error[number]), float(tolerance[number]))
+        after, time = distinct(late, longest)
+        measure = (
+            "goal_time_tolerance" if math.isfinite(order.goal_time_tolerance) else "goal_tolerance"
+        )
+        return measure, (
+            f"{names[number]} is {told}{away} from the end {after} s after it was due: its tolerance is "
+            f"{allowed}, and allowed are {time} s"
+        )
+    return None

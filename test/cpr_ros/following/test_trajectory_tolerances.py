@@ -1,0 +1,95 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Tolerances of trajectories: of commands, and of motors that are measured."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cpr_ros.following.measured_motors import MeasuredMotors, Measurement
+from cpr_ros.following.motor_path import MotorPath
+from cpr_ros.following.moved_by_others import SETTLING
+from cpr_ros.following.trajectory_order import TrajectoryOrder
+from cpr_ros.following.trajectory_tolerances import arrived, broken_tolerance
+
+NAMES = ("motor1", "motor2")
+PERIOD = 0.005
+POINTS = np.array([[0.0, 0.0], [1.0, -0.5]])
+PATH = MotorPath.through([0.0, 2.0], POINTS, np.zeros((2, 2)))
+FREE = np.full(2, np.inf)
+
+
+def order(path_tolerance=FREE, goal_tolerance=FREE, goal_time_tolerance=np.inf):
+    given_tolerances = np.array(path_tolerance), np.array(goal_tolerance), goal_time_tolerance
+    return TrajectoryOrder(np.array([2.0]), POINTS[1:], None, None, None, *given_tolerances)
+
+
+def broken(wanted, due, commands, measured=None):
+    return broken_tolerance(NAMES, wanted, PATH, due, commands, measured, PERIOD)
+
+
+@given(due=st.floats(0.0, 2.0), age=st.floats(0.0, 0.4))
+def test_motors_that_were_where_they_should_be_then_break_nothing(due, age):
+    """However long ago that was: the path is looked at as it was at that time."""
+    measured = Measurement(PATH.at(due - age)[0], age)
+    assert broken(order([1e-9, 1e-9]), due, PATH.at(due)[0], measured) is None
+
+
+@given(due=st.floats(0.2, 2.0), lag=st.floats(1e-3, 0.2))
+def test_motors_that_lag_break_the_tolerance_they_are_beyond(due, lag):
+    commands = PATH.at(due)[0]
+    away = np.array([0.0, lag])
+    measured = Measurement(commands + away, 0.0)
+    assert broken(order([1e-6, 1.01 * lag]), due, commands, measured) is None
+    measure, text = broken(order([1e-6, 0.99 * lag]), due, commands, measured)
+    assert measure == "path_tolerance"
+    assert "motor2 is measured" in text
+
+
+def test_commands_come_first_and_are_not_called_measured():
+    sent = PATH.at(1.0)[0] - 0.1
+    _, text = broken(order([0.05, 0.05]), 1.0, sent, Measurement(sent, 0.0))
+    assert "motor1 is 0.1 from where the trajectory has it" in text
+
+
+def test_without_a_tolerance_any_error_is_one():
+    lost = Measurement(np.array([5.0, 5.0]), 0.0)
+    for due in (1.0, 2.0, 100.0):
+        assert broken(order(), due, PATH.at(due)[0], lost) is None
+    assert arrived(order(), PATH, lost)
+
+
+def test_at_the_end_measured_motors_have_the_time_to_arrive():
+    wanted = order(goal_tolerance=[0.01, np.inf])
+    near, far = (Measurement(PATH.last - [error, 1.0], 0.0) for error in (0.009, 0.011))
+    assert arrived(wanted, PATH, near)
+    assert arrived(wanted, PATH, None)
+    assert not arrived(wanted, PATH, far)
+    for late in (0.0, 0.99 * SETTLING):
+        assert broken(wanted, 2.0 + late, PATH.last, far) is None
+    measure, text = broken(wanted, 2.0 + 1.01 * SETTLING, PATH.last, far)
+    assert measure == "goal_tolerance"
+    assert "motor1 is measured 0.011 from the end 0.505 s after it was due" in text
+    assert broken(wanted, 2.0 + 1.01 * SETTLING, PATH.last, near) is None
+
+
+@pytest.mark.parametrize(("allowed", "longest"), [(0.1, SETTLING), (2.0, 2.0)])
+def test_a_time_tolerance_that_is_longer_is_given_to_measured_motors_too(allowed, longest):
+    wanted = order(goal_tolerance=[0.01, 0.01], goal_time_tolerance=allowed)
+    far = Measurement(PATH.last - 0.1, 0.0)
+    assert broken(wanted, 2.0 + 0.99 * longest, PATH.last, far) is None
+    assert broken(wanted, 2.0 + 1.01 * longest, PATH.last, far)[0] == "goal_time_tolerance"
+
+
+def test_a_measurement_is_known_as_long_as_it_is_fresh():
+    motors = MeasuredMotors(0.5)
+    assert motors.newest(1.0) is None
+    motors.take(np.array([1.0, 2.0]), 1.0)
+    assert motors.newest(1.3).age == pytest.approx(0.3)
+    assert motors.newest(1.6) is None
+    motors.take(np.array([3.0, 4.0]), 1.6)
+    np.testing.assert_array_equal(motors.newest(1.6).motors, [3.0, 4.0])
+    motors.forget()
+    assert motors.newest(1.6) is None
