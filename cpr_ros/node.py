@@ -66,7 +66,7 @@ class CprNode(LifecycleNode):
         self._stop = stop
         self._session: Session | None = None
         self._whereabouts: Whereabouts | None = None
-        self._active = False
+        self._active, self._looked_past = False, False
         self._streams, self._health = Periodic(), Periodic()
         self._late_clients = LateClients(self, time.monotonic)
         self._last_state = 0.0
@@ -220,8 +220,16 @@ class CprNode(LifecycleNode):
             logger.info(f"compiled {compiled} after {time.monotonic() - begin:.1f} s")
         self._session = session
         self._listen()
-        _look_past_what_stays()
+        self._look_past_what_stays()
         logger.info("configured")
+
+    def _look_past_what_stays(self) -> None:
+        """Python's collector would look at it all now and then, for 0.1 s in which nothing ticks."""
+        if self._looked_past:  # robots of before do not stay
+            gc.unfreeze()
+        gc.collect()
+        gc.freeze()
+        self._looked_past = True
 
     def _activate(self) -> None:
         session = self._required_session()
@@ -385,10 +393,3 @@ class CprNode(LifecycleNode):
 
     def _live(self, changed: dict[str, Parameter]) -> LiveParameters:
         return live_parameters(lambda name: (changed.get(name) or self.get_parameter(name)).value)
-
-
-def _look_past_what_stays() -> None:
-    """Python's collector would look at it all now and then, and nothing ticks for 0.1 s meanwhile."""
-    gc.unfreeze()
-    gc.collect()
-    gc.freeze()
