@@ -171,8 +171,16 @@ def _room(request: pytest.FixtureRequest) -> Room:
     return Room(Path(tempfile.gettempdir()) / f"cpr_ros_tests_{run}")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _alone(request: pytest.FixtureRequest, _room: Room):
+    """Files marked as ``alone`` run while no other worker runs a test, all of a file at once."""
+    alone = request.node.get_closest_marker("alone") is not None
+    with _room.entered(alone=True) if alone else nullcontext():
+        yield alone
+
+
 @pytest.fixture(autouse=True)
-def _alone_or_with_others(request: pytest.FixtureRequest, _room: Room):
-    """Tests marked as ``alone`` run while no other worker runs a test."""
-    with _room.entered(alone=request.node.get_closest_marker("alone") is not None):
+def _with_others(_room: Room, _alone: bool):
+    """All other tests wait for these."""
+    with nullcontext() if _alone else _room.entered(alone=False):
         yield

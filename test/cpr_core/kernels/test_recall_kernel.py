@@ -14,10 +14,7 @@ from cpr_core.kernels import recall_kernel
 from cpr_core.kernels.kept_factors import kept_factors
 from cpr_core.kernels.pencil import pencil_of
 
-
-@entry
-def recall_pencil(robot, kept, pencil):
-    return recall_kernel.recall_pencil(robot, kept, pencil)
+recall_pencil = entry(recall_kernel.recall_pencil)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
