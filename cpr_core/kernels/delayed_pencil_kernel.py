@@ -41,6 +41,7 @@ def gather_pencil(robot, work, pencil):
         if slot < slots.first_multiplier or slot >= slots.first_passive:
             return False
     pencil.delayed_count[0] = count
+    _gather_condensed(robot, factors, pencil.condensed)
     width, inner, per_energy = slots.platform_count, robot.platform_index, 1.0 / robot.energy_unit
     for i in range(width):
         for j in range(width):
@@ -56,6 +57,18 @@ def gather_pencil(robot, work, pencil):
             pencil.delayed[q, column] = factors.delayed[q, column]
         _set_aside(slots, q, pencil)
     return True
+
+
+@inlined
+def _gather_condensed(robot, factors, condensed):
+    """What the legs have left of platform, delayed slots and motors, in this order."""
+    width, last = robot.slots.platform_count, robot.border_indices.shape[0]
+    count = factors.delayed_count[0]
+    for i in range(last + count):
+        row = i if i < width else (last + i - width if i < width + count else i - count)
+        for j in range(last + count):
+            column = j if j < width else (last + j - width if j < width + count else j - count)
+            condensed[i, j] = factors.border[row, column]
 
 
 @inlined

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .condensation_kernel import rotation_unknowns
+from .condensation_kernel import CONDENSED, condense_delaying, rotation_unknowns
 from .kernel_decorators import kernel, part
 from .lanes import get
 from .lu_kernel import lu_factor
@@ -26,6 +26,8 @@ __all__ = ["eliminate", "signs_of"]
 _SMALLEST_PIVOT = 1e-11
 #: Above this fraction pivots leave a remainder whose signs can be trusted.
 _SAFE_PIVOT = 1e-5
+#: Larger entries of the border (a leg nearly straight) would hide signs of others: slots are delayed.
+_LARGEST_BORDER = 1e5
 _GROWTH = (1.0 + np.sqrt(17.0)) / 8.0
 
 
@@ -104,10 +106,13 @@ def signs_of(robot, rotation, work, signs):
     Args:
         robot: RobotArrays.
         rotation: Platform rotation, (3, 3).
-        work: Workspace with the factors of the tangent at an equilibrium; those of a problem are lost.
+        work: Workspace with the tangent at an equilibrium and its factors; those of a problem are lost.
         signs: Result, (3,), see `record_layout`; the last one is 0 where there is no inverse problem.
     """
     factors = work.factors
+    if factors.status[0] == CONDENSED and not _largest_entry(robot, factors) < _LARGEST_BORDER:
+        condense_delaying(robot, work, work.delaying)
+        factors = work.delaying
     inner, platform = robot.platform_index, robot.slots.platform_count
     below = 0
     for number in range(robot.groups.shape[0]):
@@ -157,6 +162,16 @@ def signs_of(robot, rotation, work, signs):
         free, _ = eliminate(left, 0, size, size, smallest)
     signs[INDEX_LOCKED] = below + locked - robot.constraint_count
     signs[INDEX_FREE] = below + free - robot.constraint_count
+
+
+@part
+def _largest_entry(robot, factors):
+    """Of the border, in size."""
+    largest, count = 0.0, robot.border_indices.shape[0]
+    for i in range(count):
+        for j in range(count):
+            largest = max(largest, abs(factors.border[i, j]))
+    return largest
 
 
 @part

@@ -250,6 +250,7 @@ class Workspace(NamedTuple):
     trial_state: Floats  # (N,)
     rotations: Floats  # (5, 3, 3)
     factors: Factors  # of the last tangent, where nobody wants to keep them
+    delaying: Factors  # the same with slots delayed that hide digits, for its signs
     known: Floats  # (B,)
     efforts: Floats  # (motors,)
     effort_change: Floats  # (motors,)
@@ -344,6 +345,7 @@ def workspace(robot: RobotArrays) -> Workspace:
         trial_state=np.empty(size),
         rotations=np.empty((5, 3, 3)),
         factors=factors_of(robot),
+        delaying=factors_of(robot),
         known=np.zeros(border),
         efforts=np.zeros(size - robot.motor_index),
         effort_change=np.zeros(size - robot.motor_index),

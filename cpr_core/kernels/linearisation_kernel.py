@@ -26,6 +26,9 @@ MARGIN, REST = 1, 2
 #: largest at least, or some motion counts as one without stiffness.
 _ALL_ELASTIC, _SMALLEST_STIFFNESS = 1e10, 1e-9
 _SMALLEST_PIVOT = 1e-14
+#: What the condensation has left of platform and motors, dimensionless: entries beyond this (a leg
+#: nearly straight) hide too many digits of others. A margin needs fewer.
+_LARGEST_BORDER, _OF_MARGIN = 1e4, 5e6
 
 
 @kernel
@@ -38,8 +41,7 @@ def linearise(prepared, kept, record, asked, evaluated, eigenvalues, response):
         record: The solution, see `record_layout`.
         asked: MARGIN: only what is to be known before the motors move; REST: all but that; or both at
             once, which recalls the factors once.
-        evaluated: Whether its tangent is in the workspace: then legs may be straight, but there is no
-            response.
+        evaluated: Whether its tangent is in the workspace: then legs may be straight.
         eigenvalues: Result, (3,): smallest eigenvalue of H_r with the motors held relative to the
             elastic stiffness (the margin), in itself [J], and with the motors free [J]; NaN where the
             dense method has to tell, or nobody asked.
@@ -54,7 +56,7 @@ def linearise(prepared, kept, record, asked, evaluated, eigenvalues, response):
     if evaluated:
         known = gather_pencil(robot, prepared.work, pencil)
     else:
-        known = recall_pencil(robot, kept, pencil)
+        known = recall_pencil(robot, kept, pencil, _LARGEST_BORDER if asked & REST else _OF_MARGIN)
     if not known:
         return False, False
     orthogonal = is_diagonal(pencil.gram)
@@ -73,7 +75,7 @@ def linearise(prepared, kept, record, asked, evaluated, eigenvalues, response):
     if robot.one_slot_a_motor:
         motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, released)
         eigenvalues[2] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions)
-    return True, not evaluated and _respond(robot, record, response, pencil)
+    return True, _respond(robot, record, response, pencil)
 
 
 @part
@@ -132,6 +134,7 @@ def _respond(robot, record, response, pencil):
     condensed, pivots = pencil.condensed, pencil.pivots
     rotation = unit.shape[0] + ROTATION
     stiffness, inverse = pencil.inverse_stiffness[0], pencil.inverse_stiffness[1]
+    inner_count = width + pencil.delayed_count[0]  # what answers to the motors
     # World twists, dimensionless, of body twists in the units of the state.
     turn, turned = pencil.turn[0], pencil.turn[1]
     for i in range(width):
@@ -143,15 +146,17 @@ def _respond(robot, record, response, pencil):
                 if same
                 else 0.0
             )
+    for i in range(inner_count):
+        for j in range(inner_count):
             stiffness[i, j] = condensed[i, j]
-    if not lu_factor(stiffness, width, pivots, _SMALLEST_PIVOT):
+    if not lu_factor(stiffness, inner_count, pivots, _SMALLEST_PIVOT):
         return False
-    for j in range(width):
-        for i in range(width):
+    for j in range(inner_count):
+        for i in range(inner_count):
             inverse[j, i] = 1.0 if i == j else 0.0
-        lu_solve(stiffness, width, pivots, inverse[j])  # a column, kept as a row
+        lu_solve(stiffness, inner_count, pivots, inverse[j])  # a column, kept as a row
     for i in range(width):
-        for j in range(width):
+        for j in range(inner_count):
             value = 0.0
             for k in range(width):
                 value += turn[k, i] * inverse[j, k]
@@ -162,24 +167,25 @@ def _respond(robot, record, response, pencil):
             for k in range(width):
                 value += turned[i, k] * turn[k, j]
             response[i, motors + j] = value / scale
-    column = pencil.border
+    column = pencil.part
     for m in range(motors):
-        motor_unit, row = unit[robot.motor_index + m], condensed[width + m]
-        for j in range(width):
+        motor_unit, row = unit[robot.motor_index + m], condensed[inner_count + m]
+        for j in range(inner_count):
             value = 0.0
-            for k in range(width):
+            for k in range(inner_count):
                 value += row[k] * inverse[j, k]
             column[j] = value
         for i in range(width):
             moved, pushed = 0.0, 0.0
-            for k in range(width):
+            for k in range(inner_count):
                 moved -= turned[i, k] * row[k]
+            for k in range(width):
                 pushed += column[k] * turn[k, i]
             response[i, m] = moved / motor_unit
             response[width + m, motors + i] = pushed / motor_unit
         for n in range(motors):
-            value, other = row[width + n], condensed[width + n]
-            for j in range(width):
+            value, other = row[inner_count + n], condensed[inner_count + n]
+            for j in range(inner_count):
                 value -= column[j] * other[j]
             response[width + m, n] = scale * value / (motor_unit * unit[robot.motor_index + n])
     return True

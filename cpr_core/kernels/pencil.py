@@ -37,7 +37,7 @@ class Pencil(NamedTuple):
     elastic: Lanes  # (G, S, S) elastic stiffness
     blocks: Lanes  # (G, r, c) upper triangles of K
     corner: Floats  # (b, b) platform part of K
-    condensed: Floats  # (b + n_a, b + n_a) H of platform and motors, the legs condensed
+    condensed: Floats  # (b + C + n_a, b + C + n_a) H of platform, delayed slots and motors
     upper: Lanes  # (G, r, c) rows of L^T, and of D^-1 L^-1 B
     inverse: Lanes  # (G, r) D^-1
     rows: Lanes  # (r, c) rows of D L^T, or by the columns of `slots`
@@ -57,8 +57,8 @@ class Pencil(NamedTuple):
     basis: Lanes  # (T, G, r) of Lanczos' method
     border_basis: Floats  # (T, b)
     tridiagonal: Floats  # (4, T)
-    inverse_stiffness: Floats  # (2, b, b)
-    turn: Floats  # (2, b, b)
+    inverse_stiffness: Floats  # (2, b + C, b + C)
+    turn: Floats  # (2, b, b + C)
     pivots: Integers  # (b + C,)
 
 
@@ -104,7 +104,7 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
         elastic=empty(groups, strains, strains),
         blocks=zeros_lanes(width, groups, rows, columns),
         corner=np.empty((platform, platform)),
-        condensed=np.empty((border, border)),
+        condensed=np.empty((border + constraints, border + constraints)),
         upper=zeros_lanes(width, groups, rows, columns),
         inverse=zeros_lanes(width, groups, rows),
         rows=zeros_lanes(width, rows, max(columns, slots.total)),
@@ -124,7 +124,7 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
         basis=empty(_STEPS, groups, rows),
         border_basis=np.empty((_STEPS, platform)),
         tridiagonal=np.empty((4, _STEPS)),
-        inverse_stiffness=np.empty((2, platform, platform)),
-        turn=np.empty((2, platform, platform)),
+        inverse_stiffness=np.empty((2, platform + constraints, platform + constraints)),
+        turn=np.empty((2, platform, platform + constraints)),
         pivots=np.empty(platform + constraints, np.int64),
     )

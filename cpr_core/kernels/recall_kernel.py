@@ -17,33 +17,36 @@ from .lanes import absolute, broadcast, get, highest, load, lower, put, store, t
 
 __all__ = ["recall_pencil"]
 
-#: What the condensation has left of platform and motors, dimensionless: entries beyond this (a leg
-#: nearly straight) hide too many digits of others.
-_LARGEST_BORDER = 5e6
 #: A leg is put together again from its factors if no pivot is below this fraction of its largest strain
 #: stiffness: beyond, too many digits of the rest are lost.
 _SMALLEST_LEG_PIVOT = 1e-8
 
 
 @part
-def recall_pencil(robot, kept, pencil):
+def recall_pencil(robot, kept, pencil, largest):
     """K from the kept factors of a tangent: what was eliminated is put together again.
 
     The platform's part is made symmetric: loads without potential do no work on H_r. A leg has its motor
     to itself, or the rows of motors are left out, and with them what moves while motors are free.
 
+    Args:
+        robot: RobotArrays.
+        kept: Factors of its tangent (``keep``).
+        pencil: Pencil.
+        largest: Entry of platform and motors, dimensionless, that is not exceeded.
+
     Returns:
         Whether enough digits are left.
     """
-    corner, condensed = pencil.corner, pencil.condensed
+    corner, condensed, count = pencil.corner, pencil.condensed, robot.border_indices.shape[0]
     slots, lanes, groups = robot.slots, robot.slot_index.shape[2], robot.groups.shape[0]
     doubt, pencil.delayed_count[0] = broadcast(pencil.rows, -1.0), 0
     if kept_status(kept) != CONDENSED:
         return False
-    recall_border(kept, kept_border(slots, groups), condensed.shape[0], lanes, condensed)
-    for i in range(condensed.shape[0]):
-        for j in range(condensed.shape[0]):
-            if not abs(condensed[i, j]) < _LARGEST_BORDER:
+    recall_border(kept, kept_border(slots, groups), count, lanes, condensed)
+    for i in range(count):
+        for j in range(count):
+            if not abs(condensed[i, j]) < largest:
                 return False
     for i in range(slots.platform_count):
         for j in range(slots.platform_count):

@@ -17,6 +17,8 @@ __all__ = ["smallest_eigenvalue"]
 _FARTHEST_SHIFT = 1e18
 #: An eigenvalue of this size is none: constraints leave nothing to move.
 _LARGEST = 1e15
+#: Where to begin with a motor whose pivot at zero may be nothing but rounding.
+_BELOW_MOTORS = -1.0
 #: Halvings of the interval of the smallest eigenvalue, and of the largest Ritz value as its first guess.
 _HALVINGS, _RITZ_HALVINGS = 60, 10
 #: Inverse iterations for the vector of a Ritz value, just above it by this fraction.
@@ -26,6 +28,8 @@ _RITZ_ITERATIONS, _RITZ_ABOVE = 4, 1e-12
 _FIRST_LOOK, _STEPS_BETWEEN, _NOTHING_NEW = 6, 3, 1e-12
 #: How far below a value to look at first, and where no other eigenvalue may be at last.
 _NEAR, _CERTAIN = 1e-5, 1e-11
+#: How far above a value an eigenvalue has to be: more than rounding may have moved it.
+_WITHIN = 1e-7
 #: Where something is below a value all the same, it is looked for this far below (of a value beyond one,
 #: this part of it), and ever farther.
 _FIRST_REACH, _REACH_GROWTH = 1e-10, 10.0
@@ -39,9 +43,8 @@ _LANCZOS_RESIDUAL = 1e-3
 def smallest_eigenvalue(robot, pencil, measure):
     """Smallest eigenvalue of the pencil, M being positive definite on the admissible motions.
 
-    Lanczos' method on ``(K - low M)^-1 M`` with no eigenvalue below ``low``, then inverse iteration;
-    what that leads to is checked to be the smallest one, otherwise ``low`` is raised to where what lies
-    below it begins, and all begins again.
+    None lies below it, and one does not far above it: where a pivot of a leg is nothing but rounding,
+    something else may have been found.
 
     Args:
         robot: RobotArrays.
@@ -51,8 +54,25 @@ def smallest_eigenvalue(robot, pencil, measure):
     Returns:
         The eigenvalue, dimensionless; NaN where it was not found.
     """
+    value = _searched(robot, pencil, measure)
+    if not abs(value) < _LARGEST:
+        return math.nan
+    above = value + _WITHIN * max(1.0, abs(value))
+    return value if eliminate_pencil(robot, pencil, measure, above) > 0 else math.nan
+
+
+@part
+def _searched(robot, pencil, measure):
+    """A value with no eigenvalue below it, or not finite.
+
+    Lanczos' method on ``(K - low M)^-1 M`` with no eigenvalue below ``low``, then inverse iteration;
+    what that leads to is checked to be the smallest one, otherwise ``low`` is raised to where what lies
+    below it begins, and all begins again.
+    """
     vector, border = pencil.vector, pencil.border
     low, step, high = 0.0, 1.0, math.inf
+    if measure.free and pencil.delayed_count[0] > 0:
+        low = _BELOW_MOTORS  # a motor that feeds a straight rod has no stiffness of its own
     while True:
         below = eliminate_pencil(robot, pencil, measure, low)
         if below == 0:
@@ -68,9 +88,7 @@ def smallest_eigenvalue(robot, pencil, measure):
         _lanczos(robot, pencil, measure)
         value = _iterate(robot, pencil, measure, low)
         value, certain = _settle(robot, pencil, measure, max(low, value - _NEAR))
-        if not abs(value) < _LARGEST:
-            return math.nan
-        if certain:
+        if certain or not abs(value) < _LARGEST:
             return value
         high = min(high, value)
         reach = _FIRST_REACH * max(1.0, abs(high))

@@ -68,8 +68,8 @@ class Response:
 class Linearisation(NamedTuple):
     """Found from the legs condensed onto platform and motors.
 
-    Motions without stiffness are beyond this method, and so is the response where legs are straight: NaN
-    and None then send to the dense one.
+    Motions without stiffness are beyond this method, and so are legs of which more cannot be eliminated
+    than what holds their tip: NaN and None then send to the dense one.
 
     Attributes:
         margin: Smallest eigenvalue of H_r with the motors held, relative to the elastic stiffness.
@@ -129,5 +129,5 @@ def _found(
     known, answered = linearise(prepared, factors, record, asked, False, eigenvalues, matrix)
     if not known or (asked & MARGIN and math.isnan(eigenvalues[0])):
         evaluate()
-        linearise(prepared, factors, record, asked, True, eigenvalues, matrix)
+        _, answered = linearise(prepared, factors, record, asked, True, eigenvalues, matrix)
     return eigenvalues.tolist(), answered

@@ -183,14 +183,58 @@ def test_they_agree_for_any_number_of_modes(modes):
     assert_same(solve_home(load_robot("six_rfs", modes=modes)))
 
 
-def test_how_a_leg_that_cannot_be_condensed_moves_is_told_by_the_dense_method():
+def test_a_straight_leg_is_told_too():
     """A straight clamped leg cannot hold its tip along itself."""
     straight = solve_home(column(motors.Welded(), joints.Fixed(AT_TIP)))
-    found = straight.linearisation
-    assert found.response is None
-    assert_eigenvalues_same(straight)
-    assert found.margin == straight.spectrum_locked.margin == pytest.approx(1.0)
-    assert kinemato_statics(straight).platform_by_wrench.shape == (3, 3)
+    assert_same(straight)
+    assert straight.spectrum_locked.margin == pytest.approx(1.0)
+
+
+def fed_straight(angle, tip):
+    """A straight rod that a motor feeds, and a bent one beside it, in the plane."""
+    rod = {"length": 0.45, "section": {"shape": "circular", "radius": 0.001}}
+    rod |= {"young_modulus": 210e9, "shear_modulus": 82e9}
+    along = [float(np.cos(angle)), float(np.sin(angle)), 0.0]
+    turn = 2.0 * 0.45  # of the bent one
+    end = np.array([np.sin(turn), 1.0 - np.cos(turn), 0.0]) / 2.0
+    place = 0.45 * np.array(along)
+    tips = {
+        "fixed": {"type": "fixed", "position": [0, 0, 0], "tangent": along},
+        "revolute": {"type": "revolute", "position": [0, 0, 0]},
+    }
+    bent = {
+        "base": {"position": (place - end).tolist(), "tangent": [1, 0, 0]},
+        "rod": rod | {"rest_curvature": {"bending_3": [2.0]}},
+        "motor": {"type": "revolute", "axis": [0, 0, 1]},
+        "tip": tips["fixed"] | {"tangent": [float(np.cos(turn)), float(np.sin(turn)), 0.0]},
+    }
+    straight = {
+        "base": {"position": [0, 0, 0], "tangent": along},
+        "motor": {"type": "extensible"},
+        "tip": tips[tip],
+    }
+    content = {
+        "name": "fed_straight",
+        "space": "planar",
+        "rod": rod,
+        "strain": {"bending_3": 5},
+        "platform": {"shape": "body"},
+        "legs": [straight, bent],
+        "controlled": ["x", "y"],
+        "home": {"motors": [0.45, 0.0], "platform": {"position": place.tolist()}},
+    }
+    return load_robot(content)
+
+
+@pytest.mark.parametrize("tip", ["fixed", "revolute"])
+@pytest.mark.parametrize("angle", [0.0, 0.2, 0.9])
+def test_they_agree_where_a_motor_feeds_a_straight_rod(angle, tip):
+    """Free, the motor pushes against next to nothing: its pivot is rounding, of either sign."""
+    robot = fed_straight(angle, tip)
+    home = solve_home(robot)
+    for force in (0.0, *10.0 ** np.arange(-12.0, -1.0)):
+        pushed = robot.default_loads.with_(wrench_world=[0, 0, 0, 0.3 * force, force, 0])
+        assert_same(solve_forward(robot, home.motors, start=home, loads=pushed))
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "two_rods"])

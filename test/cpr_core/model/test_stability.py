@@ -8,7 +8,15 @@ import pytest
 from helpers.fed_robots import fed, plain_content
 from scipy.optimize import brentq
 
-from cpr_core import Loads, load_robot, solve_forward, solve_home, solve_inverse, spectrum
+from cpr_core import (
+    Loads,
+    UnstableEquilibrium,
+    load_robot,
+    solve_forward,
+    solve_home,
+    solve_inverse,
+    spectrum,
+)
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_core.model.stability import _elastic_hessian, null_space_of
 
@@ -165,3 +173,51 @@ def test_a_null_space_is_all_that_a_matrix_does_not_see(rank):
     np.testing.assert_allclose(basis.T @ basis, np.eye(9 - rank), atol=1e-14)
     np.testing.assert_allclose(matrix @ basis, 0.0, atol=1e-12 * np.abs(matrix).max(initial=1.0))
     assert null_space_of(np.zeros((0, 4))).shape == (4, 4)
+
+
+def nearly_straight(curvature):
+    """A cantilever, slightly bent in its stiff plane, that buckles out of it; and Euler's force [N]."""
+    content = {
+        "name": "column",
+        "space": "spatial",
+        "rod": {
+            "length": 0.5,
+            "section": {"shape": "rectangular", "width": 0.004, "height": 0.002},
+            "young_modulus": 210e9,
+            "shear_modulus": 82e9,
+            "rest_curvature": {"bending_3": [curvature]},
+        },
+        "strain": {"torsion": 2, "bending_2": 5, "bending_3": 5},
+        "platform": {"mass": 0.0},
+        "legs": [
+            {
+                "base": {"position": [0, 0, 0], "tangent": [0, 0, 1], "normal": [1, 0, 0]},
+                "motor": {"type": "revolute", "axis": [0, 1, 0]},
+                "tip": {
+                    "type": "fixed",
+                    "position": [0, 0, 0],
+                    "tangent": [0, 0, 1],
+                    "normal": [1, 0, 0],
+                },
+            }
+        ],
+        "controlled": ["x"],
+        "home": {"motors": [0.0], "platform": {"position": [0, 0, 0.5]}},
+    }
+    robot = load_robot(content)
+    _, *bending = robot.description.rods[0].rod.rigidities
+    return robot, np.pi**2 * min(bending) / (4.0 * 0.5**2)
+
+
+@pytest.mark.parametrize("curvature", [0.02, 0.007, 0.004, 0.003, 0.002])
+def test_a_nearly_straight_leg_hides_no_instability(curvature):
+    """Its stiffness along itself is a thousand million times that of what buckles."""
+    robot, euler = nearly_straight(curvature)
+    home = solve_home(robot)
+    for part in (0.99, 0.9999, 1.0001, 1.001, 1.005):
+        pushed = robot.default_loads.with_(wrench_world=[0, 0, 0, 0, 0, -part * euler])
+        found = solve_forward(robot, home.motors, start=home, loads=pushed)
+        assert found.index_locked == int(part > 1.0) == found.spectrum_locked.index
+        assert found.stable == (part < 1.0) == (found.margin > 0.0)
+    with pytest.raises(UnstableEquilibrium, match=r"99\.50 % of the way"):
+        solve_forward(robot, home.motors, start=home, loads=pushed, stable_only=True)
