@@ -48,6 +48,8 @@ STALLED = 3  # out of iterations, or no damping reduces the correction
 #: Corrections below this, dimensionless, need not contract: they may be rounding, divided by what is
 #: nearly singular.
 _SMALLEST_CORRECTION = 1e-6
+#: A prediction this many times as long as what is imposed is rounding, divided by what is singular.
+_LARGEST_GAIN = 1e10
 #: Cosine above which a step goes on as the one before, and by how much longer it may be.
 _SAME_DIRECTION, _LONGEST_RATIO = 0.9, 1.5
 #: Differences are used as long as the square of each is below this times that of the one before.
@@ -172,10 +174,15 @@ def predict_state(robot, problem, configuration, work):
     if work.factors.status[0] != UNKNOWN and predict(
         robot, problem, known, efforts, work.step, work, work.factors
     ):
-        size = inner + problem.unknowns.shape[0]
-        _add_bend(size, work)
-        move(robot, problem, work.step, -1.0, configuration, work)
-        return _norm(work.step, size)
+        size, imposed = inner + problem.unknowns.shape[0], 0.0
+        for i in range(known.shape[0]):
+            imposed += known[i] * known[i]
+        for i in range(efforts.shape[0]):
+            imposed += efforts[i] * efforts[i]
+        if _norm(work.step, size) <= _LARGEST_GAIN * math.sqrt(imposed):
+            _add_bend(size, work)
+            move(robot, problem, work.step, -1.0, configuration, work)
+            return _norm(work.step, size)
     work.bends[0] = -1
     return 0.0
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..description.loads import Loads
@@ -32,6 +33,8 @@ __all__ = ["solve_from"]
 
 #: Time that a single step never takes, once it is compiled [s].
 _ONE_STEP = 0.01
+#: Poses nearer to each other are one [1, m, rad].
+_ROUNDING = 1e-14
 
 
 def solve_from(
@@ -68,6 +71,8 @@ def solve_from(
         found = solve_near(start, target, stable_only)
         if found is not None:
             return found
+        if _is_there(start, target) and not (stable_only and start.index_locked):
+            return start.with_iterations(0)
     walk = walk_to(
         start,
         target,
@@ -80,6 +85,14 @@ def solve_from(
         raise _not_reached(walk.stopped, walk, start, problem, target, stable_only)
     check_limits(walk.last)
     return walk.last
+
+
+def _is_there(start: Equilibrium, target: Target) -> bool:
+    """Whether a pose is that of the start: at an inverse singularity rounding would lead anywhere."""
+    if target.problem != "pose":
+        return False
+    own = [start.platform_rotation.ravel(), start.platform_position, start.motors]
+    return bool(np.abs(target.given(start)[0] - np.concatenate(own)).max() <= _ROUNDING)
 
 
 def _doubt(start: Equilibrium, target: Target) -> str:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from benchmarks.near_requests import is_walked, straight_stewart_gough, walk_near
 from benchmarks.walks import PROBLEMS, SOLVERS
-from cpr_core import Loads, load_robot, solve_forward, solve_home, solve_inverse
+from cpr_core import Loads, NotReached, load_robot, solve_forward, solve_home, solve_inverse
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.condensation_kernel import DELAYED
 from cpr_core.kernels.continuation_kernel import UNPREDICTED, WATCHED
@@ -160,3 +160,52 @@ def test_loads_are_as_far_as_efforts_of_the_same_size(robot):
         loads = start.loads.with_(wrench_world=[0.0, 0.0, 0.0, size / robot.mean_length, 0.0, 0.0])
     path = Path(start, MotorTarget(start.motors + STEPS[robot.description.name]), loads)
     assert path.load_distance == pytest.approx(effort.distance(start), rel=1e-9)
+
+
+def sliding_twice():
+    """Two of its three motors do the same: every place is an inverse singularity."""
+
+    def slide(motor, ratio):
+        return {"joint": "prismatic", "axis": [1, 0, 0], "motor": motor, "ratio": ratio}
+
+    first = {
+        "base": {"position": [0, 0, 0], "tangent": [0, 1, 0]},
+        "chain": [slide("motor1", 1.0), slide("motor2", 0.6), {"rod": {}}],
+        "tip": {"type": "revolute", "position": [-0.05, 0, 0]},
+    }
+    second = {
+        "base": {"position": [0.1, 0, 0], "tangent": [0, 1, 0]},
+        "motor": {"type": "revolute", "axis": [0, 0, 1], "name": "motor3"},
+        "tip": {"type": "revolute", "position": [0.05, 0, 0]},
+    }
+    content = {
+        "name": "sliding_twice",
+        "space": "planar",
+        "rod": {
+            "length": 0.4,
+            "section": {"shape": "circular", "radius": 0.001},
+            "young_modulus": 210e9,
+            "shear_modulus": 82e9,
+        },
+        "strain": {"bending_3": 5},
+        "platform": {"shape": "body"},
+        "legs": [first, second],
+        "controlled": ["x", "y", "angle"],
+        "home": {"motors": [0, 0, 1.2], "platform": {"position": [-0.15, 0.33, 0]}},
+    }
+    return load_robot(content)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rounding_of_a_pose_moves_no_motor_at_an_inverse_singularity(seed):
+    """Divided by a singular value of 1e-18 it moved two of them by metres, one against the other."""
+    robot, random = sliding_twice(), np.random.default_rng(seed)
+    home = solve_home(robot)
+    start = solve_forward(robot, home.motors + 0.02 * random.uniform(-1.0, 1.0, 3), start=home)
+    for size in (0.0, 1e-17, 1e-16, -1e-16, 3e-15):
+        pose = start.pose + size * random.uniform(-1.0, 1.0, 3)
+        found = solve_inverse(robot, pose, start=start)
+        np.testing.assert_allclose(found.motors, start.motors, rtol=0.0, atol=1e-12)
+    for size in (1e-8, 1e-4):
+        with pytest.raises(NotReached):
+            solve_inverse(robot, start.pose + [size, 0.0, 0.0], start=start)
