@@ -19,7 +19,7 @@ from ..validation import read_only
 from .linearisation import Linearisation
 from .model_state import ModelState
 
-__all__ = ["MotorReading", "Spectrum", "null_space_of"]
+__all__ = ["MotorReading", "Spectrum", "elastic_hessian", "null_space_of"]
 
 Floats = NDArray[np.float64]
 
@@ -133,7 +133,7 @@ class _Dense:
     @on_one_blas_thread
     def margin(self) -> float:
         """Smallest eigenvalue relative to the elastic stiffness."""
-        elastic = _elastic_hessian(self.solution)[np.ix_(self.moving, self.moving)]
+        elastic = elastic_hessian(self.solution)[np.ix_(self.moving, self.moving)]
         projected = self.null_space.T @ elastic @ self.null_space
         if not len(projected):
             return math.inf
@@ -160,7 +160,7 @@ def null_space_of(matrix: Floats) -> Floats:
     return null
 
 
-def _elastic_hessian(solution: ModelState) -> Floats:
+def elastic_hessian(solution: ModelState) -> Floats:
     """Second derivative of what rods (``l0/l q^T K q / 2``) and springs store, by the state, (N, N)."""
     robot, state = solution.robot, solution.state
     elastic = robot.strain_stiffness.copy()

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,15 +20,13 @@ from ..lie import rotation_exp
 from ..model.equilibrium import Equilibrium, described
 from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot
+from ..model.softest_motion import SizeOfMotion, softest_motion
 
 __all__ = ["stability_slopes"]
 
 Floats = NDArray[np.float64]
 
-_MEASURES: dict[str, Callable[[Equilibrium], float]] = {
-    "margin": lambda equilibrium: equilibrium.margin,
-    "smallest_eigenvalue": lambda equilibrium: equilibrium.spectrum_locked.smallest,
-}
+_SIZES: dict[str, SizeOfMotion] = {"margin": "elastic", "smallest_eigenvalue": "unit"}
 #: Steps, and what they count for: differences of fourth order; on one side where there is no other.
 _BOTH_SIDES = ((-2.0, -1.0, 1.0, 2.0), (1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0))
 _ONE_SIDE = ((0.0, 1.0, 2.0, 3.0, 4.0), (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25))
@@ -64,7 +62,8 @@ def stability_slopes(
     """Derivatives of margin and smallest eigenvalue, (P,) each; (0,) where not wanted.
 
     Differences along the straight way ``state + dx``, ``parameter + dp``, which leaves the true one in
-    second order only.
+    second order only; of what the eigenvector of now makes of K and M there, which is smooth where
+    eigenvalues are close together, too.
 
     Args:
         equilibrium: Where.
@@ -72,9 +71,11 @@ def stability_slopes(
         states: Derivatives of the state by them, (N, P), platform rows world twists.
         wanted: Names of quantities.
     """
-    measures = {name: measure for name, measure in _MEASURES.items() if name in wanted}
-    found = {name: np.zeros(len(parameters) if name in measures else 0) for name in _MEASURES}
-    if not measures:
+    motions = {
+        name: softest_motion(equilibrium, size) for name, size in _SIZES.items() if name in wanted
+    }
+    found = {name: np.zeros(len(parameters) if name in motions else 0) for name in _SIZES}
+    if not motions:
         return found
     scales = parameter_scales(equilibrium, parameters).tolist()
     for column, (parameter, natural) in enumerate(zip(parameters, scales, strict=True)):
@@ -89,8 +90,8 @@ def stability_slopes(
             _moved(equilibrium, robot, factor * near.step * rate)
             for factor, robot in zip(near.factors, near.robots, strict=True)
         ]
-        for name, measure in measures.items():
-            values = [measure(nearby) for nearby in beside]
+        for name, motion in motions.items():
+            values = [math.nan if motion is None else motion.change(there) for there in beside]
             found[name][column] = np.dot(near.weights, values) / near.step
     return found
 

@@ -18,7 +18,7 @@ from cpr_core import (
     spectrum,
 )
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
-from cpr_core.model.stability import _elastic_hessian, null_space_of
+from cpr_core.model.stability import elastic_hessian, null_space_of
 
 
 def on_the_axis(robot, y, start):
@@ -158,7 +158,7 @@ def test_elastic_stiffness_is_the_second_derivative_of_the_elastic_energy(descri
         return total
 
     mixed = energy(1, 1) - energy(1, -1) - energy(-1, 1) + energy(-1, -1)
-    found = motions[0] @ _elastic_hessian(there.model_state) @ motions[1]
+    found = motions[0] @ elastic_hessian(there.model_state) @ motions[1]
     assert found == pytest.approx(0.25e8 * mixed, rel=1e-5)
 
 

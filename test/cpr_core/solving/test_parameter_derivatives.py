@@ -388,3 +388,27 @@ def test_where_forces_may_act_is_not_varied_and_where_they_do_is():
         assert np.linalg.norm(slope) > 1e-4
         found = derivatives(home, path).position[:, 0]
         assert_allclose(found, slope, rtol=0.0, atol=1e-3 * np.linalg.norm(slope))
+
+
+@pytest.mark.parametrize("path", ["legs[0].base.position[0]", "legs[1].tip.position[1]"])
+@pytest.mark.parametrize("name", ["six_rus", "delta", "gough_stewart"])
+def test_slopes_of_eigenvalues_that_are_close_to_others(name, path):
+    """Their differences reached beyond where the next one is smaller, and were off by up to a half."""
+    robot = load_robot(name)
+    home = solve_home(robot)
+    away = 0.002 * robot.motor_units * np.cos(np.arange(robot.motor_count))
+    start = solve_forward(robot, home.motors + away, start=home)
+    found = derivatives(start, [path], of=("margin", "smallest_eigenvalue"))
+    value, step = float(robot.parameter_values(path)[0]), 1e-6
+    before, after = (
+        continued(start, robot.with_parameters({path: value + change})) for change in (-step, step)
+    )
+    for slope, first, last in (
+        (found.margin[0], before.margin, after.margin),
+        (
+            found.smallest_eigenvalue[0],
+            before.spectrum_locked.smallest,
+            after.spectrum_locked.smallest,
+        ),
+    ):
+        assert slope == pytest.approx((last - first) / (2.0 * step), rel=1e-3)
