@@ -134,7 +134,7 @@ def _respond(robot, record, response, pencil):
     condensed, pivots = pencil.condensed, pencil.pivots
     rotation = unit.shape[0] + ROTATION
     stiffness, inverse = pencil.inverse_stiffness[0], pencil.inverse_stiffness[1]
-    inner_count = width + pencil.delayed_count[0]  # what answers to the motors
+    answering = width + pencil.delayed_count[0]  # platform and delayed slots
     # World twists, dimensionless, of body twists in the units of the state.
     turn, turned = pencil.turn[0], pencil.turn[1]
     for i in range(width):
@@ -146,17 +146,17 @@ def _respond(robot, record, response, pencil):
                 if same
                 else 0.0
             )
-    for i in range(inner_count):
-        for j in range(inner_count):
+    for i in range(answering):
+        for j in range(answering):
             stiffness[i, j] = condensed[i, j]
-    if not lu_factor(stiffness, inner_count, pivots, _SMALLEST_PIVOT):
+    if not lu_factor(stiffness, answering, pivots, _SMALLEST_PIVOT):
         return False
-    for j in range(inner_count):
-        for i in range(inner_count):
+    for j in range(answering):
+        for i in range(answering):
             inverse[j, i] = 1.0 if i == j else 0.0
-        lu_solve(stiffness, inner_count, pivots, inverse[j])  # a column, kept as a row
+        lu_solve(stiffness, answering, pivots, inverse[j])  # a column, kept as a row
     for i in range(width):
-        for j in range(inner_count):
+        for j in range(answering):
             value = 0.0
             for k in range(width):
                 value += turn[k, i] * inverse[j, k]
@@ -169,23 +169,23 @@ def _respond(robot, record, response, pencil):
             response[i, motors + j] = value / scale
     column = pencil.part
     for m in range(motors):
-        motor_unit, row = unit[robot.motor_index + m], condensed[inner_count + m]
-        for j in range(inner_count):
+        motor_unit, row = unit[robot.motor_index + m], condensed[answering + m]
+        for j in range(answering):
             value = 0.0
-            for k in range(inner_count):
+            for k in range(answering):
                 value += row[k] * inverse[j, k]
             column[j] = value
         for i in range(width):
             moved, pushed = 0.0, 0.0
-            for k in range(inner_count):
+            for k in range(answering):
                 moved -= turned[i, k] * row[k]
             for k in range(width):
                 pushed += column[k] * turn[k, i]
             response[i, m] = moved / motor_unit
             response[width + m, motors + i] = pushed / motor_unit
         for n in range(motors):
-            value, other = row[inner_count + n], condensed[inner_count + n]
-            for j in range(inner_count):
+            value, other = row[answering + n], condensed[answering + n]
+            for j in range(answering):
                 value -= column[j] * other[j]
             response[width + m, n] = scale * value / (motor_unit * unit[robot.motor_index + n])
     return True
