@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..blas_threads import on_one_blas_thread
+from ..blas_threads import on_one_blas_thread, on_one_numpy_thread
 from .equilibrium import Equilibrium
 from .stability import elastic_hessian, null_space_of
 
@@ -43,6 +43,7 @@ class SoftestMotion:
     eigenvalue: float
     motion: Floats
 
+    @on_one_numpy_thread
     def change(self, nearby: Equilibrium) -> float:
         """By how much the eigenvalue is another one nearby, to first order."""
         stiffness, measure = _pencil(nearby, self.size)
