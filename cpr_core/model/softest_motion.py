@@ -46,10 +46,8 @@ class SoftestMotion:
     @on_one_numpy_thread
     def change(self, nearby: Equilibrium) -> float:
         """By how much the eigenvalue is another one nearby, to first order."""
-        stiffness, measure = _pencil(nearby, self.size)
-        weighed = measure @ self.motion
-        rest = stiffness @ self.motion - self.eigenvalue * weighed
-        return float(self.motion @ rest / (self.motion @ weighed))
+        motion, squared = self.motion, _squared_size(nearby, self.size, self.motion)
+        return float(motion @ (nearby.model_state.tangent @ motion)) / squared - self.eigenvalue
 
 
 @on_one_blas_thread
@@ -58,39 +56,43 @@ def softest_motion(equilibrium: Equilibrium, size: SizeOfMotion) -> SoftestMotio
     robot = equilibrium.robot
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
     held, unit = robot.multiplier_indices, robot.arrays.unit[moving]
-    stiffness, measure = _pencil(equilibrium, size)
-    constraints = stiffness[np.ix_(held, moving)]
+    tangent = equilibrium.model_state.tangent
+    stiffness, constraints = tangent[np.ix_(moving, moving)], tangent[np.ix_(held, moving)]
+    stiffness = 0.5 * (stiffness + stiffness.T)
+    measure = _measure(equilibrium, size)
     basis = unit[:, None] * null_space_of(constraints * unit)
     if not basis.shape[1]:
         return None
-    own, weights = (
-        basis.T @ matrix[np.ix_(moving, moving)] @ basis for matrix in (stiffness, measure)
-    )
+    own, weights = (basis.T @ matrix @ basis for matrix in (stiffness, measure))
     try:
         values, vectors = scipy.linalg.eigh(own, weights, subset_by_index=[0, 0])
     except np.linalg.LinAlgError:
         return None
-    motion = np.zeros(len(equilibrium.state))
-    motion[moving] = basis @ vectors[:, 0]
-    left = values[0] * measure @ motion - stiffness @ motion
-    balance = unit[:, None] * constraints.T
-    motion[held] = scipy.linalg.lstsq(balance, unit * left[moving])[0]
+    motion, moved = np.zeros(len(equilibrium.state)), basis @ vectors[:, 0]
+    left = values[0] * (measure @ moved) - stiffness @ moved
+    motion[moving] = moved
+    motion[held] = scipy.linalg.lstsq(unit[:, None] * constraints.T, unit * left)[0]
     return SoftestMotion(size, float(values[0]), motion)
 
 
-def _pencil(equilibrium: Equilibrium, size: SizeOfMotion) -> tuple[Floats, Floats]:
-    """K and M in state order, (N, N) each; zero for motors."""
+def _measure(equilibrium: Equilibrium, size: SizeOfMotion) -> Floats:
+    """M of legs and platform."""
     robot = equilibrium.robot
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
-    tangent = equilibrium.model_state.tangent
-    stiffness, measure = np.zeros_like(tangent), np.zeros_like(tangent)
-    own, held = np.ix_(moving, moving), np.ix_(robot.multiplier_indices, moving)
-    stiffness[own] = 0.5 * (tangent[own] + tangent[own].T)
-    stiffness[held] = tangent[held]
-    stiffness[np.ix_(moving, robot.multiplier_indices)] = tangent[held].T
+    own = np.ix_(moving, moving)
     if size == "elastic":
-        measure[own] = elastic_hessian(equilibrium.model_state)[own]
-    else:
-        inverse = np.linalg.inv(robot.unit_motions[own])
-        measure[own] = inverse.T @ inverse
-    return stiffness, measure
+        return elastic_hessian(equilibrium.model_state)[own]
+    inverse = np.linalg.inv(robot.unit_motions[own])
+    return np.asarray(inverse.T @ inverse)
+
+
+def _squared_size(equilibrium: Equilibrium, size: SizeOfMotion, motion: Floats) -> float:
+    """``v^T M v``, without M where that takes longer."""
+    robot = equilibrium.robot
+    if size == "elastic":
+        moved = motion.copy()
+        moved[robot.multiplier_indices] = 0.0
+        return float(moved @ (elastic_hessian(equilibrium.model_state) @ moved))
+    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    units = np.linalg.solve(robot.unit_motions[np.ix_(moving, moving)], motion[moving])
+    return float(units @ units)
