@@ -152,6 +152,7 @@ def test_a_motor_that_is_measured_to_stand_still_is_told(drive, following):
 
 
 def test_motors_that_are_measured_to_follow_arrive(drive, following):
+    """They are measured where they were sent: late, as this process hears of it on a busy machine."""
     newest = [HOME.tolist()]
 
     def sent():
@@ -160,9 +161,12 @@ def test_motors_that_are_measured_to_follow_arrive(drive, following):
 
     with measuring(drive, sent):
         end = HOME + [0.08, -0.05]
-        done = following.result(
-            following.send(trajectory([1.0], [end]), goal_tolerance=[1e-3, 1e-3])
+        handle = following.send(
+            trajectory([1.0], [end]),
+            goal_tolerance=[1e-3, 1e-3],
+            goal_time_tolerance=Duration(sec=20),
         )
+        done = following.result(handle)
     assert done.status == GoalStatus.STATUS_SUCCEEDED, done.result.error_code
 
 
