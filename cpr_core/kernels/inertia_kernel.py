@@ -109,10 +109,12 @@ def signs_of(robot, rotation, work, signs):
         work: Workspace with the tangent at an equilibrium and its factors; those of a problem are lost.
         signs: Result, (3,), see `record_layout`; the last one is 0 where there is no inverse problem.
     """
-    factors = work.factors
-    if factors.status[0] == CONDENSED and not _largest_entry(robot, factors) < _LARGEST_BORDER:
+    factors, left, square = work.factors, work.symmetric, work.square
+    largest = _symmetric_border(robot, factors, left)
+    if factors.status[0] == CONDENSED and not largest < _LARGEST_BORDER:
         condense_delaying(robot, work, work.delaying)
         factors = work.delaying
+        largest = _symmetric_border(robot, factors, left)
     inner, platform = robot.platform_index, robot.slots.platform_count
     below = 0
     for number in range(robot.groups.shape[0]):
@@ -120,9 +122,8 @@ def signs_of(robot, rotation, work, signs):
             for lane in range(robot.slot_index.shape[2]):
                 if get(factors.inverse, (number, slot), lane) < 0.0:
                     below += 1
-    left, square, delayed = work.symmetric, work.square, factors.delayed_count[0]
+    delayed = factors.delayed_count[0]
     size = delayed + robot.border_indices.shape[0]
-    largest = _symmetric_border(robot, factors, left)
 
     inverse_unknowns, angles = robot.inverse_unknowns, robot.controls_angles == 1
     first = delayed + platform  # the motors
@@ -162,16 +163,6 @@ def signs_of(robot, rotation, work, signs):
         free, _ = eliminate(left, 0, size, size, smallest)
     signs[INDEX_LOCKED] = below + locked - robot.constraint_count
     signs[INDEX_FREE] = below + free - robot.constraint_count
-
-
-@part
-def _largest_entry(robot, factors):
-    """Of the border, in size."""
-    largest, count = 0.0, robot.border_indices.shape[0]
-    for i in range(count):
-        for j in range(count):
-            largest = max(largest, abs(factors.border[i, j]))
-    return largest
 
 
 @part
