@@ -23,6 +23,7 @@ __all__ = [
     "gather_pencil",
     "reduce_delayed",
     "substitute_delayed",
+    "work_of_delayed",
 ]
 
 
@@ -192,6 +193,20 @@ def substitute_delayed(pencil, size):
         for k in range(size):
             taken = get(pencil.inverse, (number, k), lane) * pencil.beyond[q, k] * found
             put(pencil.vector, (number, k), lane, get(pencil.vector, (number, k), lane) - taken)
+
+
+@inlined
+def work_of_delayed(pencil, size):
+    """What delayed slots, as they were solved for last, have in half of ``vector^T K vector``."""
+    vector, border, width, work = pencil.vector, pencil.border, pencil.left.shape[0], 0.0
+    for q in range(pencil.delayed_count[0]):
+        number, lane, row = pencil.delayed[q, 0], pencil.delayed[q, 2], 0.0
+        for k in range(size):
+            row += pencil.beside[q, k] * get(vector, (number, k), lane)
+        for j in range(width):
+            row += pencil.beside_platform[q, j] * border[j]
+        work += pencil.part[width + q] * row
+    return work
 
 
 @part

@@ -18,11 +18,23 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from .delayed_pencil_kernel import eliminate_delayed, reduce_delayed, substitute_delayed
+from .delayed_pencil_kernel import (
+    eliminate_delayed,
+    reduce_delayed,
+    substitute_delayed,
+    work_of_delayed,
+)
 from .kernel_decorators import inlined, part
 from .lanes import absolute, broadcast, load, store, total
 
-__all__ = ["Measure", "eliminate_pencil", "is_diagonal", "multiply_measure", "solve_pencil"]
+__all__ = [
+    "Measure",
+    "eliminate_pencil",
+    "is_diagonal",
+    "multiply_measure",
+    "solve_pencil",
+    "work_of_stiffness",
+]
 
 #: Pivots of the platform nearer to zero are moved away from it.
 _SMALLEST_PIVOT = 1e-18
@@ -218,3 +230,27 @@ def multiply_measure(measure, vector, border, result, border_result):
             store(result, (number, i), moves * value)
     for i in range(border.shape[0]):
         border_result[i] = measure.platform * border[i]
+
+
+@part
+def work_of_stiffness(pencil, free):
+    """``vector^T K vector``, of a vector that was solved for last: delayed slots are those of then."""
+    blocks, corner, vector, border = pencil.blocks, pencil.corner, pencil.vector, pencil.border
+    inner, width = vector.shape[1] - 1, border.shape[0]
+    size = inner + 1 if free else inner
+    value, rest = broadcast(vector, 0.0), 0.0
+    for number in range(blocks.shape[0]):
+        for i in range(size):
+            own = load(vector, (number, i))
+            row = 0.5 * load(blocks, (number, i, i)) * own
+            for j in range(i + 1, size):
+                row += load(blocks, (number, i, j)) * load(vector, (number, j))
+            for j in range(width):
+                row += load(blocks, (number, i, inner + 1 + j)) * border[j]
+            value += own * row
+    for i in range(width):  # of symmetric matrices, the upper triangles
+        row = 0.5 * corner[i, i] * border[i]
+        for j in range(i + 1, width):
+            row += corner[i, j] * border[j]
+        rest += border[i] * row
+    return 2.0 * (total(value) + rest + work_of_delayed(pencil, size))

@@ -9,7 +9,7 @@ import math
 
 from .kernel_decorators import part
 from .lanes import broadcast, load, store, total
-from .pencil_kernel import eliminate_pencil, multiply_measure, solve_pencil
+from .pencil_kernel import eliminate_pencil, multiply_measure, solve_pencil, work_of_stiffness
 
 __all__ = ["smallest_eigenvalue"]
 
@@ -44,7 +44,8 @@ def smallest_eigenvalue(robot, pencil, measure):
     """Smallest eigenvalue of the pencil, M being positive definite on the admissible motions.
 
     None lies below it, and one does not far above it: where a pivot of a leg is nothing but rounding,
-    something else may have been found.
+    something else may have been found. Close to an eigenvalue of a leg on its own, pivots near zero take
+    half of the digits of what was eliminated; the quotient of the vector with K itself has them all.
 
     Args:
         robot: RobotArrays.
@@ -57,8 +58,13 @@ def smallest_eigenvalue(robot, pencil, measure):
     value = _searched(robot, pencil, measure)
     if not abs(value) < _LARGEST:
         return math.nan
-    above = value + _WITHIN * max(1.0, abs(value))
-    return value if eliminate_pencil(robot, pencil, measure, above) > 0 else math.nan
+    within = _WITHIN * max(1.0, abs(value))
+    if eliminate_pencil(robot, pencil, measure, value + within) <= 0:
+        return math.nan
+    vector, border = pencil.vector, pencil.border
+    length = _inner_product(vector, border, pencil.loaded, pencil.border_loaded)
+    quotient = work_of_stiffness(pencil, measure.free) / length
+    return quotient if abs(quotient - value) <= within else math.nan
 
 
 @part
@@ -95,7 +101,7 @@ def _searched(robot, pencil, measure):
         while True:  # what lies below is near, as a rule: others like it
             nearest = max(high - reach, 0.5 * (low + high))
             if high - low <= _CERTAIN or not low < nearest < high:
-                return high
+                return _near(robot, pencil, measure, low)
             if eliminate_pencil(robot, pencil, measure, nearest) == 0:
                 low = nearest
                 break
@@ -103,6 +109,17 @@ def _searched(robot, pencil, measure):
             reach *= _REACH_GROWTH
         _add(1.0, pencil.start, border, vector, border)  # it may have had no part of what is below
     return math.nan
+
+
+@part
+def _near(robot, pencil, measure, shift):
+    """The eigenvalue beside a shift, by inverse iteration from a vector that may have none of it."""
+    vector, border, value = pencil.vector, pencil.border, shift
+    eliminate_pencil(robot, pencil, measure, shift)
+    _add(1.0, pencil.start, border, vector, border)
+    for _ in range(_ITERATIONS):
+        value = _iterate(robot, pencil, measure, shift)
+    return value
 
 
 @part

@@ -178,6 +178,16 @@ def test_they_agree_without_motors(planar):
     assert_same(bent)
 
 
+@pytest.mark.parametrize("share", np.linspace(0.9, 1.1, 9))
+def test_margins_keep_their_digits_where_the_leg_alone_has_the_same_eigenvalue(share):
+    """What a tip holds adds nothing to a column's stiffness: a pivot of the leg is nearly zero there."""
+    robot = column(motors.Welded(), joints.Fixed(AT_TIP), planar=False)
+    pushed = share * np.array([0.0, 0.02, 0.05, 0.0, 0.1, 0.2])
+    bent = solve_forward(robot, [], loads=robot.default_loads.with_(wrench_world=pushed))
+    dense = _Dense(bent.model_state, "locked").margin()
+    assert bent.linearisation.margin == pytest.approx(dense, abs=1e-12)
+
+
 @pytest.mark.parametrize("modes", [3, 8, 12])
 def test_they_agree_for_any_number_of_modes(modes):
     assert_same(solve_home(load_robot("six_rfs", modes=modes)))
