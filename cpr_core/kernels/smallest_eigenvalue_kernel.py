@@ -28,7 +28,7 @@ _RITZ_ITERATIONS, _RITZ_ABOVE = 4, 1e-12
 _FIRST_LOOK, _STEPS_BETWEEN, _NOTHING_NEW = 6, 3, 1e-12
 #: How far below a value to look at first, and where no other eigenvalue may be at last.
 _NEAR, _CERTAIN = 1e-5, 1e-11
-#: How far above a value an eigenvalue has to be: more than rounding may have moved it.
+#: How far what was solved for may be from the quotient: more than rounding may have moved it.
 _WITHIN = 1e-7
 #: Where something is below a value all the same, it is looked for this far below (of a value beyond one,
 #: this part of it), and ever farther.
@@ -36,16 +36,16 @@ _FIRST_REACH, _REACH_GROWTH = 1e-10, 10.0
 #: Inverse iterations before all begins again elsewhere.
 _ITERATIONS = 6
 #: Relative residual at which Lanczos' method is left to inverse iteration.
-_LANCZOS_RESIDUAL = 1e-3
+_LANCZOS_RESIDUAL = 1e-4
 
 
 @part
 def smallest_eigenvalue(robot, pencil, measure):
     """Smallest eigenvalue of the pencil, M being positive definite on the admissible motions.
 
-    None lies below it, and one does not far above it: where a pivot of a leg is nothing but rounding,
-    something else may have been found. Close to an eigenvalue of a leg on its own, pivots near zero take
-    half of the digits of what was eliminated; the quotient of the vector with K itself has them all.
+    Lanczos' method on ``(K - low M)^-1 M`` with no eigenvalue below ``low``; what that leads to is
+    checked to be the smallest one, after inverse iteration if it is not close enough; otherwise ``low``
+    is raised to where what lies below it begins, and all begins again.
 
     Args:
         robot: RobotArrays.
@@ -54,26 +54,6 @@ def smallest_eigenvalue(robot, pencil, measure):
 
     Returns:
         The eigenvalue, dimensionless; NaN where it was not found.
-    """
-    value = _searched(robot, pencil, measure)
-    if not abs(value) < _LARGEST:
-        return math.nan
-    within = _WITHIN * max(1.0, abs(value))
-    if eliminate_pencil(robot, pencil, measure, value + within) <= 0:
-        return math.nan
-    vector, border = pencil.vector, pencil.border
-    length = _inner_product(vector, border, pencil.loaded, pencil.border_loaded)
-    quotient = work_of_stiffness(pencil, measure.free) / length
-    return quotient if abs(quotient - value) <= within else math.nan
-
-
-@part
-def _searched(robot, pencil, measure):
-    """A value with no eigenvalue below it, or not finite.
-
-    Lanczos' method on ``(K - low M)^-1 M`` with no eigenvalue below ``low``, then inverse iteration;
-    what that leads to is checked to be the smallest one, otherwise ``low`` is raised to where what lies
-    below it begins, and all begins again.
     """
     vector, border = pencil.vector, pencil.border
     low, step, high = 0.0, 1.0, math.inf
@@ -93,8 +73,12 @@ def _searched(robot, pencil, measure):
     for _ in range(_HALVINGS):
         _lanczos(robot, pencil, measure)
         value = _iterate(robot, pencil, measure, low)
-        value, certain = _settle(robot, pencil, measure, max(low, value - _NEAR))
-        if certain or not abs(value) < _LARGEST:
+        certain = eliminate_pencil(robot, pencil, measure, value - _CERTAIN) == 0
+        if not certain:
+            value, certain = _settle(robot, pencil, measure, max(low, value - _NEAR))
+        if not abs(value) < _LARGEST:
+            return math.nan
+        if certain:
             return value
         high = min(high, value)
         reach = _FIRST_REACH * max(1.0, abs(high))
@@ -143,7 +127,13 @@ def _settle(robot, pencil, measure, shift):
 
 @part
 def _iterate(robot, pencil, measure, shift):
-    """One step of inverse iteration, in place; returns the Rayleigh quotient of the new vector."""
+    """One step of inverse iteration, in place.
+
+    Returns:
+        The Rayleigh quotient of the new vector. Close to an eigenvalue of a leg on its own, pivots near
+        zero take half of the digits of what was eliminated; the quotient with K itself has them all. NaN
+        where both differ by more: a pivot was nothing but rounding.
+    """
     vector, border = pencil.vector, pencil.border
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
     first = robot.slots.first_coupled
@@ -155,7 +145,8 @@ def _iterate(robot, pencil, measure, shift):
     work = scale * _inner_product(vector, border, loaded, border_loaded)
     multiply_measure(measure, vector, border, loaded, border_loaded)
     length = _inner_product(vector, border, loaded, border_loaded)
-    return shift + work / length
+    solved, quotient = shift + work / length, work_of_stiffness(pencil, measure.free) / length
+    return quotient if abs(quotient - solved) <= _WITHIN * max(1.0, abs(solved)) else math.nan
 
 
 @part
