@@ -16,6 +16,7 @@ from typing import Any
 
 from .identification.felt_wrench import estimate_wrench
 from .kernels.kernel_sources import kernel_modules, read_sources
+from .kernels.prepared_robot import evaluate_record
 from .model.kinemato_statics import kinemato_statics
 from .numba_fence import hear_compilation
 from .solving.discretisation_error import error_of
@@ -53,6 +54,7 @@ def compile_kernels() -> Iterator[str]:
     home = solve_home(robot)
     solve_forward(robot, home.motors, start=home)
     kinemato_statics(home).smallest_singular_value("forward")
+    evaluate_record(robot.prepared, home.load_arrays, home.record)  # as straight legs are
     error_of(home)
     estimate_wrench(robot, home.motors, efforts=home.efforts, effort_deviation=1.0)
     yield "solver"

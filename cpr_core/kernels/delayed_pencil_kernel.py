@@ -5,8 +5,9 @@
 
 Factors of such tangents hide digits, or are not kept: K comes from the tangent as it was evaluated. M
 does not see multipliers, so a delayed one needs no place in vectors; K has nothing between two of them.
-To the lanes its slot is one the leg lacks. Its couplings to the leg are kept beside, and what the leg
-leaves of them stands behind the platform in a matrix that is factored with exchanges.
+To the lanes its slot is one the leg lacks. Its couplings to the leg are kept beside: one of every leg of
+a group at a time, a round. What the legs leave of them stands behind the platform in a matrix that is
+factored with exchanges.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from __future__ import annotations
 from .condensation_kernel import condense_delaying
 from .inertia_kernel import eliminate
 from .kernel_decorators import inlined, part
-from .lanes import get, load, put, store
+from .lanes import broadcast, get, load, put, store, total
 from .lu_kernel import lu_factor, lu_solve
 
 __all__ = [
@@ -53,10 +54,10 @@ def gather_pencil(robot, work, pencil):
         _gather_leg_rows(robot, number, work.blocks, pencil)
         if robot.one_slot_a_motor:
             _gather_motor_rows(robot, number, work.blocks, pencil)
+    pencil.rounds[:] = 0
     for q in range(count):
-        for column in range(3):
-            pencil.delayed[q, column] = factors.delayed[q, column]
-        _set_aside(slots, q, pencil)
+        number, slot, lane = factors.delayed[q, 0], factors.delayed[q, 1], factors.delayed[q, 2]
+        _set_aside(slots, number, slot, lane, q, pencil)
     return True
 
 
@@ -103,16 +104,28 @@ def _gather_motor_rows(robot, number, blocks, pencil):
 
 
 @inlined
-def _set_aside(slots, q, pencil):
-    """Take the couplings of delayed slot q out of the rows of its leg."""
-    number, slot, lane = pencil.delayed[q, 0], pencil.delayed[q, 1], pencil.delayed[q, 2]
-    blocks, beside, inner = pencil.blocks, pencil.beside, slots.inner_count
-    for k in range(beside.shape[1]):
+def _set_aside(slots, number, slot, lane, q, pencil):
+    """Take the couplings of delayed slot q out of the rows of its leg, into its next round."""
+    blocks, inner, width = pencil.blocks, slots.inner_count, slots.platform_count
+    beside, beside_platform, places = pencil.beside, pencil.beside_platform, pencil.places
+    count, r = pencil.rounds[number], 0
+    while r < count and places[number, r, lane] >= 0:
+        r += 1
+    if r == count:
+        pencil.rounds[number] = count + 1
+        places[number, r, :] = -1
+        for k in range(beside.shape[2]):
+            store(beside, (number, r, k), 0.0)
+        for j in range(width):
+            store(beside_platform, (number, r, j), 0.0)
+    places[number, r, lane] = q
+    for k in range(beside.shape[2]):
         row, column = min(k, slot), max(k, slot)
-        beside[q, k] = get(blocks, (number, row, column), lane)
+        put(beside, (number, r, k), lane, get(blocks, (number, row, column), lane))
         put(blocks, (number, row, column), lane, 1.0 if k == slot else 0.0)
-    for j in range(slots.platform_count):
-        pencil.beside_platform[q, j] = get(blocks, (number, slot, inner + 1 + j), lane)
+    for j in range(width):
+        coupling = get(blocks, (number, slot, inner + 1 + j), lane)
+        put(beside_platform, (number, r, j), lane, coupling)
         put(blocks, (number, slot, inner + 1 + j), lane, 0.0)
 
 
@@ -128,32 +141,15 @@ def eliminate_delayed(pencil, first, size):
     Returns:
         Number of negative pivots; -1 where the matrix has no inverse.
     """
-    width, count = pencil.left.shape[0], pencil.delayed_count[0]
-    whole, factored, beyond = pencil.whole, pencil.factored, pencil.beyond
-    for i in range(width):
-        for j in range(i, width):
-            whole[i, j] = whole[j, i] = pencil.left[i, j]
-    for q in range(count):
-        number, lane = pencil.delayed[q, 0], pencil.delayed[q, 2]
-        for k in range(size):
-            value = pencil.beside[q, k]
-            for m in range(k):
-                value -= get(pencil.upper, (number, m, k), lane) * beyond[q, m]
-            beyond[q, k] = value
-        for p in range(q + 1):
-            value = 0.0
-            if pencil.delayed[p, 0] == number and pencil.delayed[p, 2] == lane:
-                for k in range(size):
-                    value -= beyond[p, k] * get(pencil.inverse, (number, k), lane) * beyond[q, k]
-            whole[width + p, width + q] = whole[width + q, width + p] = value
-        for j in range(width):
-            value = pencil.beside_platform[q, j]
-            for k in range(first, size):
-                value -= beyond[q, k] * get(
-                    pencil.upper, (number, k, pencil.beside.shape[1] + j), lane
-                )
-            whole[width + q, j] = whole[j, width + q] = value
-    extent = width + count
+    width, whole, factored = pencil.left.shape[0], pencil.whole, pencil.factored
+    extent = width + pencil.delayed_count[0]
+    for i in range(extent):
+        for j in range(i, extent):
+            value = pencil.left[i, j] if j < width else 0.0
+            whole[i, j] = whole[j, i] = value
+    for number in range(pencil.rounds.shape[0]):
+        for r in range(pencil.rounds[number]):
+            _eliminate_round(pencil, number, r, first, size)
     for i in range(extent):
         for j in range(extent):
             factored[i, j] = whole[i, j]
@@ -162,51 +158,96 @@ def eliminate_delayed(pencil, first, size):
 
 
 @inlined
+def _eliminate_round(pencil, number, r, first, size):
+    """What the legs of a group leave of the delayed slots of a round."""
+    upper, beyond, inverse = pencil.upper, pencil.beyond, pencil.inverse
+    width, platform = pencil.left.shape[0], pencil.beside.shape[2]
+    for k in range(size):
+        value = load(pencil.beside, (number, r, k))
+        for m in range(k):
+            value -= load(upper, (number, m, k)) * load(beyond, (number, r, m))
+        store(beyond, (number, r, k), value)
+    for before in range(r + 1):
+        value = broadcast(upper, 0.0)
+        for k in range(size):
+            own = load(inverse, (number, k)) * load(beyond, (number, r, k))
+            value -= load(beyond, (number, before, k)) * own
+        _put_whole(pencil, number, r, before, -1, value)
+    for j in range(width):
+        value = load(pencil.beside_platform, (number, r, j))
+        for k in range(first, size):
+            value -= load(beyond, (number, r, k)) * load(upper, (number, k, platform + j))
+        _put_whole(pencil, number, r, -1, j, value)
+
+
+@inlined
+def _put_whole(pencil, number, r, before, j, value):
+    """Write lanes to the whole matrix: of a round and one before, or of a round and the platform."""
+    width, whole, places = pencil.left.shape[0], pencil.whole, pencil.places
+    store(pencil.rows, (0, 0), value)
+    for lane in range(places.shape[2]):
+        q = places[number, r, lane]
+        if q >= 0:
+            column = j if before < 0 else width + places[number, before, lane]
+            entry = get(pencil.rows, (0, 0), lane)
+            whole[width + q, column] = whole[column, width + q] = entry
+
+
+@inlined
 def reduce_delayed(pencil, size):
     """Platform and delayed slots of a solve, from what the legs have left of their right sides.
 
     Right sides of delayed slots are zero, as all of multipliers.
     """
-    width, part = pencil.left.shape[0], pencil.part
+    width, part, places = pencil.left.shape[0], pencil.part, pencil.places
     for i in range(width):
         part[i] = pencil.border[i]
-    for q in range(pencil.delayed_count[0]):
-        number, lane = pencil.delayed[q, 0], pencil.delayed[q, 2]
-        value = 0.0
-        for k in range(size):
-            eliminated = get(pencil.inverse, (number, k), lane) * get(
-                pencil.vector, (number, k), lane
-            )
-            value -= pencil.beyond[q, k] * eliminated
-        part[width + q] = value
+    for number in range(pencil.rounds.shape[0]):
+        for r in range(pencil.rounds[number]):
+            value = broadcast(pencil.upper, 0.0)
+            for k in range(size):
+                eliminated = load(pencil.inverse, (number, k)) * load(pencil.vector, (number, k))
+                value -= load(pencil.beyond, (number, r, k)) * eliminated
+            store(pencil.rows, (0, 0), value)
+            for lane in range(places.shape[2]):
+                q = places[number, r, lane]
+                if q >= 0:
+                    part[width + q] = get(pencil.rows, (0, 0), lane)
     lu_solve(pencil.factored, width + pencil.delayed_count[0], pencil.pivots, part)
     for i in range(width):
         pencil.border[i] = part[i]
+    for number in range(pencil.rounds.shape[0]):
+        for r in range(pencil.rounds[number]):
+            for lane in range(places.shape[2]):
+                q = places[number, r, lane]
+                put(pencil.found, (number, r), lane, part[width + q] if q >= 0 else 0.0)
 
 
 @inlined
 def substitute_delayed(pencil, size):
     """What delayed slots do to the slots of their legs, D^-1 applied already."""
-    width = pencil.left.shape[0]
-    for q in range(pencil.delayed_count[0]):
-        number, lane, found = pencil.delayed[q, 0], pencil.delayed[q, 2], pencil.part[width + q]
-        for k in range(size):
-            taken = get(pencil.inverse, (number, k), lane) * pencil.beyond[q, k] * found
-            put(pencil.vector, (number, k), lane, get(pencil.vector, (number, k), lane) - taken)
+    vector = pencil.vector
+    for number in range(pencil.rounds.shape[0]):
+        for r in range(pencil.rounds[number]):
+            found = load(pencil.found, (number, r))
+            for k in range(size):
+                taken = load(pencil.inverse, (number, k)) * load(pencil.beyond, (number, r, k))
+                store(vector, (number, k), load(vector, (number, k)) - taken * found)
 
 
 @inlined
 def work_of_delayed(pencil, size):
     """What delayed slots, as they were solved for last, have in half of ``vector^T K vector``."""
-    vector, border, width, work = pencil.vector, pencil.border, pencil.left.shape[0], 0.0
-    for q in range(pencil.delayed_count[0]):
-        number, lane, row = pencil.delayed[q, 0], pencil.delayed[q, 2], 0.0
-        for k in range(size):
-            row += pencil.beside[q, k] * get(vector, (number, k), lane)
-        for j in range(width):
-            row += pencil.beside_platform[q, j] * border[j]
-        work += pencil.part[width + q] * row
-    return work
+    vector, border, work = pencil.vector, pencil.border, broadcast(pencil.upper, 0.0)
+    for number in range(pencil.rounds.shape[0]):
+        for r in range(pencil.rounds[number]):
+            row = broadcast(pencil.upper, 0.0)
+            for k in range(size):
+                row += load(pencil.beside, (number, r, k)) * load(vector, (number, k))
+            for j in range(border.shape[0]):
+                row += load(pencil.beside_platform, (number, r, j)) * border[j]
+            work += load(pencil.found, (number, r)) * row
+    return total(work)
 
 
 @part

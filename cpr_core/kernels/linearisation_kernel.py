@@ -17,10 +17,7 @@ from .recall_kernel import recall_pencil
 from .record_layout import ROTATION
 from .smallest_eigenvalue_kernel import smallest_eigenvalue
 
-__all__ = ["MARGIN", "REST", "linearise"]
-
-#: What may be asked for: the margin; smallest eigenvalues with motors held and free, and the response.
-MARGIN, REST = 1, 2
+__all__ = ["linearise"]
 
 #: Elastic stiffness this large hides all other; what is left of the platform's then is this part of the
 #: largest at least, or some motion counts as one without stiffness.
@@ -32,21 +29,20 @@ _LARGEST_BORDER, _OF_MARGIN = 1e4, 5e6
 
 
 @kernel
-def linearise(prepared, kept, record, asked, evaluated, eigenvalues, response):
+def linearise(prepared, kept, record, all_of_it, evaluated, eigenvalues, response):
     """Stability and first-order behaviour of an equilibrium.
 
     Args:
         prepared: PreparedRobot.
         kept: Factors of its tangent (``keep``).
         record: The solution, see `record_layout`.
-        asked: MARGIN: only what is to be known before the motors move; REST: all but that; or both at
-            once, which recalls the factors once.
+        all_of_it: Whether more is asked for than the margin, which is to be known before motors move.
         evaluated: Whether its tangent is in the workspace: then legs may be straight.
         eigenvalues: Result, (3,): smallest eigenvalue of H_r with the motors held relative to the
             elastic stiffness (the margin), in itself [J], and with the motors free [J]; NaN where the
             dense method has to tell, or nobody asked.
-        response: Result of REST, (b + n, n + b): ``[dSigma_p/dq_a, dSigma_p/dw_p; dtau_a/dq_a,
-            dtau_a/dw_p]`` at motors and wrench held in turn, body twists and wrenches.
+        response: Result, if all is asked for, (b + n, n + b): ``[dSigma_p/dq_a, dSigma_p/dw_p;
+            dtau_a/dq_a, dtau_a/dw_p]`` at motors and wrench held in turn, body twists and wrenches.
 
     Returns:
         Whether K is known, without which nothing is, and whether the response is there.
@@ -56,25 +52,25 @@ def linearise(prepared, kept, record, asked, evaluated, eigenvalues, response):
     if evaluated:
         known = gather_pencil(robot, prepared.work, pencil)
     else:
-        known = recall_pencil(robot, kept, pencil, _LARGEST_BORDER if asked & REST else _OF_MARGIN)
+        known = recall_pencil(robot, kept, pencil, _LARGEST_BORDER if all_of_it else _OF_MARGIN)
     if not known:
         return False, False
-    orthogonal = is_diagonal(pencil.gram)
     # Constants would be compiled for once each.
     held, released = robot.motor_index < 0, robot.motor_index >= 0
-    if asked & MARGIN:
-        _put_elastic(robot, record, pencil.elastic)
-        diagonal = is_diagonal(pencil.elastic)
-        stored = Measure(pencil.elastic, diagonal, pencil.springs, 0.0, held)
-        if _definite(robot, pencil, stored):
-            eigenvalues[0] = smallest_eigenvalue(robot, pencil, stored)
-    if not asked & REST:
+    _put_elastic(robot, record, pencil.elastic)
+    diagonal = is_diagonal(pencil.elastic)
+    stored = Measure(pencil.elastic, diagonal, pencil.springs, 0.0, held)
+    if _definite(robot, pencil, stored):
+        eigenvalues[0] = smallest_eigenvalue(robot, pencil, stored, held)
+    if not all_of_it:
         return True, False
+    orthogonal, guided = is_diagonal(pencil.gram), math.isfinite(eigenvalues[0])
     motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, held)
-    eigenvalues[1] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions)
+    # The softest motion is nearly the same in both measures.
+    eigenvalues[1] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions, guided)
     if robot.one_slot_a_motor:
         motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, released)
-        eigenvalues[2] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions)
+        eigenvalues[2] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions, held)
     return True, _respond(robot, record, response, pencil)
 
 

@@ -27,7 +27,7 @@ class Pencil(NamedTuple):
     """K and M of ``pencil_kernel`` for G groups of legs, their factors, and vectors.
 
     A leg has r = n + 1 rows, its n inner slots and its motor, and c = r + b columns, the same and the
-    platform. Delayed may be all C multipliers at most. All numbers are dimensionless.
+    platform. Delayed may be all C multipliers at most, up to E of a leg. All numbers are dimensionless.
     """
 
     gram: Lanes  # (G, S, S) int Phi^T Phi dsigma by slots: M of unit motions
@@ -43,10 +43,12 @@ class Pencil(NamedTuple):
     rows: Lanes  # (r, c) rows of D L^T, or by the columns of `slots`
     left: Floats  # (b, b) pivot rows of what is left of the platform
     delayed_count: Integers  # (1,) D, see `delayed_pencil_kernel`
-    delayed: Integers  # (C, 3) group, slot and lane of each
-    beside: Floats  # (C, r) their couplings to the rows of their legs
-    beside_platform: Floats  # (C, b)
-    beyond: Floats  # (C, r) rows of D L^T
+    rounds: Integers  # (G,) most of them of one leg
+    places: Integers  # (G, E, lanes) their numbers, round by round; -1: none
+    beside: Lanes  # (G, E, r) their couplings to the rows of their legs
+    beside_platform: Lanes  # (G, E, b)
+    beyond: Lanes  # (G, E, r) rows of D L^T
+    found: Lanes  # (G, E) their part of a solution
     whole: Floats  # (b + C, b + C) what is left of platform and delayed slots
     factored: Floats  # (b + C, b + C) its LU factors
     part: Floats  # (b + C,)
@@ -74,6 +76,7 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
     rows = slots.inner_count + 1
     columns = rows + platform
     border, constraints = len(arrays.border_indices), arrays.constraint_count
+    most = slots.first_passive - slots.first_multiplier
 
     def empty(*shape: int) -> Any:
         return empty_lanes(width, *shape)
@@ -110,10 +113,12 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
         rows=zeros_lanes(width, rows, max(columns, slots.total)),
         left=np.empty((platform, platform)),
         delayed_count=np.zeros(1, np.int64),
-        delayed=np.zeros((constraints, 3), np.int64),
-        beside=np.empty((constraints, rows)),
-        beside_platform=np.empty((constraints, platform)),
-        beyond=np.empty((constraints, rows)),
+        rounds=np.zeros(groups, np.int64),
+        places=np.full((groups, most, width), -1, np.int64),
+        beside=zeros_lanes(width, groups, most, rows),
+        beside_platform=zeros_lanes(width, groups, most, platform),
+        beyond=zeros_lanes(width, groups, most, rows),
+        found=zeros_lanes(width, groups, most),
         whole=np.empty((platform + constraints, platform + constraints)),
         factored=np.empty((platform + constraints, platform + constraints)),
         part=np.empty(platform + constraints),

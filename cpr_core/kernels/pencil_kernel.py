@@ -186,7 +186,8 @@ def solve_pencil(pencil, first, free):
                 for j in range(width):
                     value -= load(upper, (number, i, inner + 1 + j)) * border[j]
             store(vector, (number, i), value)
-    substitute_delayed(pencil, size)
+    if pencil.delayed_count[0] > 0:
+        substitute_delayed(pencil, size)
     for number in range(upper.shape[0]):
         for j in range(size - 1, 0, -1):
             found = load(vector, (number, j))
@@ -253,4 +254,7 @@ def work_of_stiffness(pencil, free):
         for j in range(i + 1, width):
             row += corner[i, j] * border[j]
         rest += border[i] * row
-    return 2.0 * (total(value) + rest + work_of_delayed(pencil, size))
+    work = total(value) + rest
+    if pencil.delayed_count[0] > 0:
+        work += work_of_delayed(pencil, size)
+    return 2.0 * work

@@ -32,6 +32,7 @@ __all__ = [
     "PreparedRobot",
     "continue_prepared",
     "evaluate_prepared",
+    "evaluate_record",
     "newton_step_prepared",
     "singular_value_prepared",
 ]
@@ -82,6 +83,14 @@ def evaluate_prepared(prepared, loads, state, rotation, position, residual, tang
     energy = evaluate(prepared.robot, loads, state, rotation, position, residual, prepared.work)
     tangent_into(prepared.robot, prepared.work, tangent)
     return energy
+
+
+@kernel
+def evaluate_record(prepared, loads, record):
+    """``evaluate`` at an equilibrium: its tangent is in the workspace afterwards."""
+    robot, work = prepared.robot, prepared.work
+    read_pose(robot, record, work)
+    evaluate(robot, loads, record, work.rotation, work.position, work.residual, work)
 
 
 def continue_prepared(

@@ -32,15 +32,15 @@ _NEAR, _CERTAIN = 1e-5, 1e-11
 _WITHIN = 1e-7
 #: Where something is below a value all the same, it is looked for this far below (of a value beyond one,
 #: this part of it), and ever farther.
-_FIRST_REACH, _REACH_GROWTH = 1e-10, 10.0
-#: Inverse iterations before all begins again elsewhere.
-_ITERATIONS = 6
+_FIRST_REACH, _REACH_GROWTH = 1e-8, 100.0
+#: Inverse iterations before all begins again elsewhere; however many eigenvalues are below its shift.
+_ITERATIONS, _ANY = 6, 1 << 30
 #: Relative residual at which Lanczos' method is left to inverse iteration.
 _LANCZOS_RESIDUAL = 1e-4
 
 
 @part
-def smallest_eigenvalue(robot, pencil, measure):
+def smallest_eigenvalue(robot, pencil, measure, guided):
     """Smallest eigenvalue of the pencil, M being positive definite on the admissible motions.
 
     Lanczos' method on ``(K - low M)^-1 M`` with no eigenvalue below ``low``; what that leads to is
@@ -51,11 +51,16 @@ def smallest_eigenvalue(robot, pencil, measure):
         robot: RobotArrays.
         pencil: Pencil; on return its vector is the eigenvector.
         measure: Measure.
+        guided: Whether the vector may be near the eigenvector: then inverse iteration is tried first.
 
     Returns:
         The eigenvalue, dimensionless; NaN where it was not found.
     """
     vector, border = pencil.vector, pencil.border
+    if guided:
+        value, certain = _settle(robot, pencil, measure, _quotient(pencil, measure) - _NEAR, 1)
+        if certain and abs(value) < _LARGEST:
+            return value
     low, step, high = 0.0, 1.0, math.inf
     if measure.free and pencil.delayed_count[0] > 0:
         low = _BELOW_MOTORS  # a motor that feeds a straight rod has no stiffness of its own
@@ -73,12 +78,13 @@ def smallest_eigenvalue(robot, pencil, measure):
     for _ in range(_HALVINGS):
         _lanczos(robot, pencil, measure)
         value = _iterate(robot, pencil, measure, low)
-        certain = eliminate_pencil(robot, pencil, measure, value - _CERTAIN) == 0
-        if not certain:
-            value, certain = _settle(robot, pencil, measure, max(low, value - _NEAR))
+        below = eliminate_pencil(robot, pencil, measure, value - _CERTAIN)
+        if below == 1:
+            value, certain = _settle(robot, pencil, measure, max(low, value - _NEAR), _ANY)
+            below = 0 if certain else 1
         if not abs(value) < _LARGEST:
             return math.nan
-        if certain:
+        if below == 0:
             return value
         high = min(high, value)
         reach = _FIRST_REACH * max(1.0, abs(high))
@@ -107,8 +113,10 @@ def _near(robot, pencil, measure, shift):
 
 
 @part
-def _settle(robot, pencil, measure, shift):
+def _settle(robot, pencil, measure, shift, most):
     """Inverse iteration from the vector, first with this shift, until none is left below.
+
+    If there are more than ``most`` below the shift, it would lead to any of them: nothing is tried.
 
     Returns:
         The Rayleigh quotient (not finite: failed), and whether it is the smallest eigenvalue.
@@ -118,11 +126,23 @@ def _settle(robot, pencil, measure, shift):
         below = eliminate_pencil(robot, pencil, measure, shift)
         if k > 0 and below == 0:
             return value, True
+        if k == 0 and below > most:
+            break
         before, value = value, _iterate(robot, pencil, measure, shift)
         if not math.isfinite(value) or abs(value - before) <= _CERTAIN:
             break
         shift = value - _CERTAIN
     return value, False
+
+
+@part
+def _quotient(pencil, measure):
+    """Rayleigh quotient of the vector."""
+    vector, border = pencil.vector, pencil.border
+    loaded, border_loaded = pencil.loaded, pencil.border_loaded
+    multiply_measure(measure, vector, border, loaded, border_loaded)
+    length = _inner_product(vector, border, loaded, border_loaded)
+    return work_of_stiffness(pencil, measure.free) / length
 
 
 @part

@@ -215,17 +215,13 @@ class Equilibrium:
         known = self.__dict__.get("linearisation")
         if known is not None:
             return known.margin
-        return condensed_margin(
-            self.robot, self.factors, self.record, lambda: evaluated_again(self)
-        )
+        return condensed_margin(self.robot, self.factors, self.load_arrays, self.record)
 
     @cached_property
     def linearisation(self) -> Linearisation:
         """Margin, smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
         known = self.__dict__.get("_condensed_margin")
-        return linearised(
-            self.robot, self.factors, self.record, lambda: evaluated_again(self), known
-        )
+        return linearised(self.robot, self.factors, self.load_arrays, self.record, known)
 
     @cached_property
     def response(self) -> Response:
@@ -265,14 +261,7 @@ class Equilibrium:
     @cached_property
     def model_state(self) -> ModelState:
         """The state of the model this is."""
-        return ModelState(
-            self.robot,
-            self.loads,
-            self.load_arrays,
-            self.state,
-            self.platform_rotation,
-            self.platform_position,
-        )
+        return ModelState(self.robot, self.loads, self.load_arrays, self.configuration)
 
     @property
     def index_locked(self) -> int:

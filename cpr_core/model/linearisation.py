@@ -6,15 +6,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.kernel_arrays import Lanes
-from ..kernels.linearisation_kernel import MARGIN, REST, linearise
+from ..kernels.kernel_arrays import Lanes, LoadArrays
+from ..kernels.linearisation_kernel import linearise
+from ..kernels.prepared_robot import evaluate_record
 from ..validation import read_only
 from .robot import Robot
 
@@ -85,18 +85,18 @@ class Linearisation(NamedTuple):
 
 
 def condensed_margin(
-    robot: Robot, factors: Lanes, record: Floats, evaluate: Callable[[], object]
+    robot: Robot, factors: Lanes, load_arrays: LoadArrays, record: Floats
 ) -> float:
     """The margin alone; arguments as of ``linearised``."""
-    eigenvalues, _ = _found(robot, factors, record, evaluate, MARGIN, np.empty((0, 0)))
+    eigenvalues, _ = _found(robot, factors, load_arrays, record, False, np.empty((0, 0)))
     return eigenvalues[0]
 
 
 def linearised(
     robot: Robot,
     factors: Lanes,
+    load_arrays: LoadArrays,
     record: Floats,
-    evaluate: Callable[[], object],
     margin: float | None = None,
 ) -> Linearisation:
     """First-order behaviour at an equilibrium.
@@ -104,13 +104,13 @@ def linearised(
     Args:
         robot: The robot.
         factors: Its condensed tangent there, as the kernels keep it.
+        load_arrays: The loads as the kernels see them.
         record: The solution as the kernels keep it.
-        evaluate: Evaluates the tangent again, into the workspace of the robot.
-        margin: The margin, where it is known.
+        margin: The margin, where it was told before.
     """
     size = len(robot.arrays.border_indices)
-    asked, matrix = MARGIN | REST if margin is None else REST, np.empty((size, size))
-    (own, locked, free), answered = _found(robot, factors, record, evaluate, asked, matrix)
+    matrix = np.empty((size, size))
+    (own, locked, free), answered = _found(robot, factors, load_arrays, record, True, matrix)
     response = Response(read_only(matrix), robot.motor_count) if answered else None
     return Linearisation(own if margin is None else margin, locked, free, response)
 
@@ -118,16 +118,15 @@ def linearised(
 def _found(
     robot: Robot,
     factors: Lanes,
+    load_arrays: LoadArrays,
     record: Floats,
-    evaluate: Callable[[], object],
-    asked: int,
+    all_of_it: bool,
     matrix: Floats,
 ) -> tuple[list[float], bool]:
     """Results of ``linearise``, from the factors, or from the tangent where these tell too little."""
-    eigenvalues = np.empty(3)
-    prepared = robot.prepared
-    known, answered = linearise(prepared, factors, record, asked, False, eigenvalues, matrix)
-    if not known or (asked & MARGIN and math.isnan(eigenvalues[0])):
-        evaluate()
-        _, answered = linearise(prepared, factors, record, asked, True, eigenvalues, matrix)
+    eigenvalues, prepared = np.empty(3), robot.prepared
+    known, answered = linearise(prepared, factors, record, all_of_it, False, eigenvalues, matrix)
+    if not known or math.isnan(eigenvalues[0]):
+        evaluate_record(prepared, load_arrays, record)
+        _, answered = linearise(prepared, factors, record, all_of_it, True, eigenvalues, matrix)
     return eigenvalues.tolist(), answered

@@ -43,17 +43,28 @@ class ModelState:
         robot: The robot.
         loads: Loads in force.
         load_arrays: The same as the kernels see them.
-        state: In the state order of the robot, (N,); the platform entries are not read.
-        platform_rotation: R_p in the world, (3, 3).
-        platform_position: p_p in the world, (3,) [m].
+        configuration: State, R_p row by row and p_p, (N + 12,).
     """
 
     robot: Robot
     loads: Loads
     load_arrays: LoadArrays
-    state: Floats
-    platform_rotation: Floats
-    platform_position: Floats
+    configuration: Floats
+
+    @property
+    def state(self) -> Floats:
+        """In the state order of the robot, (N,); the platform entries are not read."""
+        return self.configuration[:-12]
+
+    @property
+    def platform_rotation(self) -> Floats:
+        """R_p in the world, (3, 3)."""
+        return self.configuration[-12:-3].reshape(3, 3)
+
+    @property
+    def platform_position(self) -> Floats:
+        """p_p in the world, (3,) [m]."""
+        return self.configuration[-3:]
 
     @property
     def tangent(self) -> Floats:

@@ -13,7 +13,7 @@ from helpers.kernel_entry import entry
 from cpr_core import Loads, load_robot, solve_forward, solve_home
 from cpr_core.description import joints, motors
 from cpr_core.kernels import delayed_pencil_kernel, pencil_kernel, recall_kernel
-from cpr_core.kernels.linearisation_kernel import MARGIN, REST, linearise
+from cpr_core.kernels.linearisation_kernel import linearise
 from cpr_core.kernels.pencil import pencil_of
 from cpr_core.kernels.pencil_kernel import Measure, is_diagonal
 from cpr_core.model.equilibrium import evaluated_again
@@ -34,7 +34,7 @@ def found_by_tangent(found):
     evaluated_again(found)
     eigenvalues, prepared = np.empty(3), found.robot.prepared
     response = np.empty((len(found.robot.arrays.border_indices),) * 2)
-    linearise(prepared, found.factors, found.record, MARGIN | REST, True, eigenvalues, response)
+    linearise(prepared, found.factors, found.record, True, True, eigenvalues, response)
     return eigenvalues
 
 

@@ -14,13 +14,13 @@ from cpr_core.kernels.pencil_kernel import Measure, is_diagonal
 
 
 @entry
-def smallest_eigenvalue(robot, pencil, free):
+def smallest_eigenvalue(robot, pencil, free, guided):
     measure = Measure(pencil.gram, is_diagonal(pencil.gram), pencil.weights, 1.0, free)
-    return smallest_eigenvalue_kernel.smallest_eigenvalue(robot, pencil, measure)
+    return smallest_eigenvalue_kernel.smallest_eigenvalue(robot, pencil, measure, guided)
 
 
-def smallest(whole, free):
-    return smallest_eigenvalue(whole.arrays, whole.pencil, free)
+def smallest(whole, free, guided=False):
+    return smallest_eigenvalue(whole.arrays, whole.pencil, free, guided)
 
 
 @pytest.mark.parametrize("free", [False, True])
