@@ -26,6 +26,8 @@ _SMALLEST_PIVOT = 1e-14
 #: What the condensation has left of platform and motors, dimensionless: entries beyond this (a leg
 #: nearly straight) hide too many digits of others. A margin needs fewer.
 _LARGEST_BORDER, _OF_MARGIN = 1e4, 5e6
+#: Where the search for the margin begins, and that with motors free where legs are straight.
+_MARGIN_ABOVE, _BELOW_MOTORS = 0.5, -0.1
 
 
 @kernel
@@ -61,16 +63,19 @@ def linearise(prepared, kept, record, all_of_it, evaluated, eigenvalues, respons
     diagonal = is_diagonal(pencil.elastic)
     stored = Measure(pencil.elastic, diagonal, pencil.springs, 0.0, held)
     if _definite(robot, pencil, stored):
-        eigenvalues[0] = smallest_eigenvalue(robot, pencil, stored, held)
+        eigenvalues[0] = smallest_eigenvalue(robot, pencil, stored, _MARGIN_ABOVE, False)
     if not all_of_it:
         return True, False
     orthogonal, guided = is_diagonal(pencil.gram), math.isfinite(eigenvalues[0])
     motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, held)
     # The softest motion is nearly the same in both measures.
-    eigenvalues[1] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions, guided)
+    eigenvalues[1] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions, 0.0, guided)
     if robot.one_slot_a_motor:
         motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, released)
-        eigenvalues[2] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions, held)
+        # A motor that feeds a straight rod has no stiffness of its own: its pivot at zero is rounding.
+        low = _BELOW_MOTORS if pencil.delayed_count[0] > 0 else 0.0
+        smallest = smallest_eigenvalue(robot, pencil, motions, low, False)
+        eigenvalues[2] = robot.energy_unit * smallest
     return True, _respond(robot, record, response, pencil)
 
 

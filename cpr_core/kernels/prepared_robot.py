@@ -23,6 +23,7 @@ from .kept_factors import kept_status, recall
 from .kernel_arrays import RobotArrays, Workspace
 from .kernel_decorators import kernel
 from .kernel_records import read_pose, square_problem
+from .linearisation_kernel import linearise
 from .model_kernel import evaluate, tangent_into
 from .newton_step_kernel import newton_step
 from .pencil import Pencil
@@ -33,14 +34,16 @@ __all__ = [
     "continue_prepared",
     "evaluate_prepared",
     "evaluate_record",
+    "linearise_prepared",
     "newton_step_prepared",
     "singular_value_prepared",
 ]
 
 
-#: Machine code of ``continue_equilibria`` and ``newton_step`` by the types of robots.
+#: Machine code of ``continue_equilibria``, ``newton_step`` and ``linearise`` by the types of robots.
 _continuing: dict[int, Callable[..., int]] = {}
 _stepping: dict[int, Callable[..., bool]] = {}
+_linearising: dict[int, Callable[..., tuple[bool, bool]]] = {}
 #: Bytes that are enough for the parts, as a rule.
 _SIZE = 1 << 15
 
@@ -66,6 +69,7 @@ class PreparedRobot(Borrowed):
         super().__init__(parts, memory)
         self.continued = _continuing.get(self.kind)
         self.stepped = _stepping.get(self.kind)
+        self.linearised = _linearising.get(self.kind)
 
 
 @kernel
@@ -123,6 +127,15 @@ def newton_step_prepared(
         stepped = entry_point(newton_step, prepared, loads, problem, start, result)
         prepared.stepped = _stepping[prepared.kind] = stepped
     return stepped(prepared, loads, problem, start, result)
+
+
+def linearise_prepared(prepared: PreparedRobot, *arguments: Any) -> tuple[bool, bool]:
+    """``linearise``, whose types are looked at once for robots of the same types."""
+    linearised = prepared.linearised
+    if linearised is None:
+        linearised = entry_point(linearise, prepared, *arguments)
+        prepared.linearised = _linearising[prepared.kind] = linearised
+    return linearised(prepared, *arguments)
 
 
 @kernel

@@ -17,12 +17,13 @@ __all__ = ["smallest_eigenvalue"]
 _FARTHEST_SHIFT = 1e18
 #: An eigenvalue of this size is none: constraints leave nothing to move.
 _LARGEST = 1e15
-#: Where to begin with a motor whose pivot at zero may be nothing but rounding.
-_BELOW_MOTORS = -1.0
+#: How far below to go on if an eigenvalue is below where to begin.
+_FIRST_STEP = 0.5
 #: Halvings of the interval of the smallest eigenvalue, and of the largest Ritz value as its first guess.
 _HALVINGS, _RITZ_HALVINGS = 60, 10
-#: Inverse iterations for the vector of a Ritz value, just above it by this fraction.
-_RITZ_ITERATIONS, _RITZ_ABOVE = 4, 1e-12
+#: Inverse iterations for the vector of a Ritz value, and from one of fewer rows, just above it by this
+#: fraction.
+_RITZ_ITERATIONS, _KNOWN_ITERATIONS, _RITZ_ABOVE = 4, 2, 1e-12
 #: Lanczos' method looks at its result from this step on, every so many steps; a vector shorter than this
 #: fraction of the first entry has nothing new.
 _FIRST_LOOK, _STEPS_BETWEEN, _NOTHING_NEW = 6, 3, 1e-12
@@ -40,7 +41,7 @@ _LANCZOS_RESIDUAL = 1e-4
 
 
 @part
-def smallest_eigenvalue(robot, pencil, measure, guided):
+def smallest_eigenvalue(robot, pencil, measure, low, guided):
     """Smallest eigenvalue of the pencil, M being positive definite on the admissible motions.
 
     Lanczos' method on ``(K - low M)^-1 M`` with no eigenvalue below ``low``; what that leads to is
@@ -51,6 +52,7 @@ def smallest_eigenvalue(robot, pencil, measure, guided):
         robot: RobotArrays.
         pencil: Pencil; on return its vector is the eigenvector.
         measure: Measure.
+        low: Where to begin: the nearer to the eigenvalue, and below it, the better.
         guided: Whether the vector may be near the eigenvector: then inverse iteration is tried first.
 
     Returns:
@@ -61,9 +63,7 @@ def smallest_eigenvalue(robot, pencil, measure, guided):
         value, certain = _settle(robot, pencil, measure, _quotient(pencil, measure) - _NEAR, 1)
         if certain and abs(value) < _LARGEST:
             return value
-    low, step, high = 0.0, 1.0, math.inf
-    if measure.free and pencil.delayed_count[0] > 0:
-        low = _BELOW_MOTORS  # a motor that feeds a straight rod has no stiffness of its own
+    step, high = _FIRST_STEP, math.inf
     while True:
         below = eliminate_pencil(robot, pencil, measure, low)
         if below == 0:
@@ -183,7 +183,7 @@ def _lanczos(robot, pencil, measure):
     parts, pivots = pencil.tridiagonal[2], pencil.tridiagonal[3]
     first = robot.slots.first_coupled
     most = basis.shape[0]
-    largest = 0.0
+    largest, known = 0.0, 0
     for step in range(most + 1):
         multiply_measure(measure, vector, border, loaded, border_loaded)
         length = math.sqrt(max(_inner_product(vector, border, loaded, border_loaded), 0.0))
@@ -191,7 +191,8 @@ def _lanczos(robot, pencil, measure):
             beside[step - 1] = length
             done = length <= _NOTHING_NEW * along[0] or step == most
             if done or (step >= _FIRST_LOOK and step % _STEPS_BETWEEN == 0):
-                largest = _largest_ritz_value(along, beside, step, largest, parts, pivots)
+                largest = _largest_ritz_value(along, beside, step, largest, known, parts, pivots)
+                known = step
                 if done or length * abs(parts[step - 1]) <= _LANCZOS_RESIDUAL * largest:
                     _put_multiple(parts[0], basis[0], border_basis[0], vector, border)
                     for k in range(1, step):
@@ -208,40 +209,28 @@ def _lanczos(robot, pencil, measure):
 
 
 @part
-def _largest_ritz_value(diagonal, beside, size, low, weights, pivots):
+def _largest_ritz_value(diagonal, beside, size, low, known, weights, pivots):
     """Largest eigenvalue of a tridiagonal matrix and its unit eigenvector.
 
     Args:
         diagonal: (size,).
         beside: Entry i is beside the diagonal in rows i and i + 1, (size,).
         size: Rows.
-        low: A bound from below.
+        low: A bound from below: the largest eigenvalue of the leading square of ``known`` rows.
+        known: Rows of which the eigenvector is known, into ``weights``; 0: of none.
         weights: Result, the eigenvector, (size,).
         pivots: Memory, (size,).
     """
-    high = 0.0
-    for i in range(size):
-        reach = diagonal[i] + (beside[i - 1] if i > 0 else 0.0)
-        if i < size - 1:
-            reach += beside[i]
-        high = max(high, reach)
-        weights[i] = 1.0
-    for _ in range(_RITZ_HALVINGS):
-        middle = 0.5 * (low + high)
-        pivot, above = 1.0, True
-        for i in range(size):
-            coupled = beside[i - 1] * beside[i - 1] / pivot if i > 0 else 0.0
-            pivot = middle - diagonal[i] - coupled
-            if pivot <= 0.0:
-                above = False
-                break
-        if above:
-            high = middle
-        else:
-            low = middle
+    for i in range(known, size):
+        weights[i] = 0.0 if known > 0 else 1.0
+    # The vector known before is as far from one of all rows as what couples it to those after it.
+    high = low + beside[known - 1] * abs(weights[known - 1]) if known > 0 else low
+    iterations = _KNOWN_ITERATIONS
+    if known == 0 or not _is_above(diagonal, beside, size, high):
+        high, iterations = _bound_from_above(diagonal, beside, size, low), _RITZ_ITERATIONS
     high += _RITZ_ABOVE * high
     value = high
-    for _ in range(_RITZ_ITERATIONS):  # inverse iteration with high - T, positive definite
+    for _ in range(iterations):  # inverse iteration with high - T, positive definite
         for i in range(size):
             pivots[i] = high - diagonal[i]
             if i > 0:
@@ -263,6 +252,36 @@ def _largest_ritz_value(diagonal, beside, size, low, weights, pivots):
                 product += 2.0 * weights[i] * beside[i - 1] * weights[i - 1]
         value = product
     return value
+
+
+@part
+def _bound_from_above(diagonal, beside, size, low):
+    """A bound of the largest eigenvalue of a tridiagonal matrix from above, near it."""
+    high = 0.0
+    for i in range(size):
+        reach = diagonal[i] + (beside[i - 1] if i > 0 else 0.0)
+        if i < size - 1:
+            reach += beside[i]
+        high = max(high, reach)
+    for _ in range(_RITZ_HALVINGS):
+        middle = 0.5 * (low + high)
+        if _is_above(diagonal, beside, size, middle):
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@part
+def _is_above(diagonal, beside, size, value):
+    """Whether all eigenvalues of a tridiagonal matrix are below a value."""
+    pivot = 1.0
+    for i in range(size):
+        coupled = beside[i - 1] * beside[i - 1] / pivot if i > 0 else 0.0
+        pivot = value - diagonal[i] - coupled
+        if pivot <= 0.0:
+            return False
+    return True
 
 
 @part

@@ -261,7 +261,7 @@ class Equilibrium:
     @cached_property
     def model_state(self) -> ModelState:
         """The state of the model this is."""
-        return ModelState(self.robot, self.loads, self.load_arrays, self.configuration)
+        return ModelState(self.robot, self.loads, self.load_arrays, self.record)
 
     @property
     def index_locked(self) -> int:

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.kernel_arrays import Lanes, LoadArrays
-from ..kernels.linearisation_kernel import linearise
-from ..kernels.prepared_robot import evaluate_record
+from ..kernels.prepared_robot import evaluate_record, linearise_prepared
 from ..validation import read_only
 from .robot import Robot
 
@@ -125,8 +124,9 @@ def _found(
 ) -> tuple[list[float], bool]:
     """Results of ``linearise``, from the factors, or from the tangent where these tell too little."""
     eigenvalues, prepared = np.empty(3), robot.prepared
-    known, answered = linearise(prepared, factors, record, all_of_it, False, eigenvalues, matrix)
+    asked, results = (factors, record, all_of_it), (eigenvalues, matrix)
+    known, answered = linearise_prepared(prepared, *asked, False, *results)
     if not known or math.isnan(eigenvalues[0]):
         evaluate_record(prepared, load_arrays, record)
-        _, answered = linearise(prepared, factors, record, all_of_it, True, eigenvalues, matrix)
+        _, answered = linearise_prepared(prepared, *asked, True, *results)
     return eigenvalues.tolist(), answered

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.prepared_robot import evaluate_prepared
+from ..kernels.record_layout import POSITION, ROTATION
+from ..validation import read_only
 from .robot import Robot
 
 __all__ = ["ModelState", "ModelValue", "evaluate"]
@@ -43,28 +45,32 @@ class ModelState:
         robot: The robot.
         loads: Loads in force.
         load_arrays: The same as the kernels see them.
-        configuration: State, R_p row by row and p_p, (N + 12,).
+        record: It begins as that of an equilibrium does, see `record_layout`; never to be written.
     """
 
     robot: Robot
     loads: Loads
     load_arrays: LoadArrays
-    configuration: Floats
+    record: Floats
 
     @property
     def state(self) -> Floats:
-        """In the state order of the robot, (N,); the platform entries are not read."""
-        return self.configuration[:-12]
+        """In the state order of the robot, read-only, (N,); the platform entries are not read."""
+        return self._part(-self.robot.state_size, self.robot.state_size)
 
     @property
     def platform_rotation(self) -> Floats:
-        """R_p in the world, (3, 3)."""
-        return self.configuration[-12:-3].reshape(3, 3)
+        """R_p in the world, read-only, (3, 3)."""
+        return self._part(ROTATION, 9).reshape(3, 3)
 
     @property
     def platform_position(self) -> Floats:
-        """p_p in the world, (3,) [m]."""
-        return self.configuration[-3:]
+        """p_p in the world, read-only, (3,) [m]."""
+        return self._part(POSITION, 3)
+
+    def _part(self, first: int, count: int) -> Floats:
+        start = self.robot.state_size + first
+        return read_only(self.record[start : start + count])
 
     @property
     def tangent(self) -> Floats:
