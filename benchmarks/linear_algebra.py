@@ -11,7 +11,6 @@ from functools import partial
 import numpy as np
 from scipy.linalg import lapack, lu_factor
 
-from cpr_core.model.equilibrium import tangent_at
 from cpr_core.model.model_state import evaluate
 
 from .measure import Case
@@ -50,5 +49,5 @@ def _matrix(name: str, modes: int) -> np.ndarray:
     arrays = start.robot.arrays
     size = arrays.motor_index
     unit = arrays.unit[:size]
-    matrix = tangent_at(start)[:size, :size] * unit[:, None] * unit / arrays.energy_unit
+    matrix = start.tangent[:size, :size] * unit[:, None] * unit / arrays.energy_unit
     return np.asfortranarray(matrix)

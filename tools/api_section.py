@@ -87,9 +87,11 @@ def _arguments_table(function: Any) -> list[str]:
 
 
 def _attributes(kind: type) -> list[str]:
-    """Attributes, properties and methods of a value, in the order of their definition."""
+    """Attributes, properties and methods of a value and of what it is a kind of, in their order."""
     entries = dict(_listed(kind, "Attributes"))
-    for name, member in vars(kind).items():
+    own = [base for base in reversed(kind.__mro__) if base.__module__.startswith("cpr_core")]
+    members = {name: member for base in own for name, member in vars(base).items()}
+    for name, member in members.items():
         if name.startswith("_") or name in entries:
             continue
         if isinstance(member, property):

@@ -34,6 +34,9 @@ _WITHIN = 1e-7
 #: Where something is below a value all the same, it is looked for this far below (of a value beyond one,
 #: this part of it), and ever farther.
 _FIRST_REACH, _REACH_GROWTH = 1e-8, 100.0
+#: Squared residual up to which nothing but the number of eigenvalues below has to tell: there rounding
+#: may tell it wrongly.
+_SMALL_RESIDUAL = 1e-12
 #: Inverse iterations before all begins again elsewhere; however many eigenvalues are below its shift.
 _ITERATIONS, _ANY = 6, 1 << 30
 #: Relative residual at which Lanczos' method is left to inverse iteration.
@@ -77,9 +80,9 @@ def smallest_eigenvalue(robot, pencil, measure, low, guided):
         border[i] = measure.platform * (1.0 + 0.5 * math.sin(1.7 * i + 0.3))
     for _ in range(_HALVINGS):
         _lanczos(robot, pencil, measure)
-        value = _iterate(robot, pencil, measure, low)
+        value, residual = _iterate(robot, pencil, measure, low)
         below = eliminate_pencil(robot, pencil, measure, value - _CERTAIN)
-        if below == 1:
+        if below == 1 or (below == 0 and residual > _SMALL_RESIDUAL):
             value, certain = _settle(robot, pencil, measure, max(low, value - _NEAR), _ANY)
             below = 0 if certain else 1
         if not abs(value) < _LARGEST:
@@ -108,7 +111,7 @@ def _near(robot, pencil, measure, shift):
     eliminate_pencil(robot, pencil, measure, shift)
     _add(1.0, pencil.start, border, vector, border)
     for _ in range(_ITERATIONS):
-        value = _iterate(robot, pencil, measure, shift)
+        value, _ = _iterate(robot, pencil, measure, shift)
     return value
 
 
@@ -128,7 +131,8 @@ def _settle(robot, pencil, measure, shift, most):
             return value, True
         if k == 0 and below > most:
             break
-        before, value = value, _iterate(robot, pencil, measure, shift)
+        before = value
+        value, _ = _iterate(robot, pencil, measure, shift)
         if not math.isfinite(value) or abs(value - before) <= _CERTAIN:
             break
         shift = value - _CERTAIN
@@ -150,9 +154,10 @@ def _iterate(robot, pencil, measure, shift):
     """One step of inverse iteration, in place.
 
     Returns:
-        The Rayleigh quotient of the new vector. Close to an eigenvalue of a leg on its own, pivots near
-        zero take half of the digits of what was eliminated; the quotient with K itself has them all. NaN
-        where both differ by more: a pivot was nothing but rounding.
+        The Rayleigh quotient of the new vector, and the square of its residual. Close to an eigenvalue
+        of a leg on its own, pivots near zero take half of the digits of what was eliminated; the
+        quotient with K itself has them all. NaN where both differ by more: a pivot was nothing but
+        rounding.
     """
     vector, border = pencil.vector, pencil.border
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
@@ -166,7 +171,10 @@ def _iterate(robot, pencil, measure, shift):
     multiply_measure(measure, vector, border, loaded, border_loaded)
     length = _inner_product(vector, border, loaded, border_loaded)
     solved, quotient = shift + work / length, work_of_stiffness(pencil, measure.free) / length
-    return quotient if abs(quotient - solved) <= _WITHIN * max(1.0, abs(solved)) else math.nan
+    residual = (1.0 - work * work / length) / length
+    if not abs(quotient - solved) <= _WITHIN * max(1.0, abs(solved)):
+        quotient = math.nan
+    return quotient, residual
 
 
 @part

@@ -52,7 +52,6 @@ __all__ = [
     "record_of",
     "spectrum",
     "stepped",
-    "tangent_at",
 ]
 
 Floats = NDArray[np.float64]
@@ -62,7 +61,7 @@ _AS_IT_IS = Tolerances(residual=np.inf, iterations=0, contraction=1.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Equilibrium:
+class Equilibrium(ModelState):
     """A solution of the geometrico-static model, Eq. (32).
 
     Attributes:
@@ -75,10 +74,6 @@ class Equilibrium:
             ``least_effort``, ``greatest_margin``), where an inverse problem found it; else empty.
     """
 
-    robot: Robot
-    loads: Loads
-    load_arrays: LoadArrays
-    record: Floats
     known_factors: Lanes | None = None
     objective: str = ""
 
@@ -90,36 +85,15 @@ class Equilibrium:
             f"index {self.index_locked} locked, {self.index_free} free>"
         )
 
-    def _part(self, first: int, count: int) -> Floats:
-        """Numbers behind the state, read-only."""
-        start = self.robot.state_size + first
-        return read_only(self.record[start : start + count])
-
     def _number(self, at: int) -> float:
         """A number behind the state."""
         return float(self.record[self.robot.state_size + at])
-
-    @cached_property
-    def state(self) -> Floats:
-        """Motor, leg and multiplier values in the order of the kernels, read-only, (N,)."""
-        size = self.robot.state_size
-        return self._part(-size, size)
 
     @property
     def configuration(self) -> Floats:
         """State, R_p row by row and p_p, read-only, (N + 12,): where the robot is, in one piece."""
         size = self.robot.state_size
         return self._part(-size, size + ENERGY)
-
-    @cached_property
-    def platform_rotation(self) -> Floats:
-        """R_p in the world, (3, 3)."""
-        return self._part(ROTATION, 9).reshape(3, 3)
-
-    @cached_property
-    def platform_position(self) -> Floats:
-        """p_p in the world, (3,) [m]."""
-        return self._part(POSITION, 3)
 
     @cached_property
     def efforts(self) -> Floats:
@@ -237,7 +211,7 @@ class Equilibrium:
     @cached_property
     def dense_response(self) -> DenseResponse:
         """The same of legs and multipliers too, from the whole tangent: takes longer."""
-        return dense_response(self.model_state)
+        return dense_response(self)
 
     @property
     def jacobian(self) -> Floats:
@@ -251,16 +225,16 @@ class Equilibrium:
     @cached_property
     def spectrum_locked(self) -> Spectrum:
         """Spectrum of H_r with the motors held."""
-        return Spectrum("locked", self.model_state, self.linearisation)
+        return Spectrum("locked", self._plain, self.linearisation)
 
     @cached_property
     def spectrum_free(self) -> Spectrum:
         """Spectrum of H_r with the motors at constant effort, Eq. (48)."""
-        return Spectrum("free", self.model_state, self.linearisation)
+        return Spectrum("free", self._plain, self.linearisation)
 
     @cached_property
-    def model_state(self) -> ModelState:
-        """The state of the model this is."""
+    def _plain(self) -> ModelState:
+        """What spectra keep: they are kept here, and what keeps each other is not given back at once."""
         return ModelState(self.robot, self.loads, self.load_arrays, self.record)
 
     @property
@@ -434,8 +408,3 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
         raise InvalidRequest("motors_are", f"expected 'locked' or 'free', got {motors_are!r:.200}")
     locked = motors_are == "locked"
     return equilibrium.spectrum_locked if locked else equilibrium.spectrum_free
-
-
-def tangent_at(equilibrium: Equilibrium) -> Floats:
-    """Tangent of the model at an equilibrium, in the state order of the robot, (N, N)."""
-    return equilibrium.model_state.tangent

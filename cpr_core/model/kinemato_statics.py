@@ -107,7 +107,7 @@ class KinematoStatics:
     @cached_property
     def tangent(self) -> Floats:
         """Tangent of the model with the platform in body coordinates, in state order, (N, N)."""
-        return read_only(body_tangent(self.equilibrium.model_state))
+        return read_only(body_tangent(self.equilibrium))
 
     @property
     def jacobian(self) -> Floats:
@@ -456,7 +456,7 @@ class KinematoStatics:
         motions = np.eye(len(robot.platform_axes))
         if robot.controls_angles:
             motions[:3, :3] = angle_motions(equilibrium.platform_rotation)
-        return platform_turn(equilibrium.model_state).T @ motions
+        return platform_turn(equilibrium).T @ motions
 
     def _sign(self, problem: Problem) -> int:
         """Sign of the determinant of the problem's own equations: free of the basis Z; 0: not square."""

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,24 +54,26 @@ class ModelState:
     load_arrays: LoadArrays
     record: Floats
 
-    @property
-    def state(self) -> Floats:
-        """In the state order of the robot, read-only, (N,); the platform entries are not read."""
-        return self._part(-self.robot.state_size, self.robot.state_size)
-
-    @property
-    def platform_rotation(self) -> Floats:
-        """R_p in the world, read-only, (3, 3)."""
-        return self._part(ROTATION, 9).reshape(3, 3)
-
-    @property
-    def platform_position(self) -> Floats:
-        """p_p in the world, read-only, (3,) [m]."""
-        return self._part(POSITION, 3)
-
     def _part(self, first: int, count: int) -> Floats:
+        """Numbers behind the state, read-only."""
         start = self.robot.state_size + first
         return read_only(self.record[start : start + count])
+
+    @cached_property
+    def state(self) -> Floats:
+        """Motor, leg and multiplier values in the order of the kernels, read-only, (N,)."""
+        size = self.robot.state_size
+        return self._part(-size, size)
+
+    @cached_property
+    def platform_rotation(self) -> Floats:
+        """R_p in the world, (3, 3)."""
+        return self._part(ROTATION, 9).reshape(3, 3)
+
+    @cached_property
+    def platform_position(self) -> Floats:
+        """p_p in the world, (3,) [m]."""
+        return self._part(POSITION, 3)
 
     @property
     def tangent(self) -> Floats:

@@ -47,7 +47,7 @@ class SoftestMotion:
     def change(self, nearby: Equilibrium) -> float:
         """By how much the eigenvalue is another one nearby, to first order."""
         motion, squared = self.motion, _squared_size(nearby, self.size, self.motion)
-        return float(motion @ (nearby.model_state.tangent @ motion)) / squared - self.eigenvalue
+        return float(motion @ (nearby.tangent @ motion)) / squared - self.eigenvalue
 
 
 @on_one_blas_thread
@@ -56,7 +56,7 @@ def softest_motion(equilibrium: Equilibrium, size: SizeOfMotion) -> SoftestMotio
     robot = equilibrium.robot
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
     held, unit = robot.multiplier_indices, robot.arrays.unit[moving]
-    tangent = equilibrium.model_state.tangent
+    tangent = equilibrium.tangent
     stiffness, constraints = tangent[np.ix_(moving, moving)], tangent[np.ix_(held, moving)]
     stiffness = 0.5 * (stiffness + stiffness.T)
     measure = _measure(equilibrium, size)
@@ -81,7 +81,7 @@ def _measure(equilibrium: Equilibrium, size: SizeOfMotion) -> Floats:
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
     own = np.ix_(moving, moving)
     if size == "elastic":
-        return elastic_hessian(equilibrium.model_state)[own]
+        return elastic_hessian(equilibrium)[own]
     inverse = np.linalg.inv(robot.unit_motions[own])
     return np.asarray(inverse.T @ inverse)
 
@@ -92,7 +92,7 @@ def _squared_size(equilibrium: Equilibrium, size: SizeOfMotion, motion: Floats) 
     if size == "elastic":
         moved = motion.copy()
         moved[robot.multiplier_indices] = 0.0
-        return float(moved @ (elastic_hessian(equilibrium.model_state) @ moved))
+        return float(moved @ (elastic_hessian(equilibrium) @ moved))
     moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
     units = np.linalg.solve(robot.unit_motions[np.ix_(moving, moving)], motion[moving])
     return float(units @ units)

@@ -118,7 +118,7 @@ class _Truncated:
 
 def _compliance(equilibrium: Equilibrium) -> Floats:
     """Inverse of the tangent with the motors held, dimensionless, zero for the motors, (N, N)."""
-    tangent, arrays = equilibrium.model_state.tangent, equilibrium.robot.arrays
+    tangent, arrays = equilibrium.tangent, equilibrium.robot.arrays
     free = np.s_[: arrays.motor_index]
     found = np.zeros_like(tangent)
     found[free, free] = np.linalg.inv((tangent * arrays.unit * arrays.unit[:, None])[free, free])

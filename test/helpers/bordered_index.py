@@ -5,12 +5,10 @@
 
 import numpy as np
 
-from cpr_core.model.equilibrium import tangent_at
-
 
 def index_by_eigenvalues(here):
     """Index with the motors locked from all eigenvalues of the bordered Hessian."""
-    robot, tangent = here.robot, tangent_at(here)
+    robot, tangent = here.robot, here.tangent
     scaled = tangent * robot.arrays.unit[:, None] * robot.arrays.unit / robot.arrays.energy_unit
     bordered = 0.5 * (scaled + scaled.T)[: robot.arrays.motor_index, : robot.arrays.motor_index]
     values = np.linalg.eigvalsh(bordered)

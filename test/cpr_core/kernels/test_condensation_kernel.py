@@ -22,7 +22,6 @@ from cpr_core.kernels.condensation_kernel import CONDENSED, DELAYED, NO_INVERSE
 from cpr_core.kernels.kernel_arrays import factors_of, workspace
 from cpr_core.kernels.lu_kernel import lu_factor, lu_solve
 from cpr_core.kernels.square_problem import SquareProblem
-from cpr_core.model.equilibrium import tangent_at
 from cpr_core.model.model_state import evaluate
 from cpr_core.solving.load_robot import load_robot
 
@@ -45,7 +44,7 @@ def robot(request):
 
 @pytest.fixture
 def tangent(robot):
-    return tangent_at(solve_home(robot))
+    return solve_home(robot).tangent
 
 
 def straight_leg_tangent(robot):

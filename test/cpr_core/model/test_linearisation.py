@@ -57,9 +57,7 @@ def assert_eigenvalues_same(here):
     for motors_are, value in readings:
         dense = spectrum(here, motors_are).eigenvalues
         assert value == pytest.approx(dense[0], rel=1e-10, abs=1e-10 * np.abs(dense).max())
-    assert found.margin == pytest.approx(
-        _Dense(here.model_state, "locked").margin(), rel=1e-9, abs=1e-9
-    )
+    assert found.margin == pytest.approx(_Dense(here, "locked").margin(), rel=1e-9, abs=1e-9)
 
 
 def assert_same(here):
@@ -185,7 +183,7 @@ def test_margins_keep_their_digits_where_the_leg_alone_has_the_same_eigenvalue(s
     robot = column(motors.Welded(), joints.Fixed(AT_TIP), planar=False)
     pushed = share * np.array([0.0, 0.02, 0.05, 0.0, 0.1, 0.2])
     bent = solve_forward(robot, [], loads=robot.default_loads.with_(wrench_world=pushed))
-    dense = _Dense(bent.model_state, "locked").margin()
+    dense = _Dense(bent, "locked").margin()
     assert bent.linearisation.margin == pytest.approx(dense, abs=1e-12)
 
 

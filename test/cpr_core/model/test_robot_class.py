@@ -33,7 +33,6 @@ from cpr_core.description.loads import DistributedForce, PointForce
 from cpr_core.description.motors import Extensible, Prismatic, RevoluteMotor, Welded
 from cpr_core.description.robot_description import HomeGuess
 from cpr_core.lie import roll_pitch_yaw, rotation_exp
-from cpr_core.model.equilibrium import tangent_at
 
 HEAVY = {True: [0.5, -2.0, 0.0], False: [0.5, -1.0, -9.81]}
 
@@ -86,7 +85,7 @@ def test_the_efforts_lead_back_to_the_motors(robot):
 def test_the_hessian_is_symmetric_under_conservative_loads(robot):
     there = moved(robot, loads=heavy(robot))
     unit = robot.arrays.unit
-    tangent = tangent_at(there) * unit[:, None] * unit
+    tangent = there.tangent * unit[:, None] * unit
     np.testing.assert_allclose(tangent, tangent.T, atol=1e-10 * np.abs(tangent).max())
 
 

@@ -32,7 +32,6 @@ from cpr_core import (
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_core.model.assessment import Assessment
-from cpr_core.model.equilibrium import tangent_at
 from cpr_core.workspace import map_workspace, pose_grid
 from cpr_core.workspace.store import read_map, write_map
 
@@ -432,10 +431,10 @@ def test_a_shared_motor_is_the_motors_moved_together():
         alone.arrays.motor_index
     )
     states[alone.arrays.motor_index :, paired.arrays.motor_index :] = moved_by
-    whole = states.T @ tangent_at(two) @ states
+    whole = states.T @ two.tangent @ states
     unit = paired.arrays.unit
     np.testing.assert_allclose(
-        tangent_at(one) * unit[:, None] * unit, whole * unit[:, None] * unit, atol=1e-9
+        one.tangent * unit[:, None] * unit, whole * unit[:, None] * unit, atol=1e-9
     )
     signs = np.linalg.eigvalsh(0.5 * (whole + whole.T) * unit[:, None] * unit)
     held = len(paired.multiplier_indices)

@@ -90,7 +90,7 @@ def moved_without(exact, counts):
     axes = robot.platform_indices[robot.platform_axes >= 3]
     held = np.eye(free)[given_up]
     for equilibrium in exact:
-        tangent = (equilibrium.model_state.tangent * unit * unit[:, None])[:free, :free]
+        tangent = (equilibrium.tangent * unit * unit[:, None])[:free, :free]
         whole = np.block([[tangent, held.T], [held, np.zeros((len(held), len(held)))]])
         rest = np.concatenate([np.zeros(free), -(equilibrium.state / unit)[given_up]])
         moved = np.linalg.solve(whole, rest)[axes] * unit[axes]
