@@ -153,7 +153,8 @@ def eliminate_delayed(pencil, first, size):
     for i in range(extent):
         for j in range(extent):
             factored[i, j] = whole[i, j]
-    negative, _ = eliminate(whole, 0, extent, extent, 0.0)
+    begin = 0 * extent  # a constant would be compiled for on its own
+    negative, _ = eliminate(whole, begin, extent, extent, 0.0)
     return negative if lu_factor(factored, extent, pencil.pivots, 0.0) else -1
 
 

@@ -150,7 +150,8 @@ def signs_of(robot, rotation, work, signs):
             signs[INVERSE_SIGN] = sign
     smallest = _SMALLEST_PIVOT * largest
     # Platform first: what it leaves tells the motors', if it is not about to lose its stability.
-    locked, uncertain = eliminate(left, 0, first, size, _SAFE_PIVOT * largest)
+    begin = 0 * size  # a constant would be compiled for on its own
+    locked, uncertain = eliminate(left, begin, first, size, _SAFE_PIVOT * largest)
     if uncertain == 0:
         free, _ = eliminate(left, first, size, size, smallest)
         free += locked
@@ -159,8 +160,8 @@ def signs_of(robot, rotation, work, signs):
         for i in range(first):
             for j in range(first):
                 square[i, j] = left[i, j]
-        locked, _ = eliminate(square, 0, first, first, smallest)
-        free, _ = eliminate(left, 0, size, size, smallest)
+        locked, _ = eliminate(square, begin, first, first, smallest)
+        free, _ = eliminate(left, begin, size, size, smallest)
     signs[INDEX_LOCKED] = below + locked - robot.constraint_count
     signs[INDEX_FREE] = below + free - robot.constraint_count
 

@@ -37,8 +37,8 @@ _FIRST_REACH, _REACH_GROWTH = 1e-8, 100.0
 #: Squared residual up to which nothing but the number of eigenvalues below has to tell: there rounding
 #: may tell it wrongly.
 _SMALL_RESIDUAL = 1e-12
-#: Inverse iterations before all begins again elsewhere; however many eigenvalues are below its shift.
-_ITERATIONS, _ANY = 6, 1 << 30
+#: Inverse iterations before all begins again elsewhere.
+_ITERATIONS = 6
 #: Relative residual at which Lanczos' method is left to inverse iteration.
 _LANCZOS_RESIDUAL = 1e-4
 
@@ -63,7 +63,7 @@ def smallest_eigenvalue(robot, pencil, measure, low, guided):
     """
     vector, border = pencil.vector, pencil.border
     if guided:
-        value, certain = _settle(robot, pencil, measure, _quotient(pencil, measure) - _NEAR, 1)
+        value, certain = _settle(robot, pencil, measure, _quotient(pencil, measure) - _NEAR)
         if certain and abs(value) < _LARGEST:
             return value
     step, high = _FIRST_STEP, math.inf
@@ -83,7 +83,7 @@ def smallest_eigenvalue(robot, pencil, measure, low, guided):
         value, residual = _iterate(robot, pencil, measure, low)
         below = eliminate_pencil(robot, pencil, measure, value - _CERTAIN)
         if below == 1 or (below == 0 and residual > _SMALL_RESIDUAL):
-            value, certain = _settle(robot, pencil, measure, max(low, value - _NEAR), _ANY)
+            value, certain = _settle(robot, pencil, measure, max(low, value - _NEAR))
             below = 0 if certain else 1
         if not abs(value) < _LARGEST:
             return math.nan
@@ -116,10 +116,10 @@ def _near(robot, pencil, measure, shift):
 
 
 @part
-def _settle(robot, pencil, measure, shift, most):
+def _settle(robot, pencil, measure, shift):
     """Inverse iteration from the vector, first with this shift, until none is left below.
 
-    If there are more than ``most`` below the shift, it would lead to any of them: nothing is tried.
+    If several are below that shift, it would lead to any of them: nothing is tried.
 
     Returns:
         The Rayleigh quotient (not finite: failed), and whether it is the smallest eigenvalue.
@@ -129,7 +129,7 @@ def _settle(robot, pencil, measure, shift, most):
         below = eliminate_pencil(robot, pencil, measure, shift)
         if k > 0 and below == 0:
             return value, True
-        if k == 0 and below > most:
+        if k == 0 and below > 1:
             break
         before = value
         value, _ = _iterate(robot, pencil, measure, shift)
@@ -191,7 +191,7 @@ def _lanczos(robot, pencil, measure):
     parts, pivots = pencil.tridiagonal[2], pencil.tridiagonal[3]
     first = robot.slots.first_coupled
     most = basis.shape[0]
-    largest, known = 0.0, 0
+    largest, known = 0.0, 0 * most  # a constant would be compiled for on its own
     for step in range(most + 1):
         multiply_measure(measure, vector, border, loaded, border_loaded)
         length = math.sqrt(max(_inner_product(vector, border, loaded, border_loaded), 0.0))

@@ -35,7 +35,7 @@ from ..kernels.square_problem import RESIDUAL as RESIDUAL_TOLERANCE
 from ..lie import quaternion_from_rotation, roll_pitch_yaw
 from ..validation import read_only
 from .dense_response import DenseResponse, dense_response
-from .linearisation import Linearisation, Response, condensed_margin, linearised
+from .linearisation import Linearisation, LinearisedState, Response
 from .model_state import ModelState
 from .robot import Robot
 from .stability import MotorReading, Spectrum
@@ -184,18 +184,14 @@ class Equilibrium(ModelState):
         return replace(self, record=record)
 
     @cached_property
-    def _condensed_margin(self) -> float:
-        """The margin from the condensed legs, before anything else is asked for; NaN: not found so."""
-        known = self.__dict__.get("linearisation")
-        if known is not None:
-            return known.margin
-        return condensed_margin(self.robot, self.factors, self.load_arrays, self.record)
+    def _linearised(self) -> LinearisedState:
+        """What spectra keep, which are kept here: what keeps each other is not given back at once."""
+        return LinearisedState(self.robot, self.loads, self.load_arrays, self.record, self.factors)
 
-    @cached_property
+    @property
     def linearisation(self) -> Linearisation:
         """Margin, smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
-        known = self.__dict__.get("_condensed_margin")
-        return linearised(self.robot, self.factors, self.load_arrays, self.record, known)
+        return self._linearised.linearisation
 
     @cached_property
     def response(self) -> Response:
@@ -225,17 +221,12 @@ class Equilibrium(ModelState):
     @cached_property
     def spectrum_locked(self) -> Spectrum:
         """Spectrum of H_r with the motors held."""
-        return Spectrum("locked", self._plain, self.linearisation)
+        return Spectrum("locked", self._linearised)
 
     @cached_property
     def spectrum_free(self) -> Spectrum:
         """Spectrum of H_r with the motors at constant effort, Eq. (48)."""
-        return Spectrum("free", self._plain, self.linearisation)
-
-    @cached_property
-    def _plain(self) -> ModelState:
-        """What spectra keep: they are kept here, and what keeps each other is not given back at once."""
-        return ModelState(self.robot, self.loads, self.load_arrays, self.record)
+        return Spectrum("free", self._linearised)
 
     @property
     def index_locked(self) -> int:
@@ -262,7 +253,7 @@ class Equilibrium(ModelState):
 
         Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless.
         """
-        found = self._condensed_margin
+        found = self._linearised.condensed_margin
         return self.spectrum_locked.margin if math.isnan(found) else found
 
 

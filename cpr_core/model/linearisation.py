@@ -7,21 +7,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.kernel_arrays import Lanes, LoadArrays
+from ..kernels.kernel_arrays import Lanes
 from ..kernels.prepared_robot import evaluate_record, linearise_prepared
 from ..validation import read_only
-from .robot import Robot
+from .model_state import ModelState
 
 __all__ = [
     "Linearisation",
+    "LinearisedState",
     "Response",
-    "condensed_margin",
-    "linearised",
 ]
 
 Floats = NDArray[np.float64]
@@ -83,50 +83,37 @@ class Linearisation(NamedTuple):
     response: Response | None
 
 
-def condensed_margin(
-    robot: Robot, factors: Lanes, load_arrays: LoadArrays, record: Floats
-) -> float:
-    """The margin alone; arguments as of ``linearised``."""
-    eigenvalues, _ = _found(robot, factors, load_arrays, record, False, np.empty((0, 0)))
-    return eigenvalues[0]
+@dataclass(frozen=True, eq=False)
+class LinearisedState(ModelState):
+    """An equilibrium with its condensed tangent, and what follows to first order, once it is asked for.
 
-
-def linearised(
-    robot: Robot,
-    factors: Lanes,
-    load_arrays: LoadArrays,
-    record: Floats,
-    margin: float | None = None,
-) -> Linearisation:
-    """First-order behaviour at an equilibrium.
-
-    Args:
-        robot: The robot.
-        factors: Its condensed tangent there, as the kernels keep it.
-        load_arrays: The loads as the kernels see them.
-        record: The solution as the kernels keep it.
-        margin: The margin, where it was told before.
+    Attributes:
+        factors: The condensed tangent, as the kernels keep it.
     """
-    size = len(robot.arrays.border_indices)
-    matrix = np.empty((size, size))
-    (own, locked, free), answered = _found(robot, factors, load_arrays, record, True, matrix)
-    response = Response(read_only(matrix), robot.motor_count) if answered else None
-    return Linearisation(own if margin is None else margin, locked, free, response)
 
+    factors: Lanes
 
-def _found(
-    robot: Robot,
-    factors: Lanes,
-    load_arrays: LoadArrays,
-    record: Floats,
-    all_of_it: bool,
-    matrix: Floats,
-) -> tuple[list[float], bool]:
-    """Results of ``linearise``, from the factors, or from the tangent where these tell too little."""
-    eigenvalues, prepared = np.empty(3), robot.prepared
-    asked, results = (factors, record, all_of_it), (eigenvalues, matrix)
-    known, answered = linearise_prepared(prepared, *asked, False, *results)
-    if not known or math.isnan(eigenvalues[0]):
-        evaluate_record(prepared, load_arrays, record)
-        _, answered = linearise_prepared(prepared, *asked, True, *results)
-    return eigenvalues.tolist(), answered
+    @cached_property
+    def condensed_margin(self) -> float:
+        """The margin from the condensed legs, before anything else is asked for; NaN: not found so."""
+        known = self.__dict__.get("linearisation")
+        return known.margin if known is not None else self._found(False, np.empty((0, 0)))[0][0]
+
+    @cached_property
+    def linearisation(self) -> Linearisation:
+        """Margin, smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
+        size, known = len(self.robot.arrays.border_indices), self.__dict__.get("condensed_margin")
+        matrix = np.empty((size, size))
+        (margin, locked, free), answered = self._found(True, matrix)
+        response = Response(read_only(matrix), self.robot.motor_count) if answered else None
+        return Linearisation(margin if known is None else known, locked, free, response)
+
+    def _found(self, all_of_it: bool, matrix: Floats) -> tuple[list[float], bool]:
+        """Results of ``linearise``: from the factors, or the tangent where these tell too little."""
+        eigenvalues, prepared = np.empty(3), self.robot.prepared
+        asked, results = (self.factors, self.record, all_of_it), (eigenvalues, matrix)
+        known, answered = linearise_prepared(prepared, *asked, False, *results)
+        if not known or math.isnan(eigenvalues[0]):
+            evaluate_record(prepared, self.load_arrays, self.record)
+            _, answered = linearise_prepared(prepared, *asked, True, *results)
+        return eigenvalues.tolist(), answered

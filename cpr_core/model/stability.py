@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread, on_one_numpy_thread
 from ..validation import read_only
-from .linearisation import Linearisation
+from .linearisation import LinearisedState
 from .model_state import ModelState
 
 __all__ = ["MotorReading", "Spectrum", "elastic_hessian", "null_space_of"]
@@ -44,8 +44,7 @@ class Spectrum:
     """
 
     motors_are: MotorReading
-    _solution: ModelState = field(repr=False)
-    _linearisation: Linearisation = field(repr=False)
+    _solution: LinearisedState = field(repr=False)
 
     @property
     def energy_criterion_applies(self) -> bool:
@@ -55,7 +54,7 @@ class Spectrum:
     @cached_property
     def smallest(self) -> float:
         """Smallest eigenvalue [J]; infinite where the constraints leave nothing to move."""
-        found = self._linearisation
+        found = self._solution.linearisation
         value = found.smallest_locked if self.motors_are == "locked" else found.smallest_free
         return float(self.eigenvalues.min(initial=np.inf)) if math.isnan(value) else value
 
@@ -67,7 +66,7 @@ class Spectrum:
         under tension. NaN where some motion costs no elastic energy (possible with free motors);
         infinite where the constraints leave nothing to move.
         """
-        value = self._linearisation.margin if self.motors_are == "locked" else math.nan
+        value = self._solution.linearisation.margin if self.motors_are == "locked" else math.nan
         return self._dense.margin() if math.isnan(value) else value
 
     @property
