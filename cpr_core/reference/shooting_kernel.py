@@ -45,9 +45,15 @@ COLUMNS, FIRST = 8, 9
 PLANAR_COLUMNS, PLANAR_FIRST = 4, 4
 
 
-def kernel(function: Callable[..., Any]) -> Any:
+def kernel(function: Callable[..., Any], inline: str = "never") -> Any:
     """Compile a function of this module, and keep the machine code on disk."""
-    return njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)(function)
+    options = {"cache": True, "nogil": True, "error_model": "numpy", "inline": inline}
+    return njit(fastmath=FASTMATH, **options)(function)
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """A part that is only cut out to be read: a call counts all arrays of a robot."""
+    return kernel(function, inline="always")
 
 
 class Shooting(NamedTuple):
@@ -312,7 +318,7 @@ def balance(loads, tips, rotation, forces, residual, rows):
             rows[3 + i, first + i] = -1.0
 
 
-@kernel
+@inlined
 def _start_rod(robot, number, motor, wrench, tangent, rod):
     """A rod at its base, and how that varies with the base wrench and the motor."""
     axis = robot.motor_axis[number]
@@ -363,7 +369,7 @@ def _evaluate(robot, state, linear):
     return largest if math.isfinite(total) else math.inf
 
 
-@kernel
+@inlined
 def _close_leg(robot, position, arm, rod, right):
     """Increments of the base wrench (``_Linear.legs``); returns the largest gap and the sum of gaps."""
     planar, free = robot.planar, len(robot.axes)
@@ -397,7 +403,7 @@ def _close_leg(robot, position, arm, rod, right):
     return largest, total
 
 
-@kernel
+@inlined
 def _condense(robot, residual, rows, linear):
     """Balance of the platform with the legs eliminated, from what ``balance`` gives."""
     legs, free = len(robot.length), len(robot.axes)
