@@ -8,6 +8,7 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from ..description.loads import Loads
@@ -155,7 +156,7 @@ def _assembled(robot: Robot, guess: HomeGuess) -> Equilibrium:
 def _what_keeps_it_open(held: Equilibrium) -> str:
     """Why a robot that only springs hold cannot be assembled, in words."""
     size, text = _worst_gap(held.robot, _shape_of(held))
-    return (size < _FITS and _loose_motion(held)) or text
+    return (size < _FITS and (_loose_motion(held) or _held_twice(held))) or text
 
 
 def _settled(robot: Robot, unloaded: Equilibrium) -> Equilibrium | None:
@@ -224,6 +225,23 @@ def _loose_motion(found: Equilibrium) -> str:
     return (
         f"nothing holds the platform: it can {'turn about' if turns else 'move along'} "
         f"({axis}) freely; it needs more legs, or tip joints that hold more"
+    )
+
+
+def _held_twice(held: Equilibrium) -> str:
+    """How many motions joints hold that others hold already, in words; empty if there are none."""
+    robot = held.robot
+    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    constraints, unit = robot.multiplier_indices, robot.arrays.unit
+    slopes = unit[constraints, None] * held.tangent[np.ix_(constraints, moving)] * unit[moving]
+    sizes = scipy.linalg.svdvals(slopes)
+    independent = int(np.sum(sizes > _FITS * sizes.max(initial=0.0)))
+    if independent == len(constraints):
+        return ""
+    return (
+        f"of the {len(constraints)} constraints of its joints only {independent} are independent "
+        "there: some motion is held twice, or a leg is straight; let a tip joint hold less, or "
+        "leave a leg out"
     )
 
 

@@ -209,6 +209,42 @@ def test_what_cannot_be_closed_names_leg_gap_and_angle(tip):
         solve_home(load_robot(changed))
 
 
+def parallelogram(rigid_legs):
+    """A planar platform on parallel rigid legs, and a rod that a motor turns."""
+    hinge = {"joint": "revolute", "axis": [0, 0, 1]}
+    rod = {"rod": {"length": 0.33, "rest_curvature": {"bending_3": [1.0]}}}
+    crank = {"link": [0.3, 0, 0], "mass": 0.01}
+    chains = [[hinge | {"motor": "m1"}, rod], *([[hinge, crank]] * rigid_legs)]
+    return {
+        "name": "parallelogram",
+        "space": "planar",
+        "rod": {"length": 0.33, "section": {"shape": "circular", "radius": 0.001}}
+        | {"young_modulus": 1e11, "shear_modulus": 4e10},
+        "strain": {"bending_3": 4},
+        "platform": {"shape": "body", "mass": 0.1},
+        "legs": [
+            {
+                "base": {"position": [0.2 * k, 0, 0], "tangent": [0, 1, 0]},
+                "chain": chain,
+                "tip": {"type": "revolute", "position": [0.2 * k - 0.1, 0, 0]},
+            }
+            for k, chain in enumerate(chains)
+        ],
+        "controlled": ["x"],
+        "home": {"motors": [0.0], "platform": {"position": [-0.08, 0.24, 0]}},
+    }
+
+
+def test_a_motion_that_joints_hold_twice_is_named():
+    """Two rigid legs leave the platform one motion; a third holds again what they hold."""
+    assert solve_home(load_robot(parallelogram(2))).index_locked == 0
+    says = (
+        "of the 8 constraints of its joints only 7 are independent there: some motion is held twice"
+    )
+    with pytest.raises(NoForwardSolution, match=says):
+        solve_home(load_robot(parallelogram(3)))
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.3, 1.4, 2.0, 3.0])
 def test_angles_between_tips_and_their_joints(angle):
     platform, tip_axis = rotation_exp([0.3, -0.5, 0.2]), np.array([0.6, 0.0, 0.8])
