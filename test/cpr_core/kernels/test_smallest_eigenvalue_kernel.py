@@ -37,6 +37,19 @@ def test_random_pencils_definite_or_not(name, free):
     assert False in seen
 
 
+@pytest.mark.parametrize("name", ROBOTS)
+def test_whatever_vector_it_begins_with(name):
+    """That of the matrix itself, and that of another one."""
+    rng, whole = np.random.default_rng(8), WholePencil(name)
+    for _ in range(20):
+        whole.fill(rng)
+        expected = linalg.eigvalsh(*whole.matrices(False))
+        accuracy = 1e-10 * np.abs(expected).max()
+        for _ in range(2):
+            found = smallest(whole, False, guided=True)
+            assert found == pytest.approx(expected[0], rel=1e-10, abs=accuracy)
+
+
 @pytest.mark.parametrize("scale", [1.0, -1e7])
 @pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-9, 1e-6, 1e-3])
 def test_equal_and_nearly_equal_eigenvalues(gap, scale):
