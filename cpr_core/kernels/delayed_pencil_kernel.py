@@ -161,8 +161,9 @@ def eliminate_delayed(pencil, first, size):
 @inlined
 def _eliminate_round(pencil, number, r, first, size):
     """What the legs of a group leave of the delayed slots of a round."""
-    upper, beyond, inverse = pencil.upper, pencil.beyond, pencil.inverse
-    width, platform = pencil.left.shape[0], pencil.beside.shape[2]
+    upper, beyond, inverse, places = pencil.upper, pencil.beyond, pencil.inverse, pencil.places
+    width, platform, lanes = pencil.left.shape[0], pencil.beside.shape[2], places.shape[2]
+    whole, left = pencil.whole, pencil.rows
     for k in range(size):
         value = load(pencil.beside, (number, r, k))
         for m in range(k):
@@ -173,25 +174,21 @@ def _eliminate_round(pencil, number, r, first, size):
         for k in range(size):
             own = load(inverse, (number, k)) * load(beyond, (number, r, k))
             value -= load(beyond, (number, before, k)) * own
-        _put_whole(pencil, number, r, before, -1, value)
+        store(left, (0, 0), value)
+        for lane in range(lanes):
+            q, p = places[number, r, lane], places[number, before, lane]
+            if q >= 0:
+                entry = get(left, (0, 0), lane)
+                whole[width + q, width + p] = whole[width + p, width + q] = entry
     for j in range(width):
         value = load(pencil.beside_platform, (number, r, j))
         for k in range(first, size):
             value -= load(beyond, (number, r, k)) * load(upper, (number, k, platform + j))
-        _put_whole(pencil, number, r, -1, j, value)
-
-
-@inlined
-def _put_whole(pencil, number, r, before, j, value):
-    """Write lanes to the whole matrix: of a round and one before, or of a round and the platform."""
-    width, whole, places = pencil.left.shape[0], pencil.whole, pencil.places
-    store(pencil.rows, (0, 0), value)
-    for lane in range(places.shape[2]):
-        q = places[number, r, lane]
-        if q >= 0:
-            column = j if before < 0 else width + places[number, before, lane]
-            entry = get(pencil.rows, (0, 0), lane)
-            whole[width + q, column] = whole[column, width + q] = entry
+        store(left, (0, 0), value)
+        for lane in range(lanes):
+            q = places[number, r, lane]
+            if q >= 0:
+                whole[width + q, j] = whole[j, width + q] = get(left, (0, 0), lane)
 
 
 @inlined

@@ -58,23 +58,24 @@ def linearise(prepared, kept, record, all_of_it, evaluated, eigenvalues, respons
     if not known:
         return False, False
     # Constants would be compiled for once each.
-    no, yes = robot.motor_index < 0, robot.motor_index >= 0
+    held, released = robot.motor_index < 0, robot.motor_index >= 0
+    unguided = held
     _put_elastic(robot, record, pencil.elastic)
     diagonal = is_diagonal(pencil.elastic)
-    stored = Measure(pencil.elastic, diagonal, pencil.springs, 0.0, no)
+    stored = Measure(pencil.elastic, diagonal, pencil.springs, 0.0, held)
     if _definite(robot, pencil, stored):
-        eigenvalues[0] = smallest_eigenvalue(robot, pencil, stored, _MARGIN_ABOVE, no)
+        eigenvalues[0] = smallest_eigenvalue(robot, pencil, stored, _MARGIN_ABOVE, unguided)
     if not all_of_it:
         return True, False
     orthogonal, guided = is_diagonal(pencil.gram), math.isfinite(eigenvalues[0])
-    motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, no)
+    motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, held)
     # The softest motion is nearly the same in both measures.
     eigenvalues[1] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions, 0.0, guided)
     if robot.one_slot_a_motor:
-        motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, yes)
+        motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, released)
         # A motor that feeds a straight rod has no stiffness of its own: its pivot at zero is rounding.
         low = _BELOW_MOTORS if pencil.delayed_count[0] > 0 else 0.0
-        smallest = smallest_eigenvalue(robot, pencil, motions, low, no)
+        smallest = smallest_eigenvalue(robot, pencil, motions, low, unguided)
         eigenvalues[2] = robot.energy_unit * smallest
     return True, _respond(robot, record, response, pencil)
 
