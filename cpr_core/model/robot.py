@@ -329,6 +329,11 @@ class Robot:
         return np.setdiff1d(np.arange(self.arrays.platform_index), self.multiplier_indices)
 
     @cached_property
+    def moving_indices(self) -> Integers:
+        """State indices of what moves while the motors are held: leg coordinates, then the platform."""
+        return np.concatenate([self.elastic_indices, self.platform_indices])
+
+    @cached_property
     def controlled_axes(self) -> Integers:
         """World twist components that move the controlled coordinates.
 

@@ -54,7 +54,7 @@ class SoftestMotion:
 def softest_motion(equilibrium: Equilibrium, size: SizeOfMotion) -> SoftestMotion | None:
     """The motion of the smallest eigenvalue; None where there is none, or one stores no energy."""
     robot = equilibrium.robot
-    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    moving = robot.moving_indices
     held, unit = robot.multiplier_indices, robot.arrays.unit[moving]
     tangent = equilibrium.tangent
     stiffness, constraints = tangent[np.ix_(moving, moving)], tangent[np.ix_(held, moving)]
@@ -78,7 +78,7 @@ def softest_motion(equilibrium: Equilibrium, size: SizeOfMotion) -> SoftestMotio
 def _measure(equilibrium: Equilibrium, size: SizeOfMotion) -> Floats:
     """M of legs and platform."""
     robot = equilibrium.robot
-    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    moving = robot.moving_indices
     own = np.ix_(moving, moving)
     if size == "elastic":
         return elastic_hessian(equilibrium)[own]
@@ -93,6 +93,6 @@ def _squared_size(equilibrium: Equilibrium, size: SizeOfMotion, motion: Floats) 
         moved = motion.copy()
         moved[robot.multiplier_indices] = 0.0
         return float(moved @ (elastic_hessian(equilibrium) @ moved))
-    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    moving = robot.moving_indices
     units = np.linalg.solve(robot.unit_motions[np.ix_(moving, moving)], motion[moving])
     return float(units @ units)

@@ -111,7 +111,7 @@ class _Dense:
     def __init__(self, solution: ModelState, motors_are: MotorReading) -> None:
         robot = solution.robot
         self.solution = solution
-        self.moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+        self.moving = robot.moving_indices
         if motors_are == "free":
             self.moving = np.concatenate([self.moving, robot.motor_indices])
         motions = robot.unit_motions[np.ix_(self.moving, self.moving)]

@@ -69,7 +69,7 @@ def with_best_multipliers(robot: Robot, loads: LoadArrays, shape: Shape) -> Floa
     state = shape.state.copy()
     state[columns] = 0.0
     value = evaluate(robot, loads, state, shape.platform_rotation, shape.platform_position)
-    rows = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    rows = robot.moving_indices
     scale = arrays.unit[rows]
     slopes = scale[:, None] * value.tangent[np.ix_(rows, columns)] * arrays.unit[columns]
     forces = np.linalg.lstsq(slopes, -scale * value.residual[rows], rcond=None)[0]
@@ -101,7 +101,7 @@ def settle(
     robot: Robot, shape: Shape, loads: Loads, springs: tuple[float, ...] = _SPRINGS[3:]
 ) -> Equilibrium:
     """Bring a shape to rest in a stable equilibrium, its joints closed by springs at first."""
-    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    moving = robot.moving_indices
     found, forces = None, robot.load_arrays(loads)
     for kick in range(_KICKS):
         for stiffness in springs:

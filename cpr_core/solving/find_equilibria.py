@@ -209,7 +209,7 @@ def _searched(
 def _closed(robot: Robot, forces: LoadArrays, shape: Shape) -> Shape | None:
     """A shape with its joints closed by the smallest motions; None if they do not close."""
     arrays, held = robot.arrays, robot.multiplier_indices
-    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    moving = robot.moving_indices
     block, unit = np.ix_(held, moving), arrays.unit[held] / arrays.energy_unit
     units = unit[:, None] * arrays.unit[moving]
     for _ in range(_CLOSING_STEPS):

@@ -231,7 +231,7 @@ def _loose_motion(found: Equilibrium) -> str:
 def _held_twice(held: Equilibrium) -> str:
     """How many motions joints hold that others hold already, in words; empty if there are none."""
     robot = held.robot
-    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    moving = robot.moving_indices
     constraints, unit = robot.multiplier_indices, robot.arrays.unit
     slopes = unit[constraints, None] * held.tangent[np.ix_(constraints, moving)] * unit[moving]
     sizes = scipy.linalg.svdvals(slopes)

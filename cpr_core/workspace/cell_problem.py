@@ -63,7 +63,7 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
         grid: The grid.
     """
     forward = grid.given == "motors"
-    moving = np.concatenate([robot.elastic_indices, robot.platform_indices])
+    moving = robot.moving_indices
     motions = np.ascontiguousarray(robot.unit_motions[np.ix_(moving, moving)])
     filled = motions != 0.0
     span = np.stack([filled.argmax(axis=0), len(moving) - filled[::-1].argmax(axis=0)], axis=1)
