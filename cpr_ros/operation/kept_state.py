@@ -55,6 +55,15 @@ def state_folder(given: str) -> Path:
     return Path(os.environ.get("ROS_HOME") or Path.home() / ".ros") / "cpr_ros"
 
 
+def _lock(file: int) -> None:
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        raise BlockingIOError(
+            error.errno, "another node of this name keeps its state there"
+        ) from None
+
+
 class KeptState:
     """The file of one node.
 
@@ -78,7 +87,7 @@ class KeptState:
         file.parent.mkdir(parents=True, exist_ok=True)
         self._file = os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _lock(self._file)
             size = _HEADER.size + 2 * self._slot_size
             if os.fstat(self._file).st_size < size:
                 # All of it: writing to a hole in it would end the process on a full disk.

@@ -150,7 +150,7 @@ def test_the_last_commands_are_known_though_the_equilibrium_is_none(file):
 
 def test_two_nodes_do_not_share_a_file(file):
     kept = KeptState(file, ROBOT)
-    with pytest.raises(BlockingIOError):
+    with pytest.raises(BlockingIOError, match="another node of this name keeps its state there"):
         KeptState(file, ROBOT)
     kept.close()
     KeptState(file, ROBOT).close()
