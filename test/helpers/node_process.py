@@ -22,6 +22,7 @@ from lifecycle_msgs.srv import ChangeState
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from cpr_ros.process.own_domain import OwnDomain, private_environment
 from helpers.copied_process import CopiedProcess
@@ -110,7 +111,14 @@ class Client:
     def __init__(self, domain: int) -> None:
         self.context = Context()
         rclpy.init(context=self.context, domain_id=domain)
-        self.node = Node(f"client_{domain}", context=self.context)
+        # Without services of its own, which nobody asks and every wait for a message goes through.
+        self.node = Node(
+            f"client_{domain}",
+            context=self.context,
+            start_parameter_services=False,
+            enable_rosout=False,
+            parameter_overrides=[Parameter("start_type_description_service", value=False)],
+        )
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
         self._clients: dict[str, Any] = {}
