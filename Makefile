@@ -11,7 +11,7 @@ export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
 # Nodes of other people on the network stay out of tests and demonstration.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
-# Tests run in four processes more than there are cores; PYTEST_ARGS="-n 0" runs them in one.
+# Tests run in three processes more than there are cores; PYTEST_ARGS="-n 0" runs them in one.
 IN_PROCESSES := -n logical --maxprocesses 6
 PYTEST := -m pytest $(IN_PROCESSES)
 

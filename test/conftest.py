@@ -59,8 +59,8 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Four more than cores: tests of nodes and pages wait for most of their time."""
-    return _cores() + 4
+    """Three more than cores: tests of nodes and pages wait for most of their time."""
+    return _cores() + 3
 
 
 def _cores() -> int:
