@@ -329,34 +329,3 @@ def test_a_killed_node_is_found_again_by_running_clients(tmp_path):
     finally:
         client.close()
         first.process.kill()
-
-
-def test_two_nodes_in_two_namespaces_do_not_hear_each_other(tmp_path):
-    domain = free_domain()
-    spaces = ["/left", "/right"]
-    processes = [
-        NodeProcess(
-            tmp_path / f"{space[1:]}.log",
-            domain,
-            ["-p", "robot:=rfrfr", "-r", f"__ns:={space}"],
-        )
-        for space in spaces
-    ]
-    client = None
-    try:
-        for process in processes:
-            process.wait_for_log("ready")
-        client = Client(domain)
-        left, right = (Driver(client, namespace=space) for space in spaces)
-        left.send_motors(2.65, 0.5)
-        left.until(lambda: np.array_equal(left.motors, [2.65, 0.5]))
-        right.until(lambda: len(right.all(JointState)) > 5)
-        np.testing.assert_array_equal(right.motors, HOME)
-        right.pause(True)
-        right.until_state(StabilityMetrics.STATE_PAUSED)
-        left.send_motors(2.6, 0.5)
-        left.until(lambda: np.array_equal(left.motors, [2.6, 0.5]))
-    finally:
-        if client is not None:
-            client.close()
-        assert [process.stop() for process in processes] == [0, 0]

@@ -29,9 +29,8 @@ def documented() -> dict[str, list[str]]:
 
 
 @contextmanager
-def running(folder: Path, domain: int) -> Iterator[tuple[dict[str, NodeProcess], Client]]:
-    """Both nodes, what they keep in one folder, and a client that hears both."""
-    folder.mkdir(exist_ok=True)
+def running(folder: Path, domain: int, end: signal.Signals) -> Iterator[dict[str, Driver]]:
+    """Both nodes until they are ended in a way, and who drives them; what they keep is in one folder."""
     processes = {
         side: NodeProcess(
             folder / f"{side}.log",
@@ -45,39 +44,40 @@ def running(folder: Path, domain: int) -> Iterator[tuple[dict[str, NodeProcess],
         for process in processes.values():
             process.wait_for_log("ready")
         client = Client(domain)
-        yield processes, client
+        yield {side: Driver(client, namespace=f"/{side}") for side in processes}
     finally:
         if client is not None:
             client.close()
-        for process in processes.values():
-            process.stop()
+        statuses = {process.stop(end) for process in processes.values()}
+    assert statuses == {-end if end == signal.SIGKILL else 0}
+
+
+def frames_of(driver: Driver, side: str) -> set[str]:
+    """Of all that a node publishes with a frame."""
+    driver.until(lambda: True)
+    (markers,) = driver.client.messages(MarkerArray, f"/{side}/cpr_node/leg_markers", 1)
+    newest = [driver.all(kind)[-1] for kind in (StabilityMetrics, JointState, PoseStamped)]
+    return {message.header.frame_id for message in [*markers.markers, *newest]}
 
 
 def test_they_share_a_machine_and_nothing_else(tmp_path):
     assert tuple(documented()) == SIDES
-    with running(tmp_path / "kept", domain := free_domain()) as (processes, client):
-        drivers = {side: Driver(client, namespace=f"/{side}") for side in SIDES}
+    domain = free_domain()
+    with running(tmp_path, domain, signal.SIGKILL) as drivers:
         left, right = drivers["left"], drivers["right"]
         left.send_motors(2.65, 0.5)
         left.until(lambda: np.array_equal(left.motors, [2.65, 0.5]))
         right.until(lambda: len(right.all(JointState)) > 5)
         np.testing.assert_array_equal(right.motors, HOME)
         for side, driver in drivers.items():
-            driver.until(lambda: True)
-            (markers,) = client.messages(MarkerArray, f"/{side}/cpr_node/leg_markers", 1)
-            frames = {marker.header.frame_id for marker in markers.markers}
-            for kind in (StabilityMetrics, JointState, PoseStamped):
-                frames.add(driver.all(kind)[-1].header.frame_id)
-            assert frames == {f"{side}/base"}
+            assert frames_of(driver, side) == {f"{side}/base"}
         right.pause(True)
         right.until_state(StabilityMetrics.STATE_PAUSED)
         left.send_motors(2.6, 0.5)
         left.until(lambda: np.array_equal(left.motors, [2.6, 0.5]))
-        for process in processes.values():
-            process.process.send_signal(signal.SIGKILL)
-            process.process.wait()
-    with running(tmp_path / "kept", domain) as (_, client):
-        drivers = {side: Driver(client, namespace=f"/{side}") for side in SIDES}
+    with running(tmp_path, domain, signal.SIGINT) as drivers:
         for side, place in (("left", [2.6, 0.5]), ("right", HOME)):
             drivers[side].until(lambda: True)
             np.testing.assert_array_equal(drivers[side].motors, place)
+        drivers["right"].pause(True)
+        drivers["right"].until_state(StabilityMetrics.STATE_PAUSED)
