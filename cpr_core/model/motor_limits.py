@@ -28,6 +28,7 @@ class MotorLimitArrays(NamedTuple):
         loaded: Numbers of the motors with an effort limit, (m,).
         effort: Largest effort of these [N m or N].
         order: Position limits, then effort limits, by motor, (k + m,).
+        unit: Natural units of the motors with a position limit, (k,) [rad or m].
     """
 
     ranged: Integers
@@ -36,10 +37,22 @@ class MotorLimitArrays(NamedTuple):
     loaded: Integers
     effort: Floats
     order: Integers
+    unit: Floats
+
+    def ranges_left(self, motors: Floats) -> Floats:
+        """How far motors at (..., n) are from their position limits, in natural units, (..., k)."""
+        at = motors[..., self.ranged]
+        left: Floats = np.minimum(at - self.lower, self.upper - at) / self.unit
+        return left
+
+    def effort_reserves(self, efforts: Floats) -> Floats:
+        """What efforts (..., n) leave of the effort limits, relative to these, (..., m)."""
+        reserves: Floats = 1.0 - np.abs(efforts[..., self.loaded]) / self.effort
+        return reserves
 
 
-def motor_limit_arrays(description: RobotDescription) -> MotorLimitArrays:
-    """The limits of the motors of a robot."""
+def motor_limit_arrays(description: RobotDescription, units: Floats) -> MotorLimitArrays:
+    """The limits of the motors of a robot, whose natural units are (n,)."""
     limits = [motor.limits for motor in description.motors]
     ranges = np.array([(limit.lower, limit.upper) for limit in limits]).reshape(-1, 2)
     efforts = np.array([limit.effort for limit in limits])
@@ -47,4 +60,4 @@ def motor_limit_arrays(description: RobotDescription) -> MotorLimitArrays:
     loaded = np.flatnonzero(np.isfinite(efforts))
     lower, upper = ranges[ranged].T
     order = np.argsort(np.concatenate([ranged, loaded]), kind="stable")
-    return MotorLimitArrays(ranged, lower, upper, loaded, efforts[loaded], order)
+    return MotorLimitArrays(ranged, lower, upper, loaded, efforts[loaded], order, units[ranged])

@@ -256,7 +256,7 @@ class Robot:
     @cached_property
     def motor_limits(self) -> MotorLimitArrays:
         """Limits of the motors as arrays."""
-        return motor_limit_arrays(self.description)
+        return motor_limit_arrays(self.description, self.motor_units)
 
     @cached_property
     def strain_limits(self) -> Floats:

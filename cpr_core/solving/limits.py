@@ -74,10 +74,8 @@ def motor_margins(robot: Robot, motors: Floats, efforts: Floats) -> Floats:
         efforts: Motor efforts, (..., n) [N m or N].
     """
     limits = robot.motor_limits
-    at = motors[..., limits.ranged]
-    inside = np.minimum(at - limits.lower, limits.upper - at) / robot.motor_units[limits.ranged]
-    reserve = 1.0 - np.abs(efforts[..., limits.loaded]) / limits.effort
-    found: Floats = np.concatenate([inside, reserve], axis=-1)[..., limits.order]
+    own = [limits.ranges_left(motors), limits.effort_reserves(efforts)]
+    found: Floats = np.concatenate(own, axis=-1)[..., limits.order]
     return found
 
 

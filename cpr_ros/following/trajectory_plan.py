@@ -168,14 +168,11 @@ class TrajectoryPlan:
             raise TrajectoryRefused(at, "margin", f"at {at:.3f} s {why}", why)
 
     def _check_motors(self, last: Assessment, found: Sequence[Equilibrium], times: Floats) -> None:
-        robot = last.equilibrium.robot
-        limits, units = robot.motor_limits, robot.motor_units
-        places = np.array([equilibrium.motors for equilibrium in found])[:, limits.ranged]
-        efforts = np.array([equilibrium.efforts for equilibrium in found])[:, limits.loaded]
-        inside = np.minimum(places - limits.lower, limits.upper - places) / units[limits.ranged]
-        reserves = 1.0 - np.abs(efforts) / limits.effort
+        limits = last.equilibrium.robot.motor_limits
+        ranges = limits.ranges_left(np.array([equilibrium.motors for equilibrium in found]))
+        reserves = limits.effort_reserves(np.array([equilibrium.efforts for equilibrium in found]))
         values = {
-            "motor_range": inside.min(axis=1, initial=np.inf),
+            "motor_range": ranges.min(axis=1, initial=np.inf),
             "effort_reserve": reserves.min(axis=1, initial=np.inf),
         }
         for name in self._of_motors:

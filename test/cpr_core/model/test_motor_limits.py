@@ -1,0 +1,43 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Limits of motors as arrays, beside those of the description one by one."""
+
+import numpy as np
+from helpers.yaml_content import yaml_content
+
+from cpr_core import load_robot
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.model.motor_limits import motor_limit_arrays
+
+LIMITS = ({"position": [0.1, 6.9]}, {"effort": 2.0}, {}, {"position": [-1, 6], "effort": 0.5})
+
+
+def robot_with(limits):
+    content = yaml_content(shipped_robots()["six_rfs"].read_text())
+    for number, leg in enumerate(content["legs"]):
+        leg["motor"]["limits"] = dict(limits[number]) if number < len(limits) else {}
+    return load_robot(content)
+
+
+def test_they_are_those_of_every_motor_at_many_places_at_once():
+    robot, random = robot_with(LIMITS), np.random.default_rng(0)
+    motors, efforts = random.uniform(-2.0, 9.0, (2, 5, 7, robot.motor_count))
+    units = random.uniform(0.5, 2.0, robot.motor_count)
+    limits = motor_limit_arrays(robot.description, units)
+    left, reserves = limits.ranges_left(motors), limits.effort_reserves(efforts)
+    for place in np.ndindex(5, 7):
+        at, effort = motors[place], np.abs(efforts[place])
+        ranges = [min(at[0] - 0.1, 6.9 - at[0]), min(at[3] + 1.0, 6.0 - at[3])] / units[[0, 3]]
+        np.testing.assert_allclose(left[place], ranges, rtol=1e-14)
+        borne = [1.0 - effort[1] / 2.0, 1.0 - effort[3] / 0.5]
+        np.testing.assert_allclose(reserves[place], borne, rtol=1e-14)
+    numbers = np.concatenate([limits.ranged, limits.loaded])
+    np.testing.assert_array_equal(numbers[limits.order], [0, 1, 3, 3])
+
+
+def test_a_robot_without_limits_has_none_to_reach():
+    robot = robot_with(())
+    limits = robot.motor_limits
+    assert limits.ranges_left(np.zeros((3, robot.motor_count))).shape == (3, 0)
+    assert limits.effort_reserves(np.zeros(robot.motor_count)).shape == (0,)
