@@ -91,17 +91,16 @@ def test_a_domain_belongs_to_one_until_it_is_let_go():
 
 
 def test_nothing_in_the_shell_leads_out_of_this_machine():
-    shell = {
-        "ROS_DOMAIN_ID": "7",
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
+    leading_out = {
         "ROS_STATIC_PEERS": "192.168.0.9",
         "ROS_DISCOVERY_SERVER": "192.168.0.9:11811",
-        "PATH": "/bin",
+        "FASTDDS_ENVIRONMENT_FILE": "/etc/discovery_server.json",
     }
-    private = private_environment(shell)
+    shell = {"ROS_DOMAIN_ID": "7", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "PATH": "/bin"}
+    private = private_environment(shell | leading_out)
     assert private["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
     assert private["PATH"] == "/bin"
-    assert not {"ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER"} & set(private)
+    assert not leading_out.keys() & private.keys()
     own = OwnDomain()
     assert own.environment(shell)["ROS_DOMAIN_ID"] == str(own.number) != "7"
     own.close()
