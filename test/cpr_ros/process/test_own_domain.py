@@ -90,19 +90,20 @@ def test_a_domain_belongs_to_one_until_it_is_let_go():
     again.close()
 
 
-def test_nothing_in_the_shell_leads_out_of_this_machine():
+def test_nothing_in_the_shell_leads_out_of_this_machine(stranger):
     leading_out = {
         "ROS_STATIC_PEERS": "192.168.0.9",
         "ROS_DISCOVERY_SERVER": "192.168.0.9:11811",
         "FASTDDS_ENVIRONMENT_FILE": "/etc/discovery_server.json",
     }
-    shell = {"ROS_DOMAIN_ID": "7", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "PATH": "/bin"}
+    shell = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "PATH": "/bin"}
     private = private_environment(shell | leading_out)
     assert private["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
     assert private["PATH"] == "/bin"
     assert not leading_out.keys() & private.keys()
     own = OwnDomain()
-    assert own.environment(shell)["ROS_DOMAIN_ID"] == str(own.number) != "7"
+    shell["ROS_DOMAIN_ID"] = str(stranger)
+    assert own.environment(shell)["ROS_DOMAIN_ID"] == str(own.number) != str(stranger)
     own.close()
 
 
