@@ -22,7 +22,7 @@ DOMAINS = range(1, 102)
 _FIRST_PORT, _PORTS = 7400, 250
 #: Port among those of a domain that DDS leaves alone: whoever has it has the domain.
 _LOCK = 5
-#: What would let participants meet others: on other machines, by a server or a profile, also from a file.
+#: What would let participants meet others: on other machines, by a server or profile, also from a file.
 _LEADING_OUT = (
     "ROS_STATIC_PEERS",
     "ROS_LOCALHOST_ONLY",
