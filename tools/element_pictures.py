@@ -232,15 +232,15 @@ def link() -> Paper:
     """A rigid piece that leads somewhere and turns the frame."""
     paper = Paper(3.2, 2.0)
     paper.frame([0, 0, 0], np.eye(3), 0.4)
-    there = np.array([1.5, 0.35, 0.0])
-    paper.line([[0, 0, 0], there], RIGID, 4.0)
+    end = np.array([1.5, 0.35, 0.0])
+    paper.line([[0, 0, 0], end], RIGID, 4.0)
     turned = np.column_stack([E2, -E1, E3])
-    paper.frame(there, turned, 0.4)
-    paper.text(there + [-0.1, -0.55, 0.0], "tangent: [0, 1, 0]\nnormal: [-1, 0, 0]")
-    paper.axes.plot(*(VIEW @ (0.6 * there)), "o", color="white", markeredgecolor=RIGID, zorder=5)
-    paper.text(0.6 * there + [0.0, 0.45, 0.0], "center_of_mass")
-    paper.line([0.6 * there + [0, 0.07, 0], 0.6 * there + [0, 0.36, 0]], TEXT, 0.6)
-    paper.text(0.5 * there + [-0.05, -0.6, 0.0], "link: [1.5, 0.35, 0]")
+    paper.frame(end, turned, 0.4)
+    paper.text(end + [-0.1, -0.55, 0.0], "tangent: [0, 1, 0]\nnormal: [-1, 0, 0]")
+    paper.axes.plot(*(VIEW @ (0.6 * end)), "o", color="white", markeredgecolor=RIGID, zorder=5)
+    paper.text(0.6 * end + [0.0, 0.45, 0.0], "center_of_mass")
+    paper.line([0.6 * end + [0, 0.07, 0], 0.6 * end + [0, 0.36, 0]], TEXT, 0.6)
+    paper.text(0.5 * end + [-0.05, -0.6, 0.0], "link: [1.5, 0.35, 0]")
     return paper
 
 

@@ -45,8 +45,10 @@ class Film:
     def seen(self) -> None:
         """Wait until the browser shows where the robot is."""
         self.page.wait()
-        here = self.page.equilibrium.platform_position
-        self.looker.until(lambda: np.allclose(self.looker.position("/platform"), here, atol=1e-12))
+        position = self.page.equilibrium.platform_position
+        self.looker.until(
+            lambda: np.allclose(self.looker.position("/platform"), position, atol=1e-12)
+        )
         self.looker.page.wait_for_timeout(150)
 
     def during(self, steps: int, do: Callable[[float], None]) -> None:

@@ -118,11 +118,11 @@ def _find(robot: str | Path) -> Path:
     except (OSError, ValueError):  # not even a possible name
         found, folder, other = False, False, False
     if not found:
-        what = " (it is a folder)" if folder else " (it is something else)" if other else ""
+        hint = " (it is a folder)" if folder else " (it is something else)" if other else ""
         raise DescriptionError(
             str(robot),
             "",
-            f"no such file{what}, nor a shipped robot (shipped: {', '.join(shipped) or 'none'})",
+            f"no such file{hint}, nor a shipped robot (shipped: {', '.join(shipped) or 'none'})",
         )
     return path
 

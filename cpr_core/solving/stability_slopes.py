@@ -91,7 +91,9 @@ def stability_slopes(
             for factor, robot in zip(near.factors, near.robots, strict=True)
         ]
         for name, motion in motions.items():
-            values = [math.nan if motion is None else motion.change(there) for there in beside]
+            values = [
+                math.nan if motion is None else motion.change(neighbour) for neighbour in beside
+            ]
             found[name][column] = np.dot(near.weights, values) / near.step
     return found
 

@@ -143,12 +143,12 @@ def _between(found: WorkspaceMap, cell: Integers, neighbour: Integers, fraction:
     return first + fraction[:, None] * (last - first)
 
 
-def _chosen(which: NDArray[np.bool_], these: Cells, those: Cells) -> Cells:
+def _chosen(which: NDArray[np.bool_], batch: Cells, other_batch: Cells) -> Cells:
     """Rows of one batch where it is chosen, of another elsewhere."""
     return Cells(
         *(
             np.where(which.reshape(-1, *[1] * (chosen.ndim - 1)), chosen, otherwise)
-            for chosen, otherwise in zip(these, those, strict=True)
+            for chosen, otherwise in zip(batch, other_batch, strict=True)
         )
     )
 

@@ -137,13 +137,13 @@ def _check_beginning(
     at = path.at(join)[0]
     allowed = NEAR * robot.motor_units + limits * (join - order.times[0])
     for number in np.flatnonzero(np.abs(at - motors) > allowed):
-        there, command = distinct(float(at[number]), float(motors[number]), fewest=6)
+        position, command = distinct(float(at[number]), float(motors[number]), fewest=6)
         raise TrajectoryRefused(
             join,
             "points",
             "expected a trajectory that begins where the motors are commanded to: at "
-            f"{rounded_seconds(join)} s {robot.motor_names[number]} would be at {there}, its command "
-            f"is {command}",
+            f"{rounded_seconds(join)} s {robot.motor_names[number]} would be at {position}, "
+            f"its command is {command}",
         )
 
 

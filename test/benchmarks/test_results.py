@@ -79,7 +79,7 @@ def test_requirements_are_met_or_not():
     }
     met = {line.name: line.met for line in requirements(good)}
     assert len(met) == 12
-    assert [what for what in met if not met[what]] == [
+    assert [name for name in met if not met[name]] == [
         "the same against one dense LU of its matrix (84 x 84, LAPACK): at most 2 times"
     ]
     bad = good | {
@@ -90,7 +90,7 @@ def test_requirements_are_met_or_not():
         "import cpr_core": figure(0.6),
         **scaling(2.2),
     }
-    met = [one.met for one in requirements(bad)]
+    met = [line.met for line in requirements(bad)]
     assert met == [
         False,
         False,

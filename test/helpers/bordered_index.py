@@ -6,9 +6,9 @@
 import numpy as np
 
 
-def index_by_eigenvalues(here):
+def index_by_eigenvalues(equilibrium):
     """Index with the motors locked from all eigenvalues of the bordered Hessian."""
-    robot, tangent = here.robot, here.tangent
+    robot, tangent = equilibrium.robot, equilibrium.tangent
     scaled = tangent * robot.arrays.unit[:, None] * robot.arrays.unit / robot.arrays.energy_unit
     bordered = 0.5 * (scaled + scaled.T)[: robot.arrays.motor_index, : robot.arrays.motor_index]
     values = np.linalg.eigvalsh(bordered)

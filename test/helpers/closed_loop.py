@@ -58,7 +58,7 @@ class ClosedLoop:
     def error(self, pose) -> float:
         """How far the real robot is from a pose [rod lengths, rad]."""
         space = self.session.loop.coordinates
-        return space.size(space.way(self.real.here.pose, np.asarray(pose, float)))
+        return space.size(space.way(self.real.equilibrium.pose, np.asarray(pose, float)))
 
     def follow(self, pose) -> None:
         self.session.follow(PoseGoal(self.robot, pose), self.now)
@@ -72,7 +72,7 @@ class ClosedLoop:
             speed = self.session.follower.settings.max_speed
             step = np.abs(command - before) / motor_steps(self.robot, speed, PERIOD)
             self.longest_step = max(self.longest_step, float(step.max()))
-            self.real.go(command)
+            self.real.move_to(command)
         current = self.session.solver.current
         for name in ("margin", "motor_range", "effort_reserve"):
             threshold: Threshold = THRESHOLDS[name]
@@ -85,7 +85,7 @@ class ClosedLoop:
     def _measure(self) -> None:
         if self.every and self.now >= self._next - 1e-9:
             self._next += self.every
-            self._pictures.append((self.now, self.seen(self.real.here.pose)))
+            self._pictures.append((self.now, self.seen(self.real.equilibrium.pose)))
         while self._pictures and self.now >= self._pictures[0][0] + self.delay - 1e-9:
             taken, pose = self._pictures.popleft()
             if pose is not None:

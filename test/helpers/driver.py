@@ -128,7 +128,9 @@ class Driver:
         Topics come on their own: on a busy machine poses may be read a while after the metrics of then.
         """
         self.until(lambda: self.metrics.state == state, timeout)
-        self.catch_up(next(one for one in self.all(StabilityMetrics) if one.state == state))
+        self.catch_up(
+            next(metrics for metrics in self.all(StabilityMetrics) if metrics.state == state)
+        )
 
     def catch_up(self, told: StabilityMetrics, timeout: float = TIMEOUT) -> None:
         """Wait for where the robot was when something was told, or after it."""

@@ -38,10 +38,12 @@ class SoftRobot:
         robot = softened(name)
         home = solve_home(robot)
         wrench = home.loads.wrench_world + (PAYLOADS[name] if payload is None else payload)
-        self.here = solve_forward(
+        self.equilibrium = solve_forward(
             robot, home.motors, start=home, loads=home.loads.with_(wrench_world=wrench)
         )
 
-    def go(self, motors: np.ndarray) -> None:
+    def move_to(self, motors: np.ndarray) -> None:
         """Take motor commands."""
-        self.here = solve_forward(self.here.robot, motors, start=self.here, loads=self.here.loads)
+        self.equilibrium = solve_forward(
+            self.equilibrium.robot, motors, start=self.equilibrium, loads=self.equilibrium.loads
+        )

@@ -47,13 +47,13 @@ def solved_slopes(equilibrium, robots, step, problem):
     turned = equilibrium.platform_rotation.T
 
     def slope(value):
-        return np.tensordot(WEIGHTS, [value(one) for one in found], 1) / step
+        return np.tensordot(WEIGHTS, [value(solution) for solution in found], 1) / step
 
     return {
-        "position": slope(lambda one: one.platform_position),
-        "rotation": slope(lambda one: rotation_log(one.platform_rotation @ turned)),
-        "motors": slope(lambda one: one.motors),
-        "efforts": slope(lambda one: one.efforts),
-        "margin": slope(lambda one: one.margin),
-        "smallest_eigenvalue": slope(lambda one: one.spectrum_locked.smallest),
+        "position": slope(lambda solution: solution.platform_position),
+        "rotation": slope(lambda solution: rotation_log(solution.platform_rotation @ turned)),
+        "motors": slope(lambda solution: solution.motors),
+        "efforts": slope(lambda solution: solution.efforts),
+        "margin": slope(lambda solution: solution.margin),
+        "smallest_eigenvalue": slope(lambda solution: solution.spectrum_locked.smallest),
     }

@@ -56,9 +56,9 @@ def arrays_of(found):
     return arrays
 
 
-def assert_same(one, two):
+def assert_same(found, expected):
     """Two maps are the same, bit for bit."""
-    mine, others = arrays_of(one), arrays_of(two)
+    mine, others = arrays_of(found), arrays_of(expected)
     assert mine.keys() == others.keys()
     for name, values in mine.items():
         assert values.shape == others[name].shape, name
@@ -67,4 +67,4 @@ def assert_same(one, two):
             np.ascontiguousarray(values).view(np.uint8),
             np.ascontiguousarray(others[name]).view(np.uint8),
         ), name
-    assert one.expanded == two.expanded
+    assert found.expanded == expected.expanded

@@ -41,6 +41,6 @@ def test_the_workspace_is_mapped_with_its_borders():
     assert found.complete
     unstable = found.index_locked[found.reached] > 0
     np.testing.assert_array_equal(found.cells.eigenvalues[found.reached, 0] < 0.0, unstable)
-    border = next(one for one in found.borders if one.kind == "stability")
+    border = next(candidate for candidate in found.borders if candidate.kind == "stability")
     on_line = border.points[np.abs(border.points[:, 0]) < 1e-12]
     assert np.abs(on_line[:, 1] - 0.01641).min() < 1e-4  # with 5 modes

@@ -282,7 +282,7 @@ def test_a_shipped_description_is_not_written_over(capsys, tmp_path, monkeypatch
     assert "expected another file than ROBOT" in message
 
 
-@pytest.mark.parametrize("there", [False, True])
+@pytest.mark.parametrize("exists", [False, True])
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -290,13 +290,13 @@ def test_a_shipped_description_is_not_written_over(capsys, tmp_path, monkeypatch
         ("workspace", "rfrfr", "--slice", "x=0:0.1", "--resolution", "0.1"),
     ],
 )
-def test_a_file_is_written_once(capsys, tmp_path, monkeypatch, there, arguments):
+def test_a_file_is_written_once(capsys, tmp_path, monkeypatch, exists, arguments):
     """The picture was written over the description, or over the map."""
     monkeypatch.chdir(tmp_path)
     file = tmp_path / "one.png"
-    if there:
+    if exists:
         file.write_text("something")
-    read = (file,) if there else ()
+    read = (file,) if exists else ()
     message = lost(capsys, read, *arguments, "--out", "one.png", "--plot", file)
     assert (
         message == f"--out: expected another file than --plot, {file}, which is to be written too"

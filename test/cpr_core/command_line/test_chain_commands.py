@@ -31,7 +31,7 @@ def name(request):
 
 
 @pytest.fixture
-def there(name):
+def equilibrium(name):
     robot = load_robot(name)
     return solve_forward(robot, solve_home(robot).motors + STEPS[name])
 
@@ -43,10 +43,10 @@ def answered(capsys, *arguments):
     return json.loads(output.out)
 
 
-def test_forward_stability_and_kinemato(capsys, name, there):
-    motors = there.motors.tolist()
+def test_forward_stability_and_kinemato(capsys, name, equilibrium):
+    motors = equilibrium.motors.tolist()
     found = answered(capsys, "forward", name, "--motors", *motors)["platform"]
-    assert found["position"] == pytest.approx(there.platform_position, abs=1e-9)
+    assert found["position"] == pytest.approx(equilibrium.platform_position, abs=1e-9)
     told = answered(capsys, "stability", name, "--motors", *motors)
     assert (told["index"], told["margin"] > 0.1) == (0, True)
     jacobian = answered(capsys, "kinemato", name, "--motors", *motors)["jacobian"]
@@ -54,19 +54,19 @@ def test_forward_stability_and_kinemato(capsys, name, there):
 
 
 @pytest.mark.parametrize("name", CONTROLLED)
-def test_inverse(capsys, name, there):
-    found = answered(capsys, "inverse", name, "--pose", *there.pose.tolist())
-    assert found["platform"]["position"] == pytest.approx(there.platform_position, abs=1e-9)
+def test_inverse(capsys, name, equilibrium):
+    found = answered(capsys, "inverse", name, "--pose", *equilibrium.pose.tolist())
+    assert found["platform"]["position"] == pytest.approx(equilibrium.platform_position, abs=1e-9)
     if name not in REDUNDANT:  # with redundant motors others are nearer to home
-        assert found["motors"] == pytest.approx(there.motors, abs=1e-8)
+        assert found["motors"] == pytest.approx(equilibrium.motors, abs=1e-8)
 
 
-def test_trace_with_a_picture(capsys, name, there, tmp_path):
-    home, picture = solve_home(there.robot).motors.tolist(), tmp_path / "trace.png"
-    way = ["--given", "motors", "--from", *home, "--to", *there.motors.tolist()]
+def test_trace_with_a_picture(capsys, name, equilibrium, tmp_path):
+    home, picture = solve_home(equilibrium.robot).motors.tolist(), tmp_path / "trace.png"
+    way = ["--given", "motors", "--from", *home, "--to", *equilibrium.motors.tolist()]
     trace = answered(capsys, "trace", name, *way, "--plot", picture)
     assert trace["reached"] and trace["events"] == []
-    assert trace["motors"][-1] == pytest.approx(there.motors)
+    assert trace["motors"][-1] == pytest.approx(equilibrium.motors)
     assert picture.stat().st_size > 10_000
 
 

@@ -226,12 +226,12 @@ def test_modes_are_those_asked_for(solved):
 
 def test_forward_and_inverse_of_six_rfs_undo_each_other(solved):
     motors = np.add(HOME["six_rfs"], [0.03, -0.05, 0.04, 0.06, -0.03, 0.02])
-    there = solved("forward", "six_rfs", "--motors", *motors)
-    pose = [*there["platform"]["position"], *there["platform"]["quaternion_wxyz"]]
+    forward = solved("forward", "six_rfs", "--motors", *motors)
+    pose = [*forward["platform"]["position"], *forward["platform"]["quaternion_wxyz"]]
     back = solved("inverse", "six_rfs", "--pose", *(f"{value:.17f}" for value in pose))
     assert_allclose(back["motors"], motors, rtol=0.0, atol=1e-8)
-    assert_allclose(back["efforts"], there["efforts"], rtol=0.0, atol=1e-8)
-    assert_allclose(back["leg_coordinates"], there["leg_coordinates"], rtol=0.0, atol=1e-7)
+    assert_allclose(back["efforts"], forward["efforts"], rtol=0.0, atol=1e-8)
+    assert_allclose(back["leg_coordinates"], forward["leg_coordinates"], rtol=0.0, atol=1e-7)
 
 
 def test_inverse_of_six_rfs_reaches_the_pose_asked_for(solved):

@@ -213,9 +213,9 @@ def test_kinds_of_ones_own_are_described_built_and_solved(own):
     robot, expected = load_robot(content), load_robot(same)
     assert isinstance(robot.description.legs[1].motor, Tangential)
     motors = solve_home(expected).motors + [0.1, -0.05, 0.08]
-    there, wanted = solve_forward(robot, motors), solve_forward(expected, motors)
-    np.testing.assert_allclose(there.platform_position, wanted.platform_position, atol=1e-8)
-    np.testing.assert_allclose(there.efforts, wanted.efforts, atol=1e-7)
+    found, wanted = solve_forward(robot, motors), solve_forward(expected, motors)
+    np.testing.assert_allclose(found.platform_position, wanted.platform_position, atol=1e-8)
+    np.testing.assert_allclose(found.efforts, wanted.efforts, atol=1e-7)
 
 
 @pytest.mark.parametrize(

@@ -155,9 +155,9 @@ def test_the_top_of_a_file_is_inherited_as_it_is_seen_there():
     longer = robot.with_parameters({"rod.length": 0.55})
     assert [rod.rod.length for rod in longer.description.rods] == [0.55, 0.6]
     assert_array_equal(robot.parameter_values("legs[0].chain[2].rod.section.radius"), [0.001])
-    one = robot.with_parameters({"legs[0].chain[2].rod.section.radius": 0.002})
-    assert [rod.rod.section.radius for rod in one.description.rods] == [0.002, 0.001]
-    both = one.with_parameters({"rod.section.radius": 0.003})
+    thicker = robot.with_parameters({"legs[0].chain[2].rod.section.radius": 0.002})
+    assert [rod.rod.section.radius for rod in thicker.description.rods] == [0.002, 0.001]
+    both = thicker.with_parameters({"rod.section.radius": 0.003})
     assert [rod.rod.section.radius for rod in both.description.rods] == [0.002, 0.003]
 
 

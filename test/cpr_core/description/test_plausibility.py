@@ -370,10 +370,10 @@ def test_shipped_files_are_numbers_in_every_yaml(name):
 def test_one_vector_is_the_side_of_all_rods():
     content = content_of("rfrfr")
     content["home"] = {"motors": [1.7, 1.4], "bow": [1, 0, 0]}
-    one = load_robot(content)
+    robot = load_robot(content)
     content["home"]["bow"] = [[1, 0, 0], [1, 0, 0]]
     for side, same in zip(
-        one.description.home.bow, load_robot(content).description.home.bow, strict=True
+        robot.description.home.bow, load_robot(content).description.home.bow, strict=True
     ):
         np.testing.assert_array_equal(side, same)
         assert side[0] > 0.9
@@ -477,9 +477,9 @@ def test_an_equilibrium_says_whether_it_is_stable_and_where_it_is(name):
 def test_no_stability_is_read_from_energy_where_there_is_none():
     robot = load_robot("six_rfs")
     loads = Loads.none().with_(wrench_body=[0, 0, 0, 0.01, 0, 0])
-    there = solve_forward(robot, solve_home(robot).motors, loads=loads)
-    assert there.index_locked == 0
-    assert not there.stable
+    loaded = solve_forward(robot, solve_home(robot).motors, loads=loads)
+    assert loaded.index_locked == 0
+    assert not loaded.stable
 
 
 def test_loads_of_the_description_stay_where_others_are_added():

@@ -222,8 +222,8 @@ def store_and_recall(arrays, factors, kept, other):
     np.testing.assert_array_equal(factors.border, other.border)
     np.testing.assert_array_equal(factors.inverse["lane"], other.inverse["lane"])
     above = np.triu_indices(factors.upper.shape[1], 1, factors.upper.shape[2])  # L^T is unit
-    for one, two in zip(factors.upper["lane"], other.upper["lane"], strict=True):
-        np.testing.assert_array_equal(one[above], two[above])
+    for stored, recalled in zip(factors.upper["lane"], other.upper["lane"], strict=True):
+        np.testing.assert_array_equal(stored[above], recalled[above])
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)

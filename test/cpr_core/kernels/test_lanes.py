@@ -53,13 +53,13 @@ def test_operations_are_those_of_every_number(name):
     operation = njit(OPERATIONS[name])
 
     @njit
-    def apply(one, other, result):
-        for i in range(one.shape[0]):
-            store(result, i, operation(load(one, i), load(other, i)))
+    def apply(left, right, result):
+        for i in range(left.shape[0]):
+            store(result, i, operation(load(left, i), load(right, i)))
 
-    one, other, result = random_lanes(5), random_lanes(5), empty_lanes(WIDTH, 5)
-    apply(one, other, result)
-    expected = NUMPY[name](one["lane"], other["lane"])
+    first, second, result = random_lanes(5), random_lanes(5), empty_lanes(WIDTH, 5)
+    apply(first, second, result)
+    expected = NUMPY[name](first["lane"], second["lane"])
     np.testing.assert_allclose(result["lane"], expected, rtol=1e-14, atol=1e-15)
 
 

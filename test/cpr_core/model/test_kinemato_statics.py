@@ -23,12 +23,12 @@ def placed(name):
     return solve_forward(robot, solve_home(robot).motors + np.array(STEPS[name]), loads=loads)
 
 
-def body_twist(here, there):
+def body_twist(start, end):
     """Platform motion from one equilibrium to another, in the platform frame."""
-    rotation = here.platform_rotation
-    turn = rotation_log(rotation.T @ there.platform_rotation)
-    shift = rotation.T @ (there.platform_position - here.platform_position)
-    return np.concatenate([turn, shift])[here.robot.platform_axes]
+    rotation = start.platform_rotation
+    turn = rotation_log(rotation.T @ end.platform_rotation)
+    shift = rotation.T @ (end.platform_position - start.platform_position)
+    return np.concatenate([turn, shift])[start.robot.platform_axes]
 
 
 def difference(function, size):
@@ -44,7 +44,7 @@ def close(found, expected):
 
 
 @pytest.fixture(scope="module", params=sorted(shipped_robots()))
-def here(request):
+def equilibrium(request):
     return placed(request.param)
 
 
@@ -53,52 +53,56 @@ def here_square(request):
     return placed(request.param)
 
 
-def test_motor_columns_are_those_of_full_solves(here):
-    model = kinemato_statics(here)
-    size = 2e-4 * here.robot.arrays.unit[here.robot.motor_indices]
-    for motor in range(here.robot.motor_count):
-        step = np.eye(here.robot.motor_count)[motor]
+def test_motor_columns_are_those_of_full_solves(equilibrium):
+    model = kinemato_statics(equilibrium)
+    size = 2e-4 * equilibrium.robot.arrays.unit[equilibrium.robot.motor_indices]
+    for motor in range(equilibrium.robot.motor_count):
+        step = np.eye(equilibrium.robot.motor_count)[motor]
 
-        def there(amount, step=step):
-            return solve_forward(here.robot, here.motors + amount * step, start=here)
+        def solved(amount, step=step):
+            return solve_forward(
+                equilibrium.robot, equilibrium.motors + amount * step, start=equilibrium
+            )
 
         for name, value in (
-            ("jacobian", lambda e: body_twist(here, e)),
-            ("efforts_by_motors", lambda e: e.efforts - here.efforts),
-            ("legs_by_motors", lambda e: e.leg_coordinates - here.leg_coordinates),
-            ("multipliers_by_motors", lambda e: e.multipliers - here.multipliers),
+            ("jacobian", lambda e: body_twist(equilibrium, e)),
+            ("efforts_by_motors", lambda e: e.efforts - equilibrium.efforts),
+            ("legs_by_motors", lambda e: e.leg_coordinates - equilibrium.leg_coordinates),
+            ("multipliers_by_motors", lambda e: e.multipliers - equilibrium.multipliers),
         ):
-            column = difference(lambda a, value=value, t=there: value(t(a)), size[motor])
+            column = difference(lambda a, value=value, t=solved: value(t(a)), size[motor])
             scale = np.abs(getattr(model, name)).max()
             np.testing.assert_allclose(
                 getattr(model, name)[:, motor], column, rtol=0, atol=1e-6 * scale, err_msg=name
             )
 
 
-def test_wrench_columns_are_those_of_full_solves(here):
-    model, robot = kinemato_statics(here), here.robot
+def test_wrench_columns_are_those_of_full_solves(equilibrium):
+    model, robot = kinemato_statics(equilibrium), equilibrium.robot
     turn = np.zeros((6, 6))
-    turn[:3, :3] = turn[3:, 3:] = here.platform_rotation
+    turn[:3, :3] = turn[3:, 3:] = equilibrium.platform_rotation
     columns, efforts = [], []
     for axis in robot.platform_axes:
         size = 1e-3 * robot.arrays.energy_unit
         wrench = turn[:, axis]
 
-        def there(amount, wrench=wrench):
-            loads = here.loads.with_(wrench_world=here.loads.wrench_world + amount * wrench)
-            return solve_forward(robot, here.motors, start=here, loads=loads)
+        def loaded(amount, wrench=wrench):
+            loads = equilibrium.loads.with_(
+                wrench_world=equilibrium.loads.wrench_world + amount * wrench
+            )
+            return solve_forward(robot, equilibrium.motors, start=equilibrium, loads=loads)
 
-        columns.append(difference(lambda a, t=there: body_twist(here, t(a)), size))
-        efforts.append(difference(lambda a, t=there: t(a).efforts, size))
+        columns.append(difference(lambda a, t=loaded: body_twist(equilibrium, t(a)), size))
+        efforts.append(difference(lambda a, t=loaded: t(a).efforts, size))
     close(model.platform_by_wrench, np.transpose(columns))
     close(model.efforts_by_wrench, np.transpose(efforts))
 
 
-def test_compliance_is_symmetric_and_motors_only_add_to_it(here):
-    model = kinemato_statics(here)
+def test_compliance_is_symmetric_and_motors_only_add_to_it(equilibrium):
+    model = kinemato_statics(equilibrium)
     held = model.compliance()
     close(held, held.T)
-    n = here.robot.motor_count
+    n = equilibrium.robot.motor_count
     for stiffness in (1e9, 5.0):
         yielding = model.compliance(np.full(n, stiffness))
         close(yielding, yielding.T)
@@ -116,8 +120,8 @@ def test_a_platform_that_cannot_move_along_a_rigid_leg_has_no_stiffness():
     with pytest.raises(InvalidRequest, match=r"stiffness: .*cannot along its twist") as caught:
         model.stiffness()
     named = np.array(str(caught.value).split("[")[1].split("]")[0].split(", "), float)
-    here = model.equilibrium
-    leg = here.platform_rotation.T @ (here.platform_position - [0.0, -0.1, 0.0])
+    home = model.equilibrium
+    leg = home.platform_rotation.T @ (home.platform_position - [0.0, -0.1, 0.0])
     np.testing.assert_allclose(
         named[1:] / np.linalg.norm(named[1:]), leg[:2] / np.linalg.norm(leg), atol=1e-2
     )
@@ -126,9 +130,9 @@ def test_a_platform_that_cannot_move_along_a_rigid_leg_has_no_stiffness():
     close(model.stiffness([5.0, 5.0, 5.0]) @ yielding, np.eye(3))
 
 
-def test_compliance_at_constant_effort_is_that_of_the_condensed_stiffness(here):
+def test_compliance_at_constant_effort_is_that_of_the_condensed_stiffness(equilibrium):
     """Eliminate the motors from the stiffness of motors and platform together."""
-    model, n = kinemato_statics(here), here.robot.motor_count
+    model, n = kinemato_statics(equilibrium), equilibrium.robot.motor_count
     by_platform = np.linalg.inv(model.platform_by_wrench)
     coupling = -by_platform @ model.jacobian
     motors = model.efforts_by_motors - coupling.T @ model.jacobian
@@ -137,18 +141,18 @@ def test_compliance_at_constant_effort_is_that_of_the_condensed_stiffness(here):
     close(model.compliance(np.zeros(n)), compliance)
 
 
-def test_reciprocity_of_motors_and_platform(here):
+def test_reciprocity_of_motors_and_platform(equilibrium):
     """dtau_a/dw_p = -(dSigma_p/dq_a)^T, and dtau_a/dq_a is symmetric."""
-    model = kinemato_statics(here)
+    model = kinemato_statics(equilibrium)
     close(model.efforts_by_wrench, -model.jacobian.T)
     close(model.efforts_by_motors, model.efforts_by_motors.T)
     softening = np.linalg.eigvalsh(0.5 * (model.efforts_by_motors + model.efforts_by_motors.T))
-    assert here.index_free == here.index_locked + int(np.sum(softening < 0.0))
+    assert equilibrium.index_free == equilibrium.index_locked + int(np.sum(softening < 0.0))
 
 
-def test_the_papers_matrices_hold_for_any_motion(here):
+def test_the_papers_matrices_hold_for_any_motion(equilibrium):
     """A dq_a + P dSigma_p + E dq_e = W dw for the responses to motors and to wrenches."""
-    model, robot = kinemato_statics(here), here.robot
+    model, robot = kinemato_statics(equilibrium), equilibrium.robot
     a, p, e, w = model.matrices()
     n, unit = robot.motor_count, robot.arrays.unit
     r = n + len(robot.elastic_indices) + len(robot.platform_indices)
@@ -166,13 +170,13 @@ def test_the_papers_matrices_hold_for_any_motion(here):
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
 def test_the_prediction_error_falls_as_the_square_of_the_step(name):
-    here = placed(name)
-    model, direction = kinemato_statics(here), np.array(STEPS[name])
+    start = placed(name)
+    model, direction = kinemato_statics(start), np.array(STEPS[name])
     errors = []
     for size in (0.2, 0.1, 0.05):
-        there = solve_forward(here.robot, here.motors + size * direction, start=here)
+        end = solve_forward(start.robot, start.motors + size * direction, start=start)
         predicted = model.jacobian @ (size * direction)
-        errors.append(np.linalg.norm(body_twist(here, there) - predicted))
+        errors.append(np.linalg.norm(body_twist(start, end) - predicted))
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.1)
 
@@ -189,11 +193,11 @@ def test_predictions_invert_each_other(here_square):
         )
 
 
-def test_any_admissible_choice_of_increments_gives_the_same_motion(here):
+def test_any_admissible_choice_of_increments_gives_the_same_motion(equilibrium):
     """Eqs. (45) and (46), and mixtures of them, from one consistent set of increments."""
-    model, n = kinemato_statics(here), here.robot.motor_count
-    motors = 1e-3 * np.array(STEPS[here.robot.description.name])
-    wrench = 1e-4 * np.arange(1.0, 1.0 + len(here.robot.platform_axes))
+    model, n = kinemato_statics(equilibrium), equilibrium.robot.motor_count
+    motors = 1e-3 * np.array(STEPS[equilibrium.robot.description.name])
+    wrench = 1e-4 * np.arange(1.0, 1.0 + len(equilibrium.robot.platform_axes))
     known = model.predict_forward(motors, wrench)
     half = known.motors.copy()
     half[n // 2 :] = np.nan
@@ -219,15 +223,15 @@ def test_any_admissible_choice_of_increments_gives_the_same_motion(here):
 
 
 def test_the_inverse_prediction_is_the_slope_of_inverse_solves():
-    here = solve_inverse(load_robot("three_rfs"), [0.72, 0.1, -0.05])
+    start = solve_inverse(load_robot("three_rfs"), [0.72, 0.1, -0.05])
     step = np.array([0.001, 0.002, -0.001])
 
-    def there(amount):
-        return solve_inverse(here.robot, np.array([0.72, 0.1, -0.05]) + amount * step, start=here)
+    def solved(amount):
+        return solve_inverse(start.robot, np.array([0.72, 0.1, -0.05]) + amount * step, start=start)
 
-    motion = difference(lambda a: body_twist(here, there(a)), 0.1)
-    motors = difference(lambda a: there(a).motors - here.motors, 0.1)
-    close(kinemato_statics(here).predict_inverse(motion).motors, motors)
+    motion = difference(lambda a: body_twist(start, solved(a)), 0.1)
+    motors = difference(lambda a: solved(a).motors - start.motors, 0.1)
+    close(kinemato_statics(start).predict_inverse(motion).motors, motors)
 
 
 def test_the_inverse_singularity_of_the_six_rfs_path():
@@ -239,21 +243,21 @@ def test_the_inverse_singularity_of_the_six_rfs_path():
     def at(t, start):
         return solve_forward(robot, first + (last - first) * t / 50, start=start)
 
-    here, signs = solve_home(robot), []
+    solution, signs = solve_home(robot), []
     for t in range(51):
-        here = at(t, here)
-        signs.append(kinemato_statics(here).singularity("inverse").sign)
+        solution = at(t, solution)
+        signs.append(kinemato_statics(solution).singularity("inverse").sign)
     changes = [t for t in range(50) if signs[t] != signs[t + 1]]
     assert changes == [47]
-    low, high, here = 47.0, 48.0, at(47.0, here)
+    low, high, solution = 47.0, 48.0, at(47.0, solution)
     while high - low > 1e-9:
         middle = 0.5 * (low + high)
-        here = at(middle, here)
-        if kinemato_statics(here).singularity("inverse").sign == signs[47]:
+        solution = at(middle, solution)
+        if kinemato_statics(solution).singularity("inverse").sign == signs[47]:
             low = middle
         else:
             high = middle
-    singular = kinemato_statics(here).singularity("inverse")
+    singular = kinemato_statics(solution).singularity("inverse")
     assert singular.smallest < 1e-8
     assert low == pytest.approx(47.814, abs=2e-3)
     direction = np.abs(singular.motors) / np.linalg.norm(singular.motors)
@@ -264,11 +268,11 @@ def test_the_inverse_singularity_of_the_six_rfs_path():
 
 def test_the_forward_problem_is_singular_where_locked_stability_is_lost():
     robot = load_robot("rfrfr", modes=12)
-    here = solve_inverse(robot, [0.0, 0.1], start=solve_inverse(robot, [0.0, 0.8]))
+    solution = solve_inverse(robot, [0.0, 0.1], start=solve_inverse(robot, [0.0, 0.8]))
     signs, values = [], []
     for y in (0.05, 0.0358, 0.0356, 0.02):
-        here = solve_inverse(robot, [0.0, y], start=here)
-        forward = kinemato_statics(here).singularity("forward")
+        solution = solve_inverse(robot, [0.0, y], start=solution)
+        forward = kinemato_statics(solution).singularity("forward")
         signs.append(forward.sign)
         values.append(forward.smallest)
     assert signs[0] == signs[1] == -signs[2] == -signs[3]
@@ -276,8 +280,8 @@ def test_the_forward_problem_is_singular_where_locked_stability_is_lost():
 
 
 def test_the_characteristic_length_decides_and_units_do_not():
-    here = placed("six_rfs")
-    model = kinemato_statics(here)
+    solution = placed("six_rfs")
+    model = kinemato_statics(solution)
     default = model.singularity("inverse")
     assert model.singularity("inverse", 1.0).smallest == pytest.approx(default.smallest, rel=1e-9)
     assert model.singularity("inverse", 0.1).smallest != pytest.approx(default.smallest, rel=1e-2)
@@ -285,10 +289,10 @@ def test_the_characteristic_length_decides_and_units_do_not():
 
 @pytest.mark.parametrize("problem", ["forward", "inverse", "inverse_by_effort"])
 @pytest.mark.parametrize("length", [None, 0.3])
-def test_singular_values_alone_are_the_same(here, problem, length):
-    if problem == "inverse" and not here.robot.description.controlled:
+def test_singular_values_alone_are_the_same(equilibrium, problem, length):
+    if problem == "inverse" and not equilibrium.robot.description.controlled:
         return
-    model = kinemato_statics(here)
+    model = kinemato_statics(equilibrium)
     whole = model.singularity(problem, length).singular_values
     np.testing.assert_allclose(
         model.singular_values(problem, length), whole, rtol=1e-9, atol=1e-12 * whole[-1]
@@ -332,8 +336,8 @@ def test_motors_may_be_of_any_stiffness_side_by_side():
 @pytest.mark.parametrize("name", ["rfrfr", "gough_stewart", "three_prs"])
 def test_the_motor_part_of_a_null_direction_is_in_rad_and_m(name):
     """It is that of the dimensionless matrix, of either sign, in the units of the motors."""
-    here = placed(name)
-    model, robot = kinemato_statics(here), here.robot
+    solution = placed(name)
+    model, robot = kinemato_statics(solution), solution.robot
     for length in (robot.mean_length, 0.3 * robot.mean_length):
         a, _, e, w = model.matrices(length)
         matrix = np.hstack([a, e, -w[:, robot.motor_count :]])

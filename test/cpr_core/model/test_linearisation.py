@@ -48,25 +48,25 @@ def equilibria(name, count):
     return found
 
 
-def assert_eigenvalues_same(here):
+def assert_eigenvalues_same(equilibrium):
     """They agree, as far as the dense method's own rounding allows."""
-    found = here.linearisation
+    found = equilibrium.linearisation
     readings = [("locked", found.smallest_locked)]
-    if here.robot.arrays.one_slot_a_motor:
+    if equilibrium.robot.arrays.one_slot_a_motor:
         readings.append(("free", found.smallest_free))
     for motors_are, value in readings:
-        dense = spectrum(here, motors_are).eigenvalues
+        dense = spectrum(equilibrium, motors_are).eigenvalues
         assert value == pytest.approx(dense[0], rel=1e-10, abs=1e-10 * np.abs(dense).max())
-    assert found.margin == pytest.approx(_Dense(here, "locked").margin(), rel=1e-9, abs=1e-9)
+    assert found.margin == pytest.approx(_Dense(equilibrium, "locked").margin(), rel=1e-9, abs=1e-9)
 
 
-def assert_same(here):
+def assert_same(equilibrium):
     """So do matrices."""
-    assert_eigenvalues_same(here)
-    found = here.linearisation
-    n = here.robot.motor_count
-    moved, efforts = here.dense_response.moved, here.dense_response.efforts
-    platform = moved[here.robot.platform_indices]
+    assert_eigenvalues_same(equilibrium)
+    found = equilibrium.linearisation
+    n = equilibrium.robot.motor_count
+    moved, efforts = equilibrium.dense_response.moved, equilibrium.dense_response.efforts
+    platform = moved[equilibrium.robot.platform_indices]
     for name, expected in (
         ("jacobian", platform[:, :n]),
         ("platform_by_wrench", platform[:, n:]),
@@ -81,8 +81,8 @@ def assert_same(here):
 
 @pytest.mark.parametrize("name", [*SHORT_FORM, *CHAINS])
 def test_condensed_and_dense_agree_at_many_equilibria(name):
-    for here in equilibria(name, 12):
-        assert_same(here)
+    for equilibrium in equilibria(name, 12):
+        assert_same(equilibrium)
 
 
 @pytest.mark.parametrize("planar", [True, False])
@@ -142,11 +142,11 @@ def test_a_motion_of_joints_without_elastic_energy_is_told_by_the_dense_method()
 
 def test_they_agree_where_robots_are_unstable():
     robot = load_robot("rfrfr", modes=12)
-    here, seen = solve_inverse(robot, [0.0, 0.8]), []
+    equilibrium, seen = solve_inverse(robot, [0.0, 0.8]), []
     for y in (0.3, 0.0358, 0.0357, 0.03, -0.05, -0.1):
-        here = solve_inverse(robot, [0.0, y], start=here)
-        assert_same(here)
-        seen.append((here.index_locked, here.linearisation.margin < 0.0))
+        equilibrium = solve_inverse(robot, [0.0, y], start=equilibrium)
+        assert_same(equilibrium)
+        seen.append((equilibrium.index_locked, equilibrium.linearisation.margin < 0.0))
     assert [index for index, _ in seen] == [0, 0, 1, 1, 1, 2]
     assert all((index > 0) == negative for index, negative in seen)
     spatial = load_robot("six_rfs")
@@ -163,10 +163,10 @@ def test_they_agree_under_loads_without_potential():
         ("wrench_world", [0.02, -0.01, 0.03, 0.1, 0, 0]),
         ("wrench_body", [0.01, 0.02, 0, 0, 0.1, -0.2]),
     ):
-        here = solve_forward(
+        loaded = solve_forward(
             robot, solve_home(robot).motors, loads=Loads.none().with_(**{field: wrench})
         )
-        assert_same(here)
+        assert_same(loaded)
 
 
 @pytest.mark.parametrize("planar", [True, False])
@@ -269,15 +269,15 @@ def test_it_is_computed_once_and_kept_as_long_as_the_equilibrium():
 def test_nothing_that_was_asked_keeps_an_equilibrium_alive():
     """At two hundred ticks a second garbage must not wait for the collector of circles."""
     robot = load_robot("rfrfr")
-    here = solve_forward(robot, [2.6, 0.56])
-    for found in (here.spectrum_locked, here.spectrum_free):
+    equilibrium = solve_forward(robot, [2.6, 0.56])
+    for found in (equilibrium.spectrum_locked, equilibrium.spectrum_free):
         assert np.isfinite([found.smallest, found.eigenvalues[0]]).all()
-    assert here.spectrum_locked.margin > 0.0
-    _ = kinemato_statics(here).stiffness()
-    gone = weakref.ref(here)
+    assert equilibrium.spectrum_locked.margin > 0.0
+    _ = kinemato_statics(equilibrium).stiffness()
+    gone = weakref.ref(equilibrium)
     gc.disable()
     try:
-        del here, found
+        del equilibrium, found
         assert gone() is None
     finally:
         gc.enable()

@@ -63,14 +63,14 @@ def integrate_leg(leg, strain, rotation, position, force_per_length):
         j3 = y[7 : 7 + 6 * count].reshape(6, count)
         turn = rotation_of(h)
         phi = shape(s)
-        here = adjoint(turn, p)
+        section_adjoint = adjoint(turn, p)
         wrench = np.concatenate([np.zeros(3), turn.T @ force_per_length])
-        carried = np.linalg.solve(here.T, wrench)
+        carried = np.linalg.solve(section_adjoint.T, wrench)
         return np.concatenate(
             [
                 quaternion_rate(phi @ strain, h),
                 turn[:, 0],
-                (here @ stacked @ phi).ravel(),
+                (section_adjoint @ stacked @ phi).ravel(),
                 base.T @ carried,
                 j3.T @ carried,
             ]

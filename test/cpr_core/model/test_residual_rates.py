@@ -61,7 +61,7 @@ def test_rates_are_those_of_robots_that_are_built_anew(name):
             ]
         except DescriptionError:
             continue
-        away = [np.abs((found - one) * natural).max() * scale for one in expected]
+        away = [np.abs((found - quotient) * natural).max() * scale for quotient in expected]
         assert min(away, default=0.0) < 1e-8, path
         if not scale:
             assert not np.any(found)
@@ -90,8 +90,8 @@ def test_mass_from_none_and_stiffness_from_none():
     home = solve_home(robot)
     parameter = named_parameters(robot.description, path)[0]
     found = residual_rates(home, [parameter]).rates[0]
-    one = residual_at(home, path, 1e-2) - residual_at(home, path, 0.0)
-    assert np.abs(found - one / 1e-2).max() < 1e-9
+    change = residual_at(home, path, 1e-2) - residual_at(home, path, 0.0)
+    assert np.abs(found - change / 1e-2).max() < 1e-9
     assert np.abs(found).max() > 0.1
 
 

@@ -67,25 +67,25 @@ def test_home_is_stable(robot):
 
 
 def test_the_inverse_problem_gives_back_the_motors(square):
-    there = moved(square, loads=heavy(square))
-    back = solve_inverse(square, there.pose, loads=heavy(square))
-    np.testing.assert_allclose(back.motors, there.motors, atol=1e-9)
-    np.testing.assert_allclose(back.efforts, there.efforts, atol=1e-6)
+    forward = moved(square, loads=heavy(square))
+    back = solve_inverse(square, forward.pose, loads=heavy(square))
+    np.testing.assert_allclose(back.motors, forward.motors, atol=1e-9)
+    np.testing.assert_allclose(back.efforts, forward.efforts, atol=1e-6)
 
 
 def test_the_efforts_lead_back_to_the_motors(robot):
-    there = moved(robot, loads=heavy(robot))
+    start = moved(robot, loads=heavy(robot))
     onward = solve_forward(
-        robot, there.motors + 0.2 * np.array(STEPS[robot.description.name]), start=there
+        robot, start.motors + 0.2 * np.array(STEPS[robot.description.name]), start=start
     )
-    back = solve_forward_by_effort(robot, there.efforts, start=onward)
-    np.testing.assert_allclose(back.motors, there.motors, atol=1e-8)
+    back = solve_forward_by_effort(robot, start.efforts, start=onward)
+    np.testing.assert_allclose(back.motors, start.motors, atol=1e-8)
 
 
 def test_the_hessian_is_symmetric_under_conservative_loads(robot):
-    there = moved(robot, loads=heavy(robot))
+    loaded = moved(robot, loads=heavy(robot))
     unit = robot.arrays.unit
-    tangent = there.tangent * unit[:, None] * unit
+    tangent = loaded.tangent * unit[:, None] * unit
     np.testing.assert_allclose(tangent, tangent.T, atol=1e-10 * np.abs(tangent).max())
 
 
@@ -93,10 +93,10 @@ def test_energy_gained_is_the_work_of_the_motors(robot):
     first = solve_forward(robot, solve_home(robot).motors, loads=heavy(robot))
     last = moved(robot, start=first)
     nodes, weights = np.polynomial.legendre.leggauss(12)
-    step, here, work = last.motors - first.motors, first, 0.0
+    step, equilibrium, work = last.motors - first.motors, first, 0.0
     for node, weight in zip(0.5 * (nodes + 1.0), 0.5 * weights, strict=True):
-        here = solve_forward(robot, first.motors + node * step, start=here)
-        work += weight * here.efforts @ step
+        equilibrium = solve_forward(robot, first.motors + node * step, start=equilibrium)
+        work += weight * equilibrium.efforts @ step
     assert last.energy - first.energy == pytest.approx(work, rel=1e-6)
 
 
@@ -139,8 +139,8 @@ def test_a_robot_turned_and_shifted_with_its_loads_does_the_same(robot):
     shift = np.array([1.0, -2.0, 0.0 if robot.planar else 0.5])
     wrench = np.array([0.0, 0.0, 0.0, 0.05, -0.08, 0.0 if robot.planar else 0.1])
     other = Robot(turned_description(robot.description, turn, shift))
-    here = moved(robot, loads=heavy(robot).with_(wrench_world=wrench))
-    there = moved(
+    original = moved(robot, loads=heavy(robot).with_(wrench_world=wrench))
+    turned = moved(
         other,
         loads=other.default_loads.with_(
             gravity=turn @ HEAVY[robot.planar],
@@ -148,16 +148,19 @@ def test_a_robot_turned_and_shifted_with_its_loads_does_the_same(robot):
         ),
     )
     np.testing.assert_allclose(
-        there.platform_position, turn @ here.platform_position + shift, atol=1e-9
+        turned.platform_position, turn @ original.platform_position + shift, atol=1e-9
     )
     if not robot.description.point_platform:
         np.testing.assert_allclose(
-            there.platform_rotation, turn @ here.platform_rotation, atol=1e-9
+            turned.platform_rotation, turn @ original.platform_rotation, atol=1e-9
         )
-    np.testing.assert_allclose(there.efforts, here.efforts, atol=1e-8)
-    np.testing.assert_allclose(there.leg_coordinates, here.leg_coordinates, atol=1e-8)
+    np.testing.assert_allclose(turned.efforts, original.efforts, atol=1e-8)
+    np.testing.assert_allclose(turned.leg_coordinates, original.leg_coordinates, atol=1e-8)
     np.testing.assert_allclose(
-        there.spectrum_locked.eigenvalues, here.spectrum_locked.eigenvalues, rtol=1e-7, atol=1e-9
+        turned.spectrum_locked.eigenvalues,
+        original.spectrum_locked.eigenvalues,
+        rtol=1e-7,
+        atol=1e-9,
     )
 
 
@@ -207,20 +210,20 @@ def test_lengths_of_extensible_legs_are_recovered():
     np.testing.assert_allclose(robot.default_loads.gravity, [0, 0, -9.81])
     assert robot.description.platform_mass == 0.1
     lengths = [0.46, 0.44, 0.45, 0.47, 0.45, 0.46]
-    there = solve_forward(robot, lengths)
-    back = solve_inverse(robot, there.pose)
+    forward = solve_forward(robot, lengths)
+    back = solve_inverse(robot, forward.pose)
     np.testing.assert_allclose(back.motors, lengths, atol=1e-9)
 
 
 def test_tilt_is_controlled_exactly_and_the_rest_follows():
     robot = load_robot("three_rfs")
-    there = solve_inverse(robot, [0.72, 0.1, -0.05])
-    roll, pitch, yaw = roll_pitch_yaw(there.platform_rotation)
+    tilted = solve_inverse(robot, [0.72, 0.1, -0.05])
+    roll, pitch, yaw = roll_pitch_yaw(tilted.platform_rotation)
     assert (roll, pitch) == (pytest.approx(0.1, abs=1e-12), pytest.approx(-0.05, abs=1e-12))
-    assert there.platform_position[2] == pytest.approx(0.72, abs=1e-12)
+    assert tilted.platform_position[2] == pytest.approx(0.72, abs=1e-12)
     assert abs(yaw) > 1e-4
-    again = solve_forward(robot, there.motors)
-    np.testing.assert_allclose(again.platform_rotation, there.platform_rotation, atol=1e-8)
+    again = solve_forward(robot, tilted.motors)
+    np.testing.assert_allclose(again.platform_rotation, tilted.platform_rotation, atol=1e-8)
     with pytest.raises(InvalidRequest, match="pitch"):
         solve_inverse(robot, [0.72, 0.0, 2.0])
 
@@ -234,10 +237,10 @@ def test_any_angles_can_be_chosen(controlled):
     robot = load_robot(content)
     # Off the symmetric home, where yaw answers to no motor to first order.
     start = solve_forward(robot, solve_home(robot).motors + [0.25, -0.15, 0.05])
-    there = solve_forward(robot, start.motors + [0.02, -0.01, 0.015], start=start)
-    back = solve_inverse(robot, there.pose, start=start)
-    np.testing.assert_allclose(back.pose, there.pose, atol=1e-11)
-    np.testing.assert_allclose(back.motors, there.motors, atol=1e-7)
+    target = solve_forward(robot, start.motors + [0.02, -0.01, 0.015], start=start)
+    back = solve_inverse(robot, target.pose, start=start)
+    np.testing.assert_allclose(back.pose, target.pose, atol=1e-11)
+    np.testing.assert_allclose(back.motors, target.motors, atol=1e-7)
 
 
 def test_motors_beyond_their_limits_are_refused():

@@ -146,11 +146,11 @@ def test_a_non_conservative_load_is_said():
 def test_elastic_stiffness_is_the_second_derivative_of_the_elastic_energy(described):
     """l0/l q^T K q / 2 of every leg; a motor that feeds the rod changes l."""
     robot = load_robot(described, modes=3)
-    there = solve_forward(robot, solve_home(robot).motors + 0.02)
+    equilibrium = solve_forward(robot, solve_home(robot).motors + 0.02)
     motions = np.random.default_rng(3).standard_normal((2, robot.state_size))
 
     def energy(first, second):
-        state, total = there.state + 1e-4 * (first * motions[0] + second * motions[1]), 0.0
+        state, total = equilibrium.state + 1e-4 * (first * motions[0] + second * motions[1]), 0.0
         for rod in robot.numbers.rods:
             described, strain = rod.element.rod, state[rod.strain]
             stiffness = described.stiffness(rod.element.modes, robot.grid)
@@ -158,7 +158,7 @@ def test_elastic_stiffness_is_the_second_derivative_of_the_elastic_energy(descri
         return total
 
     mixed = energy(1, 1) - energy(1, -1) - energy(-1, 1) + energy(-1, -1)
-    found = motions[0] @ elastic_hessian(there) @ motions[1]
+    found = motions[0] @ elastic_hessian(equilibrium) @ motions[1]
     assert found == pytest.approx(0.25e8 * mixed, rel=1e-5)
 
 

@@ -67,32 +67,32 @@ def test_indices_are_those_of_the_spectra_and_signs_those_of_the_determinant(nam
         away = random.uniform(-1.0, 1.0, robot.motor_count) * RANGES[name]
         force = random.normal(size=3) * load * (1.0 if not robot.planar else [1.0, 1.0, 0.0])
         try:
-            here = solve_forward(robot, home.motors + 0.3 * away)
-            here = solve_forward(
+            equilibrium = solve_forward(robot, home.motors + 0.3 * away)
+            equilibrium = solve_forward(
                 robot,
-                here.motors,
-                start=here,
-                loads=here.loads.with_(wrench_world=[0, 0, 0, *force]),
+                equilibrium.motors,
+                start=equilibrium,
+                loads=equilibrium.loads.with_(wrench_world=[0, 0, 0, *force]),
             )
         except NotReached as end:
-            here = end.last
-        assert here.signs.index_locked == here.spectrum_locked.index
-        assert here.signs.index_free == here.spectrum_free.index
-        sign = kinemato_statics(here).singularity("inverse").sign
-        assert here.signs.inverse_sign == same_side * sign
-        assert index_by_eigenvalues(here) == here.signs.index_locked
-        seen.add(here.signs.index_free)
+            equilibrium = end.last
+        assert equilibrium.signs.index_locked == equilibrium.spectrum_locked.index
+        assert equilibrium.signs.index_free == equilibrium.spectrum_free.index
+        sign = kinemato_statics(equilibrium).singularity("inverse").sign
+        assert equilibrium.signs.inverse_sign == same_side * sign
+        assert index_by_eigenvalues(equilibrium) == equilibrium.signs.index_locked
+        seen.add(equilibrium.signs.index_free)
     assert len(seen) > 1 or name in ("gough_stewart", "planar_body")
 
 
 def test_indices_beyond_two_crossings():
     robot = load_robot("rfrfr")
-    here = solve_inverse(robot, [0.0, 0.8])
+    equilibrium = solve_inverse(robot, [0.0, 0.8])
     for y in np.linspace(0.75, -0.2, 20):
-        here = solve_inverse(robot, [0.0, y], start=here)
-        assert here.signs.index_locked == here.spectrum_locked.index
-        assert here.signs.index_free == here.spectrum_free.index
-    assert here.signs.index_locked == 2
+        equilibrium = solve_inverse(robot, [0.0, y], start=equilibrium)
+        assert equilibrium.signs.index_locked == equilibrium.spectrum_locked.index
+        assert equilibrium.signs.index_free == equilibrium.spectrum_free.index
+    assert equilibrium.signs.index_locked == 2
 
 
 def test_straight_legs_are_counted_all_the_same():

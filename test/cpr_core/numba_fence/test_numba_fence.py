@@ -218,11 +218,11 @@ def meanwhile(monkeypatch, writer, step, function):
 
 
 def test_machine_code_that_two_processes_write_at_once_is_all_kept(tmp_path, monkeypatch):
-    one, other = cache_file(tmp_path), cache_file(tmp_path)
+    cache, other = cache_file(tmp_path), cache_file(tmp_path)
     thread = meanwhile(
-        monkeypatch, one, "_save_index", lambda: other.save("integers", "code for integers")
+        monkeypatch, cache, "_save_index", lambda: other.save("integers", "code for integers")
     )
-    one.save("numbers", "code for numbers")
+    cache.save("numbers", "code for numbers")
     thread.join()
     assert cache_file(tmp_path).load("numbers") == "code for numbers"
     assert cache_file(tmp_path).load("integers") == "code for integers"
@@ -230,11 +230,11 @@ def test_machine_code_that_two_processes_write_at_once_is_all_kept(tmp_path, mon
 
 def test_machine_code_of_before_is_not_read_while_it_is_replaced(tmp_path, monkeypatch):
     cache_file(tmp_path, "old").save("numbers", "old code")
-    one, found = cache_file(tmp_path), []
-    assert one.load("numbers") is None
+    cache, found = cache_file(tmp_path), []
+    assert cache.load("numbers") is None
     thread = meanwhile(
-        monkeypatch, one, "_save_data", lambda: found.append(cache_file(tmp_path).load("numbers"))
+        monkeypatch, cache, "_save_data", lambda: found.append(cache_file(tmp_path).load("numbers"))
     )
-    one.save("numbers", "new code")
+    cache.save("numbers", "new code")
     thread.join()
     assert found == ["new code"]

@@ -103,18 +103,18 @@ def moved(model, point, column, step):
 )
 def test_the_jacobian_is_the_derivative_of_the_residual(chain, tip, nodes):
     model, point = anywhere(chain, tip, nodes)
-    here, step = chain_balance(model, point), 1e-5
+    balance, step = chain_balance(model, point), 1e-5
     strain = [
         i for leg in model.robot.numbers.legs for i in range(leg.strain.start, leg.strain.stop)
     ]
-    for column in np.setdiff1d(np.arange(here.jacobian.shape[1]), strain):
+    for column in np.setdiff1d(np.arange(balance.jacobian.shape[1]), strain):
         above, below = (
             chain_balance(model, moved(model, point, column, sign)).residual
             for sign in (step, -step)
         )
         expected = (above - below) / (2 * step)
         scale = max(1.0, np.abs(expected).max())
-        assert_allclose(here.jacobian[:, column], expected, rtol=0.0, atol=1e-7 * scale)
+        assert_allclose(balance.jacobian[:, column], expected, rtol=0.0, atol=1e-7 * scale)
 
 
 def conjugate(moment):

@@ -179,11 +179,11 @@ def test_forces_on_rods_and_wrenches_of_any_kind():
 
 def test_forces_on_one_of_several_rods():
     robot = with_rods(load_robot("two_rods", modes=12), lambda rod: rod)
-    one, other = robot.rod_names[:2]
+    first_rod, second_rod = robot.rod_names[:2]
     force = [[0.3, 0.1, 0.0], [0.0, -0.4, 0.0]]
     loads = robot.default_loads.with_(
-        distributed=[DistributedForce(one, np.array([0.0, 1.0]), force)],
-        points=[PointForce(other, 0.3, [0.2, -0.3, 0.0])],
+        distributed=[DistributedForce(first_rod, np.array([0.0, 1.0]), force)],
+        points=[PointForce(second_rod, 0.3, [0.2, -0.3, 0.0])],
     )
     home = solve_home(robot)
     modes = solve_forward(robot, home.motors, start=home, loads=loads)
@@ -203,15 +203,15 @@ PATHS = {"rfrfr": ("rfrfr_forward_path.csv", 2), "six_rfs": ("6rfs_forward_path.
 @pytest.mark.parametrize("name", PATHS)
 def test_the_general_way_is_the_compiled_one_on_the_robots_of_the_paper(name):
     file, count = PATHS[name]
-    here = solve_home(load_robot(name))
+    equilibrium = solve_home(load_robot(name))
     rows = read(file)[::10] if name == "rfrfr" else read(file)[:2]
     for row in rows:
-        here = solve_forward(
-            here.robot, numbers(row, *(f"q{k + 1}" for k in range(count))), start=here
+        equilibrium = solve_forward(
+            equilibrium.robot, numbers(row, *(f"q{k + 1}" for k in range(count))), start=equilibrium
         )
         for held in ("motors", "pose"):
-            compiled = solve_continuous(here, held)
-            general = solve_chains(here, motors_held=held == "motors", method=ACCURATE)
+            compiled = solve_continuous(equilibrium, held)
+            general = solve_chains(equilibrium, motors_held=held == "motors", method=ACCURATE)
             for quantity in (
                 "platform_position",
                 "platform_rotation",

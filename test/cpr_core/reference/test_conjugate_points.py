@@ -65,19 +65,21 @@ def start_of_path(name, heavy):
     loads = Loads.none().with_(gravity=GRAVITY[name, heavy])
     if name == "rfrfr":
         return solve_inverse(robot, [0.0, 0.8], start=solve_inverse(robot, [0.0, 0.8]), loads=loads)
-    here, goal = solve_home(robot), slice_pose(0.0)
+    equilibrium, goal = solve_home(robot), slice_pose(0.0)
     for fraction in np.linspace(0.0, 1.0, 11)[1:]:
-        here = solve_inverse(robot, pose_between(solve_home(robot), goal, fraction), start=here)
-    return solve_inverse(robot, goal, start=here, loads=loads)
+        equilibrium = solve_inverse(
+            robot, pose_between(solve_home(robot), goal, fraction), start=equilibrium
+        )
+    return solve_inverse(robot, goal, start=equilibrium, loads=loads)
 
 
 def path(name, heavy, values):
     """Equilibria along the two lines of the paper's stability studies."""
-    here = start_of_path(name, heavy)
+    equilibrium = start_of_path(name, heavy)
     for value in values:
         pose = [0.0, value] if name == "rfrfr" else slice_pose(value)
-        here = solve_inverse(here.robot, pose, start=here)
-        yield here
+        equilibrium = solve_inverse(equilibrium.robot, pose, start=equilibrium)
+        yield equilibrium
 
 
 @pytest.mark.parametrize(
@@ -153,10 +155,10 @@ def test_variations_of_a_rod_agree_with_differences(kind):
 
 def test_continuous_rods_on_the_rfrfr_path():
     rows = read("rfrfr_forward_path.csv")
-    here = solve_home(load_robot("rfrfr"))
+    equilibrium = solve_home(load_robot("rfrfr"))
     for row in rows:
-        here = solve_forward(here.robot, numbers(row, "q1", "q2"), start=here)
-        rods = solve_continuous(here)
+        equilibrium = solve_forward(equilibrium.robot, numbers(row, "q1", "q2"), start=equilibrium)
+        rods = solve_continuous(equilibrium)
         assert rods.residual < 1e-11
         assert rods.integration_error < 1e-11
         assert_allclose(rods.platform_position[:2], numbers(row, "x", "y"), atol=1e-11)
@@ -170,12 +172,12 @@ def test_continuous_rods_on_the_six_rfs_path():
     rows = read("6rfs_forward_path.csv")
     motors = [f"q{k}" for k in range(1, 7)]
     expected = {int(row["t"]): row for row in rows}
-    here, compared = solve_home(load_robot("six_rfs")), 0
+    equilibrium, compared = solve_home(load_robot("six_rfs")), 0
     for t, target in enumerate(straight_path(rows, motors)):
-        here = solve_forward(here.robot, target, start=here)
+        equilibrium = solve_forward(equilibrium.robot, target, start=equilibrium)
         if t not in expected:
             continue
-        row, rods = expected[t], solve_continuous(here)
+        row, rods = expected[t], solve_continuous(equilibrium)
         assert rods.residual < 1e-11
         assert rods.integration_error < 1e-11
         assert_allclose(rods.platform_position, numbers(row, "px", "py", "pz"), atol=1e-11)
@@ -264,7 +266,9 @@ def test_a_conjugate_point_reaches_the_base_where_stability_is_lost(name, expect
     side = 1e-4 * np.sign(bracket[1] - bracket[0])
     before, after = equilibrium(crossing - side), equilibrium(crossing + side)
     assert after.index_locked == before.index_locked + 1
-    stable, lost = (conjugate_points(solve_continuous(here, "pose")) for here in (before, after))
+    stable, lost = (
+        conjugate_points(solve_continuous(solution, "pose")) for solution in (before, after)
+    )
     assert len(lost) == len(stable) + 1
     assert lost[0] < 1e-2  # the new one has just come in at the base
 

@@ -84,8 +84,8 @@ def test_linearisation_agrees_with_differences(name, loads):
     start = continuous_home(robot, loads=loads)
     shooting, units = shooting_of(robot, loads, start.method)
     exact = continuous_rods._dimensionless(continuous_rods._state_of(start), units)
-    here = _workspace(shooting)
-    assert _evaluate(shooting, exact, here) < 1e-11
+    workspace = _workspace(shooting)
+    assert _evaluate(shooting, exact, workspace) < 1e-11
     block = 3 if robot.planar else 6
     wrench = [2, 3, 4] if robot.planar else range(6)
     step = 1e-5
@@ -94,10 +94,12 @@ def test_linearisation_agrees_with_differences(name, loads):
         """Of what closes the gaps, and of the imbalance: at an equilibrium, derivatives."""
         ends = []
         for sign in (step, -step):
-            state, there = ShootingState(*[part.copy() for part in exact]), _workspace(shooting)
+            state, perturbed = ShootingState(*[part.copy() for part in exact]), _workspace(shooting)
             state = change(state, sign) or state
-            _evaluate(shooting, state, there)
-            ends.append((there.legs[:, :block, 0].copy(), there.gap[: len(shooting.axes)].copy()))
+            _evaluate(shooting, state, perturbed)
+            ends.append(
+                (perturbed.legs[:, :block, 0].copy(), perturbed.gap[: len(shooting.axes)].copy())
+            )
         return [(a - b) / (2 * step) for a, b in zip(*ends, strict=True)]
 
     for leg in range(robot.motor_count):
@@ -115,8 +117,8 @@ def test_linearisation_agrees_with_differences(name, loads):
             state.motors[leg] += h
 
         legs, gap = differences(turn)
-        assert_allclose(legs[leg], here.legs[leg, :block, -1], atol=1e-7)
-        assert_allclose(gap, here.turns[: len(gap), leg], atol=1e-6)
+        assert_allclose(legs[leg], workspace.legs[leg, :block, -1], atol=1e-7)
+        assert_allclose(gap, workspace.turns[: len(gap), leg], atol=1e-6)
     for number, axis in enumerate(shooting.axes):
 
         def move(state, h, axis=axis):
@@ -126,8 +128,8 @@ def test_linearisation_agrees_with_differences(name, loads):
             return state._replace(rotation=rotation_exp(h * np.eye(3)[axis]) @ state.rotation)
 
         legs, gap = differences(move)
-        assert_allclose(legs, here.legs[:, :block, 1 + number], atol=1e-6)
-        assert_allclose(gap, here.motion[: len(gap), number], atol=1e-6)
+        assert_allclose(legs, workspace.legs[:, :block, 1 + number], atol=1e-6)
+        assert_allclose(gap, workspace.motion[: len(gap), number], atol=1e-6)
 
 
 @pytest.mark.parametrize(("tableau", "order"), [("RK4", 4), ("DOPRI5", 5), ("DOP853", 8)])

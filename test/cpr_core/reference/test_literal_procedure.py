@@ -24,15 +24,17 @@ def tight(monkeypatch):
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
 def test_solutions_are_those_of_the_library(name, tight):
     robot = load_robot(name)
-    here = solve_home(robot)
-    motors = [here.motors + 0.05, here.motors + 0.1]
-    for found, target in zip(follow_literally(solve_literally(here), motors), motors, strict=True):
-        here = solve_forward(robot, target, start=here)
+    equilibrium = solve_home(robot)
+    motors = [equilibrium.motors + 0.05, equilibrium.motors + 0.1]
+    for found, target in zip(
+        follow_literally(solve_literally(equilibrium), motors), motors, strict=True
+    ):
+        equilibrium = solve_forward(robot, target, start=equilibrium)
         assert found.residual < 1e-10
-        assert_allclose(found.platform_position, here.platform_position, atol=1e-8)
-        assert_allclose(found.platform_rotation, here.platform_rotation, atol=1e-8)
-        assert_allclose(found.strain, here.leg_coordinates, atol=1e-7)
-        assert_allclose(found.efforts, -here.efforts, atol=1e-8)
+        assert_allclose(found.platform_position, equilibrium.platform_position, atol=1e-8)
+        assert_allclose(found.platform_rotation, equilibrium.platform_rotation, atol=1e-8)
+        assert_allclose(found.strain, equilibrium.leg_coordinates, atol=1e-7)
+        assert_allclose(found.efforts, -equilibrium.efforts, atol=1e-8)
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])

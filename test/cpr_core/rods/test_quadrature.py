@@ -260,9 +260,9 @@ def test_bending_about_one_axis_is_exact(coefficients, step):
 @given(arrays(float, (3, 3), elements=st.floats(-4.0, 4.0, allow_subnormal=False)))
 @FAST
 def test_going_back_undoes_a_step(moments):
-    there, back = magnus(moments, 0.3), magnus(moments * [[1.0], [-1.0], [1.0]], -0.3)
-    assert_allclose(there @ back, np.eye(3), rtol=0.0, atol=5e-15)
-    assert_allclose(there.T @ there, np.eye(3), rtol=0.0, atol=5e-15)
+    forward, back = magnus(moments, 0.3), magnus(moments * [[1.0], [-1.0], [1.0]], -0.3)
+    assert_allclose(forward @ back, np.eye(3), rtol=0.0, atol=5e-15)
+    assert_allclose(forward.T @ forward, np.eye(3), rtol=0.0, atol=5e-15)
 
 
 @given(arrays(float, (3, 3), elements=st.floats(-4.0, 4.0, allow_subnormal=False)), vectors)

@@ -37,13 +37,13 @@ def test_area_and_second_moments_are_integrals_over_the_section(name):
     step = 5e-6
     line = np.arange(-0.006, 0.006, step) + 0.5 * step
     along_2, along_3 = np.meshgrid(line, line, indexing="ij")
-    there = inside(along_2, along_3) * step**2
+    areas = inside(along_2, along_3) * step**2
     torsion, about_2, about_3 = section.rigidities(YOUNG, SHEAR)
-    assert_allclose(section.mass_per_length(DENSITY), DENSITY * there.sum(), rtol=2e-3)
-    assert_allclose(about_2, YOUNG * (there * along_3**2).sum(), rtol=5e-3)
-    assert_allclose(about_3, YOUNG * (there * along_2**2).sum(), rtol=5e-3)
+    assert_allclose(section.mass_per_length(DENSITY), DENSITY * areas.sum(), rtol=2e-3)
+    assert_allclose(about_2, YOUNG * (areas * along_3**2).sum(), rtol=5e-3)
+    assert_allclose(about_3, YOUNG * (areas * along_2**2).sum(), rtol=5e-3)
     if name != "rectangular":  # Saint-Venant: the polar moment of what is round
-        assert_allclose(torsion, SHEAR * (there * (along_2**2 + along_3**2)).sum(), rtol=5e-3)
+        assert_allclose(torsion, SHEAR * (areas * (along_2**2 + along_3**2)).sum(), rtol=5e-3)
 
 
 def test_torsion_of_rectangles():

@@ -131,16 +131,16 @@ UNIVERSAL = {
 @pytest.mark.parametrize("kind", UNIVERSAL)
 def test_a_universal_joint_is_two_revolute_ones(kind):
     universal, *turns = UNIVERSAL[kind]
-    one, two = content("six_rus"), content("six_rus")
-    one["legs"][1]["chain"][2] = {"joint": "universal", "axes": AXES} | universal
-    two["legs"][1]["chain"][2:3] = [
+    with_universal, with_revolutes = content("six_rus"), content("six_rus")
+    with_universal["legs"][1]["chain"][2] = {"joint": "universal", "axes": AXES} | universal
+    with_revolutes["legs"][1]["chain"][2:3] = [
         {"joint": "revolute", "axis": axis} | turn for axis, turn in zip(AXES, turns, strict=True)
     ]
     extra = sum("motor" in turn for turn in turns)
-    for changed in (one, two):
+    for changed in (with_universal, with_revolutes):
         changed["controlled"] = [] if extra else ["x", "y", "z", "orientation"]
         changed["home"]["motors"] = [0.0] * 2 + [0.05, 0.02][:extra] + [0.0] * 4
-    first, second = load_robot(one), load_robot(two)
+    first, second = load_robot(with_universal), load_robot(with_revolutes)
     assert first.motor_names == second.motor_names and first.motor_count == 6 + extra
     home, same = solve_home(first), solve_home(second)
     assert_same(home, same)
@@ -378,7 +378,7 @@ def test_a_robot_elsewhere_and_turned_is_the_same(robot):
     """Without gravity, which has a direction of its own."""
     changed = content(robot.description.name)
     changed["gravity"] = [0, 0, 0]
-    here = solve_home(load_robot(changed))
+    original = solve_home(load_robot(changed))
     turn = rotation_exp([0, 0, 0.8] if robot.planar else [0.3, -0.5, 0.8])
     shift = np.array([0.4, -0.2, 0.0 if robot.planar else 0.7])
     for leg in changed["legs"]:
@@ -389,16 +389,16 @@ def test_a_robot_elsewhere_and_turned_is_the_same(robot):
                 base[direction] = (turn @ base[direction]).tolist()
     changed["home"] |= {
         "platform": {
-            "position": (shift + turn @ here.platform_position).tolist(),
-            "quaternion_wxyz": quaternion_from_rotation(turn @ here.platform_rotation).tolist(),
+            "position": (shift + turn @ original.platform_position).tolist(),
+            "quaternion_wxyz": quaternion_from_rotation(turn @ original.platform_rotation).tolist(),
         }
     }
     moved = solve_home(load_robot(changed))
     np.testing.assert_allclose(
-        moved.platform_position, shift + turn @ here.platform_position, atol=1e-9
+        moved.platform_position, shift + turn @ original.platform_position, atol=1e-9
     )
-    np.testing.assert_allclose(moved.efforts, here.efforts, atol=1e-9)
-    assert moved.spectrum_locked.margin == pytest.approx(here.spectrum_locked.margin, rel=1e-7)
+    np.testing.assert_allclose(moved.efforts, original.efforts, atol=1e-9)
+    assert moved.spectrum_locked.margin == pytest.approx(original.spectrum_locked.margin, rel=1e-7)
 
 
 def test_a_shared_motor_is_the_motors_moved_together():
@@ -417,29 +417,29 @@ def test_a_shared_motor_is_the_motors_moved_together():
     for number, ratio in enumerate(ratios):
         moved_by[number, number // 2] = ratio
     start = np.array([0.2, -0.1, 0.15])
-    one = solve_forward(paired, start)
-    two = solve_forward(alone, moved_by @ start)
-    np.testing.assert_allclose(one.platform_position, two.platform_position, atol=1e-9)
-    np.testing.assert_allclose(one.platform_rotation, two.platform_rotation, atol=1e-9)
-    np.testing.assert_allclose(one.efforts, moved_by.T @ two.efforts, atol=1e-9)
-    assert one.index_locked == two.index_locked
-    jacobian = kinemato_statics(two).jacobian @ moved_by
-    np.testing.assert_allclose(kinemato_statics(one).jacobian, jacobian, atol=1e-9)
+    shared = solve_forward(paired, start)
+    separate = solve_forward(alone, moved_by @ start)
+    np.testing.assert_allclose(shared.platform_position, separate.platform_position, atol=1e-9)
+    np.testing.assert_allclose(shared.platform_rotation, separate.platform_rotation, atol=1e-9)
+    np.testing.assert_allclose(shared.efforts, moved_by.T @ separate.efforts, atol=1e-9)
+    assert shared.index_locked == separate.index_locked
+    jacobian = kinemato_statics(separate).jacobian @ moved_by
+    np.testing.assert_allclose(kinemato_statics(shared).jacobian, jacobian, atol=1e-9)
     # H_r with the motors free, reduced by the chain rule: as many negative eigenvalues.
     states = np.zeros((alone.state_size, paired.state_size))
     states[: alone.arrays.motor_index, : paired.arrays.motor_index] = np.eye(
         alone.arrays.motor_index
     )
     states[alone.arrays.motor_index :, paired.arrays.motor_index :] = moved_by
-    whole = states.T @ two.tangent @ states
+    whole = states.T @ separate.tangent @ states
     unit = paired.arrays.unit
     np.testing.assert_allclose(
-        one.tangent * unit[:, None] * unit, whole * unit[:, None] * unit, atol=1e-9
+        shared.tangent * unit[:, None] * unit, whole * unit[:, None] * unit, atol=1e-9
     )
     signs = np.linalg.eigvalsh(0.5 * (whole + whole.T) * unit[:, None] * unit)
     held = len(paired.multiplier_indices)
-    assert one.index_free == int(np.sum(signs < 0.0)) - held
-    assert one.spectrum_free.index == one.index_free
+    assert shared.index_free == int(np.sum(signs < 0.0)) - held
+    assert shared.spectrum_free.index == shared.index_free
 
 
 def test_the_six_rus_has_the_motor_angles_its_authors_give():

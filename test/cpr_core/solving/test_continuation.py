@@ -38,13 +38,13 @@ GRAVITY = {"rfrfr": [0.0, -9.81, 0.0], "six_rfs": [0.0, 0.0, -9.81]}
 def walked(robot, start, target, requests):
     """Straight to motors in a number of requests."""
     first = start.motors
-    here = start
+    equilibrium = start
     for number in range(1, requests + 1):
         fraction = number / requests
-        here = solve_forward(
-            robot, (1.0 - fraction) * first + fraction * np.array(target), start=here
+        equilibrium = solve_forward(
+            robot, (1.0 - fraction) * first + fraction * np.array(target), start=equilibrium
         )
-    return here
+    return equilibrium
 
 
 @pytest.mark.parametrize("heavy", [False, True])
@@ -225,7 +225,9 @@ def test_a_limit_passed_within_a_step_is_seen():
     start = solve_forward(robot, [1.49, 0.5, 0.5])
     end = solve_forward(robot, [1.49, -0.5, 0.9])
     pose = [*end.platform_position[:2], np.arctan2(*end.platform_rotation[[1, 0], 0])]
-    dense = [here.motors[0] for here in unlimited_way(start, pose, np.linspace(0, 1, 101))]
+    dense = [
+        equilibrium.motors[0] for equilibrium in unlimited_way(start, pose, np.linspace(0, 1, 101))
+    ]
     assert len(dense) == 101
     assert max(dense) > 1.5
     with pytest.raises(MotorLimitExceeded, match="motor1: position"):
@@ -241,11 +243,16 @@ def unlimited_way(start, pose, fractions):
     for leg in content["legs"]:
         del leg["motor"]["limits"]
     free = load_robot(content)
-    here = solve_forward(free, start.motors)
-    first = np.array([*here.platform_position[:2], np.arctan2(*here.platform_rotation[[1, 0], 0])])
+    unlimited_start = solve_forward(free, start.motors)
+    first = np.array(
+        [
+            *unlimited_start.platform_position[:2],
+            np.arctan2(*unlimited_start.platform_rotation[[1, 0], 0]),
+        ]
+    )
     for fraction in fractions:
         part = (1.0 - fraction) * first + fraction * np.array(pose)
-        yield solve_inverse(free, part, start=here)
+        yield solve_inverse(free, part, start=unlimited_start)
 
 
 def test_rods_end_a_way_where_they_would_yield():
@@ -289,8 +296,8 @@ def test_stable_only_starts_from_something_stable():
 def test_loads_without_potential_decide_no_stability():
     robot = load_robot("six_rfs")
     turning = Loads.none().with_(wrench_world=[0, 0, 0.01, 0, 0, 0])
-    there = solve_forward(robot, solve_home(robot).motors + 0.1, loads=turning)
-    assert there.converged
+    equilibrium = solve_forward(robot, solve_home(robot).motors + 0.1, loads=turning)
+    assert equilibrium.converged
     with pytest.raises(UnstableEquilibrium, match="not decided by energy"):
         solve_forward(robot, solve_home(robot).motors + 0.1, loads=turning, stable_only=True)
 
@@ -306,12 +313,12 @@ def test_a_step_does_not_jump_over_two_folds_to_the_next_stable_part_of_the_bran
     robot = load_robot("rfrfr")
     ends = []
     for requests in (1, 100):
-        first, here = solve_home(robot).efforts, solve_home(robot)
+        first, equilibrium = solve_home(robot).efforts, solve_home(robot)
         with pytest.raises(NotReached) as stopped:
             for number in range(1, requests + 1):
                 fraction = number / requests
                 target = (1.0 - fraction) * first + fraction * np.array(efforts)
-                here = solve_forward_by_effort(robot, target, start=here)
+                equilibrium = solve_forward_by_effort(robot, target, start=equilibrium)
         assert stopped.value.event.kind == "fold"
         ends.append(stopped.value.event.equilibrium)
     assert distance(*ends) < 1e-3
@@ -331,6 +338,6 @@ def test_a_request_just_before_a_fold_is_reached(name):
     for before in (1e-3, 1e-5, 1e-6, 1e-7):
         fraction = stopped.value.event.fraction * (1.0 - before)
         target = (1.0 - fraction) * home.pose + fraction * pose
-        there = solve_inverse(robot, target)
-        assert np.abs(there.pose - target).max() < 1e-9
-        assert distance(there, fold) < 40.0 * np.sqrt(before)
+        reached = solve_inverse(robot, target)
+        assert np.abs(reached.pose - target).max() < 1e-9
+        assert distance(reached, fold) < 40.0 * np.sqrt(before)

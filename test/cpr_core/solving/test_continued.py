@@ -268,7 +268,7 @@ def test_a_robot_that_differs_in_more_than_numbers_is_refused():
 
 def test_there_and_back_over_a_default():
     start = equilibrium_of("six_rfs")
-    there = continued(start, start.robot.with_parameters({"platform.center_of_mass[0]": 0.02}))
-    assert np.abs(there.platform_position - start.platform_position).max() > 1e-5
-    back = continued(there, start.robot)
+    shifted = continued(start, start.robot.with_parameters({"platform.center_of_mass[0]": 0.02}))
+    assert np.abs(shifted.platform_position - start.platform_position).max() > 1e-5
+    back = continued(shifted, start.robot)
     assert_allclose(back.platform_position, start.platform_position, rtol=0.0, atol=1e-9)

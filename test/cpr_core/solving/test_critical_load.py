@@ -90,12 +90,12 @@ def test_the_smallest_eigenvalue_vanishes_there_and_nowhere_before(name):
     down = [0.0, -1.0, 0.0] if robot.planar else [0.0, 0.0, -1.0]
     start = solve_forward(robot, solve_home(robot).motors + 0.02 * np.arange(robot.motor_count))
     found = critical_load(start, down)
-    here = start
+    equilibrium = start
     for fraction in np.linspace(0.02, 0.98, 25):
         wrench = np.concatenate([np.zeros(3), fraction * found.value * np.array(down)])
         loads = start.loads.with_(wrench_world=start.loads.wrench_world + wrench)
-        here = solve_forward(robot, start.motors, start=here, loads=loads)
-        assert here.index_locked == 0
+        equilibrium = solve_forward(robot, start.motors, start=equilibrium, loads=loads)
+        assert equilibrium.index_locked == 0
     last = found.equilibrium.spectrum_locked.eigenvalues[0]
     assert 0.0 < last < 1e-2 * start.spectrum_locked.eigenvalues[0]
     wrench = np.concatenate([np.zeros(3), 1.001 * found.value * np.array(down)])

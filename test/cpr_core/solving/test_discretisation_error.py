@@ -56,19 +56,19 @@ def test_parts_are_those_of_the_answer_with_many_modes(name):
     robot = load_robot(name, modes=4)
     exact, home = load_robot(name, modes=16), solve_home(robot)
     way = 0.1 * robot.motor_units * np.cos(np.arange(robot.motor_count))
-    here = solve_forward(robot, home.motors + way)
+    coarse = solve_forward(robot, home.motors + way)
     for problem, true in (
-        ("motors", solve_forward(exact, here.motors)),
-        ("pose", solve_inverse(exact, here.pose)),
-        ("efforts", solve_forward_by_effort(exact, here.efforts)),
+        ("motors", solve_forward(exact, coarse.motors)),
+        ("pose", solve_inverse(exact, coarse.pose)),
+        ("efforts", solve_forward_by_effort(exact, coarse.efforts)),
     ):
-        found = error_of(here, problem)
-        turn = rotation_log(true.platform_rotation @ here.platform_rotation.T)
+        found = error_of(coarse, problem)
+        turn = rotation_log(true.platform_rotation @ coarse.platform_rotation.T)
         expected = {
-            "position": true.platform_position - here.platform_position,
+            "position": true.platform_position - coarse.platform_position,
             "rotation": turn,
-            "motors": true.motors - here.motors,
-            "efforts": true.efforts - here.efforts,
+            "motors": true.motors - coarse.motors,
+            "efforts": true.efforts - coarse.efforts,
         }
         for part, change in expected.items():
             size = max(np.linalg.norm(change), 1e-9)
@@ -106,13 +106,13 @@ def test_an_embedded_equilibrium_has_the_same_shape(name):
 def test_splines_too():
     content = yaml_content(shipped_robots()["rfrfr"].read_text(encoding="utf-8"))
     content["strain"] = {"basis": "bsplines", "degree": 3, "knots": [0.5]}
-    here = solve_home(load_robot(content))
-    finest = here.robot.description
+    home = solve_home(load_robot(content))
+    finest = home.robot.description
     for _ in range(3):
         finest = finest.with_richer_modes(1)
-    true = in_richer_space(here, Robot(finest))
-    away = np.linalg.norm(true.platform_position - here.platform_position)
-    assert 1.0 / 3.0 < error_of(here).distance / away < 3.0
+    true = in_richer_space(home, Robot(finest))
+    away = np.linalg.norm(true.platform_position - home.platform_position)
+    assert 1.0 / 3.0 < error_of(home).distance / away < 3.0
 
 
 def jump_ratios(name, softer):
@@ -183,8 +183,8 @@ def test_the_command_prints_it(capsys):
     assert "continuous rods with the same motors would change" in told
     assert main([*arguments, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["discretisation_error"]
-    here = solve_forward(load_robot("rfrfr", modes=3), [2.7, 0.5])
-    expected = error_of(here)
+    equilibrium = solve_forward(load_robot("rfrfr", modes=3), [2.7, 0.5])
+    expected = error_of(equilibrium)
     assert found["platform"]["position"] == expected.position.tolist()
     assert found["held"] == "motors"
     assert f"{expected.distance:14.1e} m" in told

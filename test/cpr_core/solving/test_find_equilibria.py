@@ -25,24 +25,24 @@ def found():
 
 def test_each_is_an_equilibrium_at_the_motors(found):
     assert len(found) >= 6
-    for one in found:
-        assert residual(one.equilibrium) < 1e-10
-        np.testing.assert_allclose(one.equilibrium.motors, [2.59, 0.55], atol=1e-12)
-        assert one.stable == (one.equilibrium.spectrum_locked.index == 0)
-    energies = [one.equilibrium.energy for one in found]
+    for entry in found:
+        assert residual(entry.equilibrium) < 1e-10
+        np.testing.assert_allclose(entry.equilibrium.motors, [2.59, 0.55], atol=1e-12)
+        assert entry.stable == (entry.equilibrium.spectrum_locked.index == 0)
+    energies = [entry.equilibrium.energy for entry in found]
     assert energies == sorted(energies)
-    assert sum(one.starts for one in found) <= 200
+    assert sum(entry.starts for entry in found) <= 200
 
 
 def test_none_comes_twice(found):
-    for number, one in enumerate(found):
+    for number, entry in enumerate(found):
         for other in found[:number]:
-            assert distance(one.equilibrium, other.equilibrium) > 1e-4
+            assert distance(entry.equilibrium, other.equilibrium) > 1e-4
 
 
 def test_home_is_among_them_and_the_only_one_of_its_branch(found):
     robot = found[0].equilibrium.robot
-    assert [one.from_home for one in found] == [True] + [False] * (len(found) - 1)
+    assert [entry.from_home for entry in found] == [True] + [False] * (len(found) - 1)
     assert distance(found[0].equilibrium, solve_home(robot)) < 1e-9
 
 
@@ -50,8 +50,8 @@ def test_mirror_images_come_in_pairs():
     """At mirrored motors the robot is its own mirror image, and so are its equilibria together."""
     robot = load_robot("rfrfr")
     found = find_equilibria(robot, [np.pi - 0.55, 0.55], starts=200, seed=4)
-    places = np.array([one.equilibrium.platform_position for one in found])
-    often = [one.equilibrium.platform_position for one in found if one.starts > 3]
+    places = np.array([entry.equilibrium.platform_position for entry in found])
+    often = [entry.equilibrium.platform_position for entry in found if entry.starts > 3]
     assert len(often) >= 4
     for place in often:
         mirrored = place * [-1.0, 1.0, 1.0]
@@ -63,12 +63,12 @@ def test_the_same_in_other_processes(found):
         again = find_equilibria(
             load_robot("rfrfr"), [2.59, 0.55], starts=20, seed=0, executor=executor
         )
-    here = find_equilibria(load_robot("rfrfr"), [2.59, 0.55], starts=20, seed=0)
-    assert [one.starts for one in again] == [one.starts for one in here]
-    for one, two in zip(again, here, strict=True):
-        assert distance(one.equilibrium, two.equilibrium) < 1e-12
+    serial = find_equilibria(load_robot("rfrfr"), [2.59, 0.55], starts=20, seed=0)
+    assert [entry.starts for entry in again] == [entry.starts for entry in serial]
+    for entry, expected in zip(again, serial, strict=True):
+        assert distance(entry.equilibrium, expected.equilibrium) < 1e-12
     robot = again[0].equilibrium.robot
-    assert all(one.equilibrium.robot is robot for one in again)
+    assert all(entry.equilibrium.robot is robot for entry in again)
 
 
 def test_progress_is_told():
@@ -90,9 +90,10 @@ def test_bad_questions_are_refused():
 def test_the_six_rfs_robot_has_dozens_of_equilibria_and_few_stable_ones():
     robot = load_robot("six_rfs")
     # Threads that wait for each other take a fifth more of a processor that other tests want too.
-    with ThreadPoolExecutor(1) as one:
+    with ThreadPoolExecutor(1) as single_thread:
         searches = [
-            find_equilibria(robot, SIX, starts=4000, seed=seed, executor=one) for seed in (0, 1)
+            find_equilibria(robot, SIX, starts=4000, seed=seed, executor=single_thread)
+            for seed in (0, 1)
         ]
     for found in searches:
         assert len(found) >= 40
@@ -100,29 +101,32 @@ def test_the_six_rfs_robot_has_dozens_of_equilibria_and_few_stable_ones():
         assert found[0].from_home
         assert first.energy == pytest.approx(2.05804, abs=2e-5)
         # One is stable however the motors are read: home.
-        assert [one.equilibrium.index_free for one in found].count(0) == 1
+        assert [entry.equilibrium.index_free for entry in found].count(0) == 1
         assert first.index_locked == first.index_free == 0
         # One more is stable with the motors held, its platform turned over by 147 degrees.
-        stable = [one.equilibrium for one in found if one.stable]
+        stable = [entry.equilibrium for entry in found if entry.stable]
         assert len(stable) == 2
         assert stable[1].energy == pytest.approx(2.36825, abs=1e-5)
         assert stable[1].index_free == 1
-    low = [[one.equilibrium for one in found if one.equilibrium.energy < 3.0] for found in searches]
+    low = [
+        [entry.equilibrium for entry in found if entry.equilibrium.energy < 3.0]
+        for found in searches
+    ]
     assert len(low[0]) == len(low[1]) >= 10
-    for one, two in zip(*low, strict=True):
-        assert one.energy == pytest.approx(two.energy, abs=1e-9)
-        assert distance(one, two) < 1e-6
+    for equilibrium, other in zip(*low, strict=True):
+        assert equilibrium.energy == pytest.approx(other.energy, abs=1e-9)
+        assert distance(equilibrium, other) < 1e-6
 
 
 def test_the_second_stable_equilibrium_is_one_of_continuous_rods():
     """No conjugate point on any rod: Till and Rucker's test, by another method than H_r."""
     robot = load_robot("six_rfs")
     found = find_equilibria(robot, SIX, starts=300, seed=0)
-    second = next(one.equilibrium for one in found[1:] if one.stable)
+    second = next(entry.equilibrium for entry in found[1:] if entry.stable)
     continuous = solve_continuous(second)
     np.testing.assert_allclose(continuous.platform_position, second.platform_position, atol=1e-4)
     assert len(conjugate_points(continuous)) == 0
-    third = next(one.equilibrium for one in found if one.equilibrium.index_locked == 1)
+    third = next(entry.equilibrium for entry in found if entry.equilibrium.index_locked == 1)
     assert len(conjugate_points(solve_continuous(third))) == 1
     # Not on the branch of home: straight back to it along no motor path at all.
     assert distance(solve_forward(robot, SIX), second) > 0.1

@@ -79,11 +79,11 @@ def test_inverse_and_by_effort_give_back_the_forward_solution(robot, loaded):
 def test_one_request_or_many_small_ones_lead_to_the_same_place(robot):
     target = motors_near_home(robot)
     at_once = solve_forward(robot, target)
-    here = solve_home(robot)
+    stepwise = solve_home(robot)
     for fraction in np.linspace(0.05, 1.0, 20):
         motors = (1.0 - fraction) * solve_home(robot).motors + fraction * target
-        here = solve_forward(robot, motors, start=here)
-    np.testing.assert_allclose(here.state, at_once.state, atol=1e-9)
+        stepwise = solve_forward(robot, motors, start=stepwise)
+    np.testing.assert_allclose(stepwise.state, at_once.state, atol=1e-9)
 
 
 def test_loads_of_the_start_are_kept_unless_others_are_given(robot):
@@ -111,10 +111,10 @@ def test_energy_gained_along_a_path_is_the_work_of_the_motors(robot):
     step = motors_near_home(robot) - first.motors
     last = solve_forward(robot, first.motors + step, start=first)
     nodes, weights = np.polynomial.legendre.leggauss(10)
-    here, work = first, 0.0
+    equilibrium, work = first, 0.0
     for node, weight in zip(0.5 * (nodes + 1.0), 0.5 * weights, strict=True):
-        here = solve_forward(robot, first.motors + node * step, start=here)
-        work += weight * here.efforts @ step
+        equilibrium = solve_forward(robot, first.motors + node * step, start=equilibrium)
+        work += weight * equilibrium.efforts @ step
     assert last.energy - first.energy == pytest.approx(work, rel=1e-6)
 
 

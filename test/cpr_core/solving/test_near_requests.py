@@ -71,10 +71,14 @@ def test_signs_with_delayed_slots_are_those_of_the_eigenvalues(straight):
     found, force = 0, straight.arrays.energy_unit / straight.mean_length
     for factor in (0.0, 1e-3, -1e-3, 0.1):
         loads = Loads.none().with_(wrench_world=[0, 0, 0, factor * force, 0, 0])
-        here = solve_forward(straight, solve_home(straight).motors, loads=loads)
-        assert here.index_locked == index_by_eigenvalues(here) == here.spectrum_locked.index
-        assert here.index_free == here.spectrum_free.index
-        found += delayed(here)
+        equilibrium = solve_forward(straight, solve_home(straight).motors, loads=loads)
+        assert (
+            equilibrium.index_locked
+            == index_by_eigenvalues(equilibrium)
+            == equilibrium.spectrum_locked.index
+        )
+        assert equilibrium.index_free == equilibrium.spectrum_free.index
+        found += delayed(equilibrium)
     assert found > 0
 
 

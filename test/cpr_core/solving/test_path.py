@@ -18,13 +18,13 @@ PROBLEMS = ["motors", "pose", "efforts"]
 def path_of(name, problem, loaded=False):
     robot = load_robot(name)
     pattern = np.resize([0.2, -0.1, 0.15, 0.1, -0.2], robot.motor_count)
-    there = solve_forward(robot, solve_home(robot).motors + pattern * RANGES[name] * 0.2)
+    target = solve_forward(robot, solve_home(robot).motors + pattern * RANGES[name] * 0.2)
     loads = solve_home(robot).loads
     if loaded:
         force = 0.1 * robot.arrays.energy_unit / robot.mean_length
         loads = loads.with_(wrench_world=[0, 0, 0, force, -force, 0])
     return Path(
-        solve_home(robot), target_of(solve_home(robot), problem, getattr(there, problem)), loads
+        solve_home(robot), target_of(solve_home(robot), problem, getattr(target, problem)), loads
     )
 
 
@@ -51,11 +51,11 @@ def test_tangents_are_those_of_differences(name, problem, loaded):
 @pytest.mark.parametrize("name", [*SHORT_FORM, "delta", "two_rods"])
 def test_points_by_arc_length_lie_on_the_path(name, problem):
     path = path_of(name, problem)
-    here = path.begin()
-    tangent = path.tangent(here)
-    found = path.along(here, tangent, 0.02)
+    start = path.begin()
+    tangent = path.tangent(start)
+    found = path.along(start, tangent, 0.02)
     assert found is not None
-    direct = path.at(here, found.fraction)
+    direct = path.at(start, found.fraction)
     assert distance(found.equilibrium, direct.equilibrium) < 1e-7
     assert path.tangent(found, tangent).cosine(tangent) > 0.9
     back = path.along(found, path.tangent(found, tangent), -0.02)

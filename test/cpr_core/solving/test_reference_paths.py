@@ -14,15 +14,19 @@ def test_rfrfr_path_with_twelve_modes():
     rows = read("rfrfr_forward_path.csv")
     assert len(rows) == 51
     robot = load_robot("rfrfr", modes=12)
-    here = solve_home(robot)
+    equilibrium = solve_home(robot)
     for row in rows:
-        here = solve_forward(robot, numbers(row, "q1", "q2"), start=here)
-        np.testing.assert_allclose(here.platform_position[:2], numbers(row, "x", "y"), atol=1e-8)
-        np.testing.assert_allclose(here.efforts, numbers(row, "tau1", "tau2"), atol=1e-7)
-        np.testing.assert_allclose(here.multipliers[:2], numbers(row, "F1x", "F1y"), atol=1e-7)
-        assert here.energy == pytest.approx(row["U"], abs=1e-8)
-        assert here.index_locked == row["nneg_lock"]
-        assert here.index_free == row["nneg_free"]
+        equilibrium = solve_forward(robot, numbers(row, "q1", "q2"), start=equilibrium)
+        np.testing.assert_allclose(
+            equilibrium.platform_position[:2], numbers(row, "x", "y"), atol=1e-8
+        )
+        np.testing.assert_allclose(equilibrium.efforts, numbers(row, "tau1", "tau2"), atol=1e-7)
+        np.testing.assert_allclose(
+            equilibrium.multipliers[:2], numbers(row, "F1x", "F1y"), atol=1e-7
+        )
+        assert equilibrium.energy == pytest.approx(row["U"], abs=1e-8)
+        assert equilibrium.index_locked == row["nneg_lock"]
+        assert equilibrium.index_free == row["nneg_free"]
 
 
 def test_six_rfs_path_with_twelve_modes():
@@ -30,23 +34,26 @@ def test_six_rfs_path_with_twelve_modes():
     motors = [f"q{k}" for k in range(1, 7)]
     robot = load_robot("six_rfs", modes=12)
     expected = {int(row["t"]): row for row in rows}
-    here, compared = solve_home(robot), 0
+    equilibrium, compared = solve_home(robot), 0
     for t, target in enumerate(straight_path(rows, motors)):
-        here = solve_forward(robot, target, start=here)
+        equilibrium = solve_forward(robot, target, start=equilibrium)
         if t not in expected:
             continue
         row = expected[t]
         np.testing.assert_allclose(target, numbers(row, *motors), atol=1e-12)
         np.testing.assert_allclose(
-            here.platform_position, numbers(row, "px", "py", "pz"), atol=1e-7
+            equilibrium.platform_position, numbers(row, "px", "py", "pz"), atol=1e-7
         )
         np.testing.assert_allclose(
-            here.platform_quaternion, numbers(row, "qw", "qx", "qy", "qz"), atol=1e-6
+            equilibrium.platform_quaternion, numbers(row, "qw", "qx", "qy", "qz"), atol=1e-6
         )
         efforts = numbers(row, *(f"tau{k}" for k in range(1, 7)))
-        np.testing.assert_allclose(here.efforts, efforts, atol=1e-7)
-        assert here.energy == pytest.approx(row["U"], abs=1e-7)
-        assert (here.index_locked, here.index_free) == (row["nneg_lock"], row["nneg_free"])
+        np.testing.assert_allclose(equilibrium.efforts, efforts, atol=1e-7)
+        assert equilibrium.energy == pytest.approx(row["U"], abs=1e-7)
+        assert (equilibrium.index_locked, equilibrium.index_free) == (
+            row["nneg_lock"],
+            row["nneg_free"],
+        )
         compared += 1
     assert compared == len(rows) == 6
 
@@ -58,10 +65,10 @@ def test_six_rfs_path_with_twelve_modes():
 def test_position_error_falls_with_the_modes_as_in_table_i(modes, worst, mean):
     rows = read("rfrfr_forward_path.csv")
     robot = load_robot("rfrfr", modes=modes)
-    here, errors = solve_home(robot), []
+    equilibrium, errors = solve_home(robot), []
     for row in rows:
-        here = solve_forward(robot, numbers(row, "q1", "q2"), start=here)
-        errors.append(np.linalg.norm(here.platform_position[:2] - numbers(row, "x", "y")))
+        equilibrium = solve_forward(robot, numbers(row, "q1", "q2"), start=equilibrium)
+        errors.append(np.linalg.norm(equilibrium.platform_position[:2] - numbers(row, "x", "y")))
     assert np.mean(errors) == pytest.approx(mean, rel=0.02)
     assert np.max(errors) == pytest.approx(worst, rel=0.03)
 
@@ -69,7 +76,7 @@ def test_position_error_falls_with_the_modes_as_in_table_i(modes, worst, mean):
 def test_inverse_walks_the_rfrfr_path_back_to_its_motors():
     rows = read("rfrfr_forward_path.csv")
     robot = load_robot("rfrfr", modes=12)
-    here = solve_home(robot)
+    equilibrium = solve_home(robot)
     for row in rows:
-        here = solve_inverse(robot, numbers(row, "x", "y"), start=here)
-        np.testing.assert_allclose(here.motors, numbers(row, "q1", "q2"), atol=1e-6)
+        equilibrium = solve_inverse(robot, numbers(row, "x", "y"), start=equilibrium)
+        np.testing.assert_allclose(equilibrium.motors, numbers(row, "q1", "q2"), atol=1e-6)

@@ -27,9 +27,9 @@ def test_a_trace_is_the_solutions_along_the_way():
     found = trace(robot, motors=last, points=7)
     assert found.reached
     np.testing.assert_allclose(found.fractions, np.linspace(0.0, 1.0, 7), atol=1e-15)
-    for fraction, here in zip(found.fractions, found.equilibria, strict=True):
+    for fraction, equilibrium in zip(found.fractions, found.equilibria, strict=True):
         motors = (1.0 - fraction) * solve_home(robot).motors + fraction * last
-        assert distance(here, solve_forward(robot, motors)) < 1e-8
+        assert distance(equilibrium, solve_forward(robot, motors)) < 1e-8
     assert found.motors.shape == found.efforts.shape == (7, 6)
     assert found.platform_positions.shape == (7, 3)
     assert found.eigenvalues_locked.shape == (7, 6)
@@ -80,11 +80,11 @@ def test_folds_are_passed_where_asked():
     assert indices[0] == indices[-1] == 0
     assert indices.max() == 1
     # Steps of a curve, not jumps.
-    steps = [distance(one, two) for one, two in itertools.pairwise(found.equilibria)]
+    steps = [distance(before, after) for before, after in itertools.pairwise(found.equilibria)]
     assert max(steps) < 0.6
-    for here in found.equilibria[:: len(found.equilibria) // 10]:
-        force = here.loads.wrench_world[4]
-        assert np.abs(here.motors - start.motors).max() < 1e-12
+    for equilibrium in found.equilibria[:: len(found.equilibria) // 10]:
+        force = equilibrium.loads.wrench_world[4]
+        assert np.abs(equilibrium.motors - start.motors).max() < 1e-12
         assert -2.0 * critical <= force <= 0.0
 
 

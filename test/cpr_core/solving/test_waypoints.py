@@ -26,23 +26,23 @@ CASES = {case.name: case for case in (RFRFR, SIX_RFS)}
 SOLVERS = {"motors": solve_forward, "poses": solve_inverse, "efforts": solve_forward_by_effort}
 
 
-def one_by_one(robot, what, rows, start):
+def one_by_one(robot, quantity, rows, start):
     """A loop of single solves."""
     found = []
     for row in rows:
-        found.append(SOLVERS[what](robot, row, start=found[-1] if found else start))
+        found.append(SOLVERS[quantity](robot, row, start=found[-1] if found else start))
     return found
 
 
-@pytest.mark.parametrize("what", SOLVERS)
+@pytest.mark.parametrize("quantity", SOLVERS)
 @pytest.mark.parametrize("name", CASES)
-def test_a_trajectory_is_what_single_solves_find(name, what):
+def test_a_trajectory_is_what_single_solves_find(name, quantity):
     robot = load_robot(name)
     path = CASES[name].path()
     start = solve_forward(robot, path[0])
     places = one_by_one(robot, "motors", path[1:12], start)
-    rows = [getattr(place, "pose" if what == "poses" else what) for place in places]
-    found = trace_through(robot, **{what: rows}, start=start, singularities=False)
+    rows = [getattr(place, "pose" if quantity == "poses" else quantity) for place in places]
+    found = trace_through(robot, **{quantity: rows}, start=start, singularities=False)
     assert found.reached and not found.events and len(found.equilibria) == len(rows)
     assert found.fractions[-1] == 1.0
     for ours, theirs in zip(found.equilibria, places, strict=True):
@@ -52,17 +52,17 @@ def test_a_trajectory_is_what_single_solves_find(name, what):
     assert found.motors.shape == (len(rows), robot.motor_count)
     # The predictions learn: fewer Newton steps than alone.
     alone = sum(place.iterations for place in places)
-    if what == "motors":
-        assert sum(here.iterations for here in found.equilibria) < alone
+    if quantity == "motors":
+        assert sum(equilibrium.iterations for equilibrium in found.equilibria) < alone
 
 
 def test_every_numbering_of_equilibria_works():
     robot = load_robot("rfrfr")
     found = trace_through(robot, motors=solve_home(robot).motors + 0.01 * np.arange(5.0)[:, None])
-    motors = [here.motors[0] for here in found.equilibria]
-    assert motors == [here.motors[0] for here in found.equilibria[:]]
+    motors = [equilibrium.motors[0] for equilibrium in found.equilibria]
+    assert motors == [equilibrium.motors[0] for equilibrium in found.equilibria[:]]
     assert found.equilibria[-1].motors[0] == motors[-1] == found.last.motors[0]
-    assert [here.motors[0] for here in found.equilibria[::2]] == motors[::2]
+    assert [equilibrium.motors[0] for equilibrium in found.equilibria[::2]] == motors[::2]
     with pytest.raises(IndexError):
         found.equilibria[5]
 
@@ -98,13 +98,13 @@ def test_stability_that_is_lost_is_an_event_at_its_place():
     straight = trace(robot, pose=rows[-1], start=start)
     found = trace_through(robot, poses=rows, start=start)
     assert [event.kind for event in found.events] == [event.kind for event in straight.events]
-    one, other = found.events[0], straight.events[0]
-    assert distance(one.equilibrium, other.equilibrium) < 1e-6
+    loss, straight_loss = found.events[0], straight.events[0]
+    assert distance(loss.equilibrium, straight_loss.equilibrium) < 1e-6
     halted = trace_through(robot, poses=rows, start=start, stable_only=True)
     assert not halted.reached and halted.stopped.kind == "stability"
-    assert all(here.index_locked == 0 for here in halted.equilibria)
+    assert all(equilibrium.index_locked == 0 for equilibrium in halted.equilibria)
     assert len(halted.equilibria) == int(halted.stopped.fraction * len(rows))
-    assert distance(halted.last, one.equilibrium) < 1e-6
+    assert distance(halted.last, loss.equilibrium) < 1e-6
 
 
 def test_efforts_are_not_followed_from_where_free_motors_are_unstable():

@@ -31,8 +31,10 @@ def spatial():
 
 
 def dragged(handled, way):
-    here = handled.equilibrium
-    return handled.move_platform(here.platform_position + way, here.platform_quaternion)
+    equilibrium = handled.equilibrium
+    return handled.move_platform(
+        equilibrium.platform_position + way, equilibrium.platform_quaternion
+    )
 
 
 def test_motors_lead_where_the_forward_problem_does(spatial):

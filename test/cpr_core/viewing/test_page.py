@@ -55,8 +55,12 @@ RING = 0.3 * 0.65
 
 
 def type_numbers(page, looker, kind, text):
-    here = page.equilibrium
-    values = {"motors": here.motors, "pose": here.pose, "wrench": here.loads.wrench_world}[kind]
+    equilibrium = page.equilibrium
+    values = {
+        "motors": equilibrium.motors,
+        "pose": equilibrium.pose,
+        "wrench": equilibrium.loads.wrench_world,
+    }[kind]
     if looker.field("type").input_value() != kind:
         looker.choose("type", kind)
         # The page fills the field with where the robot is.
@@ -220,11 +224,13 @@ def test_two_pages_see_the_same_robot(page, looker, browser):
     other = Looker(browser, page.address, "motor6")
     type_numbers(page, looker, "motors", "6.0 5.7 5.8 5.4 5.7 5.2")
     looker.until(lambda: page.equilibrium.motors[0] == 6.0)
-    for one in (looker, other):
-        settled(page, one)
+    for viewer in (looker, other):
+        settled(page, viewer)
     np.testing.assert_array_equal(looker.pieces("/robot/legs"), other.pieces("/robot/legs"))
-    for one in (looker, other):  # numbers come after the scene
-        one.until(lambda one=one: one.field("numbers").input_value().startswith("6 5.7"))
+    for viewer in (looker, other):  # numbers come after the scene
+        viewer.until(
+            lambda viewer=viewer: viewer.field("numbers").input_value().startswith("6 5.7")
+        )
     other.page.close()
 
 
@@ -263,9 +269,9 @@ def test_turning_the_platform_runs_the_inverse_too(page, looker):
     looker.until(lambda: page.equilibrium is not home)
     settled(page, looker)
     looker.picture("turned")
-    here = page.equilibrium
-    turn = home.platform_rotation.T @ here.platform_rotation
-    np.testing.assert_allclose(here.platform_position, home.platform_position, atol=1e-9)
+    turned = page.equilibrium
+    turn = home.platform_rotation.T @ turned.platform_rotation
+    np.testing.assert_allclose(turned.platform_position, home.platform_position, atol=1e-9)
     assert np.abs(turn - np.eye(3)).max() > 0.03
     assert turn[1, 1] == pytest.approx(1.0, abs=1e-9)
 

@@ -87,12 +87,12 @@ def test_a_handle_is_held_until_the_last_hand_lets_it_go():
 
 
 def test_of_requests_for_the_same_only_the_newest_is_done():
-    failures, done, begun, go = [], [], threading.Event(), threading.Event()
+    failures, done, begun, release = [], [], threading.Event(), threading.Event()
     mailbox = Mailbox(failures.append)
 
     def first():
         begun.set()
-        go.wait(10.0)
+        release.wait(10.0)
         done.append("first")
 
     mailbox.ask("slider", first)
@@ -101,7 +101,7 @@ def test_of_requests_for_the_same_only_the_newest_is_done():
         mailbox.ask("slider", lambda number=number: done.append(number))
     mailbox.ask("other", lambda: done.append("other"))
     mailbox.ask("broken", lambda: 1 / 0)
-    go.set()
+    release.set()
     assert mailbox.wait(10.0)
     assert done == ["first", 99, "other"]
     assert [type(error) for error in failures] == [ZeroDivisionError]

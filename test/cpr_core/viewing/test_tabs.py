@@ -103,8 +103,8 @@ def test_what_is_no_map_is_told(page, looker, tmp_path):
 def test_a_way_is_traced_and_played(page, looker):
     looker.open_tab("way")
     looker.choose("to", "pose")
-    here = numbers_as_text(page.equilibrium.pose)  # what the page fills the field with
-    looker.until(lambda: looker.field("end").input_value() == here)
+    current_pose = numbers_as_text(page.equilibrium.pose)  # what the page fills the field with
+    looker.until(lambda: looker.field("end").input_value() == current_pose)
     type_into(page, looker, "end", "0.1 0.75")
     looker.press("trace from here")
     looker.page.get_by_text("the end is reached").wait_for()

@@ -53,8 +53,8 @@ def test_every_cell_is_the_best_from_the_start(robot, grid, objective):
         pose = np.array([*grid.places(np.array([cell]))[0], 0.0])
         expected = solve_inverse(robot, pose, start=home, objective=objective)
         np.testing.assert_allclose(found.motors[cell], expected.motors, rtol=0.0, atol=1e-6)
-        here = kinemato_statics(found.equilibrium(cell)).singular_values("inverse")[0]
-        assert found.inverse_margin[cell] == pytest.approx(here, rel=1e-6)
+        margin = kinemato_statics(found.equilibrium(cell)).singular_values("inverse")[0]
+        assert found.inverse_margin[cell] == pytest.approx(margin, rel=1e-6)
 
 
 def test_the_result_is_the_same_elsewhere_and_on_disk(robot, grid, tmp_path):

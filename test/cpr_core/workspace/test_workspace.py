@@ -82,27 +82,27 @@ def test_every_number_of_a_cell_is_that_of_scipy(name):
     assert found.complete
     assert found.reached.sum() > 1
     for cell in np.flatnonzero(found.reached).tolist():
-        here = found.equilibrium(cell)
-        assert here.converged
+        equilibrium = found.equilibrium(cell)
+        assert equilibrium.converged
         assert (found.index_locked[cell], found.index_free[cell]) == (
-            here.spectrum_locked.index,
-            here.spectrum_free.index,
+            equilibrium.spectrum_locked.index,
+            equilibrium.spectrum_free.index,
         )
-        values = here.spectrum_locked.eigenvalues
+        values = equilibrium.spectrum_locked.eigenvalues
         np.testing.assert_allclose(
             found.cells.eigenvalues[cell], values[:4], rtol=1e-9, atol=1e-12 * values[-1]
         )
         assert found.inverse_condition_number[cell] == pytest.approx(
-            here.spectrum_locked.inverse_condition_number, rel=1e-7
+            equilibrium.spectrum_locked.inverse_condition_number, rel=1e-7
         )
-        model = kinemato_statics(here)
+        model = kinemato_statics(equilibrium)
         for problem, margin in (
             ("forward", found.forward_margin),
             ("inverse", found.inverse_margin),
         ):
             exact = model.singularity(problem).smallest
             assert margin[cell] == pytest.approx(exact, rel=1e-4), problem
-        np.testing.assert_allclose(found.strains[cell], bending_strains(here), rtol=1e-12)
+        np.testing.assert_allclose(found.strains[cell], bending_strains(equilibrium), rtol=1e-12)
 
 
 def test_both_indices_are_those_of_the_cells_where_they_differ():
@@ -232,8 +232,8 @@ def test_limits_are_flags_and_have_borders():
     )
     np.testing.assert_array_equal(found.reached, small_map().reached)
     for cell in np.flatnonzero(found.reached)[::9].tolist():
-        here = margins(found.equilibrium(cell))
-        np.testing.assert_allclose(found.limit_margins[cell], here, atol=1e-12)
+        expected = margins(found.equilibrium(cell))
+        np.testing.assert_allclose(found.limit_margins[cell], expected, atol=1e-12)
     assert 0 < found.within_limits.sum() < found.reached.sum()
     assert found.usable.sum() <= found.within_limits.sum()
     beyond = np.sum((found.limit_margins < 0.0).any(axis=1) & found.reached)
@@ -243,8 +243,8 @@ def test_limits_are_flags_and_have_borders():
     assert len(border.points)
     for point, (cell, _) in zip(border.points, border.cells, strict=True):
         without = small_map().equilibrium(cell)
-        here = solve_inverse(small_map().robot, point, start=without)
-        assert np.abs(margins(replace(here, robot=robot))).min() < 1e-3
+        at_border = solve_inverse(small_map().robot, point, start=without)
+        assert np.abs(margins(replace(at_border, robot=robot))).min() < 1e-3
 
 
 def test_usable_cells_hang_together_and_are_stable():
@@ -288,8 +288,8 @@ def test_guesses_save_steps_and_change_nothing_else(monkeypatch):
     np.testing.assert_array_equal(found.cells.edges, plain.cells.edges)
     np.testing.assert_allclose(found.cells.state, plain.cells.state, atol=1e-7)
     assert plain.borders
-    for one, two in zip(found.borders, plain.borders, strict=True):
-        np.testing.assert_allclose(one.points, two.points, atol=1e-5)
+    for border, plain_border in zip(found.borders, plain.borders, strict=True):
+        np.testing.assert_allclose(border.points, plain_border.points, atol=1e-5)
 
 
 def test_rotations_stay_rotations_far_from_the_start():

@@ -19,9 +19,9 @@ def of_kind(found, kind):
 
 def on_line(border, x):
     """Points on a line x of the grid, with the indices below and above, from below."""
-    here = np.abs(border.points[:, 0] - x) < 1e-9
-    order = np.argsort(border.points[here, 1])
-    columns = (border.points[here, 1], border.before[here], border.after[here])
+    selected = np.abs(border.points[:, 0] - x) < 1e-9
+    order = np.argsort(border.points[selected, 1])
+    columns = (border.points[selected, 1], border.before[selected], border.after[selected])
     return list(zip(*[column[order].tolist() for column in columns], strict=True))
 
 
@@ -65,8 +65,8 @@ def _crossing(found, kind, cell, other, number):
     first, last, start = found.place(cell), found.place(other), found.equilibrium(cell)
 
     def eigenvalue(fraction):
-        there = solve_inverse(found.robot, first + fraction * (last - first), start=start)
-        spectrum = there.spectrum_locked if kind == "stability" else there.spectrum_free
+        equilibrium = solve_inverse(found.robot, first + fraction * (last - first), start=start)
+        spectrum = equilibrium.spectrum_locked if kind == "stability" else equilibrium.spectrum_free
         return spectrum.eigenvalues[number]
 
     return first + brentq(eigenvalue, 0.0, 1.0, xtol=1e-9) * (last - first)
@@ -134,15 +134,15 @@ def test_the_tolerance_is_kept():
     rough = map_workspace(rfrfr(), small_grid(), tolerance=1e-2)
     fine = map_workspace(rfrfr(), small_grid(), tolerance=1e-7)
     for kind in ("stability", "stability_free"):
-        one, two = of_kind(rough, kind), of_kind(fine, kind)
-        np.testing.assert_array_equal(one.cells, two.cells)
-        assert np.abs(one.points - two.points).max() < 1e-2
-        np.testing.assert_allclose(of_kind(small_map(), kind).points, two.points, atol=1e-5)
+        rough_border, fine_border = of_kind(rough, kind), of_kind(fine, kind)
+        np.testing.assert_array_equal(rough_border.cells, fine_border.cells)
+        assert np.abs(rough_border.points - fine_border.points).max() < 1e-2
+        np.testing.assert_allclose(of_kind(small_map(), kind).points, fine_border.points, atol=1e-5)
     # Finer than numbers are: the same, and it ends.
     finest = map_workspace(rfrfr(), small_grid(), tolerance=1e-17)
     for kind in ("stability", "stability_free"):
-        one, other = of_kind(fine, kind), of_kind(finest, kind)
-        np.testing.assert_allclose(one.points, other.points, rtol=0.0, atol=2e-7)
+        fine_border, finest_border = of_kind(fine, kind), of_kind(finest, kind)
+        np.testing.assert_allclose(fine_border.points, finest_border.points, rtol=0.0, atol=2e-7)
     with pytest.raises(InvalidRequest, match="tolerance"):
         map_workspace(rfrfr(), small_grid(), tolerance=-1.0)
 

@@ -56,8 +56,8 @@ def test_a_file_explains_itself(tmp_path):
         assert dataset.attrs["source"] == "cpr_core 0.1.0"
         assert "name: rfrfr" in dataset.attrs["robot_file"]
         assert dataset.attrs["complete"] == 1
-        here = dataset["index_locked"].sel(x=0.0, y=0.5, method="nearest")
-        assert int(here) == 0
+        index = dataset["index_locked"].sel(x=0.0, y=0.5, method="nearest")
+        assert int(index) == 0
         reached = small_map().reached.reshape(small_grid().shape)
         np.testing.assert_array_equal(dataset["order"].values >= 0, reached)
 
@@ -100,8 +100,8 @@ def test_a_killed_process_is_gone_on_with(tmp_path):
     # In a process of its own: kernels this process has just compiled may differ in the last bit.
     subprocess.run([sys.executable, "-c", CHILD, "30.0", str(file), str(whole)], check=True)
     assert_same(read_map(file, robot), read_map(whole, robot))
-    with xarray.open_dataset(file) as one, xarray.open_dataset(whole) as two:
-        xarray.testing.assert_identical(one, two)
+    with xarray.open_dataset(file) as resumed, xarray.open_dataset(whole) as uninterrupted:
+        xarray.testing.assert_identical(resumed, uninterrupted)
 
 
 def _expanded(file):

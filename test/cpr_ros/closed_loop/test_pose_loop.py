@@ -172,7 +172,7 @@ def test_a_robot_far_from_its_model_is_not_corrected():
 
 def test_a_measurement_that_does_not_change_is_none(bench):
     """A camera that hangs, and says so by nothing; the correction is not wound up."""
-    hung = bench.real.here.pose.copy()
+    hung = bench.real.equilibrium.pose.copy()
     bench.seen = lambda pose: hung
     bench.follow(TARGET + [0.02, 0.0])
     bench.run(1.0)

@@ -13,14 +13,14 @@ from cpr_ros.following.external_wrench import ExternalWrench
 def test_the_newest_wrench_acts_until_it_is_too_old(frame):
     six = robot("six_rfs")
     wrench = ExternalWrench(six, timeout=0.5)
-    here = six.default_loads.with_(gravity=[0.0, 1.0, -9.0])
-    assert wrench.loads(here, 0.0) is here
-    pushed = here.with_(**{frame: [0, 0, 0, 1.0, 0, 0]})
+    loads = six.default_loads.with_(gravity=[0.0, 1.0, -9.0])
+    assert wrench.loads(loads, 0.0) is loads
+    pushed = loads.with_(**{frame: [0, 0, 0, 1.0, 0, 0]})
     wrench.take(pushed, 1.0)
-    assert wrench.loads(here, 1.4) is pushed
+    assert wrench.loads(loads, 1.4) is pushed
     released = wrench.loads(pushed, 1.6)
     np.testing.assert_array_equal([released.wrench_world, released.wrench_body], 0.0)
-    np.testing.assert_array_equal(released.gravity, here.gravity)
+    np.testing.assert_array_equal(released.gravity, loads.gravity)
     assert wrench.loads(pushed, 1.7) is released
     assert wrench.watchdog.age(1.7) == -1.0
 

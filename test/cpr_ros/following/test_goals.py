@@ -18,8 +18,8 @@ def test_motors_go_straight_and_arrive_exactly():
     assert goal.remaining(home) == pytest.approx(0.02)
     half = goal.solve(home, 0.5, home.loads)
     np.testing.assert_allclose(half.motors, home.motors + [0.01, -0.005], atol=1e-15)
-    there = goal.solve(half, 1.0, home.loads)
-    assert goal.remaining(there) == 0.0
+    arrived = goal.solve(half, 1.0, home.loads)
+    assert goal.remaining(arrived) == 0.0
 
 
 def test_a_setpoint_beyond_the_range_is_clipped_and_named():
@@ -38,9 +38,9 @@ def test_the_platform_goes_straight_in_its_controlled_coordinates(name):
     assert 0.0 < goal.remaining(home) < 0.2
     part = goal.solve(home, 0.25, home.loads)
     assert goal.remaining(part) == pytest.approx(0.75 * goal.remaining(home), rel=1e-6)
-    there = goal.solve(part, 1.0, home.loads)
-    assert goal.remaining(there) < 1e-9
-    np.testing.assert_allclose(there.motors, away.motors, atol=1e-7)
+    arrived = goal.solve(part, 1.0, home.loads)
+    assert goal.remaining(arrived) < 1e-9
+    np.testing.assert_allclose(arrived.motors, away.motors, atol=1e-7)
 
 
 def test_the_orientation_turns_about_one_axis():

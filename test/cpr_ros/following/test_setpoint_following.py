@@ -116,10 +116,10 @@ def test_straight_through_an_instability_it_slows_halts_before_and_returns(modes
     )
     assert float(words[1]) < 0.05 < float(words[2])
     # It stays there however long it is pushed ...
-    there = rfrfr.current
+    at_halt = rfrfr.current
     for _ in range(100):
         assert rfrfr.tick().state == State.HALTED
-    assert rfrfr.current is there
+    assert rfrfr.current is at_halt
     # ... and is not trapped.
     to(rfrfr, 0.0, 0.8)
     rfrfr.until_state(State.IDLE)
@@ -364,10 +364,10 @@ def test_a_solver_that_fails_holds_the_robot_and_it_goes_on_when_it_works_again(
     class Failing(MotorGoal):
         broken = True
 
-        def solve(self, here: Equilibrium, fraction, loads):
+        def solve(self, start: Equilibrium, fraction, loads):
             if self.broken:
                 raise ZeroDivisionError("forced")
-            return super().solve(here, fraction, loads)
+            return super().solve(start, fraction, loads)
 
     goal = Failing(rfrfr.robot, rfrfr.motors + 0.05)
     rfrfr.follow(goal)
@@ -400,7 +400,7 @@ def test_a_solver_that_jumps_is_not_believed(rfrfr):
     elsewhere.until_state(State.IDLE)
 
     class Jumping(MotorGoal):
-        def solve(self, here, fraction, loads):
+        def solve(self, start, fraction, loads):
             return elsewhere.current.equilibrium
 
     rfrfr.follow(Jumping(rfrfr.robot, rfrfr.motors + 0.05))

@@ -114,15 +114,15 @@ def test_a_refusal_is_a_halt_with_its_own_status(reason, status):
 
 def test_a_value_and_its_threshold_are_told_apart():
     """They were said to be 0.05 and 0.05."""
-    here = at(0.05)
-    near = THRESHOLDS | {"margin": Threshold(0.9, here.margin - 1e-9)}
-    told = verdict(here, near, MEASURES, previous=Action.HALT, hysteresis=0.1)
+    assessment = at(0.05)
+    near = THRESHOLDS | {"margin": Threshold(0.9, assessment.margin - 1e-9)}
+    told = verdict(assessment, near, MEASURES, previous=Action.HALT, hysteresis=0.1)
     value, limit = re.fullmatch(
         r"margin (\S+) is above margin_stop (\S+) by less than the hysteresis", told.text
     ).groups()
     assert float(value) > float(limit)
-    near = THRESHOLDS | {"margin": Threshold(0.9, here.margin + 1e-9)}
-    told = verdict(here, near, MEASURES, previous=Action.NONE, hysteresis=0.1)
+    near = THRESHOLDS | {"margin": Threshold(0.9, assessment.margin + 1e-9)}
+    told = verdict(assessment, near, MEASURES, previous=Action.NONE, hysteresis=0.1)
     value, limit = re.fullmatch(r"margin (\S+) is below margin_stop (\S+)", told.text).groups()
     assert float(value) < float(limit)
 

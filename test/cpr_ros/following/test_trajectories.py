@@ -340,16 +340,16 @@ def test_one_into_the_instability_is_refused_before_its_first_step(rfrfr):
 
 def test_what_dips_below_its_threshold_between_two_looks_is_refused(rfrfr):
     """There and a little back in fewer ticks than lie between two looks at the margin."""
-    there = rfrfr.motors + [0.2, -0.2]
+    target = rfrfr.motors + [0.2, -0.2]
     margins = [
-        solve_forward(rfrfr.robot, rfrfr.motors + part * (there - rfrfr.motors)).margin
+        solve_forward(rfrfr.robot, rfrfr.motors + part * (target - rfrfr.motors)).margin
         for part in (1.0, 0.95, 0.9)
     ]
     assert margins == sorted(margins)
     for stop, refused in ((margins[1], True), (margins[0] - 1e-3, False)):
         plan = TrajectoryPlan(
             MotorPath.through(
-                [0.0, 0.2, 0.22], [rfrfr.motors, there, 0.9 * there + 0.1 * rfrfr.motors]
+                [0.0, 0.2, 0.22], [rfrfr.motors, target, 0.9 * target + 0.1 * rfrfr.motors]
             ),
             rfrfr.current,
             PERIOD,
@@ -768,17 +768,19 @@ def test_one_with_a_stamp_is_in_time_though_the_one_before_has_ended(rfrfr, monk
     assert rfrfr.now - begin == pytest.approx(4.0, abs=2.0 * PERIOD)
 
 
-@pytest.mark.parametrize("what", ["pause", "setpoint", "return"])
-def test_what_came_and_went_between_two_ticks_ends_one_that_is_solved(rfrfr, monkeypatch, what):
+@pytest.mark.parametrize("interruption", ["pause", "setpoint", "return"])
+def test_what_came_and_went_between_two_ticks_ends_one_that_is_solved(
+    rfrfr, monkeypatch, interruption
+):
     """A pause that was released before the next tick left it alive: the robot set off by itself."""
     solved_slowly(monkeypatch, every=20)
     home = rfrfr.motors.copy()
     _, endings = rfrfr.take([1.0], [[0.2, -0.2]])
     rfrfr.tick()
-    if what == "pause":
+    if interruption == "pause":
         rfrfr.follower.pause(True)
         rfrfr.follower.pause(False)
-    elif what == "setpoint":
+    elif interruption == "setpoint":
         rfrfr.follow(MotorGoal(rfrfr.robot, home + 0.1))
         rfrfr.follower.drop("cancelled")
     else:
@@ -790,14 +792,14 @@ def test_what_came_and_went_between_two_ticks_ends_one_that_is_solved(rfrfr, mon
     np.testing.assert_array_equal(rfrfr.motors, home)
 
 
-@pytest.mark.parametrize("what", ["pause", "setpoint"])
-def test_one_goes_on_from_nothing_that_was_replaced_since_the_last_tick(rfrfr, what):
+@pytest.mark.parametrize("interruption", ["pause", "setpoint"])
+def test_one_goes_on_from_nothing_that_was_replaced_since_the_last_tick(rfrfr, interruption):
     """It was planned on from the one that had ended, and the robot set off again along that."""
     _, older = rfrfr.begin([1.0], [[0.5, -0.5]])
     for _ in range(60):
         rfrfr.tick()
     held = rfrfr.motors.copy()
-    if what == "pause":
+    if interruption == "pause":
         rfrfr.follower.pause(True)
         rfrfr.follower.pause(False)
     else:

@@ -114,9 +114,9 @@ def test_motors_are_where_the_robot_has_them_in_any_position(name):
     home = solve_home(robot)
     seen = 0
     for shift in (0.0, 0.05):
-        there = solve_forward(robot, home.motors + shift * robot.motor_units, start=home)
-        motors = dict(zip(robot.motor_names, there.motors, strict=True))
-        for leg, shape in zip(robot.description.legs, leg_shapes(there), strict=True):
+        equilibrium = solve_forward(robot, home.motors + shift * robot.motor_units, start=home)
+        motors = dict(zip(robot.motor_names, equilibrium.motors, strict=True))
+        for leg, shape in zip(robot.description.legs, leg_shapes(equilibrium), strict=True):
             first = shape.joints[0]
             assert first.motor is not None
             rotation, position = tree.frame(f"{leg.name}.1", motors)

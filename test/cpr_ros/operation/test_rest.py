@@ -41,7 +41,7 @@ class Node:
         self.live = replace(self.live, settings=replace(self.live.settings, **settings))
         self.session.apply(self.live, self.now)
 
-    def go(self, *motors):
+    def move_to(self, *motors):
         self.session.follow(MotorGoal(self.session.robot, motors), self.now)
 
     def push(self, force, timeout):
@@ -84,7 +84,7 @@ def node():
 
 
 def test_a_setpoint_ends_it_until_it_is_reached(node):
-    node.go(2.60, 0.56)
+    node.move_to(2.60, 0.56)
     assert not node.session.at_rest
     assert node.rest() >= 3  # two steps, and one that finds it there
     np.testing.assert_array_equal(node.session.commands.newest, [2.60, 0.56])
@@ -96,7 +96,7 @@ def test_a_setpoint_ends_it_until_it_is_reached(node):
 
 def test_a_setpoint_that_is_stale_is_rest(node):
     node.set(setpoint_timeout=0.1)
-    node.go(3.0, 0.3)
+    node.move_to(3.0, 0.3)
     node.rest()
     assert node.session.outcome.state == State.STALE
     held = node.session.commands.newest
@@ -117,7 +117,7 @@ def test_a_robot_that_is_halted_goes_on_trying(node):
 
 
 def test_pause_reset_and_release_are_acted_on(node):
-    node.go(2.8, 0.4)
+    node.move_to(2.8, 0.4)
     node.rest()
     for change, state in (
         (lambda: node.session.pause(True), State.PAUSED),

@@ -76,8 +76,8 @@ def test_a_wrench_moves_the_platform_and_sends_nothing(bench):
     home = bench.session.solver.current.equilibrium
     bench.push(0.2, 0.0, 0.0)
     assert bench.tick().moved
-    there = bench.session.solver.current.equilibrium
-    assert np.abs(there.platform_position - home.platform_position).max() > 1e-4
+    pushed = bench.session.solver.current.equilibrium
+    assert np.abs(pushed.platform_position - home.platform_position).max() > 1e-4
     assert bench.commands == []
     bench.session.follow(MotorGoal(bench.session.robot, home.motors + 0.02), bench.now)
     while bench.tick().state != State.IDLE:

@@ -85,14 +85,14 @@ def test_prediction_forward_and_back(six_rfs, given):
     at = {"at": Predict.Request.AT_GIVEN, "equilibrium": [message]}
     forward = ask(six_rfs, Predict, "predict", motor_increments=step.tolist(), **at)
     assert forward.error_code.val == ErrorCode.SUCCESS
-    there = cpr_core.solve_forward(equilibrium.robot, MOTORS + step, start=equilibrium)
+    moved = cpr_core.solve_forward(equilibrium.robot, MOTORS + step, start=equilibrium)
     shift = equilibrium.platform_rotation.T @ (
-        there.platform_position - equilibrium.platform_position
+        moved.platform_position - equilibrium.platform_position
     )
     linear = forward.platform_increment.linear
     np.testing.assert_allclose([linear.x, linear.y, linear.z], shift, atol=2e-5)
     np.testing.assert_allclose(
-        forward.effort_increments, there.efforts - equilibrium.efforts, atol=2e-5
+        forward.effort_increments, moved.efforts - equilibrium.efforts, atol=2e-5
     )
     back = ask(
         six_rfs,

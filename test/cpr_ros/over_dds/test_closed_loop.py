@@ -67,7 +67,7 @@ class Camera(Driver):
     def obey(self):
         """Be where the newest command sends the motors."""
         if self.waiting is not None:
-            self.real.go(self.waiting)
+            self.real.move_to(self.waiting)
             self.waiting = None
 
     def _picture(self):
@@ -76,8 +76,8 @@ class Camera(Driver):
         message.header.frame_id = "base"
         message.header.stamp = self.client.node.get_clock().now().to_msg()
         point, turn = message.pose.position, message.pose.orientation
-        point.x, point.y, point.z = self.real.here.platform_position.tolist()
-        turn.w, turn.x, turn.y, turn.z = self.real.here.platform_quaternion.tolist()
+        point.x, point.y, point.z = self.real.equilibrium.platform_position.tolist()
+        turn.w, turn.x, turn.y, turn.z = self.real.equilibrium.platform_quaternion.tolist()
         message = self.changed(message)
         if message is not None:
             self.topic.publish(message)
@@ -150,12 +150,12 @@ def test_the_measured_pose_is_met_and_open_it_is_not(camera):
     assert np.isnan(camera.metrics.position_error) and camera.metrics.measured_pose_age == -1.0
     camera.spin(0.1)
     camera.obey()
-    off = np.linalg.norm(camera.real.here.platform_position[:2] - SETPOINT)
+    off = np.linalg.norm(camera.real.equilibrium.platform_position[:2] - SETPOINT)
     camera.measure(50.0)
     camera.until_met(5e-7)
     camera.spin(0.1)
     camera.obey()
-    met = np.linalg.norm(camera.real.here.platform_position[:2] - SETPOINT)
+    met = np.linalg.norm(camera.real.equilibrium.platform_position[:2] - SETPOINT)
     print(f"rfrfr: open loop off by {off:.3g} m, closed loop by {met:.1e} m")
     assert off > 0.02
     assert met < 1e-6
@@ -229,7 +229,7 @@ def test_it_is_met_in_the_frame_of_a_tracker(tmp_path):
             camera.until_met(5e-7)
             camera.spin(0.1)
             camera.obey()
-            real = camera.real.here
+            real = camera.real.equilibrium
             np.testing.assert_allclose(
                 real.platform_position, [point.x, point.y, point.z], atol=1e-6
             )
@@ -346,7 +346,7 @@ def test_one_picture_a_second_and_noise_at_200_hz(camera):
     camera.spin(3.0)
     camera.until(lambda: camera.metrics.loop == StabilityMetrics.LOOP_CLOSED)
     camera.obey()
-    off = np.linalg.norm(camera.real.here.platform_position[:2] - SETPOINT)
+    off = np.linalg.norm(camera.real.equilibrium.platform_position[:2] - SETPOINT)
     print(f"noise of 1 mm at 200 Hz: off by {off:.1e} m")
     assert off < 1.5e-3
     assert camera.metrics.action == StabilityMetrics.ACTION_NONE
@@ -401,7 +401,7 @@ def test_a_goal_with_a_tolerance_is_reached_where_it_is_measured(camera, goals):
     assert 0.0 <= result.position_error <= 1e-5
     assert np.isnan(result.rotation_error)  # this robot controls none
     camera.obey()
-    off = np.linalg.norm(camera.real.here.platform_position[:2] - SETPOINT)
+    off = np.linalg.norm(camera.real.equilibrium.platform_position[:2] - SETPOINT)
     assert off < 1e-4  # the loop goes on
     errors = [message.position_error for message in goals.feedback]
     assert errors[0] > 0.01 and not np.isnan(errors).any()

@@ -64,14 +64,16 @@ def values(client, *names):
 def assert_rests(drive, motors):
     """A second of the stream, in which nothing moves."""
     drive.until(lambda: len(drive.all(StabilityMetrics)) >= 20)
-    states = {one.state for one in drive.all(StabilityMetrics)}
+    states = {metrics.state for metrics in drive.all(StabilityMetrics)}
     assert states == {StabilityMetrics.STATE_IDLE}
-    assert all(np.array_equal(one.position, motors) for one in drive.all(JointState))
+    assert all(
+        np.array_equal(joint_state.position, motors) for joint_state in drive.all(JointState)
+    )
 
 
 def test_every_frame_has_the_prefix(left, drive):
     (markers,) = left.client.messages(MarkerArray, "/cpr_node/leg_markers", 1)
-    frames = {one.header.frame_id for one in markers.markers}
+    frames = {marker.header.frame_id for marker in markers.markers}
     drive.until(lambda: True)
     for kind in (StabilityMetrics, JointState, PoseStamped):
         frames.add(drive.all(kind)[-1].header.frame_id)
@@ -112,7 +114,7 @@ def test_numbers_are_taken_as_the_tools_of_ros_send_them(left):
     whole = ParameterValue(type=ParameterType.PARAMETER_INTEGER, integer_value=3)
     wide = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value="wide")
     names = ("forward_singularity_stop", "max_speed")
-    assert [one.double_value for one in values(left.client, *names)] == [2e-5, 4.0]
+    assert [value.double_value for value in values(left.client, *names)] == [2e-5, 4.0]
     try:
         told = set_each(
             left.client,
@@ -120,8 +122,8 @@ def test_numbers_are_taken_as_the_tools_of_ros_send_them(left):
             Parameter(name=names[1], value=whole),
             Parameter(name=names[0], value=wide),
         )
-        assert [one.successful for one in told] == [True, True, False]
-        assert [one.double_value for one in values(left.client, *names)] == [3e-5, 3.0]
+        assert [result.successful for result in told] == [True, True, False]
+        assert [value.double_value for value in values(left.client, *names)] == [3e-5, 3.0]
     finally:
         set_each(left.client, number(names[0], 2e-5), number(names[1], 4.0))
 
@@ -150,7 +152,8 @@ def test_a_warning_below_its_stop_is_told_and_the_stop_halts(left, drive):
         told = left.client.messages(DiagnosticArray, "/diagnostics", 2)[-1].status[1]
         assert told.level == DiagnosticStatus.WARN
         assert (
-            "is not above margin_stop" in {one.key: one.value for one in told.values}["thresholds"]
+            "is not above margin_stop"
+            in {pair.key: pair.value for pair in told.values}["thresholds"]
         )
         drive.send_platform(0.0, 0.0)
         drive.until_state(StabilityMetrics.STATE_HALTED)
@@ -163,7 +166,7 @@ def test_thresholds_that_let_a_halted_robot_go_start_no_motion(left, drive):
     margin = drive.metrics.margin
     limits = [number("margin_warning", 0.95 * margin), number("margin_stop", 0.9 * margin)]
     try:
-        assert all(one.successful for one in set_each(left.client, *limits))
+        assert all(result.successful for result in set_each(left.client, *limits))
         drive.send_platform(0.0, 0.4)
         drive.until_state(StabilityMetrics.STATE_HALTED)
     finally:
@@ -178,7 +181,7 @@ def test_thresholds_that_let_a_halted_robot_go_start_no_motion(left, drive):
 def test_a_longer_timeout_does_not_revive_a_stale_setpoint(left, drive):
     try:
         slow = [number("setpoint_timeout", 0.2), number("max_speed", 0.05)]
-        assert all(one.successful for one in set_each(left.client, *slow))
+        assert all(result.successful for result in set_each(left.client, *slow))
         drive.send_motors(2.9, 0.3)
         drive.until_state(StabilityMetrics.STATE_STALE)
     finally:

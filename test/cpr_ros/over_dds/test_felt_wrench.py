@@ -73,7 +73,7 @@ class MeasuredRobot:
     def told(self):
         """What /diagnostics said last of the wrench; None: nothing."""
         statuses = self.diagnostics[-1].status if self.diagnostics else []
-        return next((one for one in statuses if one.name.endswith(": wrench")), None)
+        return next((status for status in statuses if status.name.endswith(": wrench")), None)
 
 
 def stamp_of(message):

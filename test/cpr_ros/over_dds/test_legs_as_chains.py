@@ -61,18 +61,18 @@ def test_forward_is_that_of_the_library_and_setpoints_are_followed(running):
 def test_inverse_and_platform_setpoints_lead_back_to_the_motors(running):
     robot, node = running
     home = solve_home(robot).motors
-    there = solve_forward(robot, home + 0.5 * np.array(STEPS[robot.description.name]))
-    pose = platform_pose(there, Frames("base", "platform"), Time())
+    target = solve_forward(robot, home + 0.5 * np.array(STEPS[robot.description.name]))
+    pose = platform_pose(target, Frames("base", "platform"), Time())
     request = SolveInverse.Request(platform=pose, start=SolveInverse.Request.START_HOME)
     driver = Driver(node.client)
     try:
         answer = node.client.call(SolveInverse, "/cpr_node/solve_inverse", request)
         assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
-        np.testing.assert_allclose(answer.solution.motors.position, there.motors, atol=1e-8)
+        np.testing.assert_allclose(answer.solution.motors.position, target.motors, atol=1e-8)
         driver.send_motors(*home)
         driver.until(lambda: np.array_equal(driver.motors, home))
         driver.platform.publish(pose)
-        driver.until(lambda: np.allclose(driver.motors, there.motors, rtol=0.0, atol=1e-8))
+        driver.until(lambda: np.allclose(driver.motors, target.motors, rtol=0.0, atol=1e-8))
     finally:
         driver.close()
 

@@ -113,19 +113,19 @@ def bad_solve(chance, kind):
         request.motors = JointState(name=NAMES, position=HOME)
     else:
         request.platform.pose.position.z, request.platform.pose.orientation.w = 0.8, 1.0
-    what = chance.choice(["target", "start", "given", "wrench", "controlled", "objective"])
-    if what == "target" or (what in ("controlled", "objective") and kind is SolveForward):
+    fault = chance.choice(["target", "start", "given", "wrench", "controlled", "objective"])
+    if fault == "target" or (fault in ("controlled", "objective") and kind is SolveForward):
         if kind is SolveForward:
             request.motors = bad_joint_state(chance)
         else:
             request.platform = bad_pose(chance)
-    elif what == "start":
+    elif fault == "start":
         request.start = chance.randint(3, 255)
-    elif what == "given":
+    elif fault == "given":
         request.start, request.start_equilibrium = 2, bad_given(chance)
-    elif what == "wrench":
+    elif fault == "wrench":
         request.wrench = [bad_wrench(chance)]
-    elif what == "objective":
+    elif fault == "objective":
         request.objective = other_than(("",), chance)
     else:
         request.controlled = [other_than(NAMES, chance)]
@@ -135,10 +135,10 @@ def bad_solve(chance, kind):
 def bad_question(chance, kind):
     """A question about an equilibrium with something wrong."""
     request = kind.Request(at=kind.Request.AT_HOME)
-    what = chance.choice(["at", "given", "own"])
-    if what == "at":
+    fault = chance.choice(["at", "given", "own"])
+    if fault == "at":
         request.at = chance.randint(3, 255)
-    elif what == "given":
+    elif fault == "given":
         request.at, request.equilibrium = 2, bad_given(chance)
     elif kind is GetKinematoStatics:
         if chance.random() < 0.5:
@@ -190,14 +190,14 @@ def test_ten_thousand_malformed_messages_and_requests(six_rfs):
     drive, chance = Driver(six_rfs.client), random.Random(1)
     sent = {}
 
-    def send(where, what):
+    def send(where, message):
         sent[where] = sent.get(where, 0) + 1
         if isinstance(where, str):
-            getattr(drive, where).publish(what)
+            getattr(drive, where).publish(message)
             drive.client.executor.spin_once(timeout_sec=0.0)
             return
-        answer = drive.client.call(where, f"/cpr_node/{SERVICES[where]}", what)
-        assert answer.error_code.val not in (ErrorCode.SUCCESS, ErrorCode.UNDEFINED), what
+        answer = drive.client.call(where, f"/cpr_node/{SERVICES[where]}", message)
+        assert answer.error_code.val not in (ErrorCode.SUCCESS, ErrorCode.UNDEFINED), message
         assert answer.error_code.val != ErrorCode.FAILURE, answer.error_code.message
         assert answer.error_code.message
 

@@ -40,14 +40,14 @@ def grid_of(robot, axes=SMALL):
     )
 
 
-def assert_same_cells(one, two):
+def assert_same_cells(found, expected):
     """Two maps of two processes, whose compiled code may round differently."""
-    np.testing.assert_array_equal(one.reached, two.reached)
-    np.testing.assert_array_equal(one.index_locked, two.index_locked)
+    np.testing.assert_array_equal(found.reached, expected.reached)
+    np.testing.assert_array_equal(found.index_locked, expected.index_locked)
     for name in ("state", "eigenvalues", "measures", "edge_fraction"):
-        mine, other = getattr(one.cells, name), getattr(two.cells, name)
+        mine, other = getattr(found.cells, name), getattr(expected.cells, name)
         np.testing.assert_allclose(mine, other, rtol=1e-5, atol=1e-9)
-    for border, other in zip(one.borders, two.borders, strict=True):
+    for border, other in zip(found.borders, expected.borders, strict=True):
         np.testing.assert_allclose(border.points, other.points, atol=1e-9)
 
 
@@ -76,15 +76,15 @@ def test_a_goal_makes_the_map_that_the_library_makes(drive, maps, tmp_path):
         assert getattr(result, name) == getattr(summary, name), name
     assert 0 < result.stable < result.reached < result.cells
     assert 0 < result.below_threshold < result.reached
-    assert [border.kind for border in result.borders] == [one.kind for one in wanted.borders]
+    assert [border.kind for border in result.borders] == [border.kind for border in wanted.borders]
     assert result.borders
     for border, other in zip(result.borders, summary.borders, strict=True):
         assert border.points == other.points > 0
         np.testing.assert_allclose(border.lower, other.lower, atol=1e-9)
         np.testing.assert_allclose(border.upper, other.upper, atol=1e-9)
     assert maps.feedback
-    assert all(one.total == 117 for one in maps.feedback)
-    assert all(one.done <= one.reached <= result.reached for one in maps.feedback)
+    assert all(feedback.total == 117 for feedback in maps.feedback)
+    assert all(feedback.done <= feedback.reached <= result.reached for feedback in maps.feedback)
 
 
 def test_motors_are_mapped_and_others_held(six_rfs, tmp_path):

@@ -84,8 +84,8 @@ def test_motors_and_poses_are_reached_and_said_to_be(drive, moves):
     assert result.error_code.message == ""
     assert result.remaining == 0.0
     np.testing.assert_array_equal(result.reached.motors.position, [2.9, 0.2])
-    there = cpr_core.solve_forward(cpr_core.load_robot("rfrfr"), [2.9, 0.2])
-    assert result.reached.margin == pytest.approx(there.margin, rel=1e-6)
+    expected = cpr_core.solve_forward(cpr_core.load_robot("rfrfr"), [2.9, 0.2])
+    assert result.reached.margin == pytest.approx(expected.margin, rel=1e-6)
     drive.until(lambda: np.array_equal(drive.motors, [2.9, 0.2]))
     # Motors that are not named stay where they are.
     status, result = moves.move(**motors(0.4, names=["motor2"]))
@@ -103,14 +103,14 @@ def test_motors_and_poses_are_reached_and_said_to_be(drive, moves):
 def test_feedback_tells_of_the_way(slow, moves):
     status, _ = moves.move(**motors(3.09, 0.05))
     assert status == SUCCEEDED
-    remaining = [one.remaining for one in moves.feedback]
+    remaining = [feedback.remaining for feedback in moves.feedback]
     assert len(remaining) > 1
     assert remaining == sorted(remaining, reverse=True)
     assert 0.0 < remaining[-1] < remaining[0] <= 0.5
-    assert all(one.margin > 0.2 for one in moves.feedback)
-    assert all(one.action == StabilityMetrics.ACTION_NONE for one in moves.feedback)
-    assert all(one.speed_scale == 1.0 for one in moves.feedback)
-    assert {one.status_text for one in moves.feedback} == {"stable"}
+    assert all(feedback.margin > 0.2 for feedback in moves.feedback)
+    assert all(feedback.action == StabilityMetrics.ACTION_NONE for feedback in moves.feedback)
+    assert all(feedback.speed_scale == 1.0 for feedback in moves.feedback)
+    assert {feedback.status_text for feedback in moves.feedback} == {"stable"}
 
 
 def test_a_goal_is_not_stale_when_setpoints_would_be(slow, moves):
@@ -165,7 +165,7 @@ def test_a_cancelled_goal_holds_the_robot(slow, moves):
 
 
 @pytest.mark.parametrize(
-    ("what", "words"),
+    ("interruption", "words"),
     [
         ("goal", "another goal"),
         ("setpoint", "newer motion"),
@@ -174,17 +174,17 @@ def test_a_cancelled_goal_holds_the_robot(slow, moves):
         ("reset", "goes home"),
     ],
 )
-def test_the_newest_motion_counts(slow, moves, what, words):
+def test_the_newest_motion_counts(slow, moves, interruption, words):
     handle = moves.send(**motors(3.5, -0.4))
     moves.client.spin_until(lambda: bool(moves.feedback))
     newer = None
-    if what == "goal":
+    if interruption == "goal":
         newer = moves.send(**motors(2.6, 0.5))
-    elif what == "setpoint":
+    elif interruption == "setpoint":
         slow.send_motors(2.6, 0.5)
-    elif what == "pause":
+    elif interruption == "pause":
         assert slow.pause(True).success
-    elif what == "stop":
+    elif interruption == "stop":
         node = slow.client.node
         topic = node.create_publisher(JointTrajectory, "/cpr_node/joint_trajectory", 1)
         slow.client.spin_until(lambda: topic.get_subscription_count() > 0)
@@ -198,12 +198,12 @@ def test_the_newest_motion_counts(slow, moves, what, words):
     assert words in result.error_code.message
     if newer is not None:
         assert moves.result(newer)[0] == SUCCEEDED
-    elif what == "stop":
+    elif interruption == "stop":
         assert node.destroy_publisher(topic)
         slow.until_state(StabilityMetrics.STATE_IDLE)
-    elif what == "setpoint":
+    elif interruption == "setpoint":
         slow.until(lambda: np.array_equal(slow.motors, [2.6, 0.5]))
-    elif what == "pause":
+    elif interruption == "pause":
         slow.until_state(StabilityMetrics.STATE_PAUSED)
         status, result = moves.move(**motors(2.6, 0.5))
         assert (status, result.error_code.val) == (ABORTED, ErrorCode.NOT_READY)

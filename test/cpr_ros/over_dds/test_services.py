@@ -337,13 +337,13 @@ def test_long_names_are_refused_fast_and_briefly(rfrfr):
 
 @pytest.mark.parametrize("held", ["motors", "efforts"])
 def test_the_model_error_is_told_to_those_who_ask(six_rfs, held):
-    here = cpr_core.solve_home(cpr_core.load_robot("six_rfs"))
-    request = forward_request(SIX_NAMES, here.motors, with_model_error=True)
+    home = cpr_core.solve_home(cpr_core.load_robot("six_rfs"))
+    request = forward_request(SIX_NAMES, home.motors, with_model_error=True)
     if held == "efforts":
-        request.motors.position, request.motors.effort = [], here.efforts.tolist()
+        request.motors.position, request.motors.effort = [], home.efforts.tolist()
     answer = forward(six_rfs, request)
     assert_success(answer)
-    told, expected = answer.model_error[0], cpr_core.error_of(here, held)
+    told, expected = answer.model_error[0], cpr_core.error_of(home, held)
     assert told.held == held
     assert told.distance == pytest.approx(expected.distance, rel=1e-4)
     changes = [told.position.x, told.position.y, told.position.z]

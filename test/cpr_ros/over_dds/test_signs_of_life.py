@@ -70,7 +70,8 @@ class Supervisor:
         kinds = ("late", "not alive")
         self.client.spin_until(lambda: {*kinds} <= {kind for kind, _ in self.events})
         return {
-            kind: min(when for what, when in self.events if what == kind) - since for kind in kinds
+            kind: min(when for event, when in self.events if event == kind) - since
+            for kind in kinds
         }
 
 

@@ -117,10 +117,10 @@ class Bench:
         self.client.node.destroy_client(states)
 
     def until_at(self, motors):
-        def there():
+        def arrived():
             return self.commands and np.array_equal(self.commands[-1], motors)
 
-        self.client.spin_until(there)
+        self.client.spin_until(arrived)
 
     def spin(self, seconds):
         end = time.monotonic() + seconds
