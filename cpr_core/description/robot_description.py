@@ -162,6 +162,8 @@ class RobotDescription:
     def with_modes(self, modes: int) -> RobotDescription:
         """The same robot with another number of modes in every direction that has any.
 
+        A tolerance says of no direction that it has none: then in all of them, torsion too.
+
         Args:
             modes: How many, from 1 to 40.
 
@@ -173,6 +175,9 @@ class RobotDescription:
             raise InvalidRequest(
                 "modes", "B-splines have as many modes as degree and knots say: change those"
             )
+        if math.isfinite(self.tolerance):
+            counts = (0, 0, modes) if self.planar else (modes, modes, modes)
+            return self.with_mode_counts([counts] * len(self.rods))
         return self._with_strain_modes(lambda present: present.with_counts(modes))
 
     def with_mode_counts(self, counts: Sequence[ModeCounts]) -> RobotDescription:

@@ -27,7 +27,7 @@ from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot
 from ..rods.quadrature import RodGrid, rod_grid
-from ..validation import read_only
+from ..validation import checked_count, read_only
 from .load_arrays import load_arrays
 from .motor_limits import MotorLimitArrays, motor_limit_arrays
 from .platform_coordinates import PlatformCoordinates, platform_coordinates
@@ -69,6 +69,15 @@ class Robot:
     description: RobotDescription
     held_motors: tuple[int, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Look at the motors that are held.
+
+        Raises:
+            InvalidRequest: No motors, or not as many as the inverse problem can do without.
+        """
+        if self.held_motors:
+            self._check_held(self.held_motors)
+
     def __repr__(self) -> str:
         described = self.description
         return (
@@ -80,15 +89,35 @@ class Robot:
     def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription, tuple[int, ...]]]:
         return Robot, (self.description, self.held_motors)
 
-    def holding(self, motors: tuple[int, ...]) -> Robot:
+    def holding(self, motors: Sequence[int]) -> Robot:
         """The same robot, with an inverse problem in which some motors are imposed beside the pose.
 
-        With as many as its ``redundancy`` the problem has a single solution.
+        The problem has a single solution then.
 
         Args:
-            motors: Their numbers.
+            motors: Numbers of as many motors as the ``redundancy`` says, from 0.
+
+        Raises:
+            InvalidRequest: No motors, or not as many as the inverse problem can do without.
         """
-        return self.kept(f"holding {motors}", lambda: Robot(self.description, motors))
+        self._check_held(motors)
+        held = tuple(map(int, motors))
+        return self.kept(f"holding {held}", lambda: Robot(self.description, held))
+
+    def _check_held(self, motors: Sequence[int]) -> None:
+        expected = f"numbers of different motors, from 0 to {self.motor_count - 1}"
+        if not np.iterable(motors) or isinstance(motors, str):
+            raise InvalidRequest("motors", f"expected {expected}, got {motors!r:.200}")
+        held = {checked_count("motors", motor, 0, self.motor_count - 1) for motor in motors}
+        if len(held) < len(motors):
+            raise InvalidRequest("motors", f"expected {expected}, got {motors!r:.200}")
+        spare = self.motor_count - len(self.controlled_axes) if len(self.controlled_axes) else 0
+        if len(held) != spare:
+            raise InvalidRequest(
+                "motors",
+                f"expected {spare} to hold, as {self.motor_count} motors move "
+                f"{len(self.controlled_axes)} controlled coordinates, got {motors!r:.200}",
+            )
 
     def parameter_values(self, paths: str | Sequence[str]) -> Floats:
         """Numbers of the description, (P,), in SI units.

@@ -24,8 +24,9 @@ def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) 
     Args:
         robot: Name of a shipped robot (``rfrfr``, ``six_rfs``), a YAML file, the text of one (more than
             one line, or in braces), or its content as a mapping.
-        modes: Number of strain modes per direction, instead of the description's. Without it, a
-            description with ``strain.tolerance`` has them chosen, which takes some tenths of a second.
+        modes: Number of strain modes per direction, instead of the description's; instead of a
+            ``strain.tolerance`` in every direction, torsion too. Without it, a description with such a
+            tolerance has them chosen, which takes some tenths of a second.
 
     Raises:
         DescriptionError: The description is not valid, or its tolerance cannot be met; names the file,

@@ -135,6 +135,19 @@ def test_a_tolerance_of_the_description_is_kept_by_what_is_loaded():
     assert load_robot("rfrfr").description.tolerance == np.inf
 
 
+def test_modes_in_place_of_a_tolerance_are_those_of_all_directions():
+    """Who names a tolerance has left no direction out, so that torsion is not."""
+    content = content_of("gough_stewart")
+    expected = counts_of(load_robot(content))
+    assert min(map(min, expected)) > 0
+    content["strain"] = {"tolerance": 1e-4}
+    for leg in content["legs"]:
+        leg.pop("strain", None)
+    assert counts_of(load_robot(content, modes=4)) == [(4, 4, 4)] * len(expected)
+    exact, found = (solve_home(load_robot(each, modes=12)) for each in ("gough_stewart", content))
+    np.testing.assert_allclose(found.pose, exact.pose, atol=1e-9)
+
+
 def test_chosen_modes_stay_where_other_numbers_change():
     content = content_of("six_rfs")
     content["strain"] = {"tolerance": 1e-6}

@@ -12,6 +12,7 @@ from cpr_core import (
     InvalidRequest,
     MotorLimitExceeded,
     NoInverseSolution,
+    Robot,
     TimeLimitExceeded,
     kinemato_statics,
     load_robot,
@@ -51,6 +52,43 @@ def point_robot():
 @pytest.fixture(scope="module", params=["four_rfr", "point"])
 def robot(request):
     return without_limits() if request.param == "four_rfr" else point_robot()
+
+
+@pytest.mark.parametrize(
+    ("motors", "words"),
+    [
+        ((0, 1), "expected 1 to hold"),
+        ((), "expected 1 to hold"),
+        ((4,), "at most 3"),
+        ((-1,), "at least 0"),
+        ((2, 2), "different motors"),
+        (("motor1",), "a whole number"),
+        ("motor1", "numbers of different motors, from 0 to 3"),
+        ((True,), "a whole number"),
+        (None, "numbers of different motors"),
+        (0, "numbers of different motors"),
+    ],
+)
+def test_motors_that_cannot_be_held_are_refused(motors, words):
+    """With an equation too many kernels would write beyond their memory."""
+    robot = load_robot("four_rfr")
+    with pytest.raises(InvalidRequest, match=words) as caught:
+        robot.holding(motors)
+    assert caught.value.argument == "motors"
+    if motors:
+        with pytest.raises(InvalidRequest, match=words):
+            Robot(robot.description, motors)
+    with pytest.raises(InvalidRequest, match="expected 0 to hold, as 2 motors move 2"):
+        load_robot("rfrfr").holding((0,))
+
+
+def test_motors_that_are_held_stay(robot):
+    motors = np.arange(robot.redundancy)
+    held = robot.holding(motors)
+    assert held.redundancy == 0
+    found = solve_inverse(held, moved(held, 0.2))
+    np.testing.assert_array_equal(found.motors[motors], solve_home(held).motors[motors])
+    np.testing.assert_allclose(found.pose, moved(held, 0.2), atol=1e-9)
 
 
 def moved(robot, size=1.0):
