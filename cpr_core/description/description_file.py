@@ -177,6 +177,10 @@ for _tag, _pattern in _NUMBERS.items():
 _Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_decimal)
 
 
+#: The only numbers that may be infinite: a motor that has a limit to one side.
+_END_OF_A_RANGE = re.compile(r"\blimits\.position\[[01]\]$")
+
+
 @cache
 def _validator(kinds: tuple[tuple[str, type[Described]], ...]) -> Any:
     """What checks content, made once for all classes that have a name now."""
@@ -202,10 +206,12 @@ def check_schema(source: str, content: Any) -> None:
         raise DescriptionError(source, "", f"expected fields and values, got {content!r:.60}")
     for path, number in _numbers(content, ""):
         try:
-            finite = math.isfinite(number)
+            allowed = math.isfinite(number) or (
+                math.isinf(number) and _END_OF_A_RANGE.search(path) is not None
+            )
         except OverflowError:  # a whole number beyond all floats
-            finite = False
-        if not finite:
+            allowed = False
+        if not allowed:
             raise DescriptionError(source, path, f"expected a finite number, got {number!s:.40}")
     errors = list(_validator(_kinds()).iter_errors(content))
     # A misspelt field is also a missing one: say the misspelt name.

@@ -16,17 +16,20 @@ from numpy.testing import assert_array_equal
 from cpr_core import (
     DescriptionError,
     InvalidRequest,
+    MotorLimitExceeded,
     NonFiniteInput,
     Robot,
     UnknownParameter,
     continued,
     derivatives,
     load_robot,
+    solve_forward,
     solve_home,
 )
 from cpr_core.description.changed_description import between
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.errors import CprError
+from cpr_core.solving.limits import limits_of
 
 ROBOTS = list(shipped_robots())
 SIX_RFS = shipped_robots()["six_rfs"].read_text(encoding="utf-8")
@@ -344,3 +347,25 @@ def test_errors_and_robots_are_pickled():
     again = pickle.loads(pickle.dumps(robot))
     assert again.parameter_values("rod.length") == [0.5]
     assert isinstance(error, CprError)
+
+
+@pytest.mark.parametrize(
+    ("end", "limit", "range_"), [(0, 2.3, "[2.3, .inf]"), (1, 2.8, "[-.inf, 2.8]")]
+)
+def test_a_limit_to_one_side_can_be_set_and_written(end, limit, range_):
+    path = f"legs[0].motor.limits.position[{end}]"
+    changed = load_robot("rfrfr").with_parameters({path: limit})
+    assert f"position: {range_}" in changed.description.text
+    again = load_robot(changed.description.text)
+    assert again.description.motors[0].limits == changed.description.motors[0].limits
+    assert [bound.kind for bound in limits_of(again)] == ["motor_limit"]
+    with pytest.raises(MotorLimitExceeded):
+        solve_forward(again, [2.59 + 1.2 * (limit - 2.59), 0.55])
+
+
+@pytest.mark.parametrize("range_", ["[.inf, -.inf]", "[.inf, .inf]", "[0.1, .nan]", "[.inf, 1.0]"])
+def test_a_range_without_anything_in_it_is_refused(range_):
+    text = SIX_RFS.replace("motor: {", f"motor: {{limits: {{position: {range_}}}, ", 1)
+    assert text != SIX_RFS
+    with pytest.raises(DescriptionError, match=r"limits.position"):
+        load_robot(text)
