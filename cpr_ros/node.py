@@ -129,10 +129,14 @@ class CprNode(LifecycleNode):
         self._streams.look(now)
         self._health.look(now)
         self._late_clients.look(now)
+        if self.interfaces is not None:
+            self.interfaces.waiting.look(now)
 
     def until_due(self) -> float:
         """Time until something is due [s]."""
         due = min(self._ticking.due, self._streams.due, self._health.due, self._late_clients.due)
+        if self.interfaces is not None:
+            due = min(due, self.interfaces.waiting.due)
         return max(0.0, due - time.monotonic())
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:

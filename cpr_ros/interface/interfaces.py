@@ -19,6 +19,7 @@ from ..maps.map_action import MapAction
 from ..maps.map_folder import MapFolder
 from ..messages.conversions import Frames
 from ..middleware.dropped_messages import DroppedMessages
+from ..middleware.waiting_requests import WaitingRequests
 from ..operation.session import Session
 from .inputs import Inputs
 from .move_action import MoveAction
@@ -55,6 +56,11 @@ class Interfaces:
         self._maps = MapAction(node, session, folder)
         self._moves = MoveAction(node, frames, session)
         self._trajectories = trajectory_actions(node, session, frames)
+
+    @property
+    def waiting(self) -> WaitingRequests:
+        """Requests that wait for their turn."""
+        return self._requests.waiting
 
     @property
     def dropped(self) -> DroppedMessages:

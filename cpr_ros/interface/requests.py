@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import time
 import traceback
 from collections.abc import Callable
 from typing import Any
@@ -12,7 +13,6 @@ from typing import Any
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
 
 from cpr_core import CprError, Equilibrium
@@ -23,16 +23,18 @@ from ..error_codes import active, error_code
 from ..messages.analysis import fill_kinemato_statics, fill_prediction, fill_stability
 from ..messages.conversions import Frames, fill_equilibrium
 from ..messages.model_error import model_error_message
+from ..middleware.waiting_requests import SERVICE_QOS, WaitingRequests
 from ..operation.session import Session
 
 __all__ = ["Requests"]
 
-#: A burst of requests waits in line; the default of ten would drop the others without a word.
-SERVICE_QOS = QoSProfile(depth=1000)
-
 
 class Requests:
-    """Everything the node can be asked."""
+    """Everything the node can be asked.
+
+    Attributes:
+        waiting: Those to solve something, which are answered one at a time.
+    """
 
     def __init__(self, node: Node, frames: Frames, session: Callable[[], Session | None]) -> None:
         """Offer the services.
@@ -42,6 +44,7 @@ class Requests:
             frames: Names of the frames.
             session: Gives the robot in operation; None while the node is not active.
         """
+        self.waiting = WaitingRequests(time.monotonic)
         self._node, self._frames, self._session = node, frames, session
         for kind, name, fill in (
             (SolveForward, "solve_forward", self._forward),
@@ -49,10 +52,10 @@ class Requests:
             (GetKinematoStatics, "get_kinemato_statics", _about(fill_kinemato_statics)),
             (Predict, "predict", _about(fill_prediction)),
             (CheckStability, "check_stability", _about(fill_stability)),
-            (SetBool, "pause", _pause),
-            (Trigger, "reset", _reset),
         ):
-            node.create_service(kind, f"~/{name}", self._answering(fill), qos_profile=SERVICE_QOS)
+            self.waiting.create_service(node, kind, f"~/{name}", self._answering(fill))
+        for kind, name, act in ((SetBool, "pause", _pause), (Trigger, "reset", _reset)):
+            node.create_service(kind, f"~/{name}", self._answering(act), qos_profile=SERVICE_QOS)
 
     def _answering(self, fill: Callable[[Session, Any, Any], None]) -> Callable[[Any, Any], Any]:
         """A callback that cannot raise: the client would wait for ever."""

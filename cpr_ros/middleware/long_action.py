@@ -17,7 +17,13 @@ from rclpy.node import Node
 
 from cpr_core import CprError
 
+from .waiting_requests import SERVICE_QOS
+
 __all__ = ["LongAction"]
+
+#: Results are kept for clients that ask late [s]. At every step of a goal rclpy tells the state of all
+#: goals whose results are kept: those of fifteen minutes, its default, hold the node up.
+_RESULT_KEPT = 10
 
 
 class LongAction(ABC):
@@ -43,6 +49,10 @@ class LongAction(ABC):
             execute_callback=lambda handle: kind.Result(),  # every goal brings its own
             handle_accepted_callback=self._guarded(self._accept),
             cancel_callback=self._guarded(self._answer_cancel, CancelResponse.REJECT),
+            goal_service_qos_profile=SERVICE_QOS,
+            result_service_qos_profile=SERVICE_QOS,
+            cancel_service_qos_profile=SERVICE_QOS,
+            result_timeout=_RESULT_KEPT,
         )
 
     def close(self) -> None:

@@ -13,8 +13,10 @@ from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from helpers.driver import Driver
 from helpers.goal_client import GoalClient
-from helpers.node_process import change, running_node
+from helpers.node_process import TIMEOUT, change, running_node
 from lifecycle_msgs.msg import Transition
+from rclpy.action import ActionClient
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
@@ -307,3 +309,29 @@ def test_what_the_motors_have_not_heard_of_is_not_reached(tmp_path):
         np.testing.assert_array_equal(drive.all(Float64MultiArray)[-1].data, HOME)
         moves.close()
         drive.close()
+
+
+def test_every_goal_of_a_burst_gets_a_result(drive):
+    """As every request of a burst gets an answer: DDS kept ten, and lost the others."""
+    node, deep = drive.client.node, QoSProfile(depth=1000)
+    client = ActionClient(
+        node,
+        MoveTo,
+        "/cpr_node/move_to",
+        goal_service_qos_profile=deep,
+        result_service_qos_profile=deep,
+    )
+    assert client.wait_for_server(TIMEOUT)
+    outcomes = []
+
+    def ask_for_the_result(sent):
+        answer = sent.result().get_result_async()
+        answer.add_done_callback(lambda told: outcomes.append(told.result().result.error_code.val))
+
+    for number in range(100):
+        goal = MoveTo.Goal(patience=1.0, **motors(HOME[0] + 1e-4 * number, HOME[1]))
+        client.send_goal_async(goal).add_done_callback(ask_for_the_result)
+    drive.client.spin_until(lambda: len(outcomes) == 100, 60.0)
+    # All but the last were replaced, if they were not reached before.
+    assert set(outcomes) <= {ErrorCode.SUCCESS, ErrorCode.PREEMPTED}
+    client.destroy()

@@ -13,6 +13,7 @@ from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
+from std_srvs.srv import SetBool
 
 import cpr_core
 
@@ -326,6 +327,30 @@ def test_a_burst_of_requests_is_answered_whole(rfrfr):
     futures = [client.call_async(planar_target(0.0, 0.8)) for _ in range(300)]
     rfrfr.client.spin_until(lambda: all(future.done() for future in futures), timeout=60.0)
     assert all(future.result().error_code.val == ErrorCode.SUCCESS for future in futures)
+
+
+def test_a_pause_does_not_wait_for_a_burst_of_requests_before_it(six_rfs):
+    """They take some milliseconds each, and come first."""
+    node, home = six_rfs.client.node, cpr_core.solve_home(cpr_core.load_robot("six_rfs"))
+    solving = node.create_client(
+        SolveForward, "/cpr_node/solve_forward", qos_profile=QoSProfile(depth=1000)
+    )
+    pausing = node.create_client(SetBool, "/cpr_node/pause")
+    assert solving.wait_for_service(20.0)
+    assert pausing.wait_for_service(20.0)
+    request = forward_request(SIX_NAMES, home.motors + [0.5, -0.5] * 3)
+    futures = [solving.call_async(request) for _ in range(400)]
+    paused = pausing.call_async(SetBool.Request(data=True))
+    six_rfs.client.spin_until(paused.done)
+    answered = sum(future.done() for future in futures)
+    six_rfs.client.spin_until(lambda: all(future.done() for future in futures), timeout=60.0)
+    assert answered < 100
+    outcomes = {
+        (future.result().error_code.val, *future.result().solution.motors.position)
+        for future in futures
+    }
+    assert len(outcomes) == 1
+    six_rfs.client.call(SetBool, "/cpr_node/pause", SetBool.Request(data=False))
 
 
 def test_long_names_are_refused_fast_and_briefly(rfrfr):
