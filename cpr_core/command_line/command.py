@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import os
 import re
@@ -59,12 +60,16 @@ EXIT_NO_READER = 141  # as shells have it: 128 and SIGPIPE
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status (0; 1 no solution; 2 bad arguments; 130, 141)."""
-    options = _parser().parse_args(arguments)
+    if sys.stdout is None:  # closed (`cpr ... >&-`)
+        print("cpr: error: standard output is closed", file=sys.stderr)
+        return EXIT_NO_SOLUTION
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names may have letters that it has not
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        with show_compilation():
-            status = _run(options)
+        try:
+            return _answered(arguments)
+        finally:  # also of help, after which argparse ends it all
             sys.stdout.flush()
-            return status
     except BrokenPipeError:  # whoever reads has seen enough (`cpr ... | head`)
         _print_no_more()
         return EXIT_NO_READER
@@ -72,11 +77,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _print_no_more()
         print(f"cpr: error: {error}", file=sys.stderr)
         return EXIT_NO_SOLUTION
-    except CprError as error:
-        return _report_error(error, options.json)
     except KeyboardInterrupt:
         print("cpr: interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
+
+
+def _answered(arguments: Sequence[str] | None) -> int:
+    """Print the answer, or why there is none; returns the exit status."""
+    options = _parser().parse_args(arguments)
+    try:
+        with show_compilation():
+            return _run(options)
+    except CprError as error:
+        return _report_error(error, options.json)
 
 
 def _print_no_more() -> None:

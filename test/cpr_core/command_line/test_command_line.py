@@ -5,6 +5,7 @@
 
 import json
 import math
+import os
 import shutil
 import subprocess
 import sys
@@ -21,6 +22,12 @@ from cpr_core.kernel_warmup import compile_kernels
 from cpr_core.lie import rotation_from_quaternion
 from cpr_core.solving.not_reached import NotReached
 
+CPR = (sys.executable, "-m", "cpr_core.command_line")
+ANSWERED = ("forward", "rfrfr", "--motors", "2.59", "0.55")
+REFUSED = ("inverse", "rfrfr", "--pose", "9", "9", "--json")
+#: As at a terminal of one's own: what is printed waits for more.
+BUFFERED = os.environ | {"PYTHONUNBUFFERED": ""}
+PRINTED = ("answer", "refusal", "help")
 HOME = {"rfrfr": [2.59, 0.55], "six_rfs": [5.86, 5.56, 5.86, 5.46, 5.86, 5.26]}
 
 
@@ -138,11 +145,12 @@ def test_the_installed_command():
     assert wrong.stderr.startswith("cpr: error: pose: not reached")
 
 
-def test_a_reader_who_leaves_is_no_error():
+@pytest.mark.parametrize("arguments", [ANSWERED, REFUSED, ("--help",)], ids=PRINTED)
+def test_a_reader_who_leaves_is_no_error(arguments):
     """As `cpr ... | head`."""
-    cpr = (sys.executable, "-m", "cpr_core.command_line")
     process = subprocess.Popen(
-        [*cpr, "forward", "rfrfr", "--motors", "2.59", "0.55"],
+        [*CPR, *arguments],
+        env=BUFFERED,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -452,18 +460,40 @@ def test_negative_loads_are_read_in_any_form(solved, option, scientific, decimal
     assert solved(*arguments, *scientific) == solved(*arguments, *decimal)
 
 
-@pytest.mark.parametrize("option", [(), ("--json",)])
-def test_an_answer_that_cannot_be_printed_is_an_error_in_a_line(option):
+@pytest.mark.parametrize(
+    "arguments", [ANSWERED, (*ANSWERED, "--json"), REFUSED, ("--help",)], ids=["text", *PRINTED]
+)
+def test_an_answer_that_cannot_be_printed_is_an_error_in_a_line(arguments):
     with Path("/dev/full").open("w") as full:
-        command = [sys.executable, "-m", "cpr_core.command_line", "forward", "rfrfr"]
         done = subprocess.run(
-            [*command, "--motors", "2.59", "0.55", *option],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
+            [*CPR, *arguments], env=BUFFERED, stdout=full, stderr=subprocess.PIPE, text=True
         )
     assert done.returncode == 1
     assert done.stderr == "cpr: error: [Errno 28] No space left on device\n"
+
+
+def test_a_closed_output_is_an_error_in_a_line():
+    command = [*CPR, *ANSWERED]
+    done = subprocess.run(
+        ["sh", "-c", '"$@" >&-', "sh", *command], stderr=subprocess.PIPE, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (1, "cpr: error: standard output is closed\n")
+
+
+def test_letters_that_the_output_does_not_have_are_escaped(tmp_path):
+    robot = tmp_path / "robot.yaml"
+    text = shipped_robots()["rfrfr"].read_text()
+    assert text.count("name: rfrfr") == 1
+    robot.write_text(text.replace("name: rfrfr", "name: stäbe"), encoding="utf-8")
+    for encoding, name in (("ascii", r"st\xe4be"), ("utf-8", "stäbe")):
+        done = subprocess.run(
+            [*CPR, "forward", robot, *ANSWERED[2:]],
+            env=os.environ | {"PYTHONIOENCODING": encoding},
+            capture_output=True,
+            check=False,
+        )
+        assert (done.returncode, done.stderr) == (0, b"")
+        assert done.stdout.decode(encoding).startswith(f"{name}: equilibrium")
 
 
 def test_numbers_of_modes_without_an_equilibrium_are_told_in_json_too(cpr, monkeypatch):
