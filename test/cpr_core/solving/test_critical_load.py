@@ -28,11 +28,18 @@ CLAMPED_FREE = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2
 )
 def test_columns_carry_their_classical_load(factor, motor, joint, robot):
     made = column(motor, joint, modes=12, **({"robot": robot} if robot else {}))
-    direction = [-7.0, 0.0, 0.0]  # it counts where it points, not how far
-    found = critical_load(solve_home(made), direction)
+    found = critical_load(solve_home(made), [-7.0, 0.0, 0.0])
     assert found.value == pytest.approx(np.pi**2 * BENDING / (factor * LENGTH) ** 2, rel=1e-6)
     assert found.kind == "crossing"
     assert found.equilibrium.index_locked == 0
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("size", [1e-9, 1e160, 1.7e308])
+def test_it_counts_where_a_direction_points_and_not_how_far(size):
+    home = solve_home(load_robot("rfrfr"))
+    values = [critical_load(home, way).value for way in ([0.5, -1.0, 0.0], [0.5 * size, -size, 0])]
+    assert values[1] == pytest.approx(values[0], rel=1e-7)
 
 
 def _sprung(stiffness):
