@@ -32,7 +32,7 @@ def checked_count(name: str, value: object, least: int, most: int | None = None)
     Raises:
         InvalidRequest: No whole number, or one below ``least`` or above ``most``.
     """
-    if not isinstance(value, int | np.integer) or isinstance(value, bool):
+    if not isinstance(value, int | np.integer) or isinstance(value, bool | np.timedelta64):
         raise InvalidRequest(name, f"expected a whole number, got {value!r:.200}")
     if value < least:
         raise InvalidRequest(name, f"expected at least {least}, got {value!s:.200}")
@@ -54,7 +54,7 @@ def checked_number(name: str, value: object) -> float:
     return number
 
 
-def checked_time(value: object) -> float:
+def checked_time(value: object, name: str = "time_limit") -> float:
     """A time limit; without end where none is given [s].
 
     Raises:
@@ -63,30 +63,30 @@ def checked_time(value: object) -> float:
     if value is None:
         return math.inf
     expected = "a time of at least 0 s"
-    time = _number("time_limit", value, expected)
+    time = _number(name, value, expected)
     if not time >= 0.0:
-        raise InvalidRequest("time_limit", f"expected {expected}, got {value!r:.200}")
+        raise InvalidRequest(name, f"expected {expected}, got {value!r:.200}")
     return time
 
 
-def checked_matrix(name: str, value: ArrayLike, rows: int, columns: int) -> NDArray[np.float64]:
-    """A float matrix of a given shape.
+def checked_matrix(
+    name: str, value: ArrayLike, rows: int | None, columns: int
+) -> NDArray[np.float64]:
+    """A float matrix of a given shape; None: of any number of rows.
 
     Raises:
         InvalidRequest: Not numbers, or another shape.
         NonFiniteInput: A NaN or an infinity among them.
     """
     try:
-        given = np.asarray(value)
+        given = _given(value)
         shape = given.shape
-        vector = checked_vector(name, given.ravel(), rows * columns)
     except (TypeError, ValueError):
         shape = ()
-    if shape != (rows, columns):
-        raise InvalidRequest(
-            name, f"expected a matrix of {rows} x {columns} numbers, got {value!r:.200}"
-        )
-    return vector.reshape(rows, columns).copy()
+    if len(shape) != 2 or shape[1] != columns or rows not in (None, shape[0]):
+        expected = "rows of" if rows is None else f"a matrix of {rows} x"
+        raise InvalidRequest(name, f"expected {expected} {columns} numbers, got {value!r:.200}")
+    return checked_vector(name, given.ravel(), given.size).reshape(shape).copy()
 
 
 def checked_vector(
@@ -99,8 +99,8 @@ def checked_vector(
         NonFiniteInput: A NaN or an infinity among them.
     """
     try:
-        given = np.asarray(value)
-        if given.dtype.kind in "SUbc":  # words and truth values are no numbers
+        given = _given(value)
+        if given.dtype.kind in "SUbcMm":  # words, truth values and times are no numbers
             raise TypeError
         vector = given.astype(float)
     except (TypeError, ValueError, OverflowError):
@@ -130,9 +130,18 @@ class ReadOnlyArrays:
                 read_only(value)
 
 
+def _given(value: ArrayLike) -> NDArray[Any]:
+    """An array of what is given; what is masked is not, whatever number is below."""
+    if np.ma.is_masked(value):
+        raise TypeError
+    return np.asarray(value)
+
+
 def _number(name: str, value: object, expected: str) -> float:
-    """Truth values are no numbers here, and whole numbers beyond all floats are none either."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+    """Truth values and times are no numbers, nor are whole numbers beyond all floats."""
+    if isinstance(value, bool | np.timedelta64) or not isinstance(
+        value, int | float | np.integer | np.floating
+    ):
         raise InvalidRequest(name, f"expected {expected}, got {value!r:.200}")
     try:
         return float(value)

@@ -78,8 +78,9 @@ class DistributedForce:
             InvalidRequest: Stations that do not increase from 0 to 1, or other forces than one for each.
             NonFiniteInput: A NaN or an infinity.
         """
-        at = np.asarray(self.at)
-        stations = checked_vector("distributed.at", at, at.size, "s/l from 0 to 1, increasing")
+        stations = checked_vector(
+            "distributed.at", self.at, np.size(self.at), "s/l from 0 to 1, increasing"
+        )
         whole = len(stations) > 1 and stations[0] == 0.0 and stations[-1] == 1.0
         if not whole or not np.all(np.diff(stations) > 0.0):
             raise InvalidRequest(
@@ -238,7 +239,15 @@ class Loads:
         )
 
     def toward(self, target: Loads, fraction: float) -> Loads:
-        """Loads part of the way to others; forces on rods are those of both, weighed."""
+        """Loads part of the way to others; forces on rods are those of both, weighed.
+
+        Raises:
+            InvalidRequest: No loads, or no number.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        if not isinstance(target, Loads):
+            raise InvalidRequest("target", f"expected Loads, got {target!r:.200}")
+        fraction = checked_number("fraction", fraction)
         if target is self or fraction == 0.0:
             return self
         if fraction == 1.0:

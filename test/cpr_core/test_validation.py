@@ -25,7 +25,7 @@ from cpr_core import (
     spectrum,
     trace,
 )
-from cpr_core.validation import checked_count, checked_number, checked_time
+from cpr_core.validation import checked_count, checked_matrix, checked_number, checked_time
 
 ROBOT = load_robot("rfrfr")
 HOME = solve_home(ROBOT)
@@ -51,6 +51,8 @@ QUESTIONS = {
     "direction": lambda value: critical_load(HOME, value),
     "limit": lambda value: critical_load_factor(HOME, limit=value),
     "factor": HOME.loads.scaled,
+    "other loads": lambda value: HOME.loads.toward(value, 0.5),
+    "fraction": lambda value: HOME.loads.toward(Loads.none(), value),
     "gravity": lambda value: HOME.loads.with_(gravity=value),
     "distributed": lambda value: HOME.loads.with_(distributed=value),
     "points": lambda value: HOME.loads.with_(points=value),
@@ -72,13 +74,49 @@ def test_no_wrong_type_becomes_another_error(question, value):
 def test_counts_are_whole_and_numbers_finite():
     assert checked_count("n", np.int64(3), 1) == 3
     assert checked_number("x", np.float32(0.5)) == 0.5
-    for value in (2.5, 2.0, True, "2", None):
+    for value in (2.5, 2.0, True, "2", None, np.timedelta64(2, "s")):
         with pytest.raises(InvalidRequest, match="n: expected a whole number"):
             checked_count("n", value, 1)
     with pytest.raises(InvalidRequest, match="n: expected at least 1, got 0"):
         checked_count("n", 0, 1)
     with pytest.raises(NonFiniteInput, match="x: expected a finite number, got inf"):
         checked_number("x", np.inf)
+    with pytest.raises(InvalidRequest, match="x: expected a number"):
+        checked_number("x", np.timedelta64(2, "s"))
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        np.ma.masked_array([2.59, 0.55], mask=[False, True]),
+        np.array([1, 2], "timedelta64[s]"),
+        np.array(["2020", "2021"], "datetime64[D]"),
+    ],
+    ids=["masked", "duration", "date"],
+)
+def test_what_is_masked_and_times_are_no_numbers(value):
+    for question in ("motors", "pose", "stations"):
+        with pytest.raises(InvalidRequest, match="expected 2 numbers"):
+            QUESTIONS[question](value)
+    with pytest.raises(InvalidRequest, match=r"expected .*2 numbers"):
+        checked_matrix("rows", value[None], 1, 2)
+
+
+def test_a_masked_array_of_which_nothing_is_masked_is_one_of_numbers():
+    found = solve_forward(ROBOT, np.ma.masked_array(HOME.motors))
+    np.testing.assert_array_equal(found.motors, HOME.motors)
+
+
+def test_matrices_have_their_rows_and_columns():
+    rows = np.arange(6.0).reshape(3, 2)
+    for count in (None, 3):
+        np.testing.assert_array_equal(checked_matrix("m", rows.tolist(), count, 2), rows)
+    for value in (rows[0], rows.T, rows[None], [[1, 2], [3]], "word", 1.0):
+        for count, text in ((None, "rows of 2 numbers"), (3, "a matrix of 3 x 2 numbers")):
+            with pytest.raises(InvalidRequest, match=f"m: expected {text}, got"):
+                checked_matrix("m", value, count, 2)
+    with pytest.raises(InvalidRequest, match="m: expected a matrix of 3 x 2 numbers, got"):
+        checked_matrix("m", rows[:2], 3, 2)
 
 
 def test_numbers_no_float_can_hold_are_none():
