@@ -16,7 +16,16 @@ from pathlib import Path
 
 from ..errors import InvalidRequest
 
-__all__ = ["check_files", "count", "finite", "length", "new_file", "number", "picture"]
+__all__ = [
+    "check_files",
+    "count",
+    "finite",
+    "length",
+    "new_file",
+    "not_negative",
+    "number",
+    "picture",
+]
 
 _PI = re.compile(r"^([+-]?\d*\.?\d*)\*?pi(?:/(\d+\.?\d*))?$")
 #: Whole numbers of more digits than any that is meant; Python does not even read 4300 of them.
@@ -41,6 +50,14 @@ def finite(text: str) -> float:
     value = _value(text)
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"expected a finite number, got {text!r:.100}")
+    return value
+
+
+def not_negative(text: str) -> float:
+    """A finite number of at least 0."""
+    value = finite(text)
+    if value < 0.0:
+        raise argparse.ArgumentTypeError(f"expected a number of at least 0, got {text:.100}")
     return value
 
 

@@ -29,7 +29,7 @@ from ..workspace.flood import Progress
 from ..workspace.map_files import MapNotWritten
 from ..workspace.summary import summary_of
 from .answer import Answer, written
-from .argument_types import count, finite, number, picture
+from .argument_types import count, not_negative, number, picture
 from .path_commands import add_objective
 
 __all__ = ["add_workspace_options"]
@@ -78,7 +78,7 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--threshold",
-        type=finite,
+        type=not_negative,
         default=1e-4,
         metavar="C",
         help="red where the inverse condition number of H_r is below, default 1e-4",

@@ -17,7 +17,7 @@ from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.geometrico_statics import checked_start
-from ..validation import checked_count, checked_number
+from ..validation import checked_count, checked_number, checked_time
 from .batches import Cancelled
 from .flood import Flood, Progress
 from .grid import Grid, check_grid
@@ -86,6 +86,9 @@ def map_workspace(
         raise InvalidRequest("tolerance", f"expected a positive number or 0, got {tolerance}")
     if workers is not None:
         checked_count("workers", workers, least=0)
+    if executor is not None and not isinstance(executor, Executor):
+        raise InvalidRequest("executor", f"expected an Executor, got {executor!r:.200}")
+    checkpoint_every = checked_time(checkpoint_every, "checkpoint_every")
     check_grid(robot, grid)
     flood = Flood(robot, grid, start, loads, tolerance, objective)
     if file is not None:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InvalidRequest, NonFiniteInput
 from ..model.robot import Robot, checked_robot
 from ..solving.home import solve_home
-from ..validation import checked_number
+from ..validation import checked_matrix, checked_number, checked_vector
 
 __all__ = ["Grid", "OrientationKind", "check_grid", "motor_grid", "pose_grid"]
 
@@ -80,21 +80,37 @@ class Grid:
         return np.array([np.ptp(values) / (len(values) - 1) for values in self.values])
 
     def places(self, cells: Integers) -> Floats:
-        """Numbers along the axes of cells, (B, D), by their flat numbers (last axis fastest)."""
+        """Numbers along the axes of cells, (B, D), by their flat numbers (last axis fastest).
+
+        Raises:
+            InvalidRequest: No numbers of cells.
+        """
+        cells = np.asarray(cells)
+        whole = cells.ndim == 1 and cells.dtype.kind in "iu"
+        if not whole or np.any((cells < 0) | (cells >= self.size)):
+            expected = f"whole numbers from 0 to {self.size - 1}"
+            raise InvalidRequest("cells", f"expected {expected}, got {cells.tolist()!r:.200}")
         along = np.unravel_index(cells, self.shape)
         return np.stack(
             [values[numbers] for values, numbers in zip(self.values, along, strict=True)], axis=1
         )
 
     def coordinates(self, places: Floats) -> Floats:
-        """Imposed coordinates at places (B, D), (B, C)."""
-        return self.origin + places @ self.directions
+        """Imposed coordinates at places (B, D), (B, C).
+
+        Raises:
+            InvalidRequest: No rows of as many numbers as there are axes.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        rows = checked_matrix("places", places, None, len(self.values))
+        return self.origin + rows @ self.directions
 
     def kernel_coordinates(self, places: Floats) -> Floats:
         """The same as the kernels read them: (B, n) motors, or (B, 6) x y z and three angles."""
+        coordinates = self.coordinates(places)
         width = len(self.names) if self.given == "motors" else 6
-        whole = np.zeros((len(places), width))
-        whole[:, self.index] = self.coordinates(places)
+        whole = np.zeros((len(coordinates), width))
+        whole[:, self.index] = coordinates
         return whole
 
     @cached_property
@@ -112,10 +128,16 @@ class Grid:
         return found.reshape(self.size, -1)
 
     def nearest(self, place: Floats) -> int:
-        """Flat number of the cell nearest to a place."""
+        """Flat number of the cell nearest to a place, (D,).
+
+        Raises:
+            InvalidRequest: Not as many numbers as there are axes.
+            NonFiniteInput: A NaN or an infinity.
+        """
+        numbers = checked_vector("place", place, len(self.values), " ".join(self.axis_names))
         along = [
             int(np.abs(values - number).argmin())
-            for values, number in zip(self.values, place, strict=True)
+            for values, number in zip(self.values, numbers, strict=True)
         ]
         return int(np.ravel_multi_index(along, self.shape))
 
@@ -150,7 +172,8 @@ def pose_grid(
         raise InvalidRequest(
             "grid", f"{robot.description.name} has no inverse problem: map its motors instead"
         )
-    held, directions = dict(held or {}), dict(directions or {})
+    vary, held = _by_name("vary", vary), _by_name("held", held)
+    directions = _checked_directions(directions)
     used = {*held}
     for name in vary:
         used |= {*directions.get(name, {name: 1.0})}
@@ -183,21 +206,25 @@ def motor_grid(
         NonFiniteInput: A NaN or an infinity.
     """
     checked_robot(robot)
+    vary, held = _by_name("vary", vary), _by_name("held", held)
+    directions = _checked_directions(directions)
     names = robot.motor_names
     home = dict(zip(names, solve_home(robot).motors.tolist(), strict=True))
-    axes = {name for axis in vary for name in (directions or {}).get(axis, {axis: 1.0})}
-    held = {**{name: value for name, value in home.items() if name not in axes}, **(held or {})}
+    axes = {name for axis in vary for name in directions.get(axis, {axis: 1.0})}
+    held = {name: value for name, value in home.items() if name not in axes} | held
     units = tuple(motor.unit for motor in robot.description.motors)
     imposed = _Imposed("motors", names, units, "none", np.arange(len(names)))
-    return _grid(imposed, vary, held, resolution, dict(directions or {}))
+    return _grid(imposed, vary, held, resolution, directions)
 
 
 def check_grid(robot: Robot, grid: Grid) -> None:
     """Whether a grid is one of a robot.
 
     Raises:
-        InvalidRequest: It imposes what this robot does not have.
+        InvalidRequest: No grid, or one that imposes what this robot does not have.
     """
+    if not isinstance(grid, Grid):
+        raise InvalidRequest("grid", f"expected a Grid, got {grid!r:.200}")
     if grid.given == "motors":
         if grid.names != robot.motor_names:
             raise InvalidRequest("grid", "expected a grid of this robot's motors")
@@ -294,6 +321,22 @@ def _grid(
     )
 
 
+def _by_name(argument: str, value: object) -> dict[str, Any]:
+    """What is given by name; None: nothing."""
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise InvalidRequest("grid", f"{argument}: expected values by name, got {value!r:.200}")
+    return dict(value)
+
+
+def _checked_directions(directions: object) -> dict[str, dict[str, float]]:
+    return {
+        axis: _by_name(f"directions of {axis}", rates)
+        for axis, rates in _by_name("directions", directions).items()
+    }
+
+
 def _known(name: str, names: tuple[str, ...]) -> int:
     if name not in names:
         raise InvalidRequest(
@@ -313,21 +356,22 @@ def _finite(name: str, value: float) -> float:
 
 def _axis_values(name: str, values: ArrayLike, resolution: float | None) -> Floats:
     try:
-        found = np.array(values, float)
-    except (TypeError, ValueError):
+        found = checked_vector("grid", values, np.size(values))
+    except NonFiniteInput:
+        raise NonFiniteInput(
+            "grid", f"{name}: expected a list of finite numbers, got {values!r:.200}"
+        ) from None
+    except (InvalidRequest, ValueError):
         raise InvalidRequest(
             "grid", f"{name}: expected a list of numbers, got {values!r:.200}"
         ) from None
-    if found.ndim != 1 or not np.all(np.isfinite(found)):
-        raise NonFiniteInput(
-            "grid", f"{name}: expected a list of finite numbers, got {values!r:.200}"
-        )
     if resolution is not None:
+        resolution = _finite(f"{name}: resolution", resolution)
         if len(found) != 2 or not found[0] < found[1]:
             raise InvalidRequest(
                 "grid", f"{name}: expected the first and a larger last number, got {values!r:.200}"
             )
-        if not 0.0 < resolution < math.inf:
+        if resolution <= 0.0:
             raise InvalidRequest(
                 "grid", f"{name}: expected a positive resolution, got {resolution}"
             )

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import InvalidRequest
+from ..validation import checked_number
 from .borders import BorderKind
 from .workspace_map import WorkspaceMap
 
@@ -70,7 +72,13 @@ def summary_of(found: WorkspaceMap, threshold: float) -> MapSummary:
     Args:
         found: The map, complete or not.
         threshold: Cells whose inverse condition number of H_r is below are counted.
+
+    Raises:
+        InvalidRequest: A threshold that is no number, or a negative one.
+        NonFiniteInput: A NaN or an infinity.
     """
+    if checked_number("threshold", threshold) < 0.0:
+        raise InvalidRequest("threshold", f"expected at least 0, got {threshold}")
     reached = found.reached
     return MapSummary(
         cells=found.grid.size,

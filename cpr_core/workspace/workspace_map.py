@@ -19,6 +19,7 @@ from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium, described
 from ..model.robot import Robot
 from ..solving.limits import limits_of
+from ..validation import checked_count
 from .borders import Border
 from .grid import Grid
 from .map_limits import limit_margins, map_strains
@@ -200,8 +201,12 @@ class WorkspaceMap:
         )
 
     def place(self, cell: int) -> Floats:
-        """Numbers of a cell along the axes, (D,)."""
-        return self.grid.places(np.array([cell]))[0]
+        """Numbers of a cell along the axes, (D,).
+
+        Raises:
+            InvalidRequest: No flat number of a cell.
+        """
+        return self.grid.places(np.array([self._checked(cell)]))[0]
 
     def equilibrium(self, cell: int) -> Equilibrium:
         """The equilibrium of a cell, to go on from.
@@ -210,11 +215,14 @@ class WorkspaceMap:
             cell: Flat number.
 
         Raises:
-            InvalidRequest: A cell that was not reached.
+            InvalidRequest: No cell, or one that was not reached.
         """
-        if not 0 <= cell < self.grid.size or not self.reached[cell]:
+        if not self.reached[self._checked(cell)]:
             raise InvalidRequest("cell", f"expected a cell that was reached, got {cell}")
         return equilibrium_of(self.robot, self.loads, self.cells, cell)
+
+    def _checked(self, cell: int) -> int:
+        return checked_count("cell", cell, 0, self.grid.size - 1)
 
     def with_borders(self, borders: tuple[Border, ...], refined_to: float) -> WorkspaceMap:
         """The same with other borders."""

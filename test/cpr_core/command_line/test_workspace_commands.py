@@ -100,6 +100,13 @@ def test_what_is_no_number_is_refused(capsys, option, value):
     assert f"argument {option}: expected a finite number, got {value!r}" in last
 
 
+def test_a_negative_threshold_is_refused_before_the_map_is_made(capsys):
+    with pytest.raises(SystemExit) as refused:
+        run(capsys, "rfrfr", *SMALL, "--threshold", "-1e-9")
+    assert refused.value.code == 2
+    assert "--threshold: expected a number of at least 0, got -1e-9" in capsys.readouterr().err
+
+
 def test_files_that_are_no_map_are_not_replaced(capsys, tmp_path):
     file = tmp_path / "map.nc"
     file.write_text("precious")

@@ -21,6 +21,7 @@ from helpers.workspace_cases import (
 from cpr_core import (
     InvalidRequest,
     NoInverseSolution,
+    NonFiniteInput,
     bending_strains,
     kinemato_statics,
     load_robot,
@@ -245,6 +246,31 @@ def test_limits_are_flags_and_have_borders():
         without = small_map().equilibrium(cell)
         at_border = solve_inverse(small_map().robot, point, start=without)
         assert np.abs(margins(replace(at_border, robot=robot))).min() < 1e-3
+
+
+@pytest.mark.parametrize("cell", [1.5, 0.0, "0", True, None, [0], -1, 117, 10**9])
+def test_what_is_no_cell_of_a_map_is_refused(cell):
+    found = small_map()
+    assert found.grid.size == 117
+    for question in (found.place, found.equilibrium):
+        with pytest.raises(InvalidRequest, match="cell: expected"):
+            question(cell)
+
+
+def test_cells_that_were_not_reached_have_a_place_but_no_equilibrium():
+    found = small_map()
+    cell = int(np.flatnonzero(~found.reached)[0])
+    assert found.grid.nearest(found.place(cell)) == cell
+    with pytest.raises(InvalidRequest, match=f"cell: expected a cell that was reached, got {cell}"):
+        found.equilibrium(cell)
+
+
+def test_thresholds_of_a_summary_are_looked_at():
+    for threshold in (-1e-9, "0", None):
+        with pytest.raises(InvalidRequest, match="threshold: expected"):
+            summary_of(small_map(), threshold)
+    with pytest.raises(NonFiniteInput, match="threshold: expected a finite number, got nan"):
+        summary_of(small_map(), np.nan)
 
 
 def test_usable_cells_hang_together_and_are_stable():

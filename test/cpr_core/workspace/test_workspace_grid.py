@@ -11,6 +11,7 @@ from cpr_core import InvalidRequest, NoInverseSolution, NonFiniteInput, load_rob
 from cpr_core.workspace import map_workspace, motor_grid, pose_grid
 
 AXES = {"x": [0.0, 1.0], "y": [0.0, 1.0]}
+MOTORS = {"motor1": [2.0, 3.0], "motor2": [0.0, 1.0]}
 
 
 @pytest.mark.parametrize(
@@ -31,11 +32,26 @@ AXES = {"x": [0.0, 1.0], "y": [0.0, 1.0]}
             {"directions": {"s": {"x": 2.0}}},
             "axes in independent directions",
         ),
+        (AXES, {}, {"directions": {"x": "y"}}, "directions of x: expected values by name, got 'y'"),
+        (AXES, {}, {"directions": "x"}, "directions: expected values by name, got 'x'"),
+        (AXES, {}, {"resolution": "fine"}, "x: resolution: expected a number, got 'fine'"),
+        (AXES, ["z"], {}, r"held: expected values by name, got \['z'\]"),
+        ("xy", {}, {}, "vary: expected values by name, got 'xy'"),
+        ({"x": [[0, 1]], "y": [0, 1]}, {}, {}, "x: expected a list of numbers"),
     ],
 )
 def test_bad_grids_are_refused(vary, held, options, text):
     with pytest.raises(InvalidRequest, match=text):
         pose_grid(rfrfr(), vary, held, **options)
+
+
+@pytest.mark.parametrize(
+    ("vary", "held", "directions"),
+    [("motors", None, None), (MOTORS, 3.0, None), (MOTORS, None, {"motor1": "motor2"})],
+)
+def test_motors_are_given_by_name(vary, held, directions):
+    with pytest.raises(InvalidRequest, match="expected values by name"):
+        motor_grid(rfrfr(), vary, held, directions=directions)
 
 
 def test_numbers_have_to_be_finite():
@@ -53,11 +69,18 @@ def test_numbers_have_to_be_finite():
         ({"workers": -1}, "workers: expected at least 0, got -1"),
         ({"tolerance": "a"}, r"tolerance: expected a .*number, got 'a'"),
         ({"tolerance": -1.0}, "tolerance: expected a positive number or 0, got -1"),
+        ({"executor": 3}, "executor: expected an Executor, got 3"),
+        ({"checkpoint_every": -1.0}, "checkpoint_every: expected a time of at least 0 s, got -1"),
     ],
 )
 def test_options_of_a_map_are_looked_at(options, text):
     with pytest.raises(InvalidRequest, match=text):
         map_workspace(rfrfr(), pose_grid(rfrfr(), AXES, resolution=0.5), **options)
+
+
+def test_what_is_no_grid_is_refused():
+    with pytest.raises(InvalidRequest, match="grid: expected a Grid, got None"):
+        map_workspace(rfrfr(), None)
 
 
 def test_orientations_are_given_in_one_way():
@@ -118,3 +141,28 @@ def test_neighbours_know_each_other():
     np.testing.assert_array_equal(grid.neighbours[other, column ^ 1], cell)
     moved = np.abs(grid.places(other) - grid.places(cell)).sum(axis=1)
     np.testing.assert_allclose(moved, 0.25)
+
+
+def test_the_cell_nearest_to_the_place_of_a_cell_is_that_cell():
+    grid = pose_grid(rfrfr(), {"x": [0.0, 0.3, 0.4], "y": [-1.0, 0.0, 2.0, 2.5]})
+    for cell, place in enumerate(grid.places(np.arange(grid.size))):
+        assert grid.nearest(place) == grid.nearest(place.tolist()) == cell
+
+
+@pytest.mark.parametrize(
+    ("question", "value"),
+    [
+        *(("nearest", value) for value in ([0], [0, np.nan], [0, 0, 0], [[0, 0]], "word", None)),
+        *(("places", value) for value in ([-1], [9], [0.5], [True], [[0]], 0, "word", None)),
+        *(
+            (question, value)
+            for question in ("coordinates", "kernel_coordinates")
+            for value in ([0, 0.7], [[0]], [[0, np.nan]], [[0, 1], [0]], [["a", "b"]], "word", None)
+        ),
+    ],
+)
+def test_places_and_cells_that_a_grid_cannot_have_are_refused(question, value):
+    grid = pose_grid(rfrfr(), AXES, resolution=0.5)
+    assert grid.size == 9
+    with pytest.raises(InvalidRequest, match="expected"):
+        getattr(grid, question)(value)
