@@ -28,7 +28,7 @@ class CalibrationWarning(UserWarning):
     """Measurements that can be used, but of which something looks like a mistake."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CalibrationResult:
     """Parameters of a robot from measurements.
 
@@ -61,6 +61,13 @@ class CalibrationResult:
     rows: tuple[ComparedRow, ...]
     before: tuple[Equilibrium, ...]
     after: tuple[Equilibrium, ...]
+
+    def __repr__(self) -> str:
+        return (
+            f"<CalibrationResult of {self.robot.description.name}: "
+            f"{len(self.parameters)} parameters from {len(self.rows)} measurements, "
+            f"fit {self.fit:.3g}, {len(self.undetermined)} undetermined, {len(self.doubts)} doubts>"
+        )
 
     @cached_property
     def standard_deviations(self) -> Floats:

@@ -59,7 +59,7 @@ class JointPlace(NamedTuple):
 _MOST_POINTS = 1000
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LegShape(ReadOnlyArrays):
     """One leg from base to tip: points along its rods, and where its links and shifts lead.
 
@@ -78,6 +78,11 @@ class LegShape(ReadOnlyArrays):
     curvature: Floats
     rod: NDArray[np.int64]
     joints: tuple[JointPlace, ...] = ()
+
+    def __repr__(self) -> str:
+        joints = " ".join(joint.kind for joint in self.joints) or "none"
+        points, way = len(self.arc_length), self.arc_length[-1]
+        return f"<LegShape: {points} points along {way:.4g} m, joints {joints}>"
 
     @property
     def rigid_pieces(self) -> tuple[Floats, ...]:

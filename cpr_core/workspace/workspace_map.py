@@ -73,7 +73,7 @@ class CellArrays:
     edge_fraction: Floats
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class WorkspaceMap:
     """A grid of equilibria on one branch; arrays are flat, ``values.reshape(grid.shape)`` is a picture.
 
@@ -99,6 +99,12 @@ class WorkspaceMap:
     objective: str = ""
     tolerance: float = 0.0
     refined_to: float = math.inf
+
+    def __repr__(self) -> str:
+        return (
+            f"<WorkspaceMap of {self.robot.description.name}: {self.reached.sum()} of "
+            f"{self.grid.size} cells reached, {'' if self.complete else 'not '}complete>"
+        )
 
     @property
     def complete(self) -> bool:

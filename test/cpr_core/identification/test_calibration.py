@@ -56,6 +56,9 @@ def test_exact_measurements_give_the_truth_back(robot, loaded, loss):
     again = cpr_core.load_robot(found.robot.description.text)
     assert again.parameter_values(PATHS) == pytest.approx(found.values, rel=1e-12, abs=1e-15)
     assert found.by_path == dict(zip(PATHS, found.values, strict=True))
+    said = f"<CalibrationResult of six_rfs: {len(PATHS)} parameters from 6 measurements, fit "
+    assert repr(found).startswith(said)
+    assert len(repr(found)) < 120
     for kind, differences in found.differences().items():
         assert np.abs(differences).max() < 1e-3 * np.abs(found.differences(False)[kind]).max()
 

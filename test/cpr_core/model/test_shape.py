@@ -36,6 +36,11 @@ def test_curvature_is_the_turning_of_the_tangent():
     np.testing.assert_allclose(slope[20:-20], shape.curvature[20:-20, 2], rtol=1e-3, atol=1e-3)
 
 
+def test_a_shape_is_told_in_a_line():
+    shape = leg_shapes(solve_home(load_robot("six_rfs")), 200)[0]
+    assert repr(shape) == "<LegShape: 200 points along 1 m, joints revolute spherical>"
+
+
 @pytest.mark.parametrize("points", [3, 0, -1, 4.5, "many", 1001])
 def test_too_few_points_and_too_many_are_refused(points):
     with pytest.raises(InvalidRequest, match="points"):

@@ -273,6 +273,13 @@ def test_thresholds_of_a_summary_are_looked_at():
         summary_of(small_map(), np.nan)
 
 
+def test_a_map_says_in_a_line_how_far_it_is():
+    found = small_map()
+    start = f"<WorkspaceMap of rfrfr: {found.reached.sum()} of 117 cells reached, "
+    assert repr(found) == f"{start}complete>"
+    assert repr(replace(found, expanded=0)) == f"{start}not complete>"
+
+
 def test_usable_cells_hang_together_and_are_stable():
     found = small_map()
     assert found.usable[found.first]
