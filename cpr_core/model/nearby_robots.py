@@ -41,7 +41,9 @@ def change_of(parameter: Parameter) -> float:
     """
     change = _CHANGE * (parameter.size or 1.0)
     if not np.isfinite(change):
-        problem = f"{parameter.path} is not given: expected a number to vary, got {change}"
+        problem = (
+            f"{parameter.path} is not given: expected a number to vary, got {parameter.values[0]}"
+        )
         raise InvalidRequest("parameters", problem)
     return change
 
