@@ -6,8 +6,8 @@
 It is one over the largest of the inverse, by Lanczos' method. The matrix M = [Z^T K_x, ..., J_x] needs
 no basis Z: M x = b and M^T y = c are solved with the Newton matrix F of the geometrico-static problem,
 condensed leg by leg, and with its transpose (`linear_problem_kernel`). In other units than the natural
-ones rows and columns of F are scaled; what that changes of Z the multipliers bear, which are no unknowns
-of M.
+ones rows and columns of F are scaled, those of the strains of a rod with its gram matrix; what that
+changes of Z the multipliers bear, which are no unknowns of M.
 """
 
 from __future__ import annotations
@@ -106,9 +106,40 @@ def _apply_inverse_square(robot, square, scales, vector, work):
     """Multiply by the inverse of M'^T M', in place; efforts are the last entries."""
     for i in range(vector.shape[0]):
         vector[i] *= scales.unknowns[i]
+    _multiply_strains(scales, vector)
     solve_with_efforts_transposed(robot, square, vector, work, work.factors)
+    _multiply_strains_transposed(scales, vector)
     for i in range(vector.shape[0]):
         vector[i] *= scales.squared_equations[i]
+    _multiply_strains(scales, vector)
     solve_with_efforts(robot, square, vector, work, work.factors)
+    _multiply_strains_transposed(scales, vector)
     for i in range(vector.shape[0]):
         vector[i] *= scales.unknowns[i]
+
+
+@strict_part
+def _multiply_strains(scales, vector):
+    """Multiply the strains of every rod by its L, in place."""
+    for rod in range(scales.first_strains.shape[0]):
+        first, factor = scales.first_strains[rod], scales.gram_factors[rod]
+        for i in range(
+            scales.strain_counts[rod] - 1, -1, -1
+        ):  # a row needs those above as they were
+            total = 0.0
+            for j in range(i + 1):
+                total += factor[i, j] * vector[first + j]
+            vector[first + i] = total
+
+
+@strict_part
+def _multiply_strains_transposed(scales, vector):
+    """Multiply the strains of every rod by its L^T, in place."""
+    for rod in range(scales.first_strains.shape[0]):
+        first, factor = scales.first_strains[rod], scales.gram_factors[rod]
+        count = scales.strain_counts[rod]
+        for i in range(count):  # a row needs those below as they were
+            total = 0.0
+            for j in range(i, count):
+                total += factor[j, i] * vector[first + j]
+            vector[first + i] = total

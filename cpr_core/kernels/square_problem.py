@@ -49,11 +49,16 @@ class ProblemScales(NamedTuple):
     """Units of a linear problem of Section V-C, as parts of the natural ones.
 
     Unknowns: leg coordinates, multipliers, then what the square problem has beside them, then efforts.
-    Equations in the order of a square problem, then those of the motors.
+    Equations in the order of a square problem, then those of the motors. Strains have their L2 norm
+    along the rod, by its gram matrix L L^T: its diagonal is part of the units where modes are
+    orthogonal, the R rods where they are not have their L here.
     """
 
     unknowns: NDArray[np.float64]  # unit over its own one, zero of multipliers, (s + n,)
     squared_equations: NDArray[np.float64]  # the square of unit over its own one, (s + n,)
+    first_strains: NDArray[np.int64]  # state index of the first strain coordinate, (R,)
+    strain_counts: NDArray[np.int64]  # how many it has, (R,)
+    gram_factors: NDArray[np.float64]  # L, lower triangular, in the upper left, (R, m, m)
 
 
 class Tolerances(NamedTuple):

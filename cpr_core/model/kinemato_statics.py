@@ -328,7 +328,9 @@ class KinematoStatics:
 
         ``A dq_a + P dSigma_p + E dq_e = W [dtau_a; dw_p]``: the sign of W is that of efforts and
         wrenches acting on the robot. Rotations count in radians, lengths in the characteristic
-        length, strains in its inverse, energies in E J / length.
+        length, energies in E J / length, and strains in the inverse of that length by their L2 norm
+        along the rod: E is by coordinates that are orthonormal so. Singular values then depend neither
+        on the strain basis nor, once they converge, on the number of modes.
 
         Args:
             characteristic_length: [m]; default the mean rod length.
@@ -338,7 +340,8 @@ class KinematoStatics:
             [robot.motor_indices, robot.elastic_indices, robot.platform_indices]
         )
         units = problem_units(robot, characteristic_length)
-        scaled = self.tangent * units.states[:, None] * units.states / units.energy
+        motions = units.motions
+        scaled = motions.T @ self.tangent @ motions / units.energy
         jacobian = scaled[np.ix_(robot.multiplier_indices, moving)]
         null_space = null_space_of(jacobian)
         stacked = np.vstack([null_space.T @ scaled[np.ix_(moving, moving)], jacobian])

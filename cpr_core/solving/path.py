@@ -236,8 +236,16 @@ class Path:
 
     @on_one_blas_thread
     def singular_values(self, point: Point) -> Floats:
-        """Of the dimensionless matrix of the problem at a point, ascending."""
-        return np.asarray(scipy.linalg.svdvals(self._linearised(point)[0])[::-1])
+        """Of the dimensionless matrix of the problem at a point, ascending.
+
+        Strains by their L2 norm along the rod, which no strain basis makes small.
+        """
+        matrix, _ = self._linearised(point)
+        robot, legs = self._robot, slice(self._robot.arrays.platform_index)
+        orthonormal = robot.unit_motions[legs, legs] / robot.arrays.unit[legs, None]
+        matrix[legs] = orthonormal.T @ matrix[legs]
+        matrix[:, legs] = matrix[:, legs] @ orthonormal
+        return np.asarray(scipy.linalg.svdvals(matrix)[::-1])
 
     @on_one_blas_thread
     def tangent(self, point: Point, before: Tangent | None = None) -> Tangent:

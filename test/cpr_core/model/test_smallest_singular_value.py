@@ -1,10 +1,12 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The smallest singular value from the condensed legs is that of the dense matrix."""
+"""The smallest singular value from the condensed legs is that of the dense matrix, in any basis."""
 
 import numpy as np
 import pytest
+from helpers.shipped_steps import STEPS
+from helpers.yaml_content import yaml_content
 
 from cpr_core import NotReached, kinemato_statics, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
@@ -36,6 +38,53 @@ def test_it_is_that_of_the_dense_matrix_in_any_units(name, modes):
                 found = model.smallest_singular_value(problem, length)
                 expected = model.singular_values(problem, length)[0]
                 assert found == pytest.approx(expected, rel=1e-6), (problem, length)
+
+
+def with_basis(name, basis, modes):
+    content = yaml_content(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
+    content["strain"]["basis"] = basis
+    return load_robot(content, modes=modes)
+
+
+def home_and_bent(robot):
+    """Models at home and a step from it."""
+    home = solve_home(robot)
+    bent = solve_forward(robot, home.motors + np.array(STEPS[robot.description.name]), start=home)
+    return kinemato_statics(home), kinemato_statics(bent)
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("basis", ["chebyshev", "monomials"])
+def test_it_does_not_depend_on_the_strain_basis(name, basis):
+    """Polynomials of one degree are the same shapes."""
+    by_basis = (home_and_bent(with_basis(name, each, 5)) for each in (basis, "legendre"))
+    for found, expected in zip(*by_basis, strict=True):
+        for problem in found.problems:
+            values = expected.singular_values(problem)
+            np.testing.assert_allclose(found.singular_values(problem), values, rtol=1e-6)
+            assert found.smallest_singular_value(problem) == pytest.approx(values[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("basis", ["chebyshev", "monomials"])
+def test_it_is_that_of_the_dense_matrix_for_modes_that_are_not_orthogonal(name, basis):
+    robot = with_basis(name, basis, 4)
+    for model in home_and_bent(robot):
+        for problem in model.problems:
+            for ratio in (0.03, 0.4, 20.0):
+                length = ratio * robot.mean_length
+                found = model.smallest_singular_value(problem, length)
+                expected = model.singular_values(problem, length)[0]
+                assert found == pytest.approx(expected, rel=1e-6), (problem, length)
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_it_converges_with_the_number_of_modes(name):
+    by_modes = (home_and_bent(load_robot(name, modes=modes)) for modes in (8, 16))
+    for found, expected in zip(*by_modes, strict=True):
+        for problem in found.problems:
+            value = found.smallest_singular_value(problem)
+            assert value == pytest.approx(expected.smallest_singular_value(problem), rel=1e-3)
 
 
 def test_what_cannot_be_asked():
