@@ -123,9 +123,8 @@ def _multiply_strains(scales, vector):
     """Multiply the strains of every rod by its L, in place."""
     for rod in range(scales.first_strains.shape[0]):
         first, factor = scales.first_strains[rod], scales.gram_factors[rod]
-        for i in range(
-            scales.strain_counts[rod] - 1, -1, -1
-        ):  # a row needs those above as they were
+        count = scales.strain_counts[rod]
+        for i in range(count - 1, -1, -1):  # a row needs those above as they were
             total = 0.0
             for j in range(i + 1):
                 total += factor[i, j] * vector[first + j]

@@ -159,10 +159,11 @@ def test_the_papers_matrices_hold_for_any_motion(equilibrium):
     assert (len(a), len(p), len(e), len(w)) == (r, r, r, r)
     energy = robot.arrays.energy_unit
     motors, platform = unit[robot.motor_indices], unit[robot.platform_indices]
+    legs = robot.unit_motions[np.ix_(robot.elastic_indices, robot.elastic_indices)]
     left = (
         a
         + p @ (model.jacobian / platform[:, None] * motors)
-        + e @ (model.legs_by_motors / unit[robot.elastic_indices][:, None] * motors)
+        + e @ (np.linalg.solve(legs, model.legs_by_motors) * motors)
     )
     right = w[:, :n] @ (model.efforts_by_motors * motors[:, None] * motors / energy)
     np.testing.assert_allclose(left, right, atol=1e-8 * max(np.abs(right).max(), 1.0))
