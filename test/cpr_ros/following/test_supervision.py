@@ -149,7 +149,7 @@ def test_leaving_a_singularity_has_its_own_status():
     assert approaching.status == Status.DECELERATE_FOR_APPROACHING_SINGULARITY
     assert leaving.status == Status.DECELERATE_FOR_LEAVING_SINGULARITY
     assert leaving.text.startswith(
-        "inverse.smallest_singular_value 0.05956 is below inverse_singularity_warning 1"
+        "inverse.smallest_singular_value 0.06544 is below inverse_singularity_warning 1"
     )
 
 
