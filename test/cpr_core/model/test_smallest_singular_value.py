@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 from helpers.shipped_steps import STEPS
-from helpers.yaml_content import yaml_content
+from helpers.strain_bases import with_basis
 
 from cpr_core import NotReached, kinemato_statics, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
@@ -38,12 +38,6 @@ def test_it_is_that_of_the_dense_matrix_in_any_units(name, modes):
                 found = model.smallest_singular_value(problem, length)
                 expected = model.singular_values(problem, length)[0]
                 assert found == pytest.approx(expected, rel=1e-6), (problem, length)
-
-
-def with_basis(name, basis, modes):
-    content = yaml_content(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
-    content["strain"]["basis"] = basis
-    return load_robot(content, modes=modes)
 
 
 def home_and_bent(robot):

@@ -6,6 +6,7 @@
 import numpy as np
 import pytest
 from helpers.shipped_steps import SHORT_FORM
+from helpers.strain_bases import with_basis
 
 from benchmarks.robustness import RANGES, distance
 from cpr_core import load_robot, solve_forward, solve_home
@@ -15,10 +16,10 @@ from cpr_core.solving.requests import target_of
 PROBLEMS = ["motors", "pose", "efforts"]
 
 
-def path_of(name, problem, loaded=False):
-    robot = load_robot(name)
+def path_of(robot, problem, loaded=False):
     pattern = np.resize([0.2, -0.1, 0.15, 0.1, -0.2], robot.motor_count)
-    target = solve_forward(robot, solve_home(robot).motors + pattern * RANGES[name] * 0.2)
+    reach = 0.2 * RANGES[robot.description.name]
+    target = solve_forward(robot, solve_home(robot).motors + pattern * reach)
     loads = solve_home(robot).loads
     if loaded:
         force = 0.1 * robot.arrays.energy_unit / robot.mean_length
@@ -32,7 +33,7 @@ def path_of(name, problem, loaded=False):
 @pytest.mark.parametrize("problem", PROBLEMS)
 @pytest.mark.parametrize("name", [*SHORT_FORM, "delta", "two_rods"])
 def test_tangents_are_those_of_differences(name, problem, loaded):
-    path = path_of(name, problem, loaded)
+    path = path_of(load_robot(name), problem, loaded)
     middle = path.begin()
     for fraction in (0.1, 0.2, 0.3):
         middle = path.at(middle, fraction)
@@ -50,7 +51,7 @@ def test_tangents_are_those_of_differences(name, problem, loaded):
 @pytest.mark.parametrize("problem", PROBLEMS)
 @pytest.mark.parametrize("name", [*SHORT_FORM, "delta", "two_rods"])
 def test_points_by_arc_length_lie_on_the_path(name, problem):
-    path = path_of(name, problem)
+    path = path_of(load_robot(name), problem)
     start = path.begin()
     tangent = path.tangent(start)
     found = path.along(start, tangent, 0.02)
@@ -63,7 +64,7 @@ def test_points_by_arc_length_lie_on_the_path(name, problem):
 
 
 def test_starts_are_points_of_their_paths():
-    path = path_of("six_rfs", "pose")
+    path = path_of(load_robot("six_rfs"), "pose")
     begin = path.begin()
     assert begin.fraction == 0.0
     assert begin.equilibrium is path.start
@@ -77,3 +78,16 @@ def test_far_fractions_are_refused_not_jumped_to():
     )
     path = Path(solve_home(robot), target, solve_home(robot).loads)
     assert path.at(path.begin(), 1.0) is None
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+@pytest.mark.parametrize("name", [*SHORT_FORM, "delta", "two_rods"])
+def test_singular_values_do_not_depend_on_the_strain_basis(name, problem):
+    """What tells where branches cross: with monomials all places did."""
+    found, expected = (
+        path.singular_values(path.at(path.begin(), 0.1))
+        for path in (
+            path_of(with_basis(name, basis, 5), problem) for basis in ("monomials", "legendre")
+        )
+    )
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
