@@ -38,15 +38,20 @@ class MeasuredMotors:
         """Know of none; they are too old after ``timeout`` [s], 0: never."""
         self.watchdog = Watchdog(timeout)
         self._motors: NDArray[np.float64] | None = None
+        self._problem = ""
 
     def take(self, motors: NDArray[np.float64], now: float) -> None:
         """Take measured motors, (n,), at a steady time [s]."""
-        self._motors = motors
+        self._motors, self._problem = motors, ""
         self.watchdog.feed(now)
+
+    def refuse(self, problem: str) -> None:
+        """Take note of a message that tells nothing of the motors."""
+        self._problem = problem
 
     def forget(self) -> None:
         """Be as if none had ever come."""
-        self._motors = None
+        self._motors, self._problem = None, ""
         self.watchdog.forget()
 
     def newest(self, now: float) -> Measurement | None:
@@ -54,3 +59,15 @@ class MeasuredMotors:
         if self._motors is None or self.watchdog.stale(now):
             return None
         return Measurement(self._motors, self.watchdog.age(now))
+
+    def missing(self, now: float) -> str:
+        """Why there is no newest though somebody measures, or has measured; empty otherwise."""
+        if self.newest(now) is not None:
+            return ""
+        if self._motors is None:
+            return f"no measured motors are of use: {self._problem}" if self._problem else ""
+        why = f" ({self._problem})" if self._problem else ""
+        return (
+            f"the measured motors are {self.watchdog.age(now):.3g} s old, more than measured_timeout "
+            f"{self.watchdog.timeout:g} s{why}"
+        )

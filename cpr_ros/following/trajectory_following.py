@@ -191,14 +191,16 @@ class Trajectories:
             self._end_running(Ending(ErrorCode.CONTROL_FAILED, text, goal.time, refusal.reason))
             return
         due = goal.due(now)
-        current, measured = outcome.assessment.equilibrium, self._measured.newest(now)
-        if goal.remaining(current) == 0.0 and arrived(order, goal.path, measured):
+        current, names = outcome.assessment.equilibrium, self._robot.motor_names
+        measured, missing = self._measured.newest(now), self._measured.missing(now)
+        if goal.remaining(current) == 0.0 and arrived(order, goal.path, measured, missing):
             self.running = None
             self._rest_until_joined(now)
             motion.told(Ending(ErrorCode.SUCCESS, "", due))
             return
-        names, path = self._robot.motor_names, goal.path
-        beyond = broken_tolerance(names, order, path, due, current.motors, measured, self._period)
+        beyond = broken_tolerance(
+            names, order, goal.path, due, current.motors, measured, missing, self._period
+        )
         if beyond:
             measure, text = beyond
             self._end_running(Ending(ErrorCode.CONTROL_FAILED, text, due, measure))

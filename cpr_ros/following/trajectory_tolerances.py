@@ -30,11 +30,20 @@ Floats = NDArray[np.float64]
 _LATE_TICKS = 2.0
 
 
-def arrived(order: TrajectoryOrder, path: MotorPath, measured: Measurement | None) -> bool:
-    """Whether motors that are measured are as near to the end as the order wants."""
-    return measured is None or not np.any(
-        np.abs(path.last - measured.motors) > order.goal_tolerance
-    )
+def arrived(
+    order: TrajectoryOrder, path: MotorPath, measured: Measurement | None, missing: str
+) -> bool:
+    """Whether motors that are measured are as near to the end as the order wants.
+
+    Args:
+        order: What was ordered.
+        path: The path that is followed.
+        measured: Where the motors were measured; None: nobody knows.
+        missing: Why nobody knows, though they are measured; empty: nobody measures.
+    """
+    if measured is None:
+        return not missing or not np.any(np.isfinite(order.goal_tolerance))
+    return not np.any(np.abs(path.last - measured.motors) > order.goal_tolerance)
 
 
 def broken_tolerance(
@@ -44,6 +53,7 @@ def broken_tolerance(
     due: float,
     commands: Floats,
     measured: Measurement | None,
+    missing: str,
     period: float,
 ) -> tuple[str, str] | None:
     """Which tolerance does not hold, and why in words; None: all hold.
@@ -55,17 +65,34 @@ def broken_tolerance(
         due: Its time, had it never been slowed down [s].
         commands: Where the motors are sent, (n,) [rad or m].
         measured: Where they were measured; None: nobody knows.
+        missing: Why nobody knows, though they are measured; empty: nobody measures.
         period: Time of a tick [s].
     """
     longest = max(order.goal_time_tolerance, _LATE_TICKS * period)
     found = _broken(names, order, path, due, commands, "", longest)
-    if found is not None or measured is None:
+    if found is not None:
         return found
     own = order.goal_time_tolerance if math.isfinite(order.goal_time_tolerance) else 0.0
+    longest = max(own, SETTLING)
+    if measured is None:
+        return _unknown(order, due, missing, longest) if missing else None
     told = "measured "
-    return _broken(
-        names, order, path, due - measured.age, measured.motors, told, max(own, SETTLING)
-    )
+    return _broken(names, order, path, due - measured.age, measured.motors, told, longest)
+
+
+def _unknown(
+    order: TrajectoryOrder, due: float, missing: str, longest: float
+) -> tuple[str, str] | None:
+    """Which tolerance nobody can vouch for, as the motors are not measured any more."""
+    if due <= order.duration:
+        measure, tolerance = "path_tolerance", order.path_tolerance
+    else:
+        measure, tolerance = _of_the_end(order), order.goal_tolerance
+        if due - order.duration <= longest:
+            return None
+    if not np.any(np.isfinite(tolerance)):
+        return None
+    return measure, f"at {due:.3f} s nobody knows how near the motors are: {missing}"
 
 
 def _broken(
@@ -96,11 +123,13 @@ def _broken(
     for number in np.flatnonzero(error > tolerance):
         away, allowed = distinct(float(error[number]), float(tolerance[number]))
         after, time = distinct(late, longest)
-        measure = (
-            "goal_time_tolerance" if math.isfinite(order.goal_time_tolerance) else "goal_tolerance"
-        )
-        return measure, (
+        return _of_the_end(order), (
             f"{names[number]} is {told}{away} from the end {after} s after it was due: its tolerance is "
             f"{allowed}, and allowed are {time} s"
         )
     return None
+
+
+def _of_the_end(order: TrajectoryOrder) -> str:
+    """The tolerance that does not hold where the end is not reached."""
+    return "goal_time_tolerance" if math.isfinite(order.goal_time_tolerance) else "goal_tolerance"

@@ -197,15 +197,19 @@ class Inputs:
         session.wrench.take(with_wrench(loads, message, self._frames), now)
 
     def _measured(self, session: Session, message: JointState, now: float) -> None:
-        if session.tracking is not None:
-            session.tracking.take(measured_motors(session.robot, message), now)
-        # Grippers and others may say on the same topic where they are.
-        elif session.unplaced:
-            self._watch(session, measured_motors(session.robot, message), now)
-        elif set(message.name).issuperset(session.robot.motor_names):
-            with contextlib.suppress(CprError):  # it may have efforts only
-                self._watch(session, measured_motors(session.robot, message), now)
-        if not message.name or not set(message.name).isdisjoint(session.robot.motor_names):
+        if message.name and set(message.name).isdisjoint(session.robot.motor_names):
+            return  # grippers and others may say on the same topic where they are
+        try:
+            motors = measured_motors(session.robot, message)
+        except CprError as error:
+            session.measured.refuse(str(error))
+            raise
+        else:
+            if session.tracking is None:
+                self._watch(session, motors, now)
+            else:
+                session.tracking.take(motors, now)
+        finally:
             self._feel(session, message, now)
 
     def _watch(self, session: Session, motors: NDArray[np.float64], now: float) -> None:

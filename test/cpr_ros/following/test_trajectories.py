@@ -526,10 +526,19 @@ def test_a_measured_motor_that_stands_still_ends_it(rfrfr, tolerance):
     np.testing.assert_array_equal(rfrfr.motors, held)
 
 
-def test_motors_that_nobody_measures_any_more_do_not_hold_it_up(rfrfr):
-    rfrfr.measured.take(rfrfr.motors + 1.0, rfrfr.now)
-    _, endings = rfrfr.begin([1.0], [[0.2, -0.2]], goal_tolerance=np.full(2, 1e-3))
-    assert rfrfr.until_ended(endings).val == ErrorCode.SUCCESS
+@pytest.mark.parametrize("tolerance", ["path_tolerance", "goal_tolerance", None])
+def test_motors_that_are_measured_no_more_end_it_where_a_tolerance_is_about_them(rfrfr, tolerance):
+    """It succeeded with encoders that were dead."""
+    given = {tolerance: np.full(2, 0.05)} if tolerance else {}
+    _, endings = rfrfr.begin([1.0], [[0.2, -0.2]], **given)
+    rfrfr.measured.take(rfrfr.motors, rfrfr.now)
+    ending = rfrfr.until_ended(endings)
+    if tolerance is None:
+        assert ending.val == ErrorCode.SUCCESS
+        return
+    assert (ending.val, ending.measure) == (ErrorCode.CONTROL_FAILED, tolerance)
+    assert "more than measured_timeout 0.5 s" in ending.message
+    assert ending.time < 0.6 if tolerance == "path_tolerance" else ending.time > 1.5
 
 
 def test_a_warning_makes_it_slower_on_the_same_path_and_tolerances_forbid_that(rfrfr):

@@ -26,8 +26,8 @@ def order(path_tolerance=FREE, goal_tolerance=FREE, goal_time_tolerance=np.inf):
     return TrajectoryOrder(np.array([2.0]), POINTS[1:], None, None, None, *given_tolerances)
 
 
-def broken(wanted, due, commands, measured=None):
-    return broken_tolerance(NAMES, wanted, PATH, due, commands, measured, PERIOD)
+def broken(wanted, due, commands, measured=None, missing=""):
+    return broken_tolerance(NAMES, wanted, PATH, due, commands, measured, missing, PERIOD)
 
 
 @given(due=st.floats(0.0, 2.0), age=st.floats(0.0, 0.4))
@@ -58,15 +58,15 @@ def test_without_a_tolerance_any_error_is_one():
     lost = Measurement(np.array([5.0, 5.0]), 0.0)
     for due in (1.0, 2.0, 100.0):
         assert broken(order(), due, PATH.at(due)[0], lost) is None
-    assert arrived(order(), PATH, lost)
+    assert arrived(order(), PATH, lost, "")
 
 
 def test_at_the_end_measured_motors_have_the_time_to_arrive():
     wanted = order(goal_tolerance=[0.01, np.inf])
     near, far = (Measurement(PATH.last - [error, 1.0], 0.0) for error in (0.009, 0.011))
-    assert arrived(wanted, PATH, near)
-    assert arrived(wanted, PATH, None)
-    assert not arrived(wanted, PATH, far)
+    assert arrived(wanted, PATH, near, "")
+    assert arrived(wanted, PATH, None, "")
+    assert not arrived(wanted, PATH, far, "")
     for late in (0.0, 0.99 * SETTLING):
         assert broken(wanted, 2.0 + late, PATH.last, far) is None
     measure, text = broken(wanted, 2.0 + 1.01 * SETTLING, PATH.last, far)
@@ -81,6 +81,39 @@ def test_a_time_tolerance_that_is_longer_is_given_to_measured_motors_too(allowed
     far = Measurement(PATH.last - 0.1, 0.0)
     assert broken(wanted, 2.0 + 0.99 * longest, PATH.last, far) is None
     assert broken(wanted, 2.0 + 1.01 * longest, PATH.last, far)[0] == "goal_time_tolerance"
+
+
+@pytest.mark.parametrize("allowed", [0.1, np.inf])
+def test_motors_that_are_measured_no_more_hold_no_tolerance(allowed):
+    """Encoders were dead, and the trajectory succeeded by its commands."""
+    near, missing = np.array([0.01, np.inf]), "the encoders are dead"
+    on_the_way, at_the_end = order(near), order(FREE, near, allowed)
+    measure, text = broken(on_the_way, 1.0, PATH.at(1.0)[0], None, missing)
+    assert measure == "path_tolerance" and missing in text
+    assert broken(on_the_way, 1.0, PATH.at(1.0)[0], None, "") is None
+    assert broken(at_the_end, 1.0, PATH.at(1.0)[0], None, missing) is None
+    assert not arrived(at_the_end, PATH, None, missing)
+    assert arrived(on_the_way, PATH, None, missing)
+    assert broken(at_the_end, 2.0 + 0.99 * SETTLING, PATH.last, None, missing) is None
+    measure, text = broken(at_the_end, 2.0 + 1.01 * SETTLING, PATH.last, None, missing)
+    assert measure == ("goal_tolerance" if np.isinf(allowed) else "goal_time_tolerance")
+    assert missing in text
+
+
+def test_who_measures_uselessly_measures():
+    motors = MeasuredMotors(0.5)
+    assert motors.missing(1.0) == ""
+    motors.refuse("position: a NaN")
+    assert motors.missing(1.0) == "no measured motors are of use: position: a NaN"
+    motors.take(np.array([1.0, 2.0]), 1.0)
+    motors.refuse("position: a NaN")
+    assert motors.missing(1.4) == ""
+    late = motors.missing(1.6)
+    assert "0.6 s old, more than measured_timeout 0.5 s (position: a NaN)" in late
+    motors.take(np.array([1.0, 2.0]), 2.0)
+    assert motors.missing(2.6).endswith("measured_timeout 0.5 s")
+    motors.forget()
+    assert motors.missing(2.6) == ""
 
 
 def test_a_measurement_is_known_as_long_as_it_is_fresh():

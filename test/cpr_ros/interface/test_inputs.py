@@ -29,9 +29,9 @@ NAN = float("nan")
 class Listening:
     """A session, and what listens for it, with given times."""
 
-    def __init__(self, robot, **changed):
+    def __init__(self, robot, source="setpoint", **changed):
         self.felt_names = []
-        fixed = Parameters(**FIXED | {"characteristic_length": None})
+        fixed = Parameters(**FIXED | {"characteristic_length": None, "motor_source": source})
         live = live_parameters(lambda name: changed.get(name, DEFAULTS[name]))
         self.session, self.now, self._callbacks = Session(robot, FRAMES, fixed, live), 100.0, {}
         node = SimpleNamespace(
@@ -56,6 +56,10 @@ class Listening:
         """A setpoint of some motors."""
         message = JointState(name=list(positions), position=list(positions.values()))
         self.hear("~/motor_setpoint", message)
+
+    def hear_measured(self, names, positions):
+        message = JointState(name=names, position=positions)
+        self.hear("measured_joint_states", message)
 
     def tick(self, seconds=0.0):
         self.now += seconds or self.session.period
@@ -259,6 +263,43 @@ def test_joints_of_others_on_the_topic_are_nothing_to_be_felt_with():
     """Every message of a gripper was a reason of its own, told in the log, and so was the end of it."""
     listening = Listening(robot("rfrfr"))
     for names in (["gripper"], ["motor1", "motor2"], ["gripper", "motor1"]):
-        message = JointState(name=names, position=[0.1] * len(names))
-        listening.hear("measured_joint_states", message)
+        listening.hear_measured(names, [0.1] * len(names))
     assert listening.felt_names == [["motor1", "motor2"], ["gripper", "motor1"]]
+
+
+MOTORS = ["motor1", "motor2"]
+
+
+@pytest.mark.parametrize("source", ["setpoint", "measured"])
+@pytest.mark.parametrize("unplaced", [False, True])
+@pytest.mark.parametrize(
+    ("names", "positions"),
+    [
+        (MOTORS, [NAN, 0.5]),
+        (MOTORS, [2.6, float("inf")]),
+        (MOTORS, [2.6]),
+        (MOTORS, []),
+        (MOTORS + MOTORS, [2.6, 0.5, 2.6, 0.5]),
+        (["gripper", "motor1"], [0.0, 2.6]),
+        ([], [2.6, 0.5]),
+    ],
+)
+def test_measured_motors_that_are_of_no_use_are_counted(source, unplaced, names, positions):
+    """Encoders were dead, and neither the log nor /diagnostics had a word of it."""
+    listening = Listening(robot("rfrfr"), source)
+    listening.session.unplaced = unplaced
+    listening.hear_measured(names, positions)
+    assert listening.inputs.dropped.counts == {"measured_joint_states": 1}
+    assert listening.session.measured.newest(listening.now) is None
+    assert listening.session.measured.missing(listening.now)
+
+
+@pytest.mark.parametrize("source", ["setpoint", "measured"])
+@pytest.mark.parametrize("unplaced", [False, True])
+def test_joints_of_others_alone_are_no_mistake(source, unplaced):
+    listening = Listening(robot("rfrfr"), source)
+    listening.session.unplaced = unplaced
+    listening.hear_measured(["gripper", "finger"], [NAN])
+    listening.hear_measured(["gripper", "motor2", "motor1"], [NAN, 0.5, 2.6])
+    assert listening.dropped == 0
+    assert listening.session.measured.missing(listening.now) == ""

@@ -17,6 +17,7 @@ from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Duration
 from cpr_msgs.action import FollowTrajectory
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from helpers.driver import EVERY_MESSAGE
 from helpers.goal_client import GoalClient
@@ -128,7 +129,9 @@ def measuring(drive, motors):
     finally:
         node.destroy_timer(timer)
         node.destroy_publisher(publisher)
-        drive.spin(1.0)  # until that is forgotten
+        drive.spin(1.0)  # until nobody is found any more who publishes
+        for transition in (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE):
+            assert change(drive.client, transition)  # what was measured is forgotten
 
 
 def test_a_motor_that_is_measured_to_stand_still_is_told(drive, following):
@@ -149,6 +152,27 @@ def test_a_motor_that_is_measured_to_stand_still_is_told(drive, following):
         np.testing.assert_allclose(
             given.error.positions, np.subtract(given.desired.positions, stuck), atol=1e-12
         )
+
+
+def test_encoders_that_are_dead_are_told_and_hold_no_tolerance(rfrfr, drive, following):
+    """They said nothing but NaN, of which nobody had a word, and the action succeeded."""
+    positions = HOME.tolist()
+    with measuring(drive, lambda: positions):
+        positions = [float("nan")] * 2
+        handle = following.send(
+            trajectory([1.0], [HOME + [0.08, 0.0]]), goal_tolerance=[0.02, 0.02]
+        )
+        done = following.result(handle)
+        drive.client.spin_until(
+            lambda: "measured_joint_states: dropped: position" in rfrfr.process.output()
+        )
+    assert done.status == GoalStatus.STATUS_ABORTED
+    assert done.result.error_code.val == ErrorCode.CONTROL_FAILED
+    assert done.result.measure == "goal_tolerance"
+    assert "more than measured_timeout" in done.result.error_code.message
+    (array,) = drive.client.messages(DiagnosticArray, "/diagnostics", 1)
+    values = {pair.key: pair.value for status in array.status for pair in status.values}
+    assert int(values["dropped measured_joint_states"]) > 10
 
 
 def test_motors_that_are_measured_to_follow_arrive(drive, following):
