@@ -73,7 +73,7 @@ class CprNode(LifecycleNode):
         self._ticking = Ticking(
             1.0 / self.parameters.tick_rate,
             self._tick,
-            lambda: self._required_session().at_rest,
+            lambda: self._required_session().at_rest and self._announcements.at_rest,
         )
         prefix, names = self.parameters.frame_prefix, self.parameters.frames
         self.transforms = Transforms(self, *(prefix + name for name in names))

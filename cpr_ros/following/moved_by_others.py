@@ -33,17 +33,27 @@ class MovedByOthers:
     """Compares measured motors with the last command, once they have had the time to get there.
 
     Attributes:
-        tolerance: Motors farther from it have been moved by others [rad, rod lengths]; 0: never.
-        away: That they are, in words; empty if they are not.
+        away: That they are elsewhere, in words, until a measurement, a command or the tolerance says
+            otherwise; empty if they are not.
     """
 
     def __init__(self, robot: Robot, tolerance: float) -> None:
         """Know of no motors yet."""
-        self.tolerance, self.away = tolerance, ""
+        self._tolerance, self._way, self.away = tolerance, 0.0, ""
         self._units = robot.motor_units.tolist()
         self._commanded = -math.inf
         self._resting: Floats | None = None
         self._resting_since = math.inf
+
+    @property
+    def tolerance(self) -> float:
+        """Motors farther from their command were moved by others [rad, rod lengths]; 0: never."""
+        return self._tolerance
+
+    @tolerance.setter
+    def tolerance(self, tolerance: float) -> None:
+        self._tolerance = tolerance
+        self.away = self.away and self._words()  # only a measurement tells that they are elsewhere
 
     def commanded(self, now: float) -> None:
         """Take note of a new command, or that the motors are known to be where the node has them."""
@@ -59,16 +69,20 @@ class MovedByOthers:
         """
         if self._resting is None or largest_way(self._resting, measured, self._units) > RESTING:
             self._resting, self._resting_since = measured, now
-        if commands is None or not self.tolerance or now - self._commanded < SETTLING:
+        if commands is None or now - self._commanded < SETTLING:
             self.away = ""
             return False
-        way = largest_way(commands, measured, self._units)
-        if not way > self.tolerance:
-            self.away = ""
-            return False
-        told, tolerance = distinct(way, self.tolerance)
-        self.away = (
-            f"somebody else has moved the motors: one is measured {told} (rad or rod lengths) from its "
-            f"last command, more than moved_tolerance {tolerance}"
+        self._way = largest_way(commands, measured, self._units)
+        self.away = self._words()
+        return bool(self.away) and now - self._resting_since >= SETTLING
+
+    def _words(self) -> str:
+        """That the motors were measured farther from their last command than is tolerated."""
+        if not self._tolerance or not self._way > self._tolerance:
+            return ""
+        told, tolerance = distinct(self._way, self._tolerance)
+        return (
+            f"somebody else has moved the motors: one was measured {told} (rad or rod lengths) from its "
+            f"last command, more than moved_tolerance {tolerance}; the node begins where they are as "
+            "soon as they are measured at rest"
         )
-        return now - self._resting_since >= SETTLING

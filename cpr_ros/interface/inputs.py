@@ -205,22 +205,12 @@ class Inputs:
             session.measured.refuse(str(error))
             raise
         else:
-            if session.tracking is None:
-                self._watch(session, motors, now)
-            else:
+            if session.tracking is not None:
                 session.tracking.take(motors, now)
+            elif session.take_measured(motors, now):
+                self._place(motors)
         finally:
             self._feel(session, message, now)
-
-    def _watch(self, session: Session, motors: NDArray[np.float64], now: float) -> None:
-        """Measured motors that the node moves: where it begins, or where others have moved them."""
-        known = session.others.away
-        if session.take_measured(motors, now):
-            self._place(motors)
-        elif session.others.away and not known:
-            self._node.get_logger().warning(
-                f"{session.others.away}; the node begins there as soon as they rest"
-            )
 
     def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
         delay = measurement_delay(message.header, self._node.get_clock().now())

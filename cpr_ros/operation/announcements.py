@@ -27,6 +27,11 @@ class Announcements:
         self._state = State.IDLE
         self._returning = False
 
+    @property
+    def at_rest(self) -> bool:
+        """Whether only what comes can bring news; a halt is over only after a while."""
+        return self._free_since is None
+
     def after_tick(self, outcome: Outcome, now: float) -> tuple[str, str]:
         """What to log after a tick: a warning and an information; empty: nothing.
 

@@ -27,7 +27,7 @@ from ..following.motor_commands import MotorCommands
 from ..following.motor_tracking import MotorTracking
 from ..following.moved_by_others import MovedByOthers
 from ..following.setpoint_following import Outcome, SetpointFollower
-from ..following.supervision import State
+from ..following.supervision import Refusal, State
 from ..following.trajectory_following import Ending, Motion, Trajectories
 from ..following.trajectory_order import TrajectoryOrder
 from ..following.watchdog import Watchdog
@@ -92,6 +92,7 @@ class Session:
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
         self.unplaced = False
         self.others = MovedByOthers(robot, live.moved_tolerance)
+        self._told_away = ""
         self.admission = Admission(
             self.solver,
             self.follower,
@@ -142,7 +143,10 @@ class Session:
         self.loop.settings = live.loop
         self.jogger.watchdog.timeout = live.twist_timeout
         self.felt.settings = live.felt_wrench
-        self.others.tolerance = live.moved_tolerance
+        away, self.others.tolerance = self.others.away, live.moved_tolerance
+        if away and not self.others.away:
+            self.commands.said = False  # else saying it again would move the motors
+            self.hold_commands()
         self.measured.watchdog.timeout = live.measured_timeout
         if self.tracking is not None:
             self.tracking.watchdog.timeout = live.measured_timeout
@@ -162,6 +166,8 @@ class Session:
         """
         current, last = self.solver.current, self.outcome
         if last.moved or last.assessment is not current or last.state == State.ALIGNING:
+            return False
+        if self.others.away != self._told_away:
             return False
         goal = self.follower.goal
         if self.admission.awaiting or not (
@@ -199,6 +205,11 @@ class Session:
         else:
             mover = self.follower if self.tracking is None else self.tracking
             self.outcome = mover.tick(before, loads, now)
+        self._told_away = self.others.away
+        if self._told_away and self.outcome.refusal is None:
+            refusal = Refusal("stale", self._told_away)
+            told = self.follower.judge(self.outcome.assessment, refusal)
+            self.outcome = replace(self.outcome, verdict=told, refusal=refusal)
         self.solver.current = self.outcome.assessment
         return self.outcome
 
@@ -234,6 +245,8 @@ class Session:
         No motors: they are measured, but not where it is. None: nothing is known.
         """
         equilibrium, state = self.solver.current.equilibrium, self.outcome.state
+        if self.others.away:
+            return equilibrium, None
         if self.tracking is None:
             commands = self.commands.newest
             return None if commands is None else (equilibrium, commands)
@@ -287,7 +300,10 @@ class Session:
         self.outcome = Outcome(current, False, self._state_at_rest, self.follower.judge(current))
 
     def stand(self) -> None:
-        """Be at rest as the node becomes active: setpoint and what was measured are forgotten."""
+        """Be at rest as the node becomes active: setpoint and what was measured are forgotten.
+
+        Not that others have moved the motors: commands would begin where they are no more.
+        """
         self.follower.drop()
         self.loop.forget()
         self.measured.forget()

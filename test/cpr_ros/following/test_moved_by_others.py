@@ -32,7 +32,7 @@ def test_motors_elsewhere_are_told_at_once_and_begun_with_when_they_rest(others)
         moving = SENT + [0.0, 0.02 * number]
         assert not others.take(moving, SENT, 10.0 + 0.1 * number)
         assert (others.away != "") == (0.02 * number > 0.1), number
-    assert "measured 0.38 (rad or rod lengths) from its last command" in others.away
+    assert "one was measured 0.38 (rad or rod lengths) from its last command" in others.away
     assert "moved_tolerance 0.1" in others.away
     last = 10.0 + 0.1 * 19
     assert not others.take(moving + 0.5 * RESTING, SENT, last + 0.9 * SETTLING)
@@ -53,6 +53,19 @@ def test_a_new_command_gives_them_time(others):
     assert not others.take(ELSEWHERE, SENT, 10.0 + 0.9 * SETTLING)
     assert others.away == ""
     assert others.take(ELSEWHERE, SENT, 10.0 + SETTLING)
+
+
+def test_another_tolerance_ends_it_and_begins_nothing(others):
+    """It was for ever, where nobody measured any more."""
+    others.take(ELSEWHERE, SENT, 10.0)
+    others.tolerance = 0.15
+    assert "more than moved_tolerance 0.15" in others.away
+    for tolerance in (0.0, 0.25):
+        others.take(ELSEWHERE, SENT, 10.0)
+        others.tolerance = tolerance
+        assert others.away == ""
+        others.tolerance = 0.1
+        assert others.away == ""
 
 
 def test_nothing_is_compared_without_commands_or_without_a_tolerance(others):

@@ -53,6 +53,16 @@ def test_a_halt_and_its_end_are_said_once(log):
         assert log.informations == ["the halt is over (FOLLOWING): stable"] * number
 
 
+def test_ticks_go_on_until_the_end_of_a_halt_is_said(log):
+    """A robot at rest was not said to be free before it moved."""
+    for state, verdict, rests in ((State.IDLE, HALT, True), (State.IDLE, FREE, False)):
+        log.ticks(1, state, verdict)
+        assert log.announcements.at_rest == rests
+    log.ticks(200, State.IDLE, FREE)
+    assert log.announcements.at_rest
+    assert log.informations == ["the halt is over (IDLE): stable"]
+
+
 def test_a_halt_that_trembles_is_one_halt(log):
     for _ in range(100):
         log.ticks(3, State.HALTED, HALT)

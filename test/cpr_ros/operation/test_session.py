@@ -531,6 +531,79 @@ def test_motors_that_others_have_moved_are_not_sent_back(bench):
     np.testing.assert_array_equal(session.repeated_command, bench.commands[0])
 
 
+@pytest.fixture
+def moved(bench):
+    """A robot that others have moved, and that is measured no more."""
+    motors = bench.session.solver.current.equilibrium.motors
+    commanded(bench.session, motors)
+    for way in np.arange(0.0, 0.4, 0.02):  # by a hand, at rest nowhere
+        assert not measured_for(bench, motors + way, 0.1)
+    assert bench.session.others.away
+    return bench
+
+
+def halted(bench):
+    """Whether a supervisor is told that others have moved the motors; nothing is sent to them."""
+    sent, outcome = len(bench.commands), bench.tick()
+    assert len(bench.commands) == sent
+    assert outcome is bench.session.outcome
+    told = outcome.verdict
+    assert bench.session.at_rest
+    if told.action == Action.NONE:
+        return False
+    assert (told.action, told.speed_scale) == (Action.HALT, 0.0)
+    assert told.text == bench.session.others.away != ""
+    return True
+
+
+def test_that_others_have_moved_the_motors_is_a_halt_until_they_are_measured_where_sent(moved):
+    """Every setpoint was refused, and `action` was NONE."""
+    session, home = moved.session, moved.session.solver.current.equilibrium
+    assert session.known_place == (home, None)  # a node of later has to measure them
+    for _ in range(3):
+        moved.now += 100.0
+        assert halted(moved)
+        session.pause(True)
+        assert halted(moved)
+        session.pause(False)
+    session.stand()
+    assert halted(moved)
+    with pytest.raises(RequestError, match="somebody else has moved the motors"):
+        session.follow(MotorGoal(session.robot, home.motors), moved.now)
+    session.take_measured(home.motors + 0.05, moved.now)
+    assert not session.at_rest
+    assert not halted(moved)
+    np.testing.assert_array_equal(session.known_place[1], home.motors)
+    session.follow(MotorGoal(session.robot, home.motors + 0.1), moved.now)
+    assert moved.tick().state == State.FOLLOWING
+
+
+def test_no_moved_tolerance_ends_it_and_sends_nothing_by_itself(moved):
+    session, home = moved.session, moved.session.solver.current.equilibrium
+    session.apply(replace(LIVE, moved_tolerance=0.0), moved.now)
+    assert not session.at_rest
+    assert not halted(moved)
+    assert session.repeated_command is None
+    session.follow(MotorGoal(session.robot, home.motors + 0.1), moved.now)
+    moved.tick()
+    np.testing.assert_array_equal(session.repeated_command, moved.commands[-1])
+
+
+def test_no_moved_tolerance_sets_off_no_commands_that_were_on_their_way(bench):
+    """They were held by a wrench that was not borne, then by others who had moved the motors."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    commanded(session, home.motors)
+    apply(session, 2.7, 0.5)
+    bench.tick()
+    bench.now += 10.0
+    session.take_measured(home.motors + 0.5, bench.now)
+    assert session.others.away and bench.tick().state == State.ALIGNING
+    sent = len(bench.commands)
+    session.apply(replace(LIVE, moved_tolerance=0.0), bench.now)
+    assert bench.tick().state == State.PAUSED
+    assert len(bench.commands) == sent
+
+
 def test_a_tracked_robot_is_remembered_where_it_is_measured_and_not_where_it_is_lost():
     bench = Bench(motor_source="measured")
     session, home = bench.session, bench.session.solver.current.equilibrium

@@ -3,6 +3,7 @@
 
 """Where the robot is when the node starts, and that no command is far from the one before."""
 
+import itertools
 import random
 import signal
 import time
@@ -11,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
-from cpr_msgs.msg import Equilibrium
+from cpr_msgs.msg import Equilibrium, StabilityMetrics
 from cpr_msgs.srv import SolveForward
 from helpers.branches import stable_elsewhere
 from helpers.driver import EVERY_MESSAGE
@@ -270,7 +271,7 @@ def test_motors_that_others_have_moved_and_that_are_measured_are_not_sent_back(b
     bench.until_heard()
     bench.measure([2.7, 0.4])  # by hand
     bench.until_said("where it is measured, motors (2.7, 0.4)")
-    assert "somebody else has moved the motors: one is measured 0.5 " in bench.process.output()
+    assert "somebody else has moved the motors: one was measured 0.5 " in bench.process.output()
     bench.spin(0.2)  # what is on the way
     heard = len(bench.commands)
     bench.spin(2.2)
@@ -278,6 +279,58 @@ def test_motors_that_others_have_moved_and_that_are_measured_are_not_sent_back(b
     bench.commands = [np.array([2.7, 0.4])]
     bench.send(2.75, 0.35)
     bench.until_at([2.75, 0.35])
+    assert bench.longest_step() <= 1.0 + 2e-5
+
+
+def test_motors_that_were_moved_and_are_measured_no_more_are_sent_nowhere(bench):
+    """Setpoints were refused for ever, HALT was never said, and after a clean-up they jumped."""
+    bench.measure([2.7, 0.4])
+    bench.start(until="")
+    bench.until_said("ready")
+    node, streamed = bench.client.node, []
+    node.create_subscription(StabilityMetrics, "/cpr_node/stability", streamed.append, 10)
+    bench.until_heard()
+    steps = itertools.count(1)
+    publisher = node.create_publisher(JointState, "/measured_joint_states", qos_profile_sensor_data)
+    bench.measure_no_more()
+    timer = node.create_timer(
+        0.05,
+        lambda: publisher.publish(
+            JointState(name=["motor1", "motor2"], position=[2.7 + 0.02 * next(steps), 0.4])
+        ),
+    )
+
+    def until_action(action):
+        streamed.clear()
+        bench.client.spin_until(lambda: streamed and streamed[-1].action == action)
+        return streamed[-1]
+
+    told = until_action(StabilityMetrics.ACTION_HALT)
+    assert "somebody else has moved the motors" in told.status_text
+    node.destroy_timer(timer)
+    node.destroy_publisher(publisher)
+    bench.spin(2.0)  # until nobody is found any more who publishes
+    bench.commands = []
+    deactivate, activate = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE
+    clean, configure = Transition.TRANSITION_CLEANUP, Transition.TRANSITION_CONFIGURE
+    bench.change(deactivate, activate)
+    assert "somebody else" in until_action(StabilityMetrics.ACTION_HALT).status_text
+    refused = bench.process.output().count("~/commands: dropped: somebody else has moved")
+    bench.send(2.75, 0.35)
+    bench.client.spin_until(
+        lambda: bench.process.output().count("~/commands: dropped: somebody else") > refused
+    )
+    bench.change(deactivate, clean, configure)
+    assert not change(bench.client, activate)
+    assert "and nothing publishes measured_joint_states" in bench.process.output()
+    assert not bench.commands
+    measured = [3.1, 0.2]
+    bench.measure(measured)
+    bench.client.spin_until(lambda: change(bench.client, activate))
+    until_action(StabilityMetrics.ACTION_NONE)
+    bench.commands = [np.array(measured)]
+    bench.send(3.0, 0.3)
+    bench.until_at([3.0, 0.3])
     assert bench.longest_step() <= 1.0 + 2e-5
 
 
