@@ -45,6 +45,11 @@ class MeasuredPose:
         """
         self._coordinates, self._history = coordinates, history
         self.watchdog = Watchdog(timeout)
+        self.forget()
+
+    def forget(self) -> None:
+        """Be as if no pose had ever come."""
+        self.watchdog.forget()
         self.newest: Floats | None = None
         self.problem = ""
         self._way_then = 0.0  # of the platform until the newest was measured, or a little before

@@ -114,10 +114,11 @@ class PoseLoop:
         self._measured = MeasuredPose(self.coordinates, self._history, settings.timeout)
         self._correction: Floats
         self._wanted: Floats
-        self.forget()
+        self._distant: str  # why the robot is too far from the model to be corrected
+        self._at_setpoint: bool
+        self.forget_poses()
         self.settings = settings
-        self._distant = ""  # why the robot is too far from the model to be corrected
-        self._at_setpoint, self._noted, self._noted_since = False, np.empty(0), math.inf
+        self._noted, self._noted_since = np.empty(0), math.inf
         self._made: tuple[Floats, Floats, PoseGoal] | None = None
 
     @property
@@ -143,6 +144,12 @@ class PoseLoop:
     def at_rest(self, goal: Goal | None) -> bool:
         """Whether no correction of a goal is on its way."""
         return not isinstance(goal, PoseGoal) or self._wanted is self._correction
+
+    def forget_poses(self) -> None:
+        """Be as if no pose had ever been measured."""
+        self.forget()
+        self._measured.forget()
+        self._distant, self._at_setpoint = "", False
 
     def forget(self) -> None:
         """Correct nothing until a measured pose comes."""

@@ -305,7 +305,7 @@ class Session:
         Not that others have moved the motors: commands would begin where they are no more.
         """
         self.follower.drop()
-        self.loop.forget()
+        self.loop.forget_poses()
         self.measured.forget()
         if self.tracking is not None:
             self.tracking.forget()

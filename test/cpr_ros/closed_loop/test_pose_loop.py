@@ -139,6 +139,28 @@ def test_a_measurement_that_ends_freezes_the_correction(bench):
     assert bench.error(TARGET) < 1e-6
 
 
+@pytest.mark.parametrize("problem", ["", "pose: a NaN"])
+def test_poses_that_were_measured_before_an_activation_are_forgotten(bench, problem):
+    """A setpoint was FROZEN, and the robot SLOW, for want of a camera that nobody had meanwhile."""
+    if problem:
+        bench.session.loop.refuse(problem)
+    bench.seen = lambda pose: None
+    bench.session.stand()
+    bench.now += 10.0
+    bench.follow(TARGET + [0.01, 0.01])
+    bench.run(1.0)
+    assert (bench.status.loop, bench.status.age, bench.status.blind) == (Loop.OPEN, -1.0, False)
+    bench.seen = lambda pose: pose + 0.2  # another camera: nothing has jumped
+    bench.run(0.1)
+    assert "loop_max_correction" in bench.status.text
+    bench.seen = lambda pose: pose
+    bench.session.stand()
+    bench.follow(TARGET)
+    bench.run(3.0)
+    assert bench.status.loop == Loop.CLOSED
+    assert bench.error(TARGET) < 1e-6
+
+
 def test_a_jump_freezes_until_measurements_agree_for_a_while(bench):
     bench.seen = lambda pose: pose + [0.1, 0.0]
     bench.run(0.04)
