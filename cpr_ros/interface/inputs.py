@@ -54,6 +54,16 @@ MEASURED = "measured_joint_states"
 NEWEST, SOME = QoSProfile(depth=1), QoSProfile(depth=10)
 
 
+def _own_topic(node: Node) -> str:
+    """Topic of the measured motors if the node itself publishes to it, else empty.
+
+    What it believes would pass for what is measured.
+    """
+    topic = node.resolve_topic_name(MEASURED)
+    own = any(publisher.topic_name == topic for publisher in node.publishers)
+    return topic if own else ""
+
+
 def newest_measured(
     node: Node, robot: Robot, wait: float, given_up: Callable[[], bool]
 ) -> NDArray[np.float64] | None:
@@ -67,6 +77,8 @@ def newest_measured(
         wait: How long to wait [s].
         given_up: Asked several times a second: whether to stop waiting.
     """
+    if _own_topic(node):
+        return None
     end = time.monotonic() + wait
     while time.monotonic() < end and not given_up():
         came, message = wait_for_message(
@@ -110,6 +122,11 @@ class Inputs:
         #: By number of motors.
         self._ready: dict[int, CommandMessage] = {}
         self._subscriptions: list[Subscription] = []
+        own = _own_topic(node)
+        if own:
+            node.get_logger().warning(
+                f"{MEASURED} is {own}, where the node itself publishes: nothing is taken from there"
+            )
         for kind, topic, take, qos in (
             (JointState, "~/motor_setpoint", self._motor_setpoint, SOME),
             (Float64MultiArray, "~/commands", self._commands, NEWEST),
@@ -125,6 +142,8 @@ class Inputs:
             ),
             (TwistStamped, "~/platform_twist", self._platform_twist, NEWEST),
         ):
+            if topic == MEASURED and own:
+                continue
             as_bytes = kind is Float64MultiArray  # read by ourselves, see CommandMessage
             self._subscriptions.append(
                 node.create_subscription(kind, topic, self._guarded(topic, take), qos, raw=as_bytes)

@@ -12,14 +12,13 @@ from helpers.closed_loop import DEFAULTS, FIXED, FRAMES
 from helpers.drive import robot, uncontrolled_robot
 from helpers.tracked_robots import tracked
 from rclpy.clock import Clock
-from rclpy.logging import get_logger
 from sensor_msgs.msg import JointState
 
 from cpr_core import solve_home
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_ros.closed_loop.pose_loop import Loop
 from cpr_ros.following.supervision import State
-from cpr_ros.interface.inputs import Inputs
+from cpr_ros.interface.inputs import Inputs, newest_measured
 from cpr_ros.operation.session import Session
 from cpr_ros.settings.parameters import Parameters, live_parameters
 
@@ -29,18 +28,25 @@ NAN = float("nan")
 class Listening:
     """A session, and what listens for it, with given times."""
 
-    def __init__(self, robot, source="setpoint", **changed):
-        self.felt_names = []
+    def __init__(self, robot, source="setpoint", published=("/joint_states",), **changed):
+        self.felt_names, self.warnings = [], []
         fixed = Parameters(**FIXED | {"characteristic_length": None, "motor_source": source})
         live = live_parameters(lambda name: changed.get(name, DEFAULTS[name]))
         self.session, self.now, self._callbacks = Session(robot, FRAMES, fixed, live), 100.0, {}
-        node = SimpleNamespace(
+        self.node = SimpleNamespace(
             create_subscription=self._subscribe,
             get_clock=Clock,
-            get_logger=lambda: get_logger("listening"),
+            get_logger=lambda: SimpleNamespace(warning=self.warnings.append),
+            resolve_topic_name=lambda topic: f"/{topic}",
+            publishers=[SimpleNamespace(topic_name=topic) for topic in published],
         )
         self.inputs = Inputs(
-            node, FRAMES, lambda: self.session, lambda: self.now, lambda motors: None, self._feel
+            self.node,
+            FRAMES,
+            lambda: self.session,
+            lambda: self.now,
+            lambda motors: None,
+            self._feel,
         )
 
     def _subscribe(self, kind, topic, callback, qos, raw):
@@ -292,6 +298,16 @@ def test_measured_motors_that_are_of_no_use_are_counted(source, unplaced, names,
     assert listening.inputs.dropped.counts == {"measured_joint_states": 1}
     assert listening.session.measured.newest(listening.now) is None
     assert listening.session.measured.missing(listening.now)
+
+
+def test_a_node_does_not_measure_by_what_it_publishes_itself():
+    """With joint_states for measured_joint_states it was where it was measured, and nobody measured."""
+    listening = Listening(robot("rfrfr"), published=["/joint_states", "/measured_joint_states"])
+    assert len(listening.warnings) == 1
+    assert "measured_joint_states, where the node itself publishes" in listening.warnings[0]
+    with pytest.raises(KeyError):
+        listening.hear_measured(MOTORS, [2.6, 0.5])
+    assert newest_measured(listening.node, listening.session.robot, 5.0, lambda: False) is None
 
 
 @pytest.mark.parametrize("source", ["setpoint", "measured"])
