@@ -337,6 +337,7 @@ def test_motors_that_were_moved_and_are_measured_no_more_are_sent_nowhere(bench)
 def test_where_a_tracked_robot_was_is_known_to_a_node_that_moves_it(bench):
     """The node knew better and kept nothing: the first command was that of before it was moved."""
     bench.start("start_from:=home")
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
     bench.send(3.2, -0.1)
     bench.until_at([3.2, -0.1])
     assert bench.process.stop() == 0
