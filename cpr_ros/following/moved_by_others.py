@@ -3,8 +3,9 @@
 
 """Motors that the node moves, measured elsewhere than it has sent them. No ROS here.
 
-Somebody has moved them by hand, or through another controller, while nothing was commanded. The next
-command would have sent them back at once.
+Somebody has moved them by hand, or through another controller, while nothing was commanded: the next
+command would have sent them back at once. Or they stand still while commands go on, without power or
+jammed: the farther these are ahead, the farther they jump when they can.
 """
 
 from __future__ import annotations
@@ -41,7 +42,8 @@ class MovedByOthers:
         """Know of no motors yet."""
         self._tolerance, self._way, self.away = tolerance, 0.0, ""
         self._units = robot.motor_units.tolist()
-        self._commanded = -math.inf
+        self._commanded = self._set_off = -math.inf
+        self._in_motion = False  # when the way was measured
         self._resting: Floats | None = None
         self._resting_since = math.inf
 
@@ -57,6 +59,8 @@ class MovedByOthers:
 
     def commanded(self, now: float) -> None:
         """Take note of a new command, or that the motors are known to be where the node has them."""
+        if now - self._commanded >= SETTLING:
+            self._set_off = now
         self._commanded, self.away = now, ""
 
     def take(self, measured: Floats, commands: Floats | None, now: float) -> bool:
@@ -69,7 +73,10 @@ class MovedByOthers:
         """
         if self._resting is None or largest_way(self._resting, measured, self._units) > RESTING:
             self._resting, self._resting_since = measured, now
-        if commands is None or now - self._commanded < SETTLING:
+        self._in_motion = now - self._commanded < SETTLING
+        # Motors that go on their way late have not stood still since they were sent there.
+        stuck = now - max(self._resting_since, self._set_off) >= SETTLING
+        if commands is None or (self._in_motion and not stuck):
             self.away = ""
             return False
         self._way = largest_way(commands, measured, self._units)
@@ -81,6 +88,12 @@ class MovedByOthers:
         if not self._tolerance or not self._way > self._tolerance:
             return ""
         told, tolerance = distinct(self._way, self._tolerance)
+        if self._in_motion:
+            return (
+                f"the motors do not follow: one was measured {told} (rad or rod lengths) from its "
+                f"command, more than moved_tolerance {tolerance}, and all at rest for {SETTLING:g} s "
+                "while commands went on; the node begins where they are"
+            )
         return (
             f"somebody else has moved the motors: one was measured {told} (rad or rod lengths) from its "
             f"last command, more than moved_tolerance {tolerance}; the node begins where they are as "

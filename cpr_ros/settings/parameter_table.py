@@ -220,8 +220,8 @@ _LIVE = (
         "moved_tolerance",
         0.1,
         "rad, rod lengths",
-        "motors measured farther from their last command were moved by others: once they rest the node "
-        "begins anew where they are; 0: never",
+        "motors measured farther from their last command were moved by others, or do not follow: once "
+        "they rest the node begins anew where they are; 0: never",
         (0.0, 1000.0),
         live=True,
     ),

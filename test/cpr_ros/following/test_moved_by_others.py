@@ -55,6 +55,58 @@ def test_a_new_command_gives_them_time(others):
     assert others.take(ELSEWHERE, SENT, 10.0 + SETTLING)
 
 
+def drive(others, speed, follows, begin=20.0, seconds=2.0, delay=0.0):
+    """Command a motor on and on, and measure it; when the robot was begun with, how far ahead."""
+    for number in range(round(200.0 * seconds)):
+        now = begin + 0.005 * number
+        sent = SENT + [0.0, speed * (now - begin)]
+        if not others.away:
+            others.commanded(now)
+        measured = SENT + [0.0, speed * max(0.0, follows * (now - begin - delay))]
+        if number % 4 == 0 and others.take(measured, sent, now):
+            return now - begin, sent[1] - measured[1]
+    return None
+
+
+def test_motors_that_stand_still_while_commands_go_on_are_told(others):
+    others.take(SENT, SENT, 19.0)  # at rest for long when they are sent off
+    after, ahead = drive(others, 1.0, 0.0)
+    assert SETTLING <= after <= SETTLING + 0.03
+    assert ahead < 1.0 * (SETTLING + 0.03)
+    assert "the motors do not follow: one was measured 0.5" in others.away
+    assert "more than moved_tolerance 0.1" in others.away
+    others.commanded(-np.inf)  # the node has begun where they are
+    assert others.away == ""
+    assert drive(others, 1.0, 0.0, begin=30.0)[0] >= SETTLING
+
+
+def test_motors_that_jam_on_their_way_are_told(others):
+    assert drive(others, 1.0, 1.0, seconds=1.0) is None
+    others.commanded(21.0)
+    jammed = SENT + [0.0, 1.0]
+    for number in range(30):
+        sent = jammed + [0.0, 0.02 * number]
+        others.commanded(21.0 + 0.02 * number)
+        begun = others.take(jammed, sent, 21.0 + 0.02 * number)
+        assert begun == (0.02 * number >= SETTLING - 1e-9), number
+        if begun:
+            break
+    assert begun
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.5, 5.0])
+@pytest.mark.parametrize(("follows", "delay"), [(1.0, 0.0), (1.0, 0.3), (0.8, 0.1)])
+def test_motors_that_lag_follow(others, speed, follows, delay):
+    others.take(SENT, SENT, 19.0)
+    assert drive(others, speed, follows, delay=delay) is None
+    assert others.away == ""
+
+
+def test_motors_near_their_slow_commands_may_rest(others):
+    others.take(SENT, SENT, 19.0)
+    assert drive(others, 0.04, 0.0) is None
+
+
 def test_another_tolerance_ends_it_and_begins_nothing(others):
     """It was for ever, where nobody measured any more."""
     others.take(ELSEWHERE, SENT, 10.0)

@@ -282,6 +282,26 @@ def test_motors_that_others_have_moved_and_that_are_measured_are_not_sent_back(b
     assert bench.longest_step() <= 1.0 + 2e-5
 
 
+def test_commands_do_not_run_away_from_motors_that_do_not_follow(bench):
+    """Without power, or jammed: commands went all the way, and the node began again where they were."""
+    still = [2.7, 0.4]
+    bench.measure(still)
+    bench.start("start_from:=measured", until="")
+    bench.until_said("ready")
+    bench.until_heard()
+    bench.send(3.6, -0.4)
+    bench.until_said("the motors do not follow: one was measured ")
+    bench.until_said("where it is measured, motors (2.7, 0.4)")
+    bench.spin(0.2)  # what is on the way
+    ahead = max(float(np.abs(command - still).max()) for command in bench.commands)
+    # A measured message comes every 0.1 s, or later on a busy machine, after half a second on the way.
+    assert 0.1 < ahead < 1.4 * SPEED
+    bench.commands = [np.array(still)]
+    bench.send(2.75, 0.35)
+    bench.until_at([2.75, 0.35])
+    assert bench.longest_step() <= 1.0 + 2e-5
+
+
 def test_motors_that_were_moved_and_are_measured_no_more_are_sent_nowhere(bench):
     """Setpoints were refused for ever, HALT was never said, and after a clean-up they jumped."""
     bench.measure([2.7, 0.4])
