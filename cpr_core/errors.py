@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 __all__ = [
     "CprError",
     "DescriptionError",
@@ -24,6 +26,10 @@ class CprError(Exception):
     """
 
     code = "FAILURE"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Made again without ``__init__``, which takes other arguments than the message."""
+        return type(self).__new__, (type(self), *self.args), vars(self)
 
 
 class DescriptionError(CprError):
@@ -91,7 +97,3 @@ class UnknownParameter(InvalidRequest):
         self.path, self.nearest = path, nearest
         meant = f"; did you mean {nearest}?" if nearest else ""
         super().__init__("parameters", f"the description has no number {path}{meant}")
-
-    def __reduce__(self) -> tuple[type[UnknownParameter], tuple[str, str]]:
-        """Made again from its data."""
-        return UnknownParameter, (self.path, self.nearest)
