@@ -40,7 +40,8 @@ class Pose(NamedTuple):
     position: Floats
 
 
-class JointPlace(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class JointPlace(ReadOnlyArrays):
     """A joint of a leg, in the world.
 
     Attributes:

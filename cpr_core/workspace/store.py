@@ -45,7 +45,7 @@ FORMAT = 1
 _KINDS: tuple[BorderKind, ...] = ("stability", "stability_free", "limits", "singularity")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Variable:
     """An array with named dimensions."""
 

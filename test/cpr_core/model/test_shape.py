@@ -71,7 +71,7 @@ def test_joints_and_links_are_where_they_are():
     home = solve_home(load_robot("three_prs"))
     base = home.robot.description.legs[0].base_position
     shape = leg_shapes(home)[0]
-    assert [joint[:2] for joint in shape.joints] == [
+    assert [(joint.kind, joint.motor) for joint in shape.joints] == [
         ("prismatic", "motor1"),
         ("revolute", None),
         ("spherical", None),
@@ -88,7 +88,10 @@ def test_joints_and_links_are_where_they_are():
 def test_legs_without_links_have_no_rigid_pieces_and_feeds_are_joints():
     shape = leg_shapes(solve_home(load_robot("gough_stewart")))[0]
     assert shape.rigid_pieces == ()
-    assert [joint[:2] for joint in shape.joints] == [("feed", "motor1"), ("fixed", None)]
+    assert [(joint.kind, joint.motor) for joint in shape.joints] == [
+        ("feed", "motor1"),
+        ("fixed", None),
+    ]
 
 
 def test_a_leg_that_ends_in_a_joint_ends_where_its_rod_does():
