@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
@@ -68,6 +68,7 @@ class Robot:
 
     description: RobotDescription
     held_motors: tuple[int, ...] = ()
+    _kept: dict[str, Any] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
         """Look at the motors that are held.
@@ -250,18 +251,17 @@ class Robot:
     def kept(self, name: str, find: Callable[[], Found]) -> Found:
         """What is found once about this robot and kept with it (``solve_home``).
 
+        Threads that ask at once may all search, without waiting for each other; they all get what was
+        found first.
+
         Args:
             name: Name to keep it under.
             find: Finds it when it is asked for first.
         """
         if name not in self._kept:
-            self._kept[name] = find()
+            self._kept.setdefault(name, find())
         found: Found = self._kept[name]
         return found
-
-    @cached_property
-    def _kept(self) -> dict[str, Any]:
-        return {}
 
     @cached_property
     def motor_indices(self) -> Integers:

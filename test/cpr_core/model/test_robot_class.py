@@ -3,6 +3,8 @@
 
 """The class of robots: what must hold for every shipped one, and the parts none of them has."""
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -624,3 +626,16 @@ def test_what_is_no_robot_and_no_equilibrium_is_named(ask, given):
 def test_words_and_truth_values_are_no_motor_positions(values):
     with pytest.raises(InvalidRequest, match="motors: expected 2 numbers"):
         solve_forward(load_robot("rfrfr"), values)
+
+
+def test_threads_that_search_at_once_keep_the_same():
+    robot, together = load_robot("rfrfr"), threading.Barrier(4)
+
+    def find():
+        together.wait(timeout=60)
+        return object()
+
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: robot.kept("something", find), range(4)))
+    assert len(set(found)) == 1
+    assert robot.kept("something", find) is found[0]
