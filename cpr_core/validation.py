@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cached_property, wraps
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,6 +17,7 @@ from .errors import InvalidRequest, NonFiniteInput
 
 __all__ = [
     "ReadOnlyArrays",
+    "cached_array",
     "checked_count",
     "checked_matrix",
     "checked_number",
@@ -120,14 +123,25 @@ def read_only(array: Array) -> Array:
     return array
 
 
+def cached_array(find: Callable[[Any], Array]) -> cached_property[Array]:
+    """A cached property with an array that nobody can write to."""
+
+    @wraps(find)
+    def found(owner: object) -> Array:
+        return read_only(find(owner))
+
+    return cached_property(found)
+
+
 class ReadOnlyArrays:
     """A dataclass whose arrays nobody can write to: what is asked for again stays as it was."""
 
     def __post_init__(self) -> None:
-        """Take them over."""
+        """Take them over, those in tuples as well, but for named ones: those go to kernels."""
         for value in vars(self).values():
-            if isinstance(value, np.ndarray):
-                read_only(value)
+            for part in value if type(value) is tuple else (value,):
+                if isinstance(part, np.ndarray):
+                    read_only(part)
 
 
 def _given(value: ArrayLike) -> NDArray[Any]:

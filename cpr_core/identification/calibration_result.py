@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
+from ..validation import ReadOnlyArrays, cached_array
 from .compared import ComparedRow
 
 __all__ = ["CalibrationResult", "CalibrationWarning"]
@@ -29,7 +30,7 @@ class CalibrationWarning(UserWarning):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CalibrationResult:
+class CalibrationResult(ReadOnlyArrays):
     """Parameters of a robot from measurements.
 
     Attributes:
@@ -69,18 +70,18 @@ class CalibrationResult:
             f"fit {self.fit:.3g}, {len(self.undetermined)} undetermined, {len(self.doubts)} doubts>"
         )
 
-    @cached_property
+    @cached_array
     def standard_deviations(self) -> Floats:
         """Of the values, (P,); infinite where the measurements do not tell."""
         return np.sqrt(np.diag(self.covariance))
 
-    @cached_property
+    @cached_array
     def intervals(self) -> Floats:
         """Intervals that hold the truth with a probability of 95 %, (P, 2)."""
         half = _95_PERCENT * self.standard_deviations
         return np.column_stack([self.values - half, self.values + half])
 
-    @cached_property
+    @cached_array
     def correlations(self) -> Floats:
         """Correlations of the values, (P, P); NaN where a variance is infinite."""
         sizes = self.standard_deviations

@@ -21,6 +21,7 @@ from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
 from ..solving.parameter_derivatives import derivatives
 from ..solving.targets import ProblemName
+from ..validation import ReadOnlyArrays
 from .measurements import Measurement, StandardDeviations, driven_by
 from .tracker_rates import of_tracker, tracker_rates
 
@@ -31,7 +32,7 @@ Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class ComparedRow:
+class ComparedRow(ReadOnlyArrays):
     """How a measurement is compared with a prediction.
 
     Attributes:

@@ -10,7 +10,6 @@ rods far. A direction is felt where its standard deviation is below that, and no
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import scipy
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..model.robot import Robot
 from ..model.world_response import WorldResponse
+from ..validation import ReadOnlyArrays, cached_array
 from .wrench_measurements import WrenchMeasurements
 
 __all__ = ["UNFELT", "FeltDirections", "felt_directions"]
@@ -43,7 +43,7 @@ _NAMES = (
 
 
 @dataclass(frozen=True, eq=False)
-class FeltDirections:
+class FeltDirections(ReadOnlyArrays):
     """Directions of wrenches in world axes and natural units, the best felt first; b coordinates.
 
     Attributes:
@@ -71,17 +71,17 @@ class FeltDirections:
         whole = self.count == len(self.answers) and self.answers[0] > 0.0
         return float(self.answers[-1] / self.answers[0]) if whole else 0.0
 
-    @cached_property
+    @cached_array
     def felt(self) -> Floats:
         """World wrenches that are felt, the best first, as rows, (f, 6) [N m, N]."""
         return self._rows(slice(None, self.count))
 
-    @cached_property
+    @cached_array
     def unfelt(self) -> Floats:
         """World wrenches that are not felt, as rows, (b - f, 6) [N m, N]."""
         return self._rows(slice(self.count, None))
 
-    @cached_property
+    @cached_array
     def covariance(self) -> Floats:
         """Covariance of the wrench in the world, (6, 6); what is not felt has ``UNFELT``."""
         axes, units = self.robot.platform_axes, _all_units(self.robot)

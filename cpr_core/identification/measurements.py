@@ -112,7 +112,7 @@ class Measurement:
         if self.quaternion_wxyz is None:
             return None
         try:
-            return rotation_from_quaternion(self.quaternion_wxyz)
+            return read_only(rotation_from_quaternion(self.quaternion_wxyz))
         except InvalidRequest as error:
             raise type(error)(self.named("quaternion_wxyz"), error.problem) from None
 

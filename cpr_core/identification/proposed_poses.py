@@ -22,7 +22,7 @@ from ..model.robot import Robot, checked_robot
 from ..solving.geometrico_statics import solve_forward
 from ..solving.home import solve_home
 from ..solving.not_reached import NotReached
-from ..validation import checked_count, checked_number
+from ..validation import ReadOnlyArrays, checked_count, checked_number
 from .compared import compared_row
 from .measurements import Frame, Measurement, StandardDeviations, checked_deviations
 from .parameter_problem import natural_changes
@@ -47,7 +47,7 @@ _ROUNDS = 10
 
 
 @dataclass(frozen=True, eq=False)
-class ProposedPoses:
+class ProposedPoses(ReadOnlyArrays):
     """Poses to measure.
 
     Attributes:

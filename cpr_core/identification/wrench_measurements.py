@@ -86,7 +86,7 @@ class WrenchMeasurements:
             _NO_EFFORTS if self.efforts is None else self.efforts,
             _NO_PLACE if self.position is None else self.position,
             self.rotation,
-            robot.platform_axes,
+            robot.arrays.platform_axes,
             self.weights.rows,
             equilibrium.record,
             robot.state_size,

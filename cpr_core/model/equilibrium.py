@@ -33,7 +33,7 @@ from ..kernels.record_layout import (
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, Tolerances
 from ..kernels.square_problem import RESIDUAL as RESIDUAL_TOLERANCE
 from ..lie import quaternion_from_rotation, roll_pitch_yaw
-from ..validation import read_only
+from ..validation import cached_array
 from .dense_response import DenseResponse, dense_response
 from .linearisation import Linearisation, LinearisedState, Response
 from .model_state import ModelState
@@ -144,10 +144,10 @@ class Equilibrium(ModelState):
         """Leg by leg: force on the rod tip in the world [N], then joint moments [N m]."""
         return self.state[self.robot.multiplier_indices]
 
-    @cached_property
+    @cached_array
     def platform_quaternion(self) -> Floats:
         """Orientation of the platform as a unit quaternion (w, x, y, z)."""
-        return read_only(quaternion_from_rotation(self.platform_rotation))
+        return quaternion_from_rotation(self.platform_rotation)
 
     @property
     def pose(self) -> Floats:

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..blas_threads import on_one_numpy_thread
 from ..errors import InvalidRequest
 from ..lie import angle_motions
-from ..validation import ReadOnlyArrays, checked_vector, read_only
+from ..validation import ReadOnlyArrays, cached_array, checked_vector
 from .dense_response import body_tangent, platform_turn
 from .equilibrium import Equilibrium, check_equilibrium
 from .problem_units import problem_units
@@ -78,7 +78,7 @@ class Singularity(ReadOnlyArrays):
 
 
 @dataclass(frozen=True, eq=False)
-class Increments:
+class Increments(ReadOnlyArrays):
     """Small changes that belong together.
 
     Attributes:
@@ -104,10 +104,10 @@ class KinematoStatics:
 
     equilibrium: Equilibrium
 
-    @cached_property
+    @cached_array
     def tangent(self) -> Floats:
         """Tangent of the model with the platform in body coordinates, in state order, (N, N)."""
-        return read_only(body_tangent(self.equilibrium))
+        return body_tangent(self.equilibrium)
 
     @property
     def jacobian(self) -> Floats:
@@ -185,7 +185,7 @@ class KinematoStatics:
         motors = scale * scipy.linalg.lstsq(jacobian, rest)[0]
         return self.predict_forward(motors, load)
 
-    @cached_property
+    @cached_array
     def self_motions(self) -> Floats:
         """Motor motions that leave the controlled coordinates where they are, (n, redundancy).
 

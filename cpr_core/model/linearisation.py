@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..kernels.kernel_arrays import Lanes
 from ..kernels.prepared_robot import evaluate_record, linearise_prepared
-from ..validation import read_only
+from ..validation import ReadOnlyArrays
 from .model_state import ModelState
 
 __all__ = [
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class Response(ReadOnlyArrays):
     """How platform and efforts answer to motors and wrench; body twists and wrenches.
 
     Attributes:
@@ -105,7 +105,7 @@ class LinearisedState(ModelState):
         size, known = len(self.robot.arrays.border_indices), self.__dict__.get("condensed_margin")
         matrix = np.empty((size, size))
         (margin, locked, free), answered = self._found(True, matrix)
-        response = Response(read_only(matrix), self.robot.motor_count) if answered else None
+        response = Response(matrix, self.robot.motor_count) if answered else None
         return Linearisation(margin if known is None else known, locked, free, response)
 
     def _found(self, all_of_it: bool, matrix: Floats) -> tuple[list[float], bool]:

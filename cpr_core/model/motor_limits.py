@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.robot_description import RobotDescription
+from ..validation import read_only
 
 __all__ = ["MotorLimitArrays", "motor_limit_arrays"]
 
@@ -60,4 +61,5 @@ def motor_limit_arrays(description: RobotDescription, units: Floats) -> MotorLim
     loaded = np.flatnonzero(np.isfinite(efforts))
     lower, upper = ranges[ranged].T
     order = np.argsort(np.concatenate([ranged, loaded]), kind="stable")
-    return MotorLimitArrays(ranged, lower, upper, loaded, efforts[loaded], order, units[ranged])
+    arrays = ranged, lower, upper, loaded, efforts[loaded], order, units[ranged]
+    return MotorLimitArrays(*map(read_only, arrays))

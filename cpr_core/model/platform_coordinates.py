@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.robot_description import RobotDescription
+from ..validation import read_only
 
 __all__ = ["PlatformCoordinates", "platform_coordinates"]
 
@@ -52,7 +53,7 @@ def platform_coordinates(description: RobotDescription) -> PlatformCoordinates:
         axes = np.arange(6)
     controlled = [axis for name in description.controlled for axis in _TWIST_COMPONENTS[name]]
     return PlatformCoordinates(
-        axes=axes,
-        controlled=np.array(controlled, dtype=np.int64),
+        axes=read_only(axes),
+        controlled=read_only(np.array(controlled, dtype=np.int64)),
         controls_angles=bool({"roll", "pitch", "yaw"} & set(description.controlled)),
     )

@@ -27,7 +27,7 @@ from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot
 from ..rods.quadrature import RodGrid, rod_grid
-from ..validation import checked_count, read_only
+from ..validation import cached_array, checked_count, read_only
 from .load_arrays import load_arrays
 from .motor_limits import MotorLimitArrays, motor_limit_arrays
 from .platform_coordinates import PlatformCoordinates, platform_coordinates
@@ -263,15 +263,15 @@ class Robot:
         found: Found = self._kept[name]
         return found
 
-    @cached_property
+    @cached_array
     def motor_indices(self) -> Integers:
         """State indices of the motors."""
         return self.arrays.motor_index + np.arange(self.motor_count)
 
-    @cached_property
+    @cached_array
     def motor_units(self) -> Floats:
         """Natural units of the motors, (n,): what moves their joints by a radian or a rod length."""
-        return read_only(self.arrays.unit[self.motor_indices])
+        return self.arrays.unit[self.motor_indices]
 
     @cached_property
     def limited_motors(self) -> tuple[tuple[int, DescribedMotor], ...]:
@@ -287,10 +287,10 @@ class Robot:
         """Limits of the motors as arrays."""
         return motor_limit_arrays(self.description, self.motor_units)
 
-    @cached_property
+    @cached_array
     def strain_limits(self) -> Floats:
         """Bending strain every rod bears (its yield strain), infinite where not given, (R,)."""
-        return read_only(np.array([rod.element.rod.yield_strain for rod in self.numbers.rods]))
+        return np.array([rod.element.rod.yield_strain for rod in self.numbers.rods])
 
     @cached_property
     def rod_names(self) -> tuple[str, ...]:
@@ -317,7 +317,7 @@ class Robot:
         """Whether there are any limits of motors' positions and efforts or of strain."""
         return bool(self.limited_motors) or self.limits_strain
 
-    @cached_property
+    @cached_array
     def curvature_sigma(self) -> Floats:
         """Where curvatures of rods are looked at: s/l of both ends and the nodes, (P,)."""
         return np.concatenate([[0.0], self.grid.nodes, [1.0]])
@@ -339,12 +339,12 @@ class Robot:
         """Whether all rods have a length in a state (N,)."""
         return all(rod.length(state) > 0.0 for rod in self.fed_rods)
 
-    @cached_property
+    @cached_array
     def platform_indices(self) -> Integers:
         """State indices of the platform twist."""
         return self.arrays.platform_index + np.arange(len(self.platform_axes))
 
-    @cached_property
+    @cached_array
     def multiplier_indices(self) -> Integers:
         """State indices of the multipliers, leg by leg."""
         indices = np.arange(self.state_size)
@@ -352,12 +352,12 @@ class Robot:
             [indices[part] for leg in self.numbers.legs for part in (leg.forces, leg.moments)]
         )
 
-    @cached_property
+    @cached_array
     def elastic_indices(self) -> Integers:
         """State indices of the leg coordinates: passive joints and strain, leg by leg."""
         return np.setdiff1d(np.arange(self.arrays.platform_index), self.multiplier_indices)
 
-    @cached_property
+    @cached_array
     def moving_indices(self) -> Integers:
         """State indices of what moves while the motors are held: leg coordinates, then the platform."""
         return np.concatenate([self.elastic_indices, self.platform_indices])
@@ -385,14 +385,14 @@ class Robot:
     def problems(self) -> dict[str, tuple[Integers, Integers]]:
         """Unknowns and equations beside those of the legs, by what is imposed (Section IV-B)."""
         platform, motors = self.platform_indices, self.motor_indices
-        both = np.concatenate([platform, motors])
+        both = read_only(np.concatenate([platform, motors]))
         return {
             "motors": (platform, platform),
             "efforts": (both, both),
-            "pose": (self.arrays.inverse_unknowns, platform),
+            "pose": (read_only(self.arrays.inverse_unknowns.copy()), platform),
         }
 
-    @cached_property
+    @cached_array
     def unit_motions(self) -> Floats:
         """Dimensionless unit motions as columns, in state order, (N, N).
 
@@ -402,12 +402,12 @@ class Robot:
         """
         return unit_motions(self.numbers, self.strain_grams)
 
-    @cached_property
+    @cached_array
     def strain_grams(self) -> Floats:
         """Integrals of products of the strain modes of every rod, in state order, (N, N)."""
         return strain_grams(self.numbers, self.grid)
 
-    @cached_property
+    @cached_array
     def strain_stiffness(self) -> Floats:
         """Elastic stiffness K_e of every rod at its nominal length, in state order, (N, N)."""
         return strain_stiffness(self.numbers, self.grid)

@@ -147,7 +147,7 @@ class _Builder:
             steps=self.grid.steps,
             step_node=self.grid.step_node,
             position_axes=self.position_axes,
-            platform_axes=self.coordinates.axes,
+            platform_axes=self.coordinates.axes.copy(),  # read-only is another type to numba
             unit=numbers.unit,
             energy_unit=numbers.energy_unit,
             platform_index=numbers.platform_index,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..description.chain import ChainRod
 from ..rods.quadrature import RodGrid
+from ..validation import read_only
 from .state_numbers import StateNumbers
 
 __all__ = ["curvature_stations", "strain_grams", "strain_stiffness", "unit_motions"]
@@ -46,9 +47,11 @@ def curvature_stations(
     elements = [rod.element for rod in numbers.rods]
     components = np.arange(3)[:, None]
     return tuple(
-        element.modes.values(sigma)[:, None, :] * (components == element.modes.directions)
+        read_only(
+            element.modes.values(sigma)[:, None, :] * (components == element.modes.directions)
+        )
         for element in elements
-    ), tuple(element.rod.rest_curvature_at(sigma) for element in elements)
+    ), tuple(read_only(element.rod.rest_curvature_at(sigma)) for element in elements)
 
 
 def _by_rod(numbers: StateNumbers, matrix: Callable[[ChainRod], Floats]) -> Floats:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..kernels.condensation_kernel import CONDENSED
 from ..kernels.kept_factors import kept_count
+from ..validation import ReadOnlyArrays
 from .equilibrium import Equilibrium
 from .kinemato_statics import kinemato_statics
 from .robot import Robot
@@ -27,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class WorldResponse:
+class WorldResponse(ReadOnlyArrays):
     """First-order behaviour at an equilibrium; b platform coordinates.
 
     In natural units: radians and mean rod lengths, motors in their own, energies in E J / l. So moments

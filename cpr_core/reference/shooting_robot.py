@@ -51,7 +51,7 @@ def shooting_of(
         stiffness=stiffness / (moment * length),
         distributed=force_per_length(robot, loads) * (length / force),
         platform_loads=platform_loads,
-        axes=robot.platform_axes,
+        axes=robot.platform_axes.copy(),  # read-only is another type to numba
         nodes=nodes,
         weights=weights,
         abscissae=nodes.sum(axis=1),

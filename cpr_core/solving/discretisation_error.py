@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,7 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..rods.quadrature import rod_grid
 from ..rods.rod import StrainModes
+from ..validation import cached_array
 from .held_problem import checked_problem
 from .targets import ProblemName
 
@@ -56,23 +56,23 @@ class DiscretisationError:
     equilibrium: Equilibrium
     estimate: Equilibrium
 
-    @cached_property
+    @cached_array
     def position(self) -> Floats:
         """Change of the platform position in the world, (3,) [m]."""
         return self.estimate.platform_position - self.equilibrium.platform_position
 
-    @cached_property
+    @cached_array
     def rotation(self) -> Floats:
         """Change of its orientation as a rotation vector in the world, (3,) [rad]."""
         turn = self.estimate.platform_rotation @ self.equilibrium.platform_rotation.T
         return rotation_log(turn)
 
-    @cached_property
+    @cached_array
     def motors(self) -> Floats:
         """Change of the motor positions, (n,) [rad or m]."""
         return self.estimate.motors - self.equilibrium.motors
 
-    @cached_property
+    @cached_array
     def efforts(self) -> Floats:
         """Change of the motor efforts, (n,) [N m or N]."""
         change = self.estimate.efforts - self.equilibrium.efforts

@@ -9,7 +9,6 @@ import itertools
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +18,7 @@ from ..errors import InvalidRequest
 from ..model.bending_strain import bending_strains
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from ..validation import ReadOnlyArrays, checked_count, checked_time
+from ..validation import ReadOnlyArrays, cached_array, checked_count, checked_time
 from .continuation import Walk, follow
 from .events import PathEvent
 from .geometrico_statics import checked_start
@@ -72,22 +71,22 @@ class Trace(ReadOnlyArrays):
         """The last equilibrium; that of the event that stopped the path."""
         return self.stopped.equilibrium if self.stopped is not None else self.equilibria[-1]
 
-    @cached_property
+    @cached_array
     def motors(self) -> Floats:
         """Motor positions, (P, n) [rad or m]."""
         return np.array([equilibrium.motors for equilibrium in self.equilibria])
 
-    @cached_property
+    @cached_array
     def efforts(self) -> Floats:
         """Motor efforts, (P, n) [N m or N]."""
         return np.array([equilibrium.efforts for equilibrium in self.equilibria])
 
-    @cached_property
+    @cached_array
     def platform_positions(self) -> Floats:
         """Platform positions, (P, 3) [m]."""
         return np.array([equilibrium.platform_position for equilibrium in self.equilibria])
 
-    @cached_property
+    @cached_array
     def platform_quaternions(self) -> Floats:
         """Platform orientations w x y z, (P, 4), without jumps of sign."""
         found = np.array([equilibrium.platform_quaternion for equilibrium in self.equilibria])
@@ -95,29 +94,29 @@ class Trace(ReadOnlyArrays):
         found[1:] *= np.cumprod(np.where(turns == 0.0, 1.0, turns))[:, None]
         return found
 
-    @cached_property
+    @cached_array
     def energies(self) -> Floats:
         """Potential energies, (P,) [J]."""
         return np.array([equilibrium.energy for equilibrium in self.equilibria])
 
-    @cached_property
+    @cached_array
     def eigenvalues_locked(self) -> Floats:
         """Up to six smallest eigenvalues of H_r with the motors held, ascending, (P, k) [J]."""
         return np.array(
             [equilibrium.spectrum_locked.eigenvalues[:6] for equilibrium in self.equilibria]
         )
 
-    @cached_property
+    @cached_array
     def indices_locked(self) -> NDArray[np.int64]:
         """Stability indices with the motors held, (P,)."""
         return np.array([equilibrium.index_locked for equilibrium in self.equilibria])
 
-    @cached_property
+    @cached_array
     def indices_free(self) -> NDArray[np.int64]:
         """Stability indices with the motors at constant effort, (P,)."""
         return np.array([equilibrium.index_free for equilibrium in self.equilibria])
 
-    @cached_property
+    @cached_array
     def bending_strains(self) -> Floats:
         """Largest bending strain of every rod, (P, R)."""
         return np.array([bending_strains(equilibrium) for equilibrium in self.equilibria])

@@ -11,6 +11,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..validation import ReadOnlyArrays
+
 __all__ = ["Border", "BorderKind"]
 
 Floats = NDArray[np.float64]
@@ -25,7 +27,7 @@ BorderKind = Literal["stability", "stability_free", "singularity", "limits"]
 
 
 @dataclass(frozen=True, eq=False)
-class Border:
+class Border(ReadOnlyArrays):
     """All points of one kind where lines between neighbouring cells cross a border.
 
     Attributes:

@@ -63,7 +63,8 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
         grid: The grid.
     """
     forward = grid.given == "motors"
-    moving = robot.moving_indices
+    # Copies: read-only arrays are another type to numba, for which it would compile all again.
+    moving, equations = robot.moving_indices.copy(), robot.platform_indices.copy()
     motions = np.ascontiguousarray(robot.unit_motions[np.ix_(moving, moving)])
     filled = motions != 0.0
     span = np.stack([filled.argmax(axis=0), len(moving) - filled[::-1].argmax(axis=0)], axis=1)
@@ -71,8 +72,7 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
     if not forward:
         held[:3] = np.isin([3, 4, 5], robot.controlled_axes)
         held[3:] = np.isin([0, 1, 2], robot.controlled_axes)
-    equations = robot.platform_indices
-    unknowns = robot.problems["pose"][0] if robot.redundancy == 0 else _NONE
+    unknowns = robot.arrays.inverse_unknowns if robot.redundancy == 0 else _NONE
     forward_problem = SquareProblem(equations, equations, False)
     inverse_problem = SquareProblem(equations, unknowns, bool(robot.controls_angles))
     units = problem_units(robot, None)
@@ -85,7 +85,7 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
         forward_scales=units.scales(equations, equations),
         inverse_scales=units.scales(unknowns, equations),
         moving=moving,
-        multipliers=robot.multiplier_indices,
+        multipliers=robot.multiplier_indices.copy(),
         motions=motions,
         span=np.ascontiguousarray(span, np.int64),
         held=held,

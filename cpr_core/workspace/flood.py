@@ -136,7 +136,7 @@ class Flood:
             InvalidRequest: The start is not on its branch.
             Cancelled: Before that was known.
         """
-        self.cells, self.done = found.cells, found.expanded
+        self.cells, self.done = found.cells.copied(), found.expanded
         self.borders, self.refined_to = found.borders, found.refined_to
         reached = np.flatnonzero(found.reached)
         self.queue = reached[np.argsort(found.cells.order[reached])]

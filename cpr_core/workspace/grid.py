@@ -17,7 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InvalidRequest, NonFiniteInput
 from ..model.robot import Robot, checked_robot
 from ..solving.home import solve_home
-from ..validation import checked_matrix, checked_number, checked_vector
+from ..validation import (
+    ReadOnlyArrays,
+    cached_array,
+    checked_matrix,
+    checked_number,
+    checked_vector,
+)
 
 __all__ = ["Grid", "OrientationKind", "check_grid", "motor_grid", "pose_grid"]
 
@@ -33,7 +39,7 @@ _RPY = ("roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class Grid(ReadOnlyArrays):
     """A lattice of imposed coordinates, affine in the numbers along its axes.
 
     The imposed coordinates are ``origin + a_1 directions[0] + a_2 directions[1] + ...`` with a_k out of
@@ -74,7 +80,7 @@ class Grid:
         """Number of cells."""
         return math.prod(self.shape)
 
-    @cached_property
+    @cached_array
     def steps(self) -> Floats:
         """Mean distance of neighbours along every axis, (D,)."""
         return np.array([np.ptp(values) / (len(values) - 1) for values in self.values])
@@ -113,7 +119,7 @@ class Grid:
         whole[:, self.index] = coordinates
         return whole
 
-    @cached_property
+    @cached_array
     def neighbours(self) -> Integers:
         """Flat numbers of the neighbours of every cell, (cells, 2 D); -1 where there is none.
 

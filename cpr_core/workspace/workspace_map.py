@@ -19,7 +19,7 @@ from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium, described
 from ..model.robot import Robot
 from ..solving.limits import limits_of
-from ..validation import checked_count
+from ..validation import cached_array, checked_count, read_only
 from .borders import Border
 from .grid import Grid
 from .map_limits import limit_margins, map_strains
@@ -72,6 +72,14 @@ class CellArrays:
     edges: Integers
     edge_fraction: Floats
 
+    def copied(self) -> CellArrays:
+        """The same in memory of its own, to be written to."""
+        return CellArrays(*(values.copy() for values in vars(self).values()))
+
+    def shown(self) -> CellArrays:
+        """Views that nobody can write to; what is written to these arrays is seen in them."""
+        return CellArrays(*(read_only(values.view()) for values in vars(self).values()))
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WorkspaceMap:
@@ -106,6 +114,10 @@ class WorkspaceMap:
             f"{self.grid.size} cells reached, {'' if self.complete else 'not '}complete>"
         )
 
+    def __post_init__(self) -> None:
+        """Show the cells, which a map on its way goes on to write to."""
+        object.__setattr__(self, "cells", self.cells.shown())
+
     @property
     def complete(self) -> bool:
         """Whether all that can be reached was reached, and the borders refined to the tolerance."""
@@ -120,12 +132,12 @@ class WorkspaceMap:
         """Whether the borders are as exact as a tolerance asks, which asks nothing if it is 0."""
         return tolerance == 0.0 or self.refined_to <= tolerance
 
-    @cached_property
+    @cached_array
     def reached(self) -> Flags:
         """Cells that continuous branches lead to, (M,)."""
         return self.cells.order >= 0
 
-    @cached_property
+    @cached_array
     def motors(self) -> Floats:
         """Motor positions, (M, n) [rad or m]."""
         return self.cells.state[:, self.robot.arrays.motor_index :]
@@ -140,7 +152,7 @@ class WorkspaceMap:
         """Stability index with the motors at constant effort, (M,); -1 where not reached."""
         return self.cells.signs[:, 1]
 
-    @cached_property
+    @cached_array
     def inverse_condition_number(self) -> Floats:
         """Smallest over largest absolute eigenvalue of H_r, motors held, (M,)."""
         return self.cells.measures[:, 0] / self.cells.measures[:, 1]
@@ -155,22 +167,22 @@ class WorkspaceMap:
         """Smallest singular value of the inverse problem, (M,); NaN where there is no such problem."""
         return self.cells.measures[:, 3]
 
-    @cached_property
+    @cached_array
     def strains(self) -> Floats:
         """Largest bending strain of every rod, (M, R)."""
         return map_strains(self.robot, self.cells.state)
 
-    @cached_property
+    @cached_array
     def limit_margins(self) -> Floats:
         """How far the limits are, negative where they do not hold, (M, K), K as ``limits_of``."""
         return limit_margins(self.robot, self.cells.state, self.cells.efforts)
 
-    @cached_property
+    @cached_array
     def within_limits(self) -> Flags:
         """Reached cells where all limits of motors and rods hold, (M,)."""
         return self.reached & np.all(self.limit_margins >= -1e-9, axis=1)
 
-    @cached_property
+    @cached_array
     def usable(self) -> Flags:
         """Cells to which the robot can go from the first one, stable and within its limits, (M,)."""
         good = self.within_limits & (self.index_locked == 0)
@@ -191,7 +203,7 @@ class WorkspaceMap:
         """Flat number of the first cell."""
         return int(np.flatnonzero(self.cells.order == 0)[0])
 
-    @cached_property
+    @cached_array
     def disagreements(self) -> Integers:
         """Pairs of neighbours, (P, 2): from the first the way leads to another equilibrium."""
         cell, column = np.nonzero(self.cells.edges == EdgeState.DISAGREES)
