@@ -43,6 +43,8 @@ __all__ = ["CprNode"]
 
 #: How often the last motor commands are said again at rest [Hz].
 _REPEAT_RATE = 1.0
+#: How often the file of the last state is looked at: others may remove it [Hz].
+_FILE_RATE = 1.0
 
 
 class CprNode(LifecycleNode):
@@ -85,6 +87,7 @@ class CprNode(LifecycleNode):
         diagnostics = self._guarded(self._publish_diagnostics)
         self._health.begin(self._started)
         self._health.add(self.parameters.diagnostics_rate, diagnostics)
+        self._health.add(_FILE_RATE, self._guarded(self._look_after_file))
         answer_impossible_transitions(self)
         answer_parameter_calls(self)
         self._late_clients.watch()
@@ -300,6 +303,10 @@ class CprNode(LifecycleNode):
             self.problem = str(error)
             self.get_logger().error(f"deactivated: {error}")
             self.trigger_deactivate()
+
+    def _look_after_file(self) -> None:
+        if self._whereabouts is not None:
+            self._whereabouts.look_after_file()
 
     def _feel(self, session: Session, message: JointState, now: float) -> None:
         """Tell what pushes on the platform, where measured motors say so and somebody asks."""

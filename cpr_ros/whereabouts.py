@@ -64,16 +64,20 @@ class Whereabouts:
         self._newest: _Place | None = None
         folder = state_folder(parameters.state_directory)
         name = node.get_fully_qualified_name().strip("/").replace("/", ".")
-        file = folder / f"{name}.{node.context.get_domain_id()}.state"
+        self._file = folder / f"{name}.{node.context.get_domain_id()}.state"
+        #: Whether it was said that nothing can be kept, which is so since.
+        self._failing = False
         try:
-            self._kept = KeptState(file, session.robot)
+            self._kept = KeptState(self._file, session.robot)
         except OSError as error:
-            self._warn(f"where the robot is will not be kept in {file}: {error}")
-            if self._from != "home" and _holds_something(file):
+            self._warn(f"where the robot is will not be kept in {self._file}: {error}")
+            if self._from != "home" and _may_be_there(self._file):
                 self._lost = f"the last state cannot be read ({error})"
             return
-        if self._kept.problem:
-            self._warn(f"the last state is not used: {self._kept.problem}")
+        if self._kept.damage and self._from != "home":
+            self._lost = f"the last state is not used: {self._kept.damage}"
+        if said := self._kept.damage or self._kept.problem:
+            self._warn(f"the last state is not used: {said}")
 
     def _warn(self, text: str) -> None:
         self._node.get_logger().warning(text)
@@ -91,7 +95,7 @@ class Whereabouts:
             return "tracking begins at home"
         if self._from != "home":
             try:
-                last = None if self._kept is None else self._kept.last()
+                last = None if self._kept is None or self._lost else self._kept.last()
                 if last is not None:
                     return begin_at_last(self._session, last)
             except CprError as error:
@@ -123,7 +127,10 @@ class Whereabouts:
         publishers = self._publishers()
         if not publishers and self._from == "auto":
             if self._lost:
-                raise CprError(f"{self._lost}, and nothing publishes {MEASURED}")
+                raise CprError(
+                    f"{self._lost}, and nothing publishes {MEASURED}: the robot has to be measured, or "
+                    "to start with start_from:=home, where its motors have to be then"
+                )
             self._session.unplaced = True
             return
         found = newest_measured(
@@ -166,14 +173,41 @@ class Whereabouts:
     def keep(self) -> None:
         """Remember where the robot is now, if that is not what was remembered last.
 
-        Also what no motion led to: an applied solution may have the motors of the last commands.
+        Also what no motion led to: an applied solution may have the motors of the last commands. Where
+        it cannot be kept the robot goes on, and that is said once.
         """
         place = self._session.known_place
         if self._kept is None or place is None:
             return
         if self._newest is None or not _same(place, self._newest):
-            self._kept.keep(*place)
             self._newest = place
+            try:
+                self._kept.keep(*place)
+            except OSError as error:
+                self._fail(error)
+
+    def look_after_file(self) -> None:
+        """Mend what others did to the file and what could not be written; about once a second."""
+        if self._kept is None:
+            return
+        try:
+            mended = self._kept.mend()
+        except OSError as error:
+            self._fail(error)
+            return
+        if mended:
+            self._warn(
+                f"{self._file} was not as this node left it (removed or changed?); it is made anew"
+            )
+        self._failing = False
+
+    def _fail(self, error: OSError) -> None:
+        if not self._failing:
+            self._warn(
+                f"where the robot is cannot be kept in {self._file}: {error}; unless that ends, the "
+                "robot has to be measured when the node starts again"
+            )
+        self._failing = True
 
     def close(self) -> None:
         """Let the file go."""
@@ -189,9 +223,12 @@ def _same(place: _Place, other: _Place) -> bool:
     return motors is others or np.array_equal(motors, others)  # type: ignore[arg-type]
 
 
-def _holds_something(file: Path) -> bool:
-    """Whether somebody has written to a file, as far as this process may know."""
+def _may_be_there(file: Path) -> bool:
+    """Whether there is a file, as far as this process may know."""
     try:
-        return file.stat().st_size > 0
-    except OSError:
+        file.stat()
+    except (FileNotFoundError, NotADirectoryError):
         return False
+    except OSError:
+        pass
+    return True

@@ -1,20 +1,26 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Where the robot was last, in a small memory-mapped file. No ROS here.
+"""Where the robot was last, in a small file. No ROS here.
 
-What was written is in the file even if the process is killed in the next moment. Two slots are written
-in turn, each with a checksum: one that was being written counts for nothing, the other one does.
+What was written is in the file even if the process is killed in the next moment: it is in the memory
+of the system then, as that of a memory-mapped file is. It is written and not mapped because a write
+that fails (a full disk, a file that somebody has truncated) is an error, and a map ends the process.
+
+Two slots are written in turn, each with a checksum: one that was being written counts for nothing, the
+other one does. A new file has two slots of turn 0, and no state; it gets its name when it is whole. So
+what has no slot that is whole had a state once, which is lost, and is no file of a robot that never
+moved.
 """
 
 from __future__ import annotations
 
-import contextlib
+import errno
 import fcntl
 import hashlib
 import json
-import mmap
 import os
+import secrets
 import struct
 import zlib
 from dataclasses import dataclass
@@ -29,10 +35,12 @@ __all__ = ["KeptState", "LastState", "state_folder"]
 
 Floats = NDArray[np.float64]
 
-_MAGIC = b"cpr_ros state 1\n"
-#: Before the slots: what this is, whose it is, how many numbers a slot has; before these: which turn
-#: they are of, and a checksum.
-_HEADER, _SLOT = struct.Struct("=16s32sQ"), struct.Struct("=QII")
+_MAGIC = b"cpr_ros state 2\n"
+#: Before the slots: what this is, whose it is, how many numbers a slot has, and a checksum.
+_HEADER, _CHECKSUM = struct.Struct("=16s32sQ"), struct.Struct("=I")
+_HEADER_SIZE = _HEADER.size + _CHECKSUM.size
+#: Before the numbers of a slot: which turn they are of, and a checksum.
+_SLOT = struct.Struct("=QI")
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,20 +63,12 @@ def state_folder(given: str) -> Path:
     return Path(os.environ.get("ROS_HOME") or Path.home() / ".ros") / "cpr_ros"
 
 
-def _lock(file: int) -> None:
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
-        raise BlockingIOError(
-            error.errno, "another node of this name keeps its state there"
-        ) from None
-
-
 class KeptState:
     """The file of one node.
 
     Attributes:
-        problem: Why what is in the file is of no use, in words; empty if it is, or if there is nothing.
+        problem: Why what another robot left in the file is of no use, in words; empty if there is none.
+        damage: Why the file cannot be read, in words; empty if it can. The robot was somewhere then.
     """
 
     def __init__(self, file: Path, robot: Robot) -> None:
@@ -82,37 +82,51 @@ class KeptState:
             OSError: It cannot be written.
             BlockingIOError: Another node keeps its state there.
         """
-        self.problem, self._robot = "", robot
+        self.problem, self.damage, self._robot, self._path = "", "", robot, file
         self._count = robot.state_size + 27 + robot.motor_count
+        header = _HEADER.pack(_MAGIC, _fingerprint(robot), self._count)
+        self._header = header + _CHECKSUM.pack(zlib.crc32(header))
+        #: What is to be in the file; what is in it stays until the robot is placed or moved.
+        self._content = bytearray(self._header + 2 * self._slot(0, bytes(8 * self._count)))
         file.parent.mkdir(parents=True, exist_ok=True)
-        self._file = os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        self._file = _open_or_make(file, self._content)
         try:
-            _lock(self._file)
-            size = _HEADER.size + 2 * self._slot_size
-            if os.fstat(self._file).st_size < size:
-                # All of it: writing to a hole in it would end the process on a full disk.
-                os.posix_fallocate(self._file, 0, size)
-            self._memory = mmap.mmap(self._file, size)
+            self._read()
         except OSError:
             os.close(self._file)
             raise
-        self._header = _HEADER.pack(_MAGIC, _fingerprint(robot), self._count)
-        found = self._memory[: _HEADER.size]
-        self._own = found == self._header
-        if any(found) and not self._own:
-            self.problem = (
-                f"{file} is of another robot or description; it stays until a new state is kept"
-            )
-        self._turn = max((turn for turn, _ in self._slots()), default=0)
+        self._turn, _ = self._newest_slot()
 
-    @property
-    def _slot_size(self) -> int:
-        return _SLOT.size + 8 * self._count
+    def _read(self) -> None:
+        """Look whether what is in the file is of use, and where it is, take it."""
+        content = os.pread(self._file, len(self._content) + 1, 0)
+        header = content[:_HEADER_SIZE]
+        self._own = header == self._header
+        if _is_header(header) and not self._own:
+            self.problem = (
+                f"{self._path} is of another robot or description; "
+                "it stays until a new state is kept"
+            )
+        elif not self._own:
+            self._spoil("it does not begin as a file of this version does")
+        elif len(content) != len(self._content):
+            self._spoil("its length is not that of a file of this robot")
+        elif [turn for turn, _ in self._slots(content)] in ([], [0]):  # new ones have two of turn 0
+            self._spoil("its checksums are wrong")
+        else:
+            self._content[:] = content
+            os.posix_fallocate(self._file, 0, len(content))  # a full disk is told of now
+
+    def _spoil(self, reason: str) -> None:
+        """Read nothing of the file."""
+        self._own = False
+        self.damage = (
+            f"{self._path} cannot be read, {reason}: it is damaged or of another version, and may be "
+            "removed once the motors are at home"
+        )
 
     def close(self) -> None:
         """Let the file go; what is in it stays."""
-        with contextlib.suppress(BufferError):  # somebody still reads; it ends with the process
-            self._memory.close()
         os.close(self._file)
 
     def keep(self, equilibrium: Equilibrium, commands: Floats | None) -> None:
@@ -121,11 +135,12 @@ class KeptState:
         Args:
             equilibrium: Its last equilibrium.
             commands: The last motor commands, (n,) [rad or m]; None: the motors are not there any more.
+
+        Raises:
+            OSError: It is not in the file; `mend` tries again.
         """
         if commands is None:
             commands = np.full(self._robot.motor_count, np.nan)
-        if not self._own:
-            self._take_over()
         loads = equilibrium.loads
         parts = (
             equilibrium.configuration,
@@ -134,20 +149,51 @@ class KeptState:
             loads.wrench_body,
             commands,
         )
-        numbers = b"".join([part.tobytes() for part in parts])
-        turn = self._turn + 1
-        place = _HEADER.size + (turn % 2) * self._slot_size
-        self._memory[place + _SLOT.size : place + self._slot_size] = numbers
-        head = _SLOT.pack(turn, _checksum(turn, numbers), 0)
-        self._memory[place : place + _SLOT.size] = head
-        self._turn = turn
+        self._turn += 1
+        slot = self._slot(self._turn, b"".join([part.tobytes() for part in parts]))
+        place = _HEADER_SIZE + (self._turn % 2) * len(slot)
+        self._content[place : place + len(slot)] = slot
+        if self._own:
+            _write(self._file, slot, place)
+        else:
+            self._own, self.problem, self.damage = True, "", ""
+            self._write_all()
+
+    def mend(self) -> bool:
+        """Make the file whole where others have removed, replaced or changed it; whether they have.
+
+        Nobody tells: it has to be called now and then.
+
+        Raises:
+            OSError: It cannot be written.
+            BlockingIOError: Another node keeps its state there meanwhile.
+        """
+        if not self._own:
+            return False
+        named = _has_name(self._file, self._path)
+        if named and os.pread(self._file, len(self._content) + 1, 0) == self._content:
+            return False
+        if not named:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            removed, self._file = self._file, _open_or_make(self._path, self._content)
+            os.close(removed)
+        self._write_all()
+        return True
+
+    def _write_all(self) -> None:
+        """Header and slots at once: no slot that another one left passes for one of this header."""
+        _write(self._file, self._content, 0)
+        os.ftruncate(self._file, len(self._content))
 
     def last(self) -> LastState | None:
         """Where the robot was last; None if that is not known.
 
         Raises:
-            CprError: What is kept is no equilibrium of the robot, or its motors have left it.
+            CprError: The file cannot be read, what is kept is no equilibrium of the robot, or its
+                motors have left it.
         """
+        if self.damage:
+            raise CprError(self.damage)
         numbers = self._newest()
         if numbers is None:
             return None
@@ -175,32 +221,104 @@ class KeptState:
         return np.array(numbers[-self._robot.motor_count :])
 
     def _newest(self) -> Floats | None:
-        """The numbers that were written last."""
-        slots = self._slots()
-        return np.frombuffer(max(slots)[1]) if slots else None
+        """The numbers that were written last; None if none were."""
+        turn, numbers = self._newest_slot()
+        return np.frombuffer(numbers) if turn > 0 else None
 
-    def _take_over(self) -> None:
-        """Make the file this robot's: what is in it must not pass for its slots."""
-        self._memory[_HEADER.size :] = bytes(2 * self._slot_size)
-        self._memory[: _HEADER.size] = self._header
-        self._own = True
+    def _newest_slot(self) -> tuple[int, bytes]:
+        return max(self._slots(self._content))
 
-    def _slots(self) -> list[tuple[int, bytes]]:
-        """Turns and numbers of the slots that were written whole."""
+    def _slots(self, content: bytes | bytearray) -> list[tuple[int, bytes]]:
+        """Turns and numbers of the slots that are whole."""
         found: list[tuple[int, bytes]] = []
-        if not self._own:
-            return found
-        for slot in range(2):
-            place = _HEADER.size + slot * self._slot_size
-            turn, checksum, _ = _SLOT.unpack_from(self._memory, place)
-            numbers = self._memory[place + _SLOT.size : place + self._slot_size]
-            if turn > 0 and checksum == _checksum(turn, numbers):
-                found.append((turn, numbers))
+        size = _SLOT.size + 8 * self._count
+        for place in (_HEADER_SIZE, _HEADER_SIZE + size):
+            slot = bytes(content[place : place + size])
+            turn, _ = _SLOT.unpack_from(slot)
+            if slot == self._slot(turn, slot[_SLOT.size :]):
+                found.append((turn, slot[_SLOT.size :]))
         return found
 
+    def _slot(self, turn: int, numbers: bytes) -> bytes:
+        """What is written of a turn; slots of other headers have other checksums."""
+        # Of a header with its own checksum the checksum is always the same.
+        of_header = zlib.crc32(self._header[: _HEADER.size])
+        checksum = zlib.crc32(numbers, zlib.crc32(turn.to_bytes(8), of_header))
+        return _SLOT.pack(turn, checksum) + numbers
 
-def _checksum(turn: int, numbers: bytes) -> int:
-    return zlib.crc32(numbers, zlib.crc32(turn.to_bytes(8)))
+
+def _open_or_make(path: Path, content: bytes | bytearray) -> int:
+    """Open a file and lock it; where there is none, make one of some content.
+
+    Raises:
+        OSError: It cannot be written.
+        BlockingIOError: Another node keeps its state there.
+    """
+    try:
+        file = os.open(path, os.O_RDWR | os.O_CLOEXEC)
+    except FileNotFoundError:
+        return _make(path, content)
+    try:
+        _lock(file)
+        if not _has_name(file, path):
+            raise _taken()  # another one has just made or mended it
+    except OSError:
+        os.close(file)
+        raise
+    return file
+
+
+def _make(path: Path, content: bytes | bytearray) -> int:
+    """Make a file and lock it; it gets its name when it is whole, or not at all."""
+    unfinished = path.with_name(f"{path.name}.{secrets.token_hex(4)}")
+    file = os.open(unfinished, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
+    try:
+        _lock(file)
+        os.posix_fallocate(file, 0, len(content))  # a full disk is told of now
+        _write(file, content, 0)
+        try:
+            os.link(unfinished, path)  # unlike a renaming, it takes no other node's file away
+        except FileExistsError:
+            raise _taken() from None
+        except OSError:
+            unfinished.rename(path)  # a file system without links
+    except OSError:
+        os.close(file)
+        raise
+    finally:
+        unfinished.unlink(missing_ok=True)
+    return file
+
+
+def _write(file: int, content: bytes | bytearray, place: int) -> None:
+    """Write all of it, or raise OSError."""
+    if os.pwrite(file, content, place) < len(content):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def _lock(file: int) -> None:
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise _taken() from None
+
+
+def _taken() -> BlockingIOError:
+    return BlockingIOError(errno.EAGAIN, "another node of this name keeps its state there")
+
+
+def _has_name(file: int, path: Path) -> bool:
+    """Whether an open file is the one of a name."""
+    try:
+        return os.path.samestat(os.fstat(file), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _is_header(header: bytes) -> bool:
+    """Whether a file of this version may begin so, whosever it is."""
+    whole = header[: _HEADER.size]
+    return header.startswith(_MAGIC) and header == whole + _CHECKSUM.pack(zlib.crc32(whole))
 
 
 def _fingerprint(robot: Robot) -> bytes:

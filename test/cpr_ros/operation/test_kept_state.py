@@ -4,10 +4,13 @@
 """The last state of a robot on disk."""
 
 import errno
+import fcntl
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -69,23 +72,316 @@ def test_a_robot_that_was_lost_is_nowhere_until_it_is_found_again(file):
     kept.close()
 
 
-@pytest.mark.parametrize("byte", range(0, 400, 7))
-def test_half_a_slot_counts_for_nothing(file, byte):
+@pytest.fixture(scope="module")
+def lives(tmp_path_factory):
+    """Files by what was kept in them, with the commands that may be found in a damaged one."""
+    file = tmp_path_factory.mktemp("lives") / "node.state"
+    commands, lives = [], {}
+    for fraction in (None, 0.3, 0.6, 0.9):
+        kept = KeptState(file, ROBOT)
+        if fraction is not None:
+            kept.keep(at(fraction), at(fraction).motors)
+            commands.append(at(fraction).motors)
+        kept.close()
+        lives[len(commands)] = file.read_bytes(), commands[-2:]
+    return lives
+
+
+def changed(content, places, to):
+    content = bytearray(content)
+    for place in places:
+        content[place] = to(content[place])
+    return bytes(content)
+
+
+def half(content, number):
+    """Places of the header, or of a slot."""
+    slot = (len(content) - HEADER) // 2
+    return range(HEADER + number * slot, HEADER + (number + 1) * slot)
+
+
+HEADER = 60
+#: What may happen to a file; each gives some damaged ones.
+DAMAGES = {
+    "cut": lambda content: [content[:length] for length in range(len(content))],
+    "longer": lambda content: [content + bytes(1), content + bytes(4096), 2 * content],
+    "flipped": lambda content: [
+        changed(content, [place], lambda byte, bit=place % 8: byte ^ (1 << bit))
+        for place in range(len(content))
+    ],
+    "zeros": lambda content: [
+        changed(content, range(begin, end), lambda _: 0)
+        for begin in range(0, len(content), 20)
+        for end in (begin + 20, begin + 200, len(content))
+        if end <= len(content)
+    ],
+    "zeros but for the header": lambda content: [content[:HEADER] + bytes(len(content) - HEADER)],
+    "one in every slot": lambda content: [
+        changed(
+            content, [half(content, 0)[place], half(content, 1)[-1 - place]], lambda byte: byte ^ 4
+        )
+        for place in range(0, len(half(content, 0)), 3)
+    ],
+    "random": lambda content: [
+        np.random.default_rng(seed).bytes(length)
+        for seed in range(9)
+        for length in (len(content), 77)
+    ],
+    "of an earlier version": lambda content: [b"cpr_ros state 1\n" + content[16:]],
+}
+
+
+@pytest.mark.parametrize("count", range(4))
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_what_is_damaged_is_the_last_state_the_one_before_or_refused(file, lives, damage, count):
+    """Nothing was known then, and the first command led to home at once."""
+    content, commands = lives[count]
+    file.parent.mkdir()
+    for damaged in DAMAGES[damage](content):
+        if damaged == content:
+            continue
+        file.write_bytes(damaged)
+        kept = KeptState(file, ROBOT)
+        assert not kept.problem  # it is not left aside as one of another robot
+        if kept.damage:
+            assert f"{file} cannot be read, " in kept.damage
+            with pytest.raises(CprError, match="may be removed once the motors are at home"):
+                kept.last()
+            assert kept.last_commands() is None
+        else:
+            assert any(np.array_equal(kept.last().commands, known) for known in commands)
+        kept.close()
+        assert file.read_bytes() == damaged
+
+
+def test_one_slot_is_enough(file, lives):
+    """A state that was being written when the process was killed costs only itself."""
+    content, commands = lives[3]
+    file.parent.mkdir()
+    for number, known in ((0, commands[1]), (1, commands[0])):
+        file.write_bytes(changed(content, half(content, number), lambda _: 0))
+        kept = KeptState(file, ROBOT)
+        np.testing.assert_array_equal(kept.last().commands, known)
+        kept.close()
+
+
+@pytest.mark.parametrize("damage", [b"", bytes(5000), b"cpr_ros state 1\n" + bytes(700)])
+def test_a_damaged_file_is_made_anew_when_the_robot_is_placed(file, damage):
+    file.parent.mkdir()
+    file.write_bytes(damage)
     kept = KeptState(file, ROBOT)
+    assert kept.damage and not kept.mend()
+    assert file.read_bytes() == damage
+    kept.keep(at(0.6), at(0.6).motors)
+    assert not kept.damage
+    for _ in range(2):
+        np.testing.assert_array_equal(kept.last().commands, at(0.6).motors)
+        kept.close()
+        kept = KeptState(file, ROBOT)
+    kept.close()
+
+
+def test_a_file_has_its_name_when_it_is_whole_or_not_at_all(file, monkeypatch):
+    """Half of one would be a damaged one."""
+
+    def killed(_file, content, place):
+        assert not file.exists()
+        os_pwrite(_file, content[:100], place)
+        raise KeyboardInterrupt
+
+    os_pwrite = os.pwrite
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        patched.setattr(os, "pwrite", killed)
+        KeptState(file, ROBOT)
+    assert not file.exists()
+    kept = KeptState(file, ROBOT)
+    assert kept.last() is None and not kept.damage
+    assert list(file.parent.iterdir()) == [file]
+    kept.close()
+
+
+def test_where_no_links_are_possible_there_is_a_file_too(file, monkeypatch):
+    def impossible(*_):
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    monkeypatch.setattr(os, "link", impossible)
+    for _ in range(2):
+        kept = KeptState(file, ROBOT)
+        assert kept.last() is None and not kept.damage
+        kept.close()
+    assert list(file.parent.iterdir()) == [file]
+
+
+def test_of_two_nodes_that_make_a_file_at_once_one_is_refused(file, monkeypatch):
+    """A renaming would have taken away the file of the first."""
+    os_link, others = os.link, []
+
+    def link(source, target):
+        if not others:
+            others.append(None)
+            others.append(KeptState(file, ROBOT))
+        os_link(source, target)
+
+    monkeypatch.setattr(os, "link", link)
+    with pytest.raises(BlockingIOError, match="another node of this name"):
+        KeptState(file, ROBOT)
+    assert not others[1].mend()
+    assert list(file.parent.iterdir()) == [file]
+    others[1].close()
+
+
+def test_a_file_that_lost_its_name_before_it_was_locked_is_not_taken(file, monkeypatch):
+    """Its lock would keep nobody away."""
+    KeptState(file, ROBOT).close()
+    flock, others = fcntl.flock, []
+
+    def lock(opened, how):
+        if not others:
+            file.unlink()
+            others.append(None)
+            others.append(KeptState(file, ROBOT))
+        flock(opened, how)
+
+    monkeypatch.setattr(fcntl, "flock", lock)
+    with pytest.raises(BlockingIOError, match="another node of this name"):
+        KeptState(file, ROBOT)
+    others[1].close()
+
+
+@pytest.mark.parametrize("written", [60, 100, 300, 500, 700])
+def test_a_file_that_was_half_taken_over_has_no_state_of_another_robot(file, monkeypatch, written):
+    """Of the same size: its slots would be where those of this robot are."""
     for fraction in (0.3, 0.6):
+        kept = KeptState(file, ROBOT)
         kept.keep(at(fraction), at(fraction).motors)
-    newest = kept._turn
+        kept.close()
+    other, os_pwrite = load_robot(shipped_robots()["rfrfr"].read_text() + "# edited\n"), os.pwrite
+    kept, home = KeptState(file, other), solve_home(other)
+    with monkeypatch.context() as patched, pytest.raises(OSError, match="No space left"):
+        patched.setattr(os, "pwrite", lambda file, text, at: os_pwrite(file, text[:written], at))
+        kept.keep(home, home.motors)
     kept.close()
-    content = bytearray(file.read_bytes())
-    slot = (len(content) - 56) // 2
-    place = 56 + (newest % 2) * slot + byte % slot
-    content[place] ^= 0x41
-    file.write_bytes(content)
+    kept = KeptState(file, other)
+    assert "its checksums are wrong" in kept.damage
+    kept.close()
+
+
+def remove(file):
+    file.unlink()
+
+
+def truncate(file):
+    file.write_bytes(b"")
+
+
+def replace(file):
+    other = file.with_name("other")
+    other.write_bytes(file.read_bytes())
+    other.rename(file)
+
+
+def remove_folder(file):
+    shutil.rmtree(file.parent)
+
+
+def move(file):
+    file.rename(file.with_name("moved"))
+
+
+def spoil_slot(file):
+    file.write_bytes(changed(file.read_bytes(), [300, 700], lambda byte: byte ^ 1))
+
+
+OTHERS = [remove, truncate, replace, remove_folder, move, spoil_slot]
+
+
+@pytest.mark.parametrize("change", OTHERS)
+@pytest.mark.parametrize("then_kept", [0, 1, 2])
+def test_what_others_do_to_the_file_is_noticed_and_mended(file, change, then_kept):
+    """It ended the process with SIGBUS at the next step, or nothing was known afterwards."""
     kept = KeptState(file, ROBOT)
-    last = kept.last()
+    kept.keep(at(0.3), at(0.3).motors)
+    assert not kept.mend()
+    change(file)
+    for fraction in (0.6, 0.9)[:then_kept]:
+        kept.keep(at(fraction), at(fraction).motors)
+    assert kept.mend() or (change is spoil_slot and then_kept == 2)
+    assert not kept.mend()
+    with pytest.raises(BlockingIOError):  # the lock is that of the file that is there
+        KeptState(file, ROBOT)
     kept.close()
-    expected = at(0.6) if byte % slot in range(12, 16) else at(0.3)  # the padding means nothing
-    np.testing.assert_allclose(last.commands, expected.motors, rtol=0.0, atol=1e-12)
+    kept = KeptState(file, ROBOT)
+    expected = at((0.3, 0.6, 0.9)[then_kept]).motors
+    np.testing.assert_array_equal(kept.last().commands, expected)
+    kept.close()
+
+
+@pytest.mark.parametrize("then_kept", [1, 2])
+def test_a_node_killed_after_its_file_was_truncated_is_not_one_that_knows_nothing(file, then_kept):
+    """Before it was mended."""
+    kept = KeptState(file, ROBOT)
+    kept.keep(at(0.3), at(0.3).motors)
+    truncate(file)
+    for fraction in (0.6, 0.9)[:then_kept]:
+        kept.keep(at(fraction), at(fraction).motors)
+    kept.close()
+    kept = KeptState(file, ROBOT)
+    assert "does not begin as a file of this version" in kept.damage
+    kept.close()
+
+
+def test_a_removed_file_that_another_node_has_made_again_is_left_to_it(file):
+    kept = KeptState(file, ROBOT)
+    kept.keep(at(0.3), at(0.3).motors)
+    file.unlink()
+    other = KeptState(file, ROBOT)
+    with pytest.raises(BlockingIOError, match="another node of this name"):
+        kept.mend()
+    kept.keep(at(0.6), at(0.6).motors)  # to nobody's harm
+    assert other.last() is None
+    other.close()
+    assert kept.mend()
+    kept.close()
+    kept = KeptState(file, ROBOT)
+    np.testing.assert_array_equal(kept.last().commands, at(0.6).motors)
+    kept.close()
+
+
+@pytest.mark.parametrize("written", [None, 0, 30])
+def test_what_could_not_be_written_is_an_error_and_is_written_later(file, monkeypatch, written):
+    """With a memory map it was SIGBUS."""
+    os_pwrite = os.pwrite
+
+    def full(target, content, place):
+        if written is None:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return os_pwrite(target, content[:written], place) if written else 0
+
+    kept = KeptState(file, ROBOT)
+    kept.keep(at(0.3), at(0.3).motors)
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "pwrite", full)
+        for _ in range(3):
+            with pytest.raises(OSError, match="No space left"):
+                kept.keep(at(0.6), at(0.6).motors)
+        with pytest.raises(OSError, match="No space left"):
+            kept.mend()
+    assert kept.mend()
+    kept.close()
+    kept = KeptState(file, ROBOT)
+    np.testing.assert_array_equal(kept.last().commands, at(0.6).motors)
+    kept.close()
+
+
+def test_keeping_takes_some_microseconds(file):
+    kept, found = KeptState(file, ROBOT), at(0.3)
+    times = []
+    for _ in range(2000):
+        begin = time.perf_counter()
+        kept.keep(found, found.motors)
+        times.append(time.perf_counter() - begin)
+    kept.close()
+    assert np.median(times) < 100e-6
 
 
 def test_another_robot_or_description_is_told(file):
@@ -214,7 +510,7 @@ def test_where_a_tracker_is_does_not_matter_and_all_else_does(file):
 
 
 def test_a_disk_that_is_full_is_told_before_anything_is_written(tmp_path, monkeypatch):
-    """The file had a hole, and the first motion ended the process with SIGBUS."""
+    """Also where there is a file: it may have holes."""
     kept = KeptState(tmp_path / "whole.state", ROBOT)
     kept.close()
     whole = (tmp_path / "whole.state").stat()
@@ -224,5 +520,7 @@ def test_a_disk_that_is_full_is_told_before_anything_is_written(tmp_path, monkey
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "posix_fallocate", full)
-    with pytest.raises(OSError, match="No space left"):
-        KeptState(tmp_path / "other.state", ROBOT)
+    for name in ("whole.state", "other.state"):
+        with pytest.raises(OSError, match="No space left"):
+            KeptState(tmp_path / name, ROBOT)
+    assert [file.name for file in tmp_path.iterdir()] == ["whole.state"]

@@ -64,9 +64,14 @@ class Bench:
         if until:
             self.process.wait_for_log(until)
 
+    @property
+    def file(self):
+        """In which the node keeps where it is."""
+        return self.folder / "states" / f"cpr_node.{self.domain}.state"
+
     def kept(self, robot):
         """The file of the node, which nobody else may open meanwhile."""
-        return KeptState(self.folder / "states" / f"cpr_node.{self.domain}.state", robot)
+        return KeptState(self.file, robot)
 
     def keep(self, robot, found=None):
         """Leave a last state, somewhere beside home if not said where."""
@@ -581,6 +586,113 @@ def test_a_last_state_that_cannot_be_read_does_not_begin_at_home(bench):
     bench.start("start_from:=home")
     another.close()
     assert not bench.commands
+
+
+def spoil_both_slots(content):
+    for place in (200, len(content) - 200):
+        content[place] ^= 1
+    return content
+
+
+@pytest.mark.parametrize(
+    "damaged", [spoil_both_slots, lambda content: content[:400], lambda _: b""]
+)
+def test_a_damaged_file_lets_no_command_go_out_before_the_robot_is_measured(bench, damaged):
+    """Nothing was known then, and the first command was that of home: 61 ticks' ways at once."""
+    bench.start()
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    bench.send(2.9, 0.3)
+    bench.until_at([2.9, 0.3])
+    bench.kill()
+    bench.ended, bench.commands = [], []
+    content = damaged(bytearray(bench.file.read_bytes()))
+    bench.file.write_bytes(content)
+    for start_from in ("auto", "last"):
+        bench.start(f"start_from:={start_from}", until="")
+        bench.process.process.wait(timeout=60.0)
+        assert bench.process.process.returncode == 1
+        said = bench.process.output()
+        assert f"{bench.file} cannot be read" in said
+        assert "may be removed once the motors are at home" in said
+        assert ("start_from:=home" in said) is (start_from == "auto")
+    assert bench.file.read_bytes() == content
+    assert not bench.commands
+    bench.measure([2.9, 0.3])
+    bench.start("start_from:=measured", until="")
+    bench.until_said("where it is measured, motors (2.9, 0.3)")
+    bench.until_heard()
+    bench.kill()
+    bench.measure_no_more()
+    bench.spin(0.3)
+    bench.start()
+    assert "where it was last, motors (2.9, 0.3)" in bench.process.output()
+    bench.until_heard()
+    assert all(np.array_equal(command, [2.9, 0.3]) for command in bench.commands)
+
+
+def test_home_is_begun_at_over_a_damaged_file_if_the_operator_says_so(bench):
+    bench.file.parent.mkdir()
+    bench.file.write_bytes(b"")
+    bench.start("start_from:=home")
+    assert f"{bench.file} cannot be read" in bench.process.output()
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    bench.send(2.7, 0.4)
+    bench.until_at([2.7, 0.4])
+    bench.kill()
+    bench.start()
+    assert "where it was last, motors (2.7, 0.4)" in bench.process.output()
+
+
+def test_a_full_disk_is_told_once_and_neither_ends_the_node_nor_stops_the_motion(bench):
+    """It was SIGBUS at the first motion."""
+    bench.file.parent.mkdir()
+    bench.file.symlink_to("/dev/full")
+    bench.start("start_from:=home")
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    for motors in ([2.7, 0.4], [2.6, 0.5]):
+        bench.send(*motors)
+        bench.until_at(motors)
+        bench.spin(1.2)
+    said = bench.process.output()
+    assert (
+        said.count("No space left on device; unless that ends, the robot has to be measured") == 1
+    )
+    assert "Traceback" not in said
+    assert bench.longest_step() <= 1.0 + 2e-5
+
+
+def test_what_others_do_to_the_file_neither_ends_the_node_nor_is_it_forgotten_where_it_is(bench):
+    """Truncated, it ended the node at the next step; removed, nothing was known after a restart."""
+    bench.start()
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    bench.send(2.7, 0.4)
+    bench.until_at([2.7, 0.4])
+    bench.file.write_bytes(b"")
+    bench.send(2.8, 0.3)
+    bench.until_at([2.8, 0.3])
+    bench.until_said("was not as this node left it")
+    bench.file.unlink()
+    bench.file.mkdir()  # nothing can be kept there
+    bench.until_said("where the robot is cannot be kept in")
+    for motors in ([2.75, 0.35], [2.8, 0.3]):
+        bench.send(*motors)
+        bench.until_at(motors)
+        bench.spin(1.2)
+    said = bench.process.output()
+    assert said.count("where the robot is cannot be kept in") == 1
+    assert said.count("was not as this node left it") == 1
+    bench.file.rmdir()
+    bench.client.spin_until(
+        lambda: bench.process.output().count("was not as this node left it") == 2
+    )
+    with pytest.raises(BlockingIOError, match="another node of this name"):
+        bench.kept(load_robot("rfrfr"))
+    assert bench.process.process.poll() is None
+    bench.kill()
+    bench.start()
+    assert "where it was last, motors (2.8, 0.3)" in bench.process.output()
+    bench.until_heard()
+    assert bench.longest_step() <= 1.0 + 2e-5
 
 
 def test_a_robot_that_moves_is_not_placed_by_a_measurement(bench):
