@@ -16,6 +16,7 @@ from rclpy.node import Node
 from cpr_core import CprError, Equilibrium
 
 from .interface.inputs import MEASURED, newest_measured
+from .middleware.publishers import other_publishers
 from .operation.kept_state import KeptState, state_folder
 from .operation.session import Session
 from .operation.starting_place import begin_at_home, begin_at_last, begin_at_measured
@@ -156,9 +157,9 @@ class Whereabouts:
         return said
 
     def _publishers(self) -> int:
-        """How many publish measured motors."""
-        self._wait_for_others(lambda: self._node.count_publishers(MEASURED) > 0)
-        return self._node.count_publishers(MEASURED)
+        """How many others publish measured motors."""
+        self._wait_for_others(lambda: other_publishers(self._node, MEASURED) > 0)
+        return other_publishers(self._node, MEASURED)
 
     def _wait_for_others(self, found: Callable[[], bool] = lambda: False) -> None:
         """Nodes that have just started do not see each other yet.

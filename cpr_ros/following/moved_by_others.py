@@ -81,7 +81,9 @@ class MovedByOthers:
             return False
         self._way = largest_way(commands, measured, self._units)
         self.away = self._words()
-        return bool(self.away) and now - self._resting_since >= SETTLING
+        # Those that do not follow are begun with a little later: it is told first that they do not.
+        rest = now - self._resting_since >= SETTLING and not self._in_motion
+        return bool(self.away) and rest
 
     def _words(self) -> str:
         """That the motors were measured farther from their last command than is tolerated."""

@@ -43,6 +43,7 @@ from ..messages.platform_messages import (
 from ..messages.trajectory_messages import trajectory_order
 from ..messages.wrench_messages import whole_pose
 from ..middleware.dropped_messages import DroppedMessages
+from ..middleware.publishers import own_publishers
 from ..operation.session import Session
 
 __all__ = ["MEASURED", "Inputs", "newest_measured"]
@@ -59,9 +60,7 @@ def _own_topic(node: Node) -> str:
 
     What it believes would pass for what is measured.
     """
-    topic = node.resolve_topic_name(MEASURED)
-    own = any(publisher.topic_name == topic for publisher in node.publishers)
-    return topic if own else ""
+    return str(node.resolve_topic_name(MEASURED)) if own_publishers(node, MEASURED) else ""
 
 
 def newest_measured(

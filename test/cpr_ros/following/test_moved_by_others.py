@@ -56,15 +56,17 @@ def test_a_new_command_gives_them_time(others):
 
 
 def drive(others, speed, follows, begin=20.0, seconds=2.0, delay=0.0):
-    """Command a motor on and on, and measure it; when the robot was begun with, how far ahead."""
+    """Command a motor on and on, and measure it; when it is told, how far ahead it is sent then."""
     for number in range(round(200.0 * seconds)):
         now = begin + 0.005 * number
         sent = SENT + [0.0, speed * (now - begin)]
         if not others.away:
             others.commanded(now)
         measured = SENT + [0.0, speed * max(0.0, follows * (now - begin - delay))]
-        if number % 4 == 0 and others.take(measured, sent, now):
-            return now - begin, sent[1] - measured[1]
+        if number % 4 == 0:
+            assert not others.take(measured, sent, now)
+            if others.away:
+                return now - begin, sent[1] - measured[1]
     return None
 
 
@@ -75,6 +77,10 @@ def test_motors_that_stand_still_while_commands_go_on_are_told(others):
     assert ahead < 1.0 * (SETTLING + 0.03)
     assert "the motors do not follow: one was measured 0.5" in others.away
     assert "more than moved_tolerance 0.1" in others.away
+    sent, told = SENT + [0.0, ahead], 20.0 + after
+    assert not others.take(SENT, sent, told + 0.9 * SETTLING)
+    assert others.away
+    assert others.take(SENT, sent, told + SETTLING)
     others.commanded(-np.inf)  # the node has begun where they are
     assert others.away == ""
     assert drive(others, 1.0, 0.0, begin=30.0)[0] >= SETTLING
@@ -87,11 +93,8 @@ def test_motors_that_jam_on_their_way_are_told(others):
     for number in range(30):
         sent = jammed + [0.0, 0.02 * number]
         others.commanded(21.0 + 0.02 * number)
-        begun = others.take(jammed, sent, 21.0 + 0.02 * number)
-        assert begun == (0.02 * number >= SETTLING - 1e-9), number
-        if begun:
-            break
-    assert begun
+        others.take(jammed, sent, 21.0 + 0.02 * number)
+        assert bool(others.away) == (0.02 * number >= SETTLING - 1e-9), number
 
 
 @pytest.mark.parametrize("speed", [0.05, 0.5, 5.0])

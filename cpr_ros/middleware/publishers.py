@@ -1,0 +1,22 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Who publishes to a topic that a node listens to: others, or the node itself."""
+
+from __future__ import annotations
+
+from rclpy.node import Node
+
+__all__ = ["other_publishers", "own_publishers"]
+
+
+def own_publishers(node: Node, name: str) -> int:
+    """How many publishers of the node have a topic by its name, which may be remapped."""
+    topic = node.resolve_topic_name(name)
+    return sum(publisher.topic_name == topic for publisher in node.publishers)
+
+
+def other_publishers(node: Node, name: str) -> int:
+    """How many others the node has found; rclpy counts without remapping the name."""
+    found: int = node.count_publishers(node.resolve_topic_name(name))
+    return found - own_publishers(node, name)
