@@ -22,7 +22,7 @@ from ..description.leg_description import DescribedMotor
 from ..description.loads import Loads
 from ..description.motors import MotorLimits
 from ..description.robot_description import RobotDescription
-from ..errors import InvalidRequest
+from ..errors import DescriptionError, InvalidRequest
 from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot
@@ -399,8 +399,16 @@ class Robot:
         Rotations count in radians, translations in mean rod lengths and strains by their L2 norm along
         the rod, ``(l int kappa^2 ds)^(1/2)``; so a norm of motions does not depend on units or on the
         strain basis.
+
+        Raises:
+            DescriptionError: The modes of a rod are not independent, as many monomials are not.
         """
-        return unit_motions(self.numbers, self.strain_grams)
+        try:
+            return unit_motions(self.numbers, self.strain_grams)
+        except np.linalg.LinAlgError:
+            source, problem = self.description.source, "expected modes that are independent"
+            hint = "monomials are not from about a dozen on, legendre are"
+            raise DescriptionError(source, "strain", f"{problem}: {hint}") from None
 
     @cached_array
     def strain_grams(self) -> Floats:

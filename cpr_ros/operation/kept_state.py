@@ -322,11 +322,13 @@ def _is_header(header: bytes) -> bool:
 
 
 def _fingerprint(robot: Robot) -> bytes:
-    """What tells a robot, its description and its modes from others."""
-    text, written = robot.description.text, robot.description.written
-    if written is not None and "tracker" in written.content:  # it moves nothing of the robot
-        rest = {name: field for name, field in written.content.items() if name != "tracker"}
-        text = json.dumps(rest, default=repr)
+    """What tells a robot, its description and its modes from others.
+
+    All fields count but those of the tracker, which moves nothing of the robot; comments do not.
+    """
+    written = robot.description.written
+    fields = {} if written is None else {**written.content, "tracker": None}
+    text = json.dumps(fields, default=repr, sort_keys=True)
     described = f"{text}\0{robot.motor_list}\0{robot.state_size}"
     return hashlib.sha256(described.encode()).digest()
 

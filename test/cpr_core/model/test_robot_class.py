@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.shipped_steps import REDUNDANT, STEPS
+from helpers.strain_bases import with_basis
 from helpers.yaml_content import yaml_content
 from scipy.integrate import quad
 
@@ -639,3 +640,9 @@ def test_threads_that_search_at_once_keep_the_same():
         found = list(pool.map(lambda _: robot.kept("something", find), range(4)))
     assert len(set(found)) == 1
     assert robot.kept("something", find) is found[0]
+
+
+def test_modes_that_are_not_independent_are_refused_with_the_reason():
+    """Of so many monomials the last are sums of the others, but for rounding."""
+    with pytest.raises(DescriptionError, match=r"strain: expected modes that are independent"):
+        solve_home(with_basis("rfrfr", "monomials", 20))

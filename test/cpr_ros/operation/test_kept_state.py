@@ -255,7 +255,7 @@ def test_a_file_that_was_half_taken_over_has_no_state_of_another_robot(file, mon
         kept = KeptState(file, ROBOT)
         kept.keep(at(fraction), at(fraction).motors)
         kept.close()
-    other, os_pwrite = load_robot(shipped_robots()["rfrfr"].read_text() + "# edited\n"), os.pwrite
+    other, os_pwrite = ROBOT.with_parameters({"rod.density": 7801.0}), os.pwrite
     kept, home = KeptState(file, other), solve_home(other)
     with monkeypatch.context() as patched, pytest.raises(OSError, match="No space left"):
         patched.setattr(os, "pwrite", lambda file, text, at: os_pwrite(file, text[:written], at))
@@ -398,14 +398,28 @@ def test_another_robot_or_description_is_told(file):
         kept.close()
 
 
+def test_a_comment_is_no_other_description(file):
+    """Commands jumped home after somebody had noted something in the file."""
+    text = shipped_robots()["rfrfr"].read_text()
+    kept = KeptState(file, ROBOT)
+    kept.keep(at(0.5), at(0.5).motors)
+    kept.close()
+    for same in (text + "# edited\n", "# edited\n" + text, text.replace(", ", ",   ")):
+        assert same != text
+        kept = KeptState(file, load_robot(same))
+        assert not kept.problem
+        np.testing.assert_array_equal(kept.last().commands, at(0.5).motors)
+        kept.close()
+
+
 def test_what_another_description_left_stays_until_something_new_is_kept(file):
     """One start with the wrong parameters must not cost the last state."""
     kept = KeptState(file, ROBOT)
     for fraction in (0.3, 0.6):
         kept.keep(at(fraction), at(fraction).motors)
     kept.close()
-    # A comment makes it another description: of the same size, so that old slots would pass for new.
-    same_size = load_robot(shipped_robots()["rfrfr"].read_text() + "# edited\n")
+    # A description of the same size, so that old slots would pass for new.
+    same_size = ROBOT.with_parameters({"rod.density": 7801.0})
     others = (load_robot("rfrfr", modes=6), same_size, load_robot("rfrfr", modes=3))
     for other in others:
         kept = KeptState(file, other)
