@@ -198,7 +198,9 @@ class KeptState:
         if numbers is None:
             return None
         if self.last_commands() is None:
-            raise CprError("the motors were measured where no equilibrium explained them")
+            raise CprError(
+                "the motors were measured where no equilibrium explained them, or others had moved them"
+            )
         robot, size = self._robot, self._robot.state_size
         ends = np.cumsum([size, 9, 3, 3, 6, 6])
         state, rotation, position, gravity, world, body, commands = np.split(numbers, ends)
