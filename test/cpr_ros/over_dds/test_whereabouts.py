@@ -289,9 +289,10 @@ def test_motors_that_others_have_moved_and_that_are_measured_are_not_sent_back(b
 
 def test_commands_do_not_run_away_from_motors_that_do_not_follow(bench):
     """Without power, or jammed: commands went all the way, and the node began again where they were."""
-    still = [2.7, 0.4]
+    still, slow = [2.7, 0.4], 0.25
     bench.measure(still)
-    bench.start("start_from:=measured", until="")
+    # On its way for several seconds: a busy machine says late what is measured.
+    bench.start("start_from:=measured", f"max_speed:={slow}", until="")
     bench.until_said("ready")
     bench.until_heard()
     bench.send(3.6, -0.4)
@@ -300,8 +301,7 @@ def test_commands_do_not_run_away_from_motors_that_do_not_follow(bench):
     bench.client.spin_until(lambda: bench.process.output().count(begun) == 2)
     bench.spin(0.2)  # what is on the way
     ahead = max(float(np.abs(command - still).max()) for command in bench.commands)
-    # A measured message comes every 0.1 s, or later on a busy machine, after half a second on the way.
-    assert 0.1 < ahead < 1.4 * SPEED
+    assert 0.1 < ahead < 0.8  # of 0.9
     bench.commands = [np.array(still)]
     bench.send(2.75, 0.35)
     bench.until_at([2.75, 0.35])
