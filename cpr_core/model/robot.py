@@ -77,7 +77,7 @@ class Robot:
             InvalidRequest: No motors, or not as many as the inverse problem can do without.
         """
         if self.held_motors:
-            self._check_held(self.held_motors)
+            self._checked_held(self.held_motors)
 
     def __repr__(self) -> str:
         described = self.description
@@ -101,24 +101,29 @@ class Robot:
         Raises:
             InvalidRequest: No motors, or not as many as the inverse problem can do without.
         """
-        self._check_held(motors)
-        held = tuple(map(int, motors))
-        return self.kept(f"holding {held}", lambda: Robot(self.description, held))
+        return self.kept(
+            f"holding {motors!r}", lambda: Robot(self.description, self._checked_held(motors))
+        )
 
-    def _check_held(self, motors: Sequence[int]) -> None:
+    def _checked_held(self, motors: Sequence[int]) -> tuple[int, ...]:
+        """Numbers of motors to hold.
+
+        Raises:
+            InvalidRequest: No motors, or not as many as the inverse problem can do without.
+        """
         expected = f"numbers of different motors, from 0 to {self.motor_count - 1}"
         if not np.iterable(motors) or isinstance(motors, str):
             raise InvalidRequest("motors", f"expected {expected}, got {motors!r:.200}")
-        held = {checked_count("motors", motor, 0, self.motor_count - 1) for motor in motors}
-        if len(held) < len(motors):
+        held = tuple(checked_count("motors", motor, 0, self.motor_count - 1) for motor in motors)
+        if len(set(held)) < len(held):
             raise InvalidRequest("motors", f"expected {expected}, got {motors!r:.200}")
-        spare = self.motor_count - len(self.controlled_axes) if len(self.controlled_axes) else 0
-        if len(held) != spare:
+        if len(held) != self._spare_motors:
             raise InvalidRequest(
                 "motors",
-                f"expected {spare} to hold, as {self.motor_count} motors move "
+                f"expected {self._spare_motors} to hold, as {self.motor_count} motors move "
                 f"{len(self.controlled_axes)} controlled coordinates, got {motors!r:.200}",
             )
+        return held
 
     def parameter_values(self, paths: str | Sequence[str]) -> Floats:
         """Numbers of the description, (P,), in SI units.
@@ -378,8 +383,13 @@ class Robot:
     @cached_property
     def redundancy(self) -> int:
         """How many motors there are beyond those the controlled coordinates need; 0 without any."""
-        free = self.motor_count - len(self.held_motors) - len(self.controlled_axes)
-        return free if len(self.controlled_axes) else 0
+        return self._spare_motors - len(self.held_motors)
+
+    @property
+    def _spare_motors(self) -> int:
+        """The same if none were held."""
+        controlled = len(self.controlled_axes)
+        return self.motor_count - controlled if controlled else 0
 
     @cached_property
     def problems(self) -> dict[str, tuple[Integers, Integers]]:

@@ -212,40 +212,44 @@ def test_where_no_links_are_possible_there_is_a_file_too(file, monkeypatch):
     assert list(file.parent.iterdir()) == [file]
 
 
+def overtaken(call, faster):
+    """A call before which somebody does something, once; they may call it too."""
+    done = []
+
+    def overtaken_call(*arguments):
+        if not done:
+            done.append(True)
+            faster()
+        return call(*arguments)
+
+    return overtaken_call
+
+
 def test_of_two_nodes_that_make_a_file_at_once_one_is_refused(file, monkeypatch):
     """A renaming would have taken away the file of the first."""
-    os_link, others = os.link, []
-
-    def link(source, target):
-        if not others:
-            others.append(None)
-            others.append(KeptState(file, ROBOT))
-        os_link(source, target)
-
-    monkeypatch.setattr(os, "link", link)
+    others = []
+    faster = overtaken(os.link, lambda: others.append(KeptState(file, ROBOT)))
+    monkeypatch.setattr(os, "link", faster)
     with pytest.raises(BlockingIOError, match="another node of this name"):
         KeptState(file, ROBOT)
-    assert not others[1].mend()
+    assert not others[0].mend()
     assert list(file.parent.iterdir()) == [file]
-    others[1].close()
+    others[0].close()
 
 
 def test_a_file_that_lost_its_name_before_it_was_locked_is_not_taken(file, monkeypatch):
     """Its lock would keep nobody away."""
     KeptState(file, ROBOT).close()
-    flock, others = fcntl.flock, []
+    others = []
 
-    def lock(opened, how):
-        if not others:
-            file.unlink()
-            others.append(None)
-            others.append(KeptState(file, ROBOT))
-        flock(opened, how)
+    def make_it_anew():
+        file.unlink()
+        others.append(KeptState(file, ROBOT))
 
-    monkeypatch.setattr(fcntl, "flock", lock)
+    monkeypatch.setattr(fcntl, "flock", overtaken(fcntl.flock, make_it_anew))
     with pytest.raises(BlockingIOError, match="another node of this name"):
         KeptState(file, ROBOT)
-    others[1].close()
+    others[0].close()
 
 
 @pytest.mark.parametrize("written", [60, 100, 300, 500, 700])
