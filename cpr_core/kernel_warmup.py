@@ -23,6 +23,7 @@ from .solving.discretisation_error import error_of
 from .solving.geometrico_statics import solve_forward
 from .solving.home import solve_home
 from .solving.load_robot import load_robot
+from .solving.parameter_derivatives import derivatives
 
 __all__ = ["compile_kernels", "kernel_names", "watch_compilation"]
 
@@ -64,6 +65,8 @@ def compile_kernels() -> Iterator[str]:
     grid = pose_grid(robot, {"x": [x - 0.01, x], "y": [y - 0.01, y]}, resolution=0.01)
     map_workspace(robot, grid, workers=0)
     yield "maps"
+    derivatives(home, "legs[0].base.position[0]")
+    yield "derivatives"
 
 
 def kernel_names() -> tuple[str, ...]:

@@ -5,15 +5,19 @@
 
 from __future__ import annotations
 
-import gc
 import os
+
+# Other cores have workers of their own; and what tests start would make threads of BLAS that wait
+# busily, a fifth of its processor time. This has to be known before numpy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import gc
 import sys
 import tempfile
 from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
-from helpers.blas_limit import blas_threads_limited
 from helpers.browser import NO_BROWSER, running_browser
 from helpers.compiled_kernels import compile_beside, compile_kernels
 from helpers.own_tree import find_this_tree
@@ -155,13 +159,6 @@ def compiled(request: pytest.FixtureRequest) -> None:
     """For a test that allows no time for compiling; before workers start it is done for all of them."""
     if not hasattr(request.config, "workerinput"):
         compile_kernels()
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _one_blas_thread_in_a_worker(request: pytest.FixtureRequest):
-    """Other cores have workers of their own, from which waiting threads of BLAS would keep them."""
-    with blas_threads_limited(1) if hasattr(request.config, "workerinput") else nullcontext():
-        yield
 
 
 @pytest.fixture(scope="session")

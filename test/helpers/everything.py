@@ -26,5 +26,6 @@ with watch_compilation(compiled.append):
         assert home.spectrum_free.eigenvalues.size
         cpr_core.leg_shapes(home)
         cpr_core.bending_strains(home)
+        cpr_core.derivatives(home, "legs[0].base.position[0]")
 print(json.dumps(compiled))
 """
