@@ -11,8 +11,10 @@ from helpers.drive import PERIOD, robot
 
 from cpr_core import solve_forward
 from cpr_core.model.assessment import Assessment
+from cpr_ros.closed_loop.jogging import PlatformTwist
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import Action, State
+from cpr_ros.following.trajectory_order import TrajectoryOrder
 from cpr_ros.messages.conversions import Frames
 from cpr_ros.operation.session import Session
 from cpr_ros.settings.parameter_table import PARAMETERS
@@ -169,6 +171,45 @@ def test_commands_lead_to_a_solution_that_was_applied(node):
     assert node.session.outcome.state == State.ALIGNING
     node.rest()
     np.testing.assert_array_equal(node.session.commands.newest, [2.65, 0.60])
+
+
+def test_a_twist_ends_it_until_it_is_old(node):
+    session, timeout = node.session, node.session.jogger.watchdog.timeout
+    for twist in np.multiply.outer([0.0, 0.02, -0.02], [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]):
+        start = session.solver.current.equilibrium.platform_position
+        session.jog(PlatformTwist(twist, in_platform=False), node.now)
+        assert session.at_rest == (not twist.any())
+        node.rest()
+        way = session.solver.current.equilibrium.platform_position - start
+        assert way == pytest.approx(timeout * twist[3:], abs=1.01 * PERIOD * 0.02)
+
+
+def test_a_correction_ends_it_until_it_is_made(node):
+    session = node.session
+    setpoint = session.solver.current.equilibrium.pose + 0.001
+    session.follow(PoseGoal(session.robot, setpoint), node.now)
+    node.rest()
+    measured = setpoint + [0.002, 0.0]
+    session.loop.take(measured, node.now)
+    node.now += 1.0
+    node.tick()
+    session.loop.take(measured, node.now)
+    assert not session.at_rest
+    node.rest()
+    assert session.solver.current.equilibrium.pose[0] < setpoint[0] - 1e-4
+
+
+def test_a_trajectory_ends_it_until_its_last_point(node):
+    """One that takes several ticks to be solved."""
+    free, times = np.full(2, np.inf), np.linspace(0.2, 10.0, 50)
+    positions = HOME + np.random.default_rng(0).uniform(-0.05, 0.05, (50, 2))
+    order = TrajectoryOrder(times, positions, None, None, 0.5, free, free, np.inf)
+    endings = []
+    node.session.follow_trajectory(order, node.now, endings.append)
+    assert not node.session.at_rest
+    assert node.rest(ticks=3000) >= 10.5 / PERIOD
+    assert len(endings) == 1
+    np.testing.assert_allclose(node.session.commands.newest, positions[-1], atol=1e-9)
 
 
 def test_measured_motors_end_it_until_they_are_old():
