@@ -29,6 +29,8 @@ __all__ = ["measured_pose", "measurement_delay", "platform_in_base", "platform_t
 _TILT = 0.02
 #: Components of a twist [omega; v].
 _TWIST = ("angular.x", "angular.y", "angular.z", "linear.x", "linear.y", "linear.z")
+#: Part of the largest component of a twist that turning its axes may leave in others.
+_ROUNDING = 1e-9
 #: Which of them move a controlled coordinate.
 _MOVED_BY = {
     "x": {"linear.x"},
@@ -118,6 +120,28 @@ def platform_twist(robot: Robot, message: TwistStamped, frames: Frames) -> Platf
     """
     twist = checked_vector("twist", twist_vector(message.twist), 6, " ".join(_TWIST))
     _check_controlled(robot)
+    frame = message.header.frame_id or frames.base
+    if frame not in (frames.base, frames.platform):
+        twist = _turned_to_base(twist, frame, frames)
+    _check_moves(robot, twist)
+    return PlatformTwist(twist, in_platform=frame == frames.platform)
+
+
+def _turned_to_base(twist: NDArray[np.float64], frame: str, frames: Frames) -> NDArray[np.float64]:
+    """A twist of another frame in the base frame, without what is rounding of its largest component."""
+    rotation = frames.rotation_to_base(frame) if frames.rotation_to_base else None
+    if rotation is None:
+        raise RequestError(
+            ErrorCode.FRAME_TRANSFORM_FAILURE,
+            f"header.frame_id: expected {frames.base!r} or {frames.platform!r}, got {frame!r}",
+        )
+    found = (twist.reshape(2, 3) @ rotation.T).ravel()
+    found[np.abs(found) <= _ROUNDING * np.abs(found).max()] = 0.0
+    return found
+
+
+def _check_moves(robot: Robot, twist: NDArray[np.float64]) -> None:
+    """Refuse components that move no controlled coordinate: they would be lost without a word."""
     controlled = robot.description.controlled
     allowed = set().union(*(_MOVED_BY[name] for name in controlled))
     wrong = [
@@ -129,18 +153,6 @@ def platform_twist(robot: Robot, message: TwistStamped, frames: Frames) -> Platf
             f"expected {' '.join(sorted(allowed))} only, as the robot controls "
             f"{' '.join(controlled)}; got {', '.join(wrong)} as well",
         )
-    frame = message.header.frame_id or frames.base
-    if frame in (frames.base, frames.platform):
-        return PlatformTwist(twist, in_platform=frame == frames.platform)
-    rotation = frames.rotation_to_base(frame) if frames.rotation_to_base else None
-    if rotation is None:
-        raise RequestError(
-            ErrorCode.FRAME_TRANSFORM_FAILURE,
-            f"header.frame_id: expected {frames.base!r} or {frames.platform!r}, got {frame!r}",
-        )
-    return PlatformTwist(
-        np.concatenate([rotation @ twist[:3], rotation @ twist[3:]]), in_platform=False
-    )
 
 
 def _check_controlled(robot: Robot) -> None:

@@ -19,6 +19,7 @@ from cpr_ros.closed_loop.pose_loop import PoseLoop
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import PoseGoal
 from cpr_ros.following.supervision import State
+from cpr_ros.messages.conversions import Frames
 from cpr_ros.messages.platform_messages import platform_twist
 
 SLACK = 1.0 + 2e-5
@@ -219,6 +220,25 @@ def test_twists_are_taken_in_the_base_and_the_platform_frame():
     assert refused.value.val == ErrorCode.FRAME_TRANSFORM_FAILURE
     with pytest.raises(CprError, match="twist"):
         platform_twist(six, message(linear_x=np.nan), FRAMES)
+
+
+def test_twists_in_a_third_frame_are_turned_if_somebody_knows_the_frame():
+    """What moves nothing is refused in the base frame: a camera that looks on says x for sideways."""
+    camera = np.array([[0.6, 0.0, 0.8], [0.8, 0.0, -0.6], [0.0, 1.0, 0.0]])  # its axes, in columns
+    known = Frames("base", "platform", lambda name: camera if name == "camera" else None)
+    ahead = message("camera", linear_x=0.1, linear_z=0.2, angular_y=0.3)
+    for name in ("six_rfs", "three_rfr_hubs"):
+        taken = platform_twist(robot(name), ahead, known)
+        assert not taken.in_platform
+        np.testing.assert_allclose(taken.twist, [0, 0, 0.3, 0.22, -0.04, 0], atol=1e-15)
+    with pytest.raises(CprError, match=r"got angular\.z as well"):
+        platform_twist(robot("rfrfr"), ahead, known)  # its platform does not turn
+    away = message("camera", linear_y=0.1)
+    with pytest.raises(CprError, match=r"got linear\.z as well"):
+        platform_twist(robot("three_rfr_hubs"), away, known)
+    assert platform_twist(robot("six_rfs"), away, known).twist[5] == pytest.approx(0.1)
+    with pytest.raises(RequestError, match="expected 'base' or 'platform', got 'map'"):
+        platform_twist(robot("six_rfs"), message("map", linear_x=0.1), known)
 
 
 def test_a_robot_that_controls_nothing_is_not_jogged():
