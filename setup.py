@@ -80,7 +80,7 @@ setup(
         "console_scripts": [
             "cpr = cpr_core.command_line:main",
             "cpr_node = cpr_ros.cpr_node:main",
-            "cpr_demo = cpr_ros.demo:main",
+            "cpr_demo = cpr_ros.cpr_demo:main",
             "cpr_view = cpr_ros.cpr_view:main",
         ],
     },

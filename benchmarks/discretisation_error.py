@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, NotReached, Robot, error_of, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL, Tolerances
+from cpr_core.kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE, Tolerances
 from cpr_core.model.equilibrium import corrected
 from cpr_core.solving.discretisation_error import MORE_MODES, embedded
 
@@ -68,7 +68,7 @@ class Compared:
 def in_richer_space(equilibrium: Equilibrium, richer: Robot) -> Equilibrium | None:
     """The equilibrium of a robot with more modes at the same motors, next to this one."""
     start = embedded(equilibrium, richer)
-    tolerances = Tolerances(RESIDUAL, ITERATIONS, CONTRACTION)
+    tolerances = Tolerances(RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION)
     found = corrected(richer, start.loads, start.load_arrays, start.record, tolerances)
     return found if found.converged else None
 

@@ -8,12 +8,10 @@ from __future__ import annotations
 import signal
 import sys
 
+from .process.missing_packages import what_to_install
 from .process.stop_signal import StopSignal
 
 __all__ = ["main"]
-
-#: What cpr_ros itself needs, ROS aside.
-_NEEDED = ("cpr_core", "numpy", "scipy", "numba", "yaml", "jsonschema", "threadpoolctl", "tqdm")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -41,7 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
         from .node import CprNode
         from .node_run import run
     except ModuleNotFoundError as error:
-        print(f"cpr_node: {_missing(error)}", file=sys.stderr)
+        print(f"cpr_node: {what_to_install(error)}", file=sys.stderr)
         return 1
     return run(CprNode, arguments, stop)
 
@@ -51,23 +49,6 @@ def _print_usage(text: str) -> int:
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     print(text, flush=True)
     return 0
-
-
-def _missing(error: ModuleNotFoundError) -> str:
-    """What to install."""
-    name = (error.name or "").partition(".")[0]
-    if name == "cpr_msgs":
-        how = (
-            "build ./msg_defs of the clone: pip install ./msg_defs, or colcon build, and source it"
-        )
-    elif name in _NEEDED:
-        how = "install cpr_ros with what it needs: pip install . in the clone"
-    else:
-        how = (
-            "the node needs ROS 2: source one (source /opt/ros/jazzy/setup.bash), or install its "
-            "wheels from the clone (make setup; or pip install ./msg_defs '.[ros]')"
-        )
-    return f"{error}\n{how}"
 
 
 if __name__ == "__main__":

@@ -5,19 +5,9 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 
-import rclpy
-from rclpy.exceptions import NameValidationException
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
-
-from cpr_core import CprError
-
-from .page.view_node import ViewNode
-from .process.stop_signal import StopSignal
+from .process.missing_packages import what_to_install
 
 __all__ = ["main"]
 
@@ -29,41 +19,14 @@ def main(arguments: list[str] | None = None) -> int:
         arguments: With the name of the program first; None for those of the process.
 
     Returns:
-        Exit status: 0; 1 if there is no viser, the address cannot be had, or the name is none.
+        Exit status: 0; 1 if something is not installed, the address cannot be had, or the name is none.
     """
-    arguments = sys.argv if arguments is None else arguments
-    parser = argparse.ArgumentParser(
-        prog="cpr_view",
-        description="A running cpr_node in the browser: its robot, its stability, its last minute.",
-        epilog="Arguments of ROS go behind --ros-args.",
-    )
-    parser.add_argument("--node", default="cpr_node", metavar="NAME", help="else cpr_node")
-    parser.add_argument(
-        "--host",
-        default="127.0.0.1",
-        metavar="ADDRESS",
-        help="where to listen; else 127.0.0.1: whoever reaches the page can move the robot",
-    )
-    parser.add_argument("--port", type=int, default=8081, metavar="N", help="default 8081; 0: any")
-    options = parser.parse_args(remove_ros_args(arguments)[1:])
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-    stop = StopSignal()
-    stop.remember()
     try:
-        node = ViewNode(options.node, options.host, options.port)
-    except (CprError, NameValidationException) as error:
-        print(f"cpr_view: {error}", file=sys.stderr)
-        rclpy.try_shutdown()
+        from .page.view_run import run
+    except ModuleNotFoundError as error:
+        print(f"cpr_view: {what_to_install(error)}", file=sys.stderr)
         return 1
-    print(f"{options.node}: look at {node.page.address} (Ctrl-C ends)", flush=True)
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    while not stop.requested:
-        executor.spin_once(timeout_sec=0.1)
-    node.page.close()
-    node.destroy_node()
-    rclpy.try_shutdown()
-    return 0
+    return run(sys.argv if arguments is None else arguments)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import NoSolution, solve_home, trace_through
-from cpr_core.model.equilibrium import RESIDUAL_TOLERANCE
+from cpr_core.kernels.square_problem import RESIDUAL_TOLERANCE
 from cpr_core.reference.continuous_rods import follow_motors
 from cpr_core.reference.finite_differences import (
     FiniteDifferenceEquilibrium,

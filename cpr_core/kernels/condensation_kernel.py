@@ -44,12 +44,12 @@ __all__ = [
     "expand_legs",
     "factor",
     "factor_border",
-    "factor_here",
+    "factor_inlined",
     "predict",
     "reduce_legs",
     "rotation_unknowns",
     "solve",
-    "solve_here",
+    "solve_inlined",
     "substitute_border",
 ]
 
@@ -236,11 +236,11 @@ def factor(robot, rotation, problem, work, factors):
     Returns:
         CONDENSED or DELAYED, how it was done, or NO_INVERSE.
     """
-    return factor_here(robot, rotation, problem, work, factors)
+    return factor_inlined(robot, rotation, problem, work, factors)
 
 
 @inlined
-def factor_here(robot, rotation, problem, work, factors):
+def factor_inlined(robot, rotation, problem, work, factors):
     """``factor`` as a part of what calls it."""
     rotation_unknowns(rotation, problem.angles, work.motions)
     condense(robot, work, factors)
@@ -286,11 +286,11 @@ def rotation_unknowns(rotation, angles, motions):
 @part
 def solve(robot, problem, vector, work, factors):
     """Solve in place: legs first, border last, in the order of the equations and the unknowns."""
-    solve_here(robot, problem, vector, work, factors)
+    solve_inlined(robot, problem, vector, work, factors)
 
 
 @inlined
-def solve_here(robot, problem, vector, work, factors):
+def solve_inlined(robot, problem, vector, work, factors):
     """``solve`` as a part of what calls it."""
     border, count = work.border, robot.border_indices.shape[0]
     for i in range(count):

@@ -17,6 +17,7 @@ from .newton_kernel import CONVERGED, learn_bend, newton, predict_state
 from .problems import Problem
 from .record_layout import (
     EFFORT,
+    IMPOSED_MOTORS,
     INDEX_FREE,
     INDEX_LOCKED,
     INVERSE_SIGN,
@@ -31,8 +32,6 @@ __all__ = ["FREELY", "UNPREDICTED", "WATCHED", "continue_equilibria"]
 #: How to go: near requests only, no sign changes; wherever corrections contract; the same without
 #: prediction: where the loads are others than at the start the tangent alone does not tell the way.
 WATCHED, FREELY, UNPREDICTED = 0, 1, 2
-#: Where the motors are in a row of an imposed pose.
-_MOTORS = POSITION + 3
 
 
 @kernel
@@ -129,7 +128,7 @@ def _impose(robot, problem, given, before, work):
         if problem == Problem.MOTORS:
             work.given_motors[i] = given[i]
         elif problem == Problem.POSE:
-            work.given_motors[i] = given[_MOTORS + i]
+            work.given_motors[i] = given[IMPOSED_MOTORS + i]
         work.given_efforts[i], work.effort_change[i] = 0.0, 0.0
         if problem == Problem.EFFORTS:
             work.given_efforts[i] = given[i]

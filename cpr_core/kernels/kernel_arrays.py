@@ -248,7 +248,13 @@ class Workspace(NamedTuple):
     simplified: Floats  # (N,)
     total: Floats  # (N,) sum of all corrections
     trial_state: Floats  # (N,)
-    rotations: Floats  # (5, 3, 3)
+    trial_rotation: Floats  # (3, 3)
+    trial_position: Floats  # (3,)
+    platform_step: Floats  # (6,) world twist by which a step moves the platform
+    rotation_step: Floats  # (3, 3) its rotation
+    rotated: Floats  # (3, 3) the rotation of the platform behind it
+    angles: Floats  # (3,) roll, pitch, yaw of the platform
+    turn: Floats  # (3,) rotation vector to what is imposed
     factors: Factors  # of the last tangent, where nobody wants to keep them
     delaying: Factors  # the same with slots delayed that hide digits, for its signs
     known: Floats  # (B,)
@@ -343,7 +349,13 @@ def workspace(robot: RobotArrays) -> Workspace:
         simplified=np.empty(size),
         total=np.empty(size),
         trial_state=np.empty(size),
-        rotations=np.empty((5, 3, 3)),
+        trial_rotation=np.empty((3, 3)),
+        trial_position=np.empty(3),
+        platform_step=np.empty(6),
+        rotation_step=np.empty((3, 3)),
+        rotated=np.empty((3, 3)),
+        angles=np.empty(3),
+        turn=np.empty(3),
         factors=factors_of(robot),
         delaying=factors_of(robot),
         known=np.zeros(border),

@@ -1,8 +1,9 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Which sources the kernels are made from: found by what they import, wherever they are.
+"""Which sources kernels are made from: found by what they import, wherever they are.
 
+Kernels are what the decorators of a module make: those of the library, or those of its references.
 Machine code is made from the modules with kernels, from what these import (other kernels, constants that
 are frozen in it, the way of compiling), and for the values that kernels are given: named tuples of
 modules beside them, in the same folder.
@@ -16,13 +17,16 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ["kernel_modules", "kernel_sources", "read_sources", "stamp_of"]
+__all__ = ["KERNEL_DECORATORS", "kernel_modules", "kernel_sources", "read_sources", "stamp_of"]
+
+#: The module whose decorators make the kernels of the library.
+KERNEL_DECORATORS = "kernel_decorators"
 
 #: Folder of the package.
 FOLDER = Path(__file__).parents[__name__.count(".") - 1]
 
 # Every pattern begins with letters to look for, which is what makes it fast.
-_KERNELS = re.compile(rb"\nfrom \.[\w.]*\bkernel_decorators import")
+_DECORATORS = r"\nfrom \.[\w.]*\b{} import"
 _LANES = re.compile(rb"\nfrom \.[\w.]*\blanes import")
 #: Dots, module, and names in parentheses or without.
 _IMPORT = re.compile(rb"from \.(\.*)([\w.]*) import (?:\(([^)]*)\)|([^\n]*))")
@@ -45,14 +49,15 @@ def read_sources(folder: str | Path = FOLDER) -> dict[str, bytes]:
     return sources
 
 
-def kernel_modules(sources: Mapping[str, bytes]) -> list[str]:
-    """Modules that define kernels."""
-    return sorted(module for module, source in sources.items() if _KERNELS.search(source))
+def kernel_modules(sources: Mapping[str, bytes], decorators: str = KERNEL_DECORATORS) -> list[str]:
+    """Modules that define kernels by the decorators of a module of that name."""
+    imported = re.compile(_DECORATORS.format(decorators).encode())
+    return sorted(module for module, source in sources.items() if imported.search(source))
 
 
-def kernel_sources(sources: Mapping[str, bytes]) -> list[str]:
-    """Modules on which the machine code of the kernels depends."""
-    kernels = kernel_modules(sources)
+def kernel_sources(sources: Mapping[str, bytes], decorators: str = KERNEL_DECORATORS) -> list[str]:
+    """Modules on which the machine code of these kernels depends."""
+    kernels = kernel_modules(sources, decorators)
     folders = {module.rpartition(".")[0] for module in kernels}
     values = {
         module
@@ -70,10 +75,10 @@ def kernel_sources(sources: Mapping[str, bytes]) -> list[str]:
     return sorted(found | values)
 
 
-def stamp_of(sources: Mapping[str, bytes]) -> tuple[str, int]:
-    """Fingerprint of all sources of kernels, in the form of a numba source stamp: and their size."""
+def stamp_of(sources: Mapping[str, bytes], decorators: str = KERNEL_DECORATORS) -> tuple[str, int]:
+    """Fingerprint of all sources of these kernels and their size, as numba stamps a source."""
     digest, size = hashlib.sha256(), 0
-    for module in kernel_sources(sources):
+    for module in kernel_sources(sources, decorators):
         digest.update(sources[module])
         size += len(sources[module])
     return digest.hexdigest(), size

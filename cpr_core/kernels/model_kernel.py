@@ -24,7 +24,7 @@ from .lane_vectors import (
 from .lanes import get
 from .leg_kernel import evaluate_group
 
-__all__ = ["evaluate", "evaluate_here", "evaluate_residual", "tangent_into"]
+__all__ = ["evaluate", "evaluate_inlined", "evaluate_residual", "tangent_into"]
 
 
 @part
@@ -48,7 +48,7 @@ def evaluate(robot, loads, state, platform_rotation, platform_position, residual
     Returns:
         Potential energy without the work of motors and of non-conservative loads [J].
     """
-    return evaluate_here(
+    return evaluate_inlined(
         robot, loads, state, platform_rotation, platform_position, residual, work, True
     )  # fmt: skip
 
@@ -56,13 +56,13 @@ def evaluate(robot, loads, state, platform_rotation, platform_position, residual
 @part
 def evaluate_residual(robot, loads, state, platform_rotation, platform_position, residual, work):
     """``evaluate`` without a tangent, in half the time."""
-    return evaluate_here(
+    return evaluate_inlined(
         robot, loads, state, platform_rotation, platform_position, residual, work, False
     )  # fmt: skip
 
 
 @inlined
-def evaluate_here(
+def evaluate_inlined(
     robot, loads, state, platform_rotation, platform_position, residual, work, tangent
 ):  # fmt: skip
     """``evaluate`` as a part of what calls it, with a tangent or without, which is a constant."""

@@ -10,14 +10,14 @@ import math
 from .condensation_kernel import (
     NO_INVERSE,
     UNKNOWN,
-    factor_here,
+    factor_inlined,
     predict,
     rotation_unknowns,
     solve,
-    solve_here,
+    solve_inlined,
 )
 from .kernel_decorators import inlined, part
-from .model_kernel import evaluate_here
+from .model_kernel import evaluate_inlined
 from .rotation_matrices import (
     multiply,
     multiply_transposed,
@@ -82,7 +82,7 @@ def scaled_residual(robot, residual, given_effort, equations, result):
 @inlined
 def move(robot, problem, step, factor, configuration, work):
     """Subtract ``factor * step`` (dimensionless) from the unknowns."""
-    increment, product, twist = work.rotations[0], work.rotations[1], work.platform_residual
+    twist, rotation_step, rotated = work.platform_step, work.rotation_step, work.rotated
     state, rotation, position = configuration
     unknowns = problem.unknowns
     inner = robot.platform_index
@@ -99,17 +99,17 @@ def move(robot, problem, step, factor, configuration, work):
         else:
             state[i] -= value
     if problem.angles:
-        turned = work.rotations[1, 0]
-        roll_pitch_yaw_into(rotation, turned)
+        angles = work.angles
+        roll_pitch_yaw_into(rotation, angles)
         rotation_from_angles_into(
-            turned[0] + twist[0], turned[1] + twist[1], turned[2] + twist[2], rotation
+            angles[0] + twist[0], angles[1] + twist[1], angles[2] + twist[2], rotation
         )
     else:
-        rotation_exp_into(twist[0], twist[1], twist[2], increment)
-        multiply(increment, rotation, product)
+        rotation_exp_into(twist[0], twist[1], twist[2], rotation_step)
+        multiply(rotation_step, rotation, rotated)
         for i in range(3):
             for j in range(3):
-                rotation[i, j] = product[i, j]
+                rotation[i, j] = rotated[i, j]
     for i in range(3):
         position[i] += twist[3 + i]
 
@@ -154,9 +154,9 @@ def predict_state(robot, problem, configuration, work):
     state, rotation, position = configuration
     inner, known, efforts = robot.platform_index, work.known, work.efforts
     motors, to_position = work.given_motors, work.given_position
-    turn = work.rotations[2, 0]
-    multiply_transposed(work.given_rotation, rotation, work.rotations[0])
-    rotation_log_into(work.rotations[0], turn)
+    turn, rotation_step = work.turn, work.rotation_step
+    multiply_transposed(work.given_rotation, rotation, rotation_step)
+    rotation_log_into(rotation_step, turn)
     for row in range(robot.slots.platform_count):
         axis = robot.platform_axes[row]
         change = turn[axis] if axis < 3 else to_position[axis - 3] - position[axis - 3]
@@ -272,7 +272,7 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
     """
     size, equations = robot.platform_index + problem.equations.shape[0], problem.equations
     step, correction, total = work.step, work.correction, work.total
-    trial = Configuration(work.trial_state, work.rotations[3], work.rotations[4, 0])
+    trial = Configuration(work.trial_state, work.trial_rotation, work.trial_position)
     damped = tolerances.contraction >= 1.0
     for i in range(size):
         step[i], total[i] = 0.0, 0.0
@@ -282,7 +282,7 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
         _copy(configuration, trial)
         if started:
             move(robot, problem, step, fraction, trial, work)
-        energy = evaluate_here(
+        energy = evaluate_inlined(
             robot, loads, trial.state, trial.rotation, trial.position, work.residual, work, True
         )
         largest = scaled_residual(robot, work.residual, given_effort, equations, correction)
@@ -304,14 +304,14 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
         for i in range(size):
             total[i] -= fraction * step[i]
             step[i] = correction[i]
-        status = factor_here(robot, configuration.rotation, problem, work, work.factors)
+        status = factor_inlined(robot, configuration.rotation, problem, work, work.factors)
         if largest < tolerances.residual:
             return CONVERGED, count, largest, energy
         if status == NO_INVERSE:
             return SINGULAR, count, largest, energy
         if count == tolerances.iterations:
             return STALLED, count, largest, energy
-        solve_here(robot, problem, step, work, work.factors)
+        solve_inlined(robot, problem, step, work, work.factors)
         before, length = length, _norm(step, size)
         compared = not damped and before > 0.0
         if compared and length > max(tolerances.contraction * before, _SMALLEST_CORRECTION):

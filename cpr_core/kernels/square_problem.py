@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 __all__ = [
     "CONTRACTION",
     "ITERATIONS",
-    "RESIDUAL",
+    "RESIDUAL_TOLERANCE",
     "Configuration",
     "ProblemScales",
     "SquareProblem",
@@ -21,7 +21,7 @@ __all__ = [
 ]
 
 #: Largest dimensionless residual of an equilibrium.
-RESIDUAL = 1e-10
+RESIDUAL_TOLERANCE = 1e-10
 #: Newton steps of one path step.
 ITERATIONS = 12
 #: A correction must be smaller than this times the one before: by Kantorovich's theorem the solution
@@ -64,7 +64,7 @@ class ProblemScales(NamedTuple):
 class Tolerances(NamedTuple):
     """When Newton's method is done, or gives up."""
 
-    residual: float = RESIDUAL  # largest dimensionless residual of a solution
+    residual: float = RESIDUAL_TOLERANCE  # largest dimensionless residual of a solution
     iterations: int = ITERATIONS  # at most so many steps
     contraction: float = CONTRACTION
     """Below 1: full steps only, given up as soon as a correction is not smaller than this times the one

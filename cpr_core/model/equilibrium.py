@@ -30,8 +30,7 @@ from ..kernels.record_layout import (
     SIGNS,
     STEPS,
 )
-from ..kernels.square_problem import CONTRACTION, ITERATIONS, Tolerances
-from ..kernels.square_problem import RESIDUAL as RESIDUAL_TOLERANCE
+from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE, Tolerances
 from ..lie import quaternion_from_rotation, roll_pitch_yaw
 from ..validation import cached_array
 from .dense_response import DenseResponse, dense_response
@@ -42,7 +41,6 @@ from .stability import MotorReading, Spectrum
 from .tangent_signs import TangentSigns, tangent_signs_of
 
 __all__ = [
-    "RESIDUAL_TOLERANCE",
     "Equilibrium",
     "check_equilibrium",
     "corrected",

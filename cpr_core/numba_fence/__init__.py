@@ -63,7 +63,13 @@ MISSING = (
 
 
 def compile_kernel(
-    function: Callable[..., Any], stamp: tuple[str, int], fastmath: Any, **options: bool
+    function: Callable[..., Any],
+    stamp: tuple[str, int],
+    fastmath: Any,
+    *,
+    inline: str = "never",
+    unrolled: bool = False,
+    **options: bool,
 ) -> Any:
     """A function that numba compiles on its first call, free of the GIL and kept on disk.
 
@@ -72,13 +78,20 @@ def compile_kernel(
         stamp: Fingerprint of all sources it depends on, and their size; machine code on disk is used
             while it stays the same.
         fastmath: Liberties with sums, as for ``numba.njit``.
+        inline: Whether it becomes a part of what calls it, as for ``numba.njit``.
+        unrolled: Whether the compiler may unroll loops; else they are left as they are written.
         options: Private options; those that this numba does not know are left out.
     """
     known: dict[str, Any] = {name: options[name] for name in options.keys() & KNOWN_OPTIONS}
-    if loop_hint is not None:
+    if loop_hint is not None and not unrolled:
         known["pipeline_class"] = loop_hint.KernelCompiler
     dispatcher = njit(
-        cache=cache_stamp is not None, nogil=True, error_model="numpy", fastmath=fastmath, **known
+        cache=cache_stamp is not None,
+        nogil=True,
+        error_model="numpy",
+        fastmath=fastmath,
+        inline=inline,
+        **known,
     )(function)
     if cache_stamp is not None:
         cache_stamp.stamp_cache(dispatcher, stamp)

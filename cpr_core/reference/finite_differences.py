@@ -26,7 +26,7 @@ from scipy.sparse.linalg import splu
 
 from ..errors import InvalidRequest
 from ..kernels.natural_units import LONGEST_STEP
-from ..model.equilibrium import RESIDUAL_TOLERANCE
+from ..kernels.square_problem import RESIDUAL_TOLERANCE
 from ..model.robot import Robot
 from ..solving.not_reached import NoForwardSolution
 from ..validation import checked_vector

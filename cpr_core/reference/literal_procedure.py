@@ -30,8 +30,9 @@ from ..description.joints import RevoluteJoint, Spherical
 from ..description.leg_description import LegDescription
 from ..description.motors import RevoluteMotor
 from ..errors import InvalidRequest
+from ..kernels.square_problem import RESIDUAL_TOLERANCE
 from ..lie import quaternion_from_rotation, rotation_exp, skew
-from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium
+from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.not_reached import NoForwardSolution
 from ..validation import checked_vector

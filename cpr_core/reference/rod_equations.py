@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..numba_fence import njit
+from .reference_decorators import in_order
 
 __all__ = ["COLUMNS", "EFFORT", "FIRST", "LENGTH", "SIZE", "runge_kutta_steps"]
 
@@ -42,7 +42,7 @@ COLUMNS, LENGTH = 12, 9
 SIZE = FIRST + 13 * COLUMNS
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@in_order
 def _slope(state, length, compliance, rest, force, origin, slope):
     """Right-hand sides of (a), (b) and (c) by sigma.
 
@@ -126,7 +126,7 @@ def _slope(state, length, compliance, rest, force, origin, slope):
         d[9 + j, LENGTH] -= force[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@in_order
 def runge_kutta_steps(states, step, length, compliance, rest, force, origin, nodes, weights):
     """Runge-Kutta steps of one size in sigma from ``states[0]`` into the rows after it.
 

@@ -11,29 +11,23 @@ the base force and the motor are integrated together with them, so the Jacobian 
 Every leg gives its base wrench in terms of platform and motor increments; what is left is a system
 of the platform's size. All quantities are dimensionless: lengths in rod lengths l, moments in
 E J / l, forces in E J / l^2.
-
-All of it is one file: numba renews a cached function when its own file changes, not when that of a
-function it calls does.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.natural_units import LONGEST_STEP
-from ..numba_fence import njit
+from .reference_decorators import reference, reference_part
 
 __all__ = ["Shooting", "ShootingState", "balance", "follow", "refine"]
 
 Floats = NDArray[np.float64]
 
-#: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
-FASTMATH = {"contract", "nsz", "reassoc"}
 #: Smallest part of a longest step before giving up.
 SMALLEST_STEP = 1e-4
 #: Newton corrections of a step; each must be smaller than this times the one before.
@@ -43,17 +37,6 @@ CONTRACTION = 0.5
 #: in the plane by moment, force and motor. Before them are p, t and m, or x, y, angle and m.
 COLUMNS, FIRST = 8, 9
 PLANAR_COLUMNS, PLANAR_FIRST = 4, 4
-
-
-def kernel(function: Callable[..., Any], inline: str = "never") -> Any:
-    """Compile a function of this module, and keep the machine code on disk."""
-    options = {"cache": True, "nogil": True, "error_model": "numpy", "inline": inline}
-    return njit(fastmath=FASTMATH, **options)(function)
-
-
-def inlined(function: Callable[..., Any]) -> Any:
-    """A part that is only cut out to be read: a call counts all arrays of a robot."""
-    return kernel(function, inline="always")
 
 
 class Shooting(NamedTuple):
@@ -121,7 +104,7 @@ class _Linear(NamedTuple):
     turns: Floats
 
 
-@kernel
+@reference
 def _spatial_slope(y, compliance, nx, ny, nz, slope):
     """Slopes p' = t, t' = m x t / E J, m' = n x t, and their variations in columns."""
     tx, ty, tz, mx, my, mz = y[3], y[4], y[5], y[6], y[7], y[8]
@@ -153,7 +136,7 @@ def _spatial_slope(y, compliance, nx, ny, nz, slope):
     slope[y_row + 5] += tx
 
 
-@kernel
+@reference
 def _planar_slope(y, compliance, nx, ny, slope):
     """Slopes of x, y, angle and moment; columns by the moment, two of the force, the motor."""
     c, s = math.cos(y[2]), math.sin(y[2])
@@ -171,7 +154,7 @@ def _planar_slope(y, compliance, nx, ny, slope):
     slope[18] -= c
 
 
-@kernel
+@reference
 def _integrate(robot, number, force, state, inner, slopes):
     """One rod from base to tip, in place."""
     size = PLANAR_FIRST * (1 + PLANAR_COLUMNS) if robot.planar else FIRST * (1 + COLUMNS)
@@ -201,7 +184,7 @@ def _integrate(robot, number, force, state, inner, slopes):
                     state[i] += factor * slopes[stage, i]
 
 
-@kernel
+@reference
 def _turn(vector, rotation, result):
     """``exp(vector^) rotation`` into another matrix (3, n)."""
     angle = math.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
@@ -219,7 +202,7 @@ def _turn(vector, rotation, result):
         result[2, j] = z + sine * az + versine * (vector[0] * ay - vector[1] * ax)
 
 
-@kernel
+@reference
 def _eliminate(matrix, right, size, columns):
     """Solve in place by Gauss with row pivoting: ``right[:size, :columns] = matrix^-1 right``."""
     for k in range(size):
@@ -246,7 +229,7 @@ def _eliminate(matrix, right, size, columns):
             right[k, j] = value / matrix[k, k]
 
 
-@kernel
+@reference
 def _add_cross(factor, a, b, result):
     """Add ``factor a x b``."""
     result[0] += factor * (a[1] * b[2] - a[2] * b[1])
@@ -254,7 +237,7 @@ def _add_cross(factor, a, b, result):
     result[2] += factor * (a[0] * b[1] - a[1] * b[0])
 
 
-@kernel
+@reference
 def _add_product(factor, a, b, result):
     """Add ``factor a^ b^``, which is ``factor (b a^T - (a . b) 1)``."""
     dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -264,7 +247,7 @@ def _add_product(factor, a, b, result):
         result[i, i] -= factor * dot
 
 
-@kernel
+@reference
 def _add_skew(factor, a, result):
     """Add ``factor a^``."""
     result[0, 1] -= factor * a[2]
@@ -275,7 +258,7 @@ def _add_skew(factor, a, result):
     result[2, 1] += factor * a[0]
 
 
-@kernel
+@reference
 def balance(loads, tips, rotation, forces, residual, rows):
     """Moment about P and force on the platform, and their derivatives.
 
@@ -318,7 +301,7 @@ def balance(loads, tips, rotation, forces, residual, rows):
             rows[3 + i, first + i] = -1.0
 
 
-@inlined
+@reference_part
 def _start_rod(robot, number, motor, wrench, tangent, rod):
     """A rod at its base, and how that varies with the base wrench and the motor."""
     axis = robot.motor_axis[number]
@@ -339,7 +322,7 @@ def _start_rod(robot, number, motor, wrench, tangent, rod):
         _add_cross(1.0, axis, tangent[:, 0], rod[FIRST + 3 * COLUMNS + 6 :: COLUMNS][:3])
 
 
-@kernel
+@reference
 def _evaluate(robot, state, linear):
     """Linearise at a state; returns the largest gap or imbalance."""
     legs, free = len(robot.length), len(robot.axes)
@@ -369,7 +352,7 @@ def _evaluate(robot, state, linear):
     return largest if math.isfinite(total) else math.inf
 
 
-@inlined
+@reference_part
 def _close_leg(robot, position, arm, rod, right):
     """Increments of the base wrench (``_Linear.legs``); returns the largest gap and the sum of gaps."""
     planar, free = robot.planar, len(robot.axes)
@@ -403,7 +386,7 @@ def _close_leg(robot, position, arm, rod, right):
     return largest, total
 
 
-@inlined
+@reference_part
 def _condense(robot, residual, rows, linear):
     """Balance of the platform with the legs eliminated, from what ``balance`` gives."""
     legs, free = len(robot.length), len(robot.axes)
@@ -424,7 +407,7 @@ def _condense(robot, residual, rows, linear):
                 linear.turns[i, number] -= by_force * leg[1 + free]
 
 
-@kernel
+@reference
 def _move(robot, state, linear, motors_held, imposed, share, correct):
     """Move by the linearisation; returns the length of the step.
 
@@ -474,7 +457,7 @@ def _move(robot, state, linear, motors_held, imposed, share, correct):
     return math.sqrt(squared)
 
 
-@kernel
+@reference
 def _workspace(robot):
     legs, free = len(robot.length), len(robot.axes)
     return _Linear(
@@ -485,7 +468,7 @@ def _workspace(robot):
     )
 
 
-@kernel
+@reference
 def _copy(source, target):
     target.motors[:] = source.motors
     target.wrenches[:] = source.wrenches
@@ -493,14 +476,14 @@ def _copy(source, target):
     target.position[:] = source.position
 
 
-@kernel
+@reference
 def _duplicate(state):
     return ShootingState(
         state.motors.copy(), state.wrenches.copy(), state.rotation.copy(), state.position.copy()
     )
 
 
-@kernel
+@reference
 def refine(robot, state, motors_held, tolerance, iterations):
     """Damped Newton from a rough state, in place.
 
@@ -527,7 +510,7 @@ def refine(robot, state, motors_held, tolerance, iterations):
     return largest, iterations
 
 
-@kernel
+@reference
 def follow(robot, state, motors_held, changes, tolerance, states, residuals, iterations):
     """Follow a path from an equilibrium: Euler predictor, Newton corrector, halved steps.
 

@@ -26,9 +26,9 @@ from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays, interpolated_loa
 from ..kernels.natural_units import EFFORT_UNIT
 from ..kernels.prepared_robot import continue_prepared, evaluate_prepared
 from ..kernels.problems import PROBLEMS
-from ..kernels.square_problem import CONTRACTION, ITERATIONS
+from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE
 from ..lie import angle_motions, rotation_exp, rotation_log
-from ..model.equilibrium import RESIDUAL_TOLERANCE, Equilibrium, described, new_record
+from ..model.equilibrium import Equilibrium, described, new_record
 from .limits import Limit, grazes, margins, violated
 from .targets import Imposed, Target
 

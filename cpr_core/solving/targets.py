@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
 from ..kernels.natural_units import EFFORT_UNIT
+from ..kernels.record_layout import IMPOSED_MOTORS, POSITION, ROTATION
 from ..lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_log
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
@@ -106,8 +107,9 @@ def check_rod_lengths(robot: Robot, motors: Floats) -> None:
 
 def pose_row(rotation: Floats, position: Floats, motors: Floats) -> Floats:
     """An imposed pose as the kernels take it, see ``continue_equilibria``, (12 + n,)."""
-    row = np.empty(12 + len(motors))
-    row[:9], row[9:12], row[12:] = rotation.ravel(), position, motors
+    row = np.empty(IMPOSED_MOTORS + len(motors))
+    row[ROTATION:POSITION] = rotation.ravel()
+    row[POSITION:IMPOSED_MOTORS], row[IMPOSED_MOTORS:] = position, motors
     return row
 
 
@@ -228,7 +230,8 @@ class PoseTarget:
         """Rotation, position and motors, (1, 12 + n)."""
         free = start if near is None else near
         row = pose_row(free.platform_rotation, free.platform_position, free.motors)
-        rotation, position, motors = row[:9].reshape(3, 3), row[9:12], row[12:]
+        rotation = row[ROTATION:POSITION].reshape(3, 3)
+        position, motors = row[POSITION:IMPOSED_MOTORS], row[IMPOSED_MOTORS:]
         self.impose(start, fraction, Imposed(motors, _NO_EFFORTS, rotation, position))
         return row[None, :]
 

@@ -114,7 +114,7 @@ class HandledRobot:
         """
 
         def solve() -> Equilibrium:
-            return solve_forward(self.robot, motors, **self._from_here())
+            return solve_forward(self.robot, motors, **self._from_current())
 
         return self._ask(
             hand, solve, lambda: Asked(motors=_numbers(motors, self.robot.motor_count))
@@ -130,7 +130,7 @@ class HandledRobot:
         """Go to controlled coordinates, as ``solve_inverse`` takes them; whether they were reached."""
 
         def solve() -> Equilibrium:
-            return solve_inverse(self.robot, pose, **self._from_here())
+            return solve_inverse(self.robot, pose, **self._from_current())
 
         return self._ask(hand, solve, lambda: Asked(platform=self._pose_meant(pose)))
 
@@ -158,7 +158,7 @@ class HandledRobot:
         """Let other loads act, motors held; whether they are borne."""
 
         def solve() -> Equilibrium:
-            way = self._from_here() | {"loads": loads}
+            way = self._from_current() | {"loads": loads}
             return solve_forward(self.robot, self.equilibrium.motors, **way)
 
         return self._ask(hand, solve, lambda: Asked(force=loads.wrench_world[3:]))
@@ -187,7 +187,7 @@ class HandledRobot:
         home = solve_home(self.robot)
 
         def solve() -> Equilibrium:
-            way = self._from_here() | {"loads": home.loads, "time_limit": 10.0 * _TIME_LIMIT}
+            way = self._from_current() | {"loads": home.loads, "time_limit": 10.0 * _TIME_LIMIT}
             return solve_forward(self.robot, home.motors, **way)
 
         reached = self._ask("home", solve, lambda: Asked(motors=home.motors, force=np.zeros(3)))
@@ -250,7 +250,7 @@ class HandledRobot:
         """Say what is wrong with a request that did not get as far as being one."""
         self._refuse(error, None)
 
-    def _from_here(self) -> dict:
+    def _from_current(self) -> dict:
         current = self.equilibrium
         return {"start": current, "stable_only": current.stable, "time_limit": _TIME_LIMIT}
 

@@ -14,7 +14,6 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
-from numba.core.dispatcher import Dispatcher
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
@@ -24,6 +23,7 @@ from cpr_core.kernels import kernel_decorators, rotation_matrices
 from cpr_core.kernels.kernel_decorators import compiled
 from cpr_core.kernels.kernel_sources import kernel_modules, kernel_sources, read_sources, stamp_of
 from cpr_core.numba_fence.loop_hint import KernelCompiler
+from cpr_core.reference import reference_decorators
 
 PACKAGE = Path(cpr_core.__file__).parent
 SOURCES = read_sources(PACKAGE)
@@ -248,13 +248,30 @@ def test_loops_of_kernels_are_left_as_they_are_written():
     assert sizes[0] <= sizes[1]
 
 
-@pytest.mark.parametrize("module", kernel_modules(SOURCES))
-def test_every_kernel_carries_the_stamp(module):
-    members = vars(importlib.import_module(f"cpr_core.{module}"))
-    kernels = [member for member in members.values() if isinstance(member, Dispatcher)]
-    assert kernels
-    for kernel in kernels:
-        assert kernel._cache._cache_file._source_stamp == kernel_decorators._STAMP
+def test_everything_that_is_compiled_carries_a_stamp():
+    """Of what it is decorated with: numba's own is of one file alone."""
+    stamps = {}
+    for decorators in (kernel_decorators, reference_decorators):
+        name = decorators.__name__.rpartition(".")[2]
+        assert stamp_of(SOURCES, name) == decorators._STAMP
+        stamps |= dict.fromkeys(kernel_modules(SOURCES, name), decorators._STAMP)
+    assert len(set(stamps.values())) == 2
+    compiled_in = set()
+    for module in filter(None, SOURCES):
+        if module.endswith("__main__"):
+            continue
+        imported = importlib.import_module(f"cpr_core.{module}")
+        for member in vars(imported).values():
+            if getattr(getattr(member, "py_func", None), "__module__", None) == imported.__name__:
+                assert member._cache._cache_file._source_stamp == stamps[module]
+                compiled_in.add(module)
+    assert compiled_in == set(stamps)
+
+
+def test_what_is_frozen_in_references_is_stamped():
+    found = kernel_sources(SOURCES, reference_decorators.__name__.rpartition(".")[2])
+    assert {"kernels.natural_units", "reference.rod_equations", "numba_fence"} <= set(found)
+    assert not set(found) & set(kernel_modules(SOURCES))
 
 
 def test_machine_code_is_reused_until_a_called_kernel_changes(copied):

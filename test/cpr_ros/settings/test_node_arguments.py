@@ -118,24 +118,3 @@ def test_help_lists_every_parameter_with_type_unit_and_default_and_imports_no_ro
         ]
         assert parameter.kind in line and parameter.unit in line
         assert f"default {parameter.default_text}" in line
-
-
-@pytest.mark.parametrize(
-    ("missing", "how"),
-    [("rclpy", "source /opt/ros/"), ("cpr_msgs", "./msg_defs"), ("numba", "pip install .")],
-)
-def test_a_node_without_what_it_needs_says_what_to_install(missing, how):
-    """A finder that knows no such package stands for an environment without it."""
-    code = f"""
-import importlib.abc, sys
-class Without(importlib.abc.MetaPathFinder):
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] == {missing!r}:
-            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
-sys.meta_path.insert(0, Without())
-"""
-    done = ended(code=code)
-    assert done.returncode == 1
-    assert f"No module named '{missing}" in done.stderr
-    assert how in done.stderr
-    assert "Traceback" not in done.stderr

@@ -29,7 +29,7 @@ from cpr_core import CprError, load_robot
 from .messages.conversions import equilibrium_from_message
 from .process.own_domain import enter_own_domain
 
-__all__ = ["main"]
+__all__ = ["run"]
 
 ROBOT = "six_rfs"
 #: Ends of the motor path of the paper's second case study, Eq. (53) with n_c = 50.
@@ -55,11 +55,11 @@ class Step:
     round_trip: float
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the demonstration; returns the exit status."""
+def run(arguments: list[str]) -> int:
+    """Run the demonstration; the first argument is the program. Returns the exit status."""
     parser = argparse.ArgumentParser(prog="cpr_demo", description=__doc__)
     parser.add_argument("--output", type=Path, default=Path("demo"), help="folder of the picture")
-    options = parser.parse_args(arguments)
+    options = parser.parse_args(arguments[1:])
     domain = enter_own_domain()  # what is shown here is sent to no robot
     print(f"ROS_DOMAIN_ID={domain.number}, on this machine only: starting cpr_node with {ROBOT}")
     with tempfile.TemporaryFile("w+") as log, tempfile.TemporaryDirectory() as folder:
@@ -195,7 +195,3 @@ def _draw(steps: list[Step], folder: Path) -> Path:
     figure.savefig(picture, dpi=150, bbox_inches="tight")
     plt.close(figure)
     return picture
-
-
-if __name__ == "__main__":
-    sys.exit(main())
