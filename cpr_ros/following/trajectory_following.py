@@ -267,16 +267,18 @@ class Trajectories:
         join = max(0.0, own + lead)
         if running is None:
             return MotorPath.rest(own, join, motors), lambda later: own + later - now
-        goal, begin = running, running.time
+        # Its time is that of the last tick, since which it has gone on.
+        goal, since = running, min(now - running.last_tick, self._period)
+        begin = min(running.time + since, running.path.end)
         before = goal.path.part(begin, begin + join - own, own)
         return before, lambda _: own + goal.time - begin
 
     def _rest_until_joined(self, now: float) -> None:
         """Let the time of one with a stamp go on, though what it goes on from has ended."""
         coming = self.coming
-        if coming is not None and coming.order.start_in is not None:
-            own = coming.own_time(now)
-            coming.own_time = lambda later: own + later - now
+        if coming is not None and coming.stamp is not None:
+            stamp = coming.stamp  # from now on nothing delays it: what has ended may have been late
+            coming.own_time = lambda later: later - stamp
 
     def _notice_newer(self) -> None:
         """End what a setpoint, a pause or a return has replaced."""

@@ -74,8 +74,7 @@ class Requests:
                     response.error_code.val = ErrorCode.SUCCESS
                 else:
                     response.error_code = code
-                    if hasattr(response, "solution"):  # 0 would be stable
-                        response.solution.index_locked = response.solution.index_free = -1
+                    _say_no_index(response)
             elif code is not None:
                 response.success, response.message = False, f"{code.val}: {code.message}"
             return response
@@ -104,6 +103,14 @@ class Requests:
             solution.solve_time,
             eigenvalues=request.with_eigenvalues,
         )
+
+
+def _say_no_index(response: Any) -> None:
+    """Of what was not found: 0 would be stable."""
+    if hasattr(response, "solution"):
+        response.solution.index_locked = response.solution.index_free = -1
+    if hasattr(response, "index"):
+        response.index = -1
 
 
 def _about(

@@ -124,6 +124,23 @@ def test_it_is_where_it_should_be_at_every_tick_and_ends_exactly(rfrfr):
     assert rfrfr.tick().state == State.IDLE
 
 
+@pytest.mark.parametrize("older", [0.5, 2.0, 3.5])  # two have ended when it begins
+@pytest.mark.parametrize("part", [0.0, 0.3, 0.9])  # of a period since the last tick
+def test_one_with_a_stamp_is_in_time_behind_another_whenever_it_comes(rfrfr, part, older):
+    rfrfr.begin([older], [[0.05, -0.02]])
+    for _ in range(20):
+        rfrfr.tick()
+    rfrfr.now += part * PERIOD
+    motion, endings = rfrfr.take([1.0], [[0.1, 0.1]], start_in=3.0)
+    stamp = rfrfr.now + 3.0
+    rfrfr.now -= part * PERIOD
+    while not endings:
+        rfrfr.tick()
+        if rfrfr.now > stamp and not endings:
+            assert motion.goal.time == pytest.approx(rfrfr.now - stamp, abs=1e-9)
+    assert endings[0].val == ErrorCode.SUCCESS
+
+
 def test_ticks_that_come_late_do_not_make_it_late(rfrfr):
     _, endings = rfrfr.begin([1.0], [[0.5, 0.5]])
     begin = rfrfr.now
