@@ -359,9 +359,11 @@ class CprNode(LifecycleNode):
         self.outputs.markers(self._required_session(), self.parameters.marker_color)
 
     def _publish_diagnostics(self) -> None:
-        session = self.active_session()
+        session, now = self.active_session(), time.monotonic()
+        if session is not None:
+            self._announce(*self._announcements.of_motors(session.unmeasured(now)))
         if session is not None and self.outputs.wrench_wanted:
-            self._announce(*session.felt.announcement(time.monotonic()))
+            self._announce(*session.felt.announcement(now))
         dropped = self.interfaces.dropped if self.interfaces else None
         life = self._state_machine.current_state[1]
         self.outputs.diagnostics(life, self.active_session(), dropped, self._ticking.late)

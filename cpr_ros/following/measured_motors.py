@@ -60,14 +60,17 @@ class MeasuredMotors:
             return None
         return Measurement(self._motors, self.watchdog.age(now))
 
-    def missing(self, now: float) -> str:
-        """Why there is no newest though somebody measures, or has measured; empty otherwise."""
+    def missing(self, now: float, *, with_age: bool = True) -> str:
+        """Why there is no newest though somebody measures, or has measured; empty otherwise.
+
+        Args:
+            now: Steady time [s].
+            with_age: Whether it is told how old the newest is, in other words every time.
+        """
         if self.newest(now) is not None:
             return ""
         if self._motors is None:
             return f"no measured motors are of use: {self._problem}" if self._problem else ""
         why = f" ({self._problem})" if self._problem else ""
-        return (
-            f"the measured motors are {self.watchdog.age(now):.3g} s old, more than measured_timeout "
-            f"{self.watchdog.timeout:g} s{why}"
-        )
+        age = f"{self.watchdog.age(now):.3g} s old, more than" if with_age else "older than"
+        return f"the measured motors are {age} measured_timeout {self.watchdog.timeout:g} s{why}"

@@ -7,13 +7,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 from cpr_core.model.assessment import MEASURES, Assessment, Threshold, Thresholds
 from cpr_core.solving.distinct_numbers import distinct
 
-__all__ = ["FIELDS", "Action", "Refusal", "State", "Status", "Verdict", "next_action", "verdict"]
+__all__ = [
+    "BLIND",
+    "FIELDS",
+    "Action",
+    "Refusal",
+    "State",
+    "Status",
+    "Verdict",
+    "next_action",
+    "seen",
+    "verdict",
+]
 
 
 class Status(IntEnum):
@@ -83,6 +94,10 @@ FIELDS = {name: name for name in MEASURES} | {
 }
 
 
+#: Recommended factor on speed where something is to be measured and is not.
+BLIND = 0.5
+
+
 @dataclass(frozen=True)
 class Refusal:
     """Why the robot may not be moved on, or what it cannot bear.
@@ -115,6 +130,20 @@ class Verdict:
     speed_scale: float
     nearest: str
     distance: float
+
+
+def seen(told: Verdict, unseen: str) -> Verdict:
+    """What is told of a robot that is to be measured and is not: at least to be slow.
+
+    Args:
+        told: Of what the model knows.
+        unseen: What is not measured, in words; empty: nothing is missing.
+    """
+    if not unseen or told.action != Action.NONE:
+        return told
+    return replace(
+        told, status=Status.STALE_COMMAND, text=unseen, action=Action.SLOW, speed_scale=BLIND
+    )
 
 
 def next_action(previous: Action, distance: float, blocked: bool, hysteresis: float) -> Action:

@@ -13,7 +13,7 @@ from std_msgs.msg import Header
 
 from cpr_core.model.assessment import crossed_thresholds
 
-from ..following.supervision import Action
+from ..following.supervision import Action, seen
 from ..messages.model_error import estimated_error, warned_error
 from ..operation.session import Session
 
@@ -30,6 +30,7 @@ def diagnostic_array(
     name: str,
     life: str,
     session: Session | None,
+    unseen: str,
     dropped: Mapping[str, int],
     newest: Mapping[str, int],
     late_ticks: int,
@@ -41,6 +42,7 @@ def diagnostic_array(
         name: Full name of the node.
         life: State of the life cycle.
         session: The robot in operation; None while the node is not active.
+        unseen: What is not measured of it, in words; empty: nothing is missing.
         dropped: Number of dropped messages by topic.
         newest: Those of them that were dropped since the last diagnostics.
         late_ticks: Ticks that came more than a period late.
@@ -67,7 +69,7 @@ def diagnostic_array(
         )
     ]
     if session is not None:
-        outcome, told = session.outcome, session.outcome.verdict
+        outcome, told = session.outcome, seen(session.outcome.verdict, unseen)
         crossed = crossed_thresholds(session.follower.settings.thresholds)
         level = _LEVELS[told.action]
         equilibrium = outcome.assessment.equilibrium

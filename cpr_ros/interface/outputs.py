@@ -178,6 +178,7 @@ class Outputs:
             setpoint_age=session.input_watchdog.age(now),
             wrench_age=session.wrench.watchdog.age(now),
             loop=session.loop_status(now),
+            unseen=session.unseen(now),
         )
         self._stability.publish(message)
 
@@ -236,9 +237,11 @@ class Outputs:
         name = self._node.get_fully_qualified_name()
         counts = dropped.counts if dropped else {}
         newest = dropped.newest() if dropped else {}
-        array = diagnostic_array(name, life, session, counts, newest, late_ticks, self._stamp())
+        now, stamp = time.monotonic(), self._stamp()
+        unseen = session.unseen(now) if session else ""
+        array = diagnostic_array(name, life, session, unseen, counts, newest, late_ticks, stamp)
         if session is not None and self.wrench_wanted:
-            array.status.append(wrench_status(name, session, time.monotonic()))
+            array.status.append(wrench_status(name, session, now))
         self._diagnostics.publish(array)
 
     def _stamp(self) -> Time:

@@ -16,16 +16,13 @@ from cpr_core.model.assessment import Assessment, Thresholds
 
 from ..closed_loop.pose_loop import LoopStatus
 from ..following.setpoint_following import Outcome
-from ..following.supervision import Action, Status
+from ..following.supervision import Verdict, seen
 from ..middleware.repeated_message import RepeatedMessage, Stamp
 from .analysis import singularity_message, stiffness_message
 from .conversions import Frames
 from .model_error import estimated_error, warned_error
 
-__all__ = ["BLIND", "StabilityStream"]
-
-#: Recommended factor on speed where the platform is to be seen and is not.
-BLIND = 0.5
+__all__ = ["StabilityStream"]
 
 _OPEN = LoopStatus()
 #: What changes while the robot rests.
@@ -38,7 +35,9 @@ class StabilityStream:
     def __init__(self) -> None:
         """Start without a trend."""
         self._last: tuple[float, float] | None = None
-        self._known: tuple[Outcome, Thresholds, LoopStatus, float, RepeatedMessage] | None = None
+        self._known: (
+            tuple[Outcome, Thresholds, tuple[LoopStatus, str], float, RepeatedMessage] | None
+        ) = None
 
     def message(
         self,
@@ -51,6 +50,7 @@ class StabilityStream:
         setpoint_age: float,
         wrench_age: float,
         loop: LoopStatus = _OPEN,
+        unseen: str = "",
     ) -> StabilityMetrics | bytes:
         """Metrics of the equilibrium after a tick, and what they ask for.
 
@@ -63,15 +63,21 @@ class StabilityStream:
             setpoint_age: Age of the newest setpoint [s], -1 without.
             wrench_age: Age of the external wrench [s], -1 without.
             loop: Whether the measured pose corrects the setpoint.
+            unseen: What is not measured, in words; empty: nothing is missing.
 
         Returns:
             The message, as bytes where nothing but time has gone on since the last one.
         """
-        message, margin = self._of_tick(outcome, thresholds, frames, loop)
+        message, margin = self._of_tick(outcome, thresholds, frames, loop, unseen)
         return message.at(stamp, self._trend(margin, now), setpoint_age, wrench_age, loop.age)
 
     def _of_tick(
-        self, outcome: Outcome, thresholds: Thresholds, frames: Frames, loop: LoopStatus
+        self,
+        outcome: Outcome,
+        thresholds: Thresholds,
+        frames: Frames,
+        loop: LoopStatus,
+        unseen: str,
     ) -> tuple[RepeatedMessage, float]:
         """All but what changes with time alone, and the margin; between ticks the message of before."""
         known, ageless = self._known, replace(loop, age=0.0)
@@ -79,17 +85,15 @@ class StabilityStream:
             known is None
             or known[0] is not outcome
             or known[1] is not thresholds
-            or known[2] != ageless
+            or known[2] != (ageless, unseen)
         ):
-            message = _metrics(outcome, thresholds, frames)
+            message = _metrics(outcome, seen(outcome.verdict, unseen), thresholds, frames)
             message.loop, message.loop_text = int(loop.loop), loop.text
-            if loop.blind and message.action == Action.NONE:
-                message.action, message.speed_scale = int(Action.SLOW), BLIND
-                message.status, message.status_text = int(Status.STALE_COMMAND), loop.text
             message.position_error = loop.position_error
             message.rotation_error = loop.rotation_error
             repeated = RepeatedMessage(message, _AGES)
-            self._known = known = outcome, thresholds, ageless, message.margin, repeated
+            seen_by = ageless, unseen
+            self._known = known = outcome, thresholds, seen_by, message.margin, repeated
         return known[4], known[3]
 
     def _trend(self, margin: float, now: float) -> float:
@@ -100,9 +104,11 @@ class StabilityStream:
         return (margin - last[0]) / (now - last[1])
 
 
-def _metrics(outcome: Outcome, thresholds: Thresholds, frames: Frames) -> StabilityMetrics:
-    """What a tick led to."""
-    assessment, told = outcome.assessment, outcome.verdict
+def _metrics(
+    outcome: Outcome, told: Verdict, thresholds: Thresholds, frames: Frames
+) -> StabilityMetrics:
+    """What a tick led to, and what is told of it."""
+    assessment = outcome.assessment
     equilibrium = assessment.equilibrium
     locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
     robot = equilibrium.robot

@@ -26,6 +26,7 @@ class Announcements:
         self._free_since: float | None = None
         self._state = State.IDLE
         self._returning = False
+        self._unmeasured = ""
 
     @property
     def at_rest(self) -> bool:
@@ -48,6 +49,17 @@ class Announcements:
         else:
             information = self._recovery(outcome, now)
         return warning, information or self._changed(outcome.state)
+
+    def of_motors(self, unmeasured: str) -> tuple[str, str]:
+        """What to log of measured motors: a warning when they are missing, and that they are back.
+
+        Args:
+            unmeasured: Why they are not measured any more; empty: nothing is missing.
+        """
+        before, self._unmeasured = self._unmeasured, unmeasured
+        if unmeasured and not before:
+            return f"{unmeasured}: what is moved now is moved without being seen", ""
+        return "", "" if unmeasured or not before else "the motors are measured again"
 
     def _recovery(self, outcome: Outcome, now: float) -> str:
         """That a halt has ended, when it has not come back for a while."""

@@ -393,6 +393,15 @@ class Session:
         """Whether the measured pose corrects the setpoint."""
         return self.loop.status(self.follower.goal, now)
 
+    def unmeasured(self, now: float) -> str:
+        """Why motors that were measured are no more; empty without, and of those that are tracked."""
+        return "" if self.tracking else self.measured.missing(now, with_age=False)
+
+    def unseen(self, now: float) -> str:
+        """What is not measured though it is to be, or was, in words; empty if nothing is missing."""
+        loop = self.loop_status(now)
+        return self.unmeasured(now) or (loop.text if loop.blind else "")
+
     def pause(self, paused: bool) -> str:
         """Pause or release; says what was done.
 

@@ -53,6 +53,20 @@ def test_a_halt_and_its_end_are_said_once(log):
         assert log.informations == ["the halt is over (FOLLOWING): stable"] * number
 
 
+def test_motors_that_are_measured_no_more_are_told_once(log):
+    gone, back = "the measured motors are older than measured_timeout 0.5 s", ""
+    told = [log.announcements.of_motors(why) for why in (back, gone, gone, back, back, gone)]
+    missing = (f"{gone}: what is moved now is moved without being seen", "")
+    assert told == [
+        ("", ""),
+        missing,
+        ("", ""),
+        ("", "the motors are measured again"),
+        ("", ""),
+        missing,
+    ]
+
+
 def test_ticks_go_on_until_the_end_of_a_halt_is_said(log):
     """A robot at rest was not said to be free before it moved."""
     for state, verdict, rests in ((State.IDLE, HALT, True), (State.IDLE, FREE, False)):

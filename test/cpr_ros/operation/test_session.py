@@ -657,6 +657,25 @@ def test_motors_in_motion_are_not_compared(bench):
     np.testing.assert_array_equal(bench.commands[-1], home.motors + [0.5, -0.5])
 
 
+def test_motors_that_are_measured_no_more_are_missed(bench):
+    """The action was NONE, whatever the motors did."""
+    session = bench.session
+    session.apply(replace(LIVE, measured_timeout=0.5), bench.now)
+    assert session.unseen(100.0) == ""  # nobody has measured them
+    session.measured.refuse("names: expected motor1 motor2")
+    assert "no measured motors are of use: names" in session.unseen(bench.now)
+    session.take_measured(np.array([2.59, 0.55]), bench.now)
+    assert session.unseen(bench.now + 0.5) == ""
+    for later in (0.51, 100.0):  # the same words, which are not a new message every time
+        why = session.unseen(bench.now + later)
+        assert why == "the measured motors are older than measured_timeout 0.5 s"
+    session.apply(replace(LIVE, measured_timeout=0.0), bench.now)
+    assert session.unseen(bench.now + 100.0) == ""
+    tracked = Bench(motor_source="measured").session
+    tracked.measured.refuse("names")
+    assert tracked.unseen(1.0) == ""  # of these the state tells
+
+
 def test_a_robot_waits_for_a_measurement_until_it_moves(bench):
     session = bench.session
     session.unplaced = True
