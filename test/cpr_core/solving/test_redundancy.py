@@ -206,6 +206,15 @@ def test_paths_are_loops_of_inverse_solutions(robot):
     np.testing.assert_allclose(straight.fractions, np.linspace(0.0, 1.0, 6))
 
 
+def test_motors_go_on_from_an_inverse_solution_as_from_the_same_place_found_by_motors(robot):
+    """It has no determinant that could change sign: an inverse singularity was passed at once."""
+    by_pose = solve_inverse(robot, moved(robot))
+    by_motors = solve_forward(robot, by_pose.motors)
+    assert by_pose.signs == by_motors.signs
+    for start in (by_pose, by_motors):
+        assert trace(robot, motors=by_pose.motors + 0.02, start=start, points=5).events == ()
+
+
 @pytest.mark.parametrize("points", [2, 6])
 @pytest.mark.parametrize(
     "made",

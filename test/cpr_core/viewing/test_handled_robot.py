@@ -5,11 +5,14 @@
 
 import numpy as np
 import pytest
+from helpers.shipped_steps import STEPS
 
 import cpr_core
+from cpr_core.drawing.robot_lines import equilibrium_lines
 from cpr_core.lie import quaternion_from_rotation
+from cpr_core.model.shape import Pose
 from cpr_core.viewing.handled_robot import HandledRobot
-from cpr_core.viewing.refused import ghost_lines
+from cpr_core.viewing.refused import Asked, ghost_lines
 
 
 class Clock:
@@ -91,6 +94,18 @@ def test_the_ghost_of_motors_is_every_leg_where_its_motor_was_to_be(planar):
     for leg, motor in zip(ghost.legs, asked.motors, strict=True):
         way = leg[1] - leg[0]
         assert np.cos(np.arctan2(way[1], way[0]) - motor) > 0.99
+
+
+@pytest.mark.parametrize("name", ["planar_body", "six_rfs", "delta"])
+def test_the_ghost_of_a_pose_is_the_platform_of_the_robot_that_is_there(name):
+    robot = cpr_core.load_robot(name)
+    home = cpr_core.solve_home(robot)
+    reached = cpr_core.solve_forward(robot, home.motors + STEPS[name])
+    there = Pose(reached.platform_rotation, reached.platform_position)
+    ghost = ghost_lines(home, Asked(platform=there))
+    np.testing.assert_allclose(
+        ghost.platform, equilibrium_lines(reached).platform, rtol=0, atol=1e-9 * robot.mean_length
+    )
 
 
 @pytest.mark.parametrize(

@@ -56,6 +56,14 @@ def test_a_bar_is_half_full_at_its_warning_and_empty_at_its_stop(value, filled, 
     assert "slow 0.2, stop 0.1" in found.text
 
 
+def test_everywhere_between_stop_and_warning_a_robot_is_slow():
+    threshold = Threshold(0.2, 0.1)
+    for value in np.linspace(0.1, 0.2, 50)[1:-1]:
+        found = bar("margin", value, threshold)
+        assert found.level == "slow"
+        assert 0.0 < found.filled < 0.5
+
+
 def test_bars_are_those_of_measures_that_the_robot_has(planar):
     names = [found.name for found in bars(cpr_core.solve_home(planar))]
     assert names[:3] == ["margin", "forward singularity", "inverse singularity"]

@@ -1,0 +1,25 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Measures of an equilibrium."""
+
+import numpy as np
+import pytest
+from helpers.yaml_content import yaml_content
+
+from cpr_core import load_robot, solve_home
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.model.assessment import DEFAULT_THRESHOLDS, Assessment
+
+
+@pytest.mark.parametrize("leg", [0, 1])
+def test_a_motor_is_loaded_whichever_way_it_pushes(leg):
+    """Both legs of the symmetric robot are bent as much, by one motor forwards and one backwards."""
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    efforts = solve_home(load_robot(content)).efforts
+    assert np.sign(efforts).tolist() == [1.0, -1.0]
+    limits = {"effort": abs(float(efforts[leg])) / 0.9}
+    content["legs"][leg]["motor"] = content["legs"][leg]["motor"] | {"limits": limits}
+    reserve = Assessment(solve_home(load_robot(content))).effort_reserve
+    assert reserve == pytest.approx(0.1, rel=1e-9)
+    assert reserve < DEFAULT_THRESHOLDS["effort_reserve"].warning
