@@ -333,6 +333,24 @@ def test_rods_without_a_load_notice_the_first_one():
     assert np.abs(derivatives(equilibrium, "gravity[2]").position).max() > 1e-4
 
 
+def test_slopes_of_stability_where_descriptions_end_are_those_of_the_robot_without_limits():
+    """A rod that is next to nothing at the limit of its motor has none with a smaller offset."""
+    content, equilibria = yaml_content(shipped_robots()["gough_stewart"].read_text()), []
+    for limits in ({"position": [1e-9, 0.8]}, {}):
+        content["legs"][0]["motor"] = {"type": "extensible", "offset": 0.0, "limits": limits}
+        robot = load_robot(content)
+        away = solve_forward(robot, solve_home(robot).motors + np.array(STEPS["gough_stewart"]))
+        equilibria.append(polished(away, "motors"))
+    limited, free = equilibria
+    (offset,) = named_parameters(free.robot.description, "legs[0].motor.offset")
+    step = STEPS_TRIED[1] * parameter_scales(free, (offset,))[0]
+    assert robots_beside(limited.robot, offset, step) is None
+    true = solved_slopes(free, robots_beside(free.robot, offset, step), step, "motors")
+    found = derivatives(limited, offset.path, of=("margin", "smallest_eigenvalue"))
+    assert found.margin[0] == pytest.approx(true["margin"], rel=1e-6)
+    assert found.smallest_eigenvalue[0] == pytest.approx(true["smallest_eigenvalue"], rel=1e-6)
+
+
 def test_a_singular_equilibrium_has_none():
     equilibrium = equilibrium_of("rfrfr")
     nothing = equilibrium.factors.copy()
