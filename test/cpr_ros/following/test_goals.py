@@ -43,6 +43,13 @@ def test_the_platform_goes_straight_in_its_controlled_coordinates(name):
     np.testing.assert_allclose(arrived.motors, away.motors, atol=1e-7)
 
 
+@pytest.mark.parametrize("name", ["rfrfr", "delta", "gough_stewart"])
+def test_a_rod_length_of_way_is_one_however_long_rods_are(name):
+    home = solve_home(robot(name))
+    away = home.pose + home.robot.mean_length * np.eye(len(home.pose))[0]
+    assert PoseGoal(home.robot, away).remaining(home) == pytest.approx(1.0)
+
+
 def test_the_orientation_turns_about_one_axis():
     home = solve_home(robot("six_rfs"))
     away = solve_forward(home.robot, home.motors + [0.1, -0.1, 0.05, 0.0, -0.05, 0.1])

@@ -9,7 +9,8 @@ from helpers.drive import SETTINGS, robot
 from cpr_core import solve_home
 from cpr_core.model.assessment import Assessment
 from cpr_ros.following.motor_tracking import LONGEST_WAY, MotorTracking
-from cpr_ros.following.setpoint_following import SetpointFollower
+from cpr_ros.following.setpoint_following import LARGEST_CHANGE, SetpointFollower
+from cpr_ros.following.steps import change_between
 from cpr_ros.following.supervision import Action, State, Status
 
 
@@ -60,6 +61,21 @@ def test_a_margin_that_vanishes_is_told_and_not_refused():
         assert outcome.state == State.TRACKING
     assert tracking.current.margin < 0.05
     assert outcome.verdict.status == Status.HALT_FOR_STABILITY
+
+
+def test_where_a_robot_is_soft_a_jump_of_the_motors_is_followed_in_smaller_steps():
+    tracking = Tracking("rfrfr")
+    for turn in np.linspace(1.02, 4.16, 200):
+        tracking.tick([0.5 * np.pi + turn, 0.5 * np.pi - turn])
+    motors = tracking.current.equilibrium.motors + [-LONGEST_WAY, LONGEST_WAY]
+    ticks = 0
+    while np.any(tracking.current.equilibrium.motors != motors):
+        before = tracking.current.equilibrium
+        assert tracking.tick(motors).state == State.TRACKING
+        assert change_between(before, tracking.current.equilibrium) <= LARGEST_CHANGE
+        ticks += 1
+        assert ticks < 20
+    assert ticks > 1
 
 
 def test_motors_no_stable_equilibrium_explains_are_lost_until_they_come_back():

@@ -10,9 +10,10 @@ import pytest
 from cpr_msgs.msg import ErrorCode
 from helpers.branches import stable_elsewhere
 from helpers.drive import SETTINGS, robot
+from helpers.geared_robots import geared
 
 from cpr_core import solve_forward, solve_home, solve_inverse
-from cpr_core.model.assessment import Assessment
+from cpr_core.model.assessment import Assessment, Threshold
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.straight_way import check_straight_way
 
@@ -52,6 +53,25 @@ def test_a_stop_threshold_is_not_passed():
     assert "of the way: the margin would be 0.0" in str(refused)
     assert "below its stop threshold 0.05" in str(refused)
     checked(low, low.motors, home)  # out of it one may
+
+
+def test_gears_change_nothing_of_what_is_said_of_a_way():
+    """Motors behind them turn a hundred times as far, and are looked at as often."""
+    thresholds = SETTINGS.thresholds | {"margin": Threshold(0.8, 0.6)}
+    plain, behind_gears, ratios = geared("rfrfr")
+    told = []
+    for machine, way_of_motors in ((plain, 1.0), (behind_gears, 1.0 / ratios)):
+        home = solve_home(machine)
+        near, far = (
+            solve_forward(machine, way_of_motors * np.array(joints))
+            for joints in ([2.9, 0.2], [5.4, -2.2])
+        )
+        check_straight_way(Assessment(home), home.motors, near, thresholds, 20.0)
+        with pytest.raises(RequestError) as refused:
+            check_straight_way(Assessment(home), home.motors, far, thresholds, 20.0)
+        told.append(str(refused.value))
+    assert "% of the way: the margin would be 0.59" in told[0]
+    assert told[1] == told[0]
 
 
 def test_a_fold_between_is_found_though_both_ends_are_on_the_branch_of_home():

@@ -250,6 +250,16 @@ def test_a_robot_without_an_inverse_problem_has_a_stream():
     assert outcome.assessment.inverse_singularity == np.inf
 
 
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "delta"])
+def test_indices_count_the_negative_eigenvalues_that_are_told(name):
+    """Motors at constant effort hold less; at home the delta falls as soon as none is held."""
+    message = metrics_of(Drive(robot(name)).tick())
+    locked, free = message.smallest_eigenvalues_locked, message.smallest_eigenvalues_free
+    assert sum(value < 0.0 for value in locked) == message.index_locked
+    assert sum(value < 0.0 for value in free) == message.index_free
+    assert all(less < more for less, more in zip(free, locked, strict=True))
+
+
 def test_a_platform_that_a_rigid_leg_holds_has_no_stiffness_in_messages():
     """All else is answered; a stiffness of motors that cannot be is refused as ever."""
     home, answer = solve_home(rigid_leg()), GetKinematoStatics.Response()

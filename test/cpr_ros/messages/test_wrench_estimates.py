@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import WrenchStamped
 from helpers.drive import robot
 from numpy.testing import assert_allclose
 from sensor_msgs.msg import JointState
@@ -15,7 +16,7 @@ from cpr_core import InvalidRequest, NonFiniteInput, solve_forward, solve_home
 from cpr_core.lie import quaternion_from_rotation, rotation_exp, rotation_from_quaternion
 from cpr_ros.following import felt_wrench
 from cpr_ros.following.felt_wrench import FeltWrench, WrenchSettings
-from cpr_ros.messages.conversions import Frames, joint_state
+from cpr_ros.messages.conversions import Frames, joint_state, with_wrench
 from cpr_ros.messages.wrench_messages import measured_efforts, wrench_estimate
 
 SETTINGS = WrenchSettings(
@@ -191,6 +192,13 @@ def test_a_wrench_that_no_equilibrium_bears_is_looked_for_once_in_a_while():
     assert measured.felt.take(measured.home.motors, good, 1.2, 1.2, measured.home) is not None
 
 
+def test_without_a_timeout_no_measurement_is_too_old():
+    measured = Measured(timeout=0.0)
+    assert measured.take(age=3600.0) is not None
+    assert measured.felt.reason(measured.now) == ""
+    assert measured.felt.reason(measured.now + 3600.0) == ""
+
+
 def test_efforts_have_the_sign_of_joint_states():
     """What the node publishes is what it takes: a robot as it is modelled feels nothing."""
     home = solve_home(robot("six_rfs"))
@@ -234,3 +242,23 @@ def test_the_message_has_forces_first():
     assert covariance[0, 4] == found.covariance[3, 1]
     assert (told.felt, told.coordinates, len(told.unfelt)) == (6, 6, 0)
     assert told.header.frame_id == "base"
+
+
+def test_a_push_that_a_message_calls_unfelt_is_not_felt():
+    """Three motors feel three of six directions."""
+    measured, frames = Measured("three_rfs"), Frames("base", "platform")
+    found, home, stamp = measured.take(), measured.home, JointState().header.stamp
+    told = wrench_estimate(found, frames, stamp, with_pose=False, latency=0.0, solve_time=0.0)
+    assert (told.felt, told.coordinates) == (3, 6)
+    push = 1e-4 * home.robot.arrays.energy_unit / home.robot.mean_length
+    message = WrenchStamped()
+    for unfelt in np.reshape(told.unfelt, (3, 6)):
+        force, torque = message.wrench.force, message.wrench.torque
+        force.x, force.y, force.z, torque.x, torque.y, torque.z = (push * unfelt).tolist()
+        loads = with_wrench(home.loads, message, frames)
+        pushed = solve_forward(home.robot, home.motors, start=home, loads=loads)
+        moved = np.abs(pushed.platform_position - home.platform_position).max()
+        assert moved > 1e-6 * home.robot.mean_length
+        # What is left is of second order in the push.
+        felt = np.abs(pushed.efforts - home.efforts).max()
+        assert felt < 1e-2 * push * home.robot.mean_length

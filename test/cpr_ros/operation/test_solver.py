@@ -1,0 +1,63 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Which equilibrium a request is about."""
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from cpr_msgs.msg import Equilibrium as EquilibriumMessage
+from cpr_msgs.msg import ErrorCode
+from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict
+from helpers.drive import PERIOD, SETTINGS, robot
+
+from cpr_core import solve_forward, solve_home
+from cpr_core.model.assessment import Assessment
+from cpr_ros.error_codes import RequestError
+from cpr_ros.following.setpoint_following import SetpointFollower
+from cpr_ros.messages.conversions import Frames, fill_equilibrium
+from cpr_ros.operation.solver import Solver
+
+FRAMES = Frames("base", "platform")
+
+
+@pytest.fixture
+def solver():
+    """Its robot is neither at home nor at the equilibrium that a request brings."""
+    planar = robot("rfrfr")
+    made = Solver(planar, FRAMES, SetpointFollower(planar, PERIOD, SETTINGS), 20.0)
+    made.current = Assessment(solve_forward(planar, [2.7, 0.4]))
+    return made
+
+
+def as_message(equilibrium):
+    message = EquilibriumMessage()
+    fill_equilibrium(message, equilibrium, FRAMES, Time(), 0.0, eigenvalues=False)
+    return message
+
+
+@pytest.mark.parametrize("service", [CheckStability, GetKinematoStatics, Predict])
+def test_a_question_is_about_the_equilibrium_it_names(solver, service):
+    request = service.Request()
+    assert solver.equilibrium_of(request) is solver.current.equilibrium
+    request.at = request.AT_HOME
+    assert solver.equilibrium_of(request) is solve_home(solver.robot)
+    given = solve_forward(solver.robot, [2.8, 0.3])
+    request.at, request.equilibrium = request.AT_GIVEN, [as_message(given)]
+    found = solver.equilibrium_of(request)
+    np.testing.assert_array_equal(found.motors, given.motors)
+    np.testing.assert_allclose(found.platform_position, given.platform_position, atol=1e-9)
+
+
+@pytest.mark.parametrize("service", [CheckStability, GetKinematoStatics, Predict])
+def test_a_question_about_no_equilibrium_is_refused(solver, service):
+    request = service.Request(at=3)
+    with pytest.raises(
+        RequestError, match="at: expected AT_CURRENT 0, AT_HOME 1 or AT_GIVEN 2, got 3"
+    ) as refused:
+        solver.equilibrium_of(request)
+    assert refused.value.val == ErrorCode.INVALID_ROBOT_STATE
+    request.at = request.AT_GIVEN
+    with pytest.raises(RequestError, match="equilibrium: expected one, got 0") as refused:
+        solver.equilibrium_of(request)
+    assert refused.value.val == ErrorCode.INVALID_ROBOT_STATE
