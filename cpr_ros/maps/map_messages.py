@@ -83,7 +83,9 @@ def _grid(robot: Robot, goal: MapWorkspace.Goal) -> Grid:
         if names.count(name) > 1:
             raise InvalidRequest("axes", f"{name} is given twice")
     for axis in goal.axes:
-        if axis.resolution > 0.0 and axis.last - axis.first > _MOST_ALONG * axis.resolution:
+        finite = math.isfinite(axis.first) and math.isfinite(axis.last)
+        many = axis.last - axis.first > _MOST_ALONG * axis.resolution > 0.0
+        if finite and many:
             raise InvalidRequest(
                 "axes", f"{axis.name}: expected at most {_MOST_ALONG:,} cells along an axis"
             )

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,14 @@ MEDIUM = {"x": (-0.9, 0.9, 0.01), "y": (-1.0, 1.0, 0.01)}
 LONG = {"x": (-0.9, 0.9, 0.002), "y": (-1.0, 1.0, 0.002)}
 
 
+def map_axes(axes: Mapping[str, tuple[float, float, float]]) -> list[MapAxis]:
+    """Axes by their names, from a first number to a last one in steps."""
+    return [
+        MapAxis(name=name, first=first, last=last, resolution=step)
+        for name, (first, last, step) in axes.items()
+    ]
+
+
 class MapClient(GoalClient):
     """A client of ``~/map_workspace``."""
 
@@ -31,10 +40,7 @@ class MapClient(GoalClient):
         super().__init__(client, MapWorkspace, "/cpr_node/map_workspace")
 
     def send(self, file: Path | str, axes: Any = None, **fields: Any) -> Any:
-        given = [
-            MapAxis(name=name, first=first, last=last, resolution=step)
-            for name, (first, last, step) in (SMALL if axes is None else axes).items()
-        ]
+        given = map_axes(SMALL if axes is None else axes)
         return super().send(axes=given, file=str(file), **fields)
 
     def result(self, handle: Any) -> Any:

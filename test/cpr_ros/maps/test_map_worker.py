@@ -1,0 +1,77 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the process of a map does with its order, without a process."""
+
+import io
+import multiprocessing
+import os
+import pickle
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from helpers.map_orders import small_order
+from helpers.workspace_cases import rfrfr, small_map
+
+from cpr_core import NoInverseSolution
+from cpr_core.workspace import pose_grid, summary_of
+from cpr_core.workspace.store import read_map
+from cpr_ros.maps import map_worker
+from cpr_ros.maps.map_order import MapFailure, MapState
+
+
+@pytest.fixture
+def answers(monkeypatch):
+    """What is sent to the node that orders a map."""
+    niceness = []
+    monkeypatch.setattr(map_worker, "_listen", lambda *node: None)  # it ends its process
+    monkeypatch.setattr(os, "nice", niceness.append)
+
+    def answered(order):
+        stdin = SimpleNamespace(buffer=io.BytesIO(pickle.dumps(order)))
+        monkeypatch.setattr(map_worker.sys, "stdin", stdin)
+        node, worker = multiprocessing.Pipe()
+        with node:
+            assert map_worker.main([str(os.dup(worker.fileno()))]) == 0
+            worker.close()
+            told = []
+            while True:
+                try:
+                    told.append(node.recv())
+                except EOFError:
+                    break
+        assert niceness == [map_worker.NICENESS]
+        return told
+
+    return answered
+
+
+def test_an_order_is_answered_by_states_and_a_summary_of_the_map_in_the_file(answers, tmp_path):
+    order = small_order(tmp_path / "map.nc")
+    *states, summary = answers(order)
+    found = read_map(order.file, rfrfr())
+    np.testing.assert_array_equal(found.reached, small_map().reached)
+    assert summary == summary_of(found, order.threshold)
+    assert all(isinstance(state, MapState) for state in states)
+    assert [state.done for state in states] == sorted(state.done for state in states)
+    assert {state.total for state in states} == {117}
+    assert states[0].rate == 0.0
+    assert states[-1].reached == summary.reached
+
+
+def test_a_map_that_cannot_be_made_is_answered_by_the_reason_alone(answers, tmp_path):
+    far = pose_grid(rfrfr(), {"x": (5.0, 5.1), "y": (5.0, 5.1)}, resolution=0.1)
+    (answer,) = answers(small_order(tmp_path / "map.nc", grid=far))
+    assert isinstance(answer, MapFailure)
+    assert answer.kind is NoInverseSolution
+    assert "cells of the grid is reached" in answer.message
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_order_that_nobody_foresaw_is_answered_too(answers, tmp_path, capsys):
+    """With the traceback in the log, as the node cannot show it."""
+    (answer,) = answers(small_order(tmp_path / "map.nc", start=None))
+    assert isinstance(answer, MapFailure)
+    assert answer.kind is AttributeError
+    assert f"AttributeError: {answer.message}" in capsys.readouterr().err
