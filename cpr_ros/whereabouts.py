@@ -109,6 +109,8 @@ class Whereabouts:
             raise CprError(f"start_from: expected another place, {why}")
         last_commands = None if self._kept is None else self._kept.last_commands()
         said = begin_at_home(self._session, last_commands)
+        if self._from == "home":
+            return f"start_from is home, as for a simulation: {said}"
         return "where the robot is has to be measured" if self._lost else said
 
     def look(self) -> None:
@@ -123,50 +125,62 @@ class Whereabouts:
             return
         if not self._session.commands.aligned_with(self._session.solver.current.equilibrium.motors):
             self._wait_for_others()  # commands will move at once: controllers have to hear the first
-        if self._from not in ("auto", "measured"):
+        if self._from == "last":
             return
         publishers = self._publishers()
-        if not publishers and self._from == "auto":
+        self._session.unplaced = True
+        if not publishers and self._from != "measured":
             if self._lost:
                 raise CprError(
                     f"{self._lost}, and nothing publishes {MEASURED}: the robot has to be measured, or "
                     "to start with start_from:=home, where its motors have to be then"
                 )
-            self._session.unplaced = True
             return
         found = newest_measured(
             self._node, self._session.robot, _MEASURED_WAIT, lambda: self._stop.requested
         )
-        if found is None:
+        if found is not None:
+            self._node.get_logger().info(self.place(found))
+        elif self._from != "home":
             raise CprError(
                 f"the robot is to start where it is measured, but no {MEASURED} with its motors came "
                 f"in {_MEASURED_WAIT:g} s ({publishers} publishers)"
             )
-        self._node.get_logger().info(self.place(found))
 
     def place(self, motors: NDArray[np.float64]) -> str:
         """Put the robot where its motors are measured, (n,), and remember it; says what was done.
 
+        One that is to begin at home does, when it is measured first: its commands go there from where
+        the motors are.
+
         Raises:
             CprError: No equilibrium explains them.
         """
-        self._session.unplaced = False
-        said = self._stop.wait_for(lambda: begin_at_measured(self._session, motors))
+        session, at_home = self._session, self._from == "home" and self._session.unplaced
+        session.unplaced = False
+        if at_home:
+            said = begin_at_home(session, motors, measured=True)
+        else:
+            said = self._stop.wait_for(lambda: begin_at_measured(session, motors))
         self._lost = ""
         self.keep()  # before anybody hears of it: the last state was elsewhere
         return said
 
     def _publishers(self) -> int:
         """How many others publish measured motors."""
-        self._wait_for_others(lambda: other_publishers(self._node, MEASURED) > 0)
+        # Without them a robot that is lost would not start at all: they may take longer.
+        longer = _MEASURED_WAIT if self._lost else 0.0
+        self._wait_for_others(lambda: other_publishers(self._node, MEASURED) > 0, longer)
         return other_publishers(self._node, MEASURED)
 
-    def _wait_for_others(self, found: Callable[[], bool] = lambda: False) -> None:
+    def _wait_for_others(
+        self, found: Callable[[], bool] = lambda: False, longer: float = 0.0
+    ) -> None:
         """Nodes that have just started do not see each other yet.
 
         In this thread: one that is left alone may hold the node, whose part of DDS would stay behind.
         """
-        while time.monotonic() < self._discovered and not found():
+        while time.monotonic() < self._discovered + longer and not found():
             if self._stop.requested:
                 raise Stopped
             time.sleep(0.02)

@@ -29,15 +29,26 @@ _NEAR = 0.1
 _LONGEST_WALK = 10.0
 
 
-def begin_at_home(session: Session, last_commands: Floats | None) -> str:
-    """Begin at home; commands go there from the last ones, (n,), if known. Says what was done."""
+def begin_at_home(session: Session, motors: Floats | None, *, measured: bool = False) -> str:
+    """Begin at home; commands go there at max_speed from where the motors are. Says what was done.
+
+    Args:
+        session: The robot in operation.
+        motors: Where they are, (n,); None: unknown.
+        measured: Whether they are measured there, or were sent there last.
+    """
     home = solve_home(session.robot)
-    session.begin_at(home, last_commands, session.solver.current.solve_time)
-    if last_commands is None:
+    session.begin_at(home, motors, session.solver.current.solve_time)
+    if motors is None:
         return "nothing is known of where the robot is: the first motion begins at home"
     if session.commands.aligned_with(home.motors):
-        return "the last commands were those of home"
-    return f"commands go from the last ones, {_words(last_commands)}, to home at max_speed"
+        return (
+            "the motors are measured at home"
+            if measured
+            else "the last commands were those of home"
+        )
+    begin = "where the motors are measured" if measured else "the last ones"
+    return f"commands go from {begin}, {_words(motors)}, to home at max_speed"
 
 
 def begin_at_last(session: Session, last: LastState) -> str:

@@ -134,6 +134,20 @@ def test_home_is_gone_to_from_the_last_commands(session):
     assert begin_at_home(session, home) == "the last commands were those of home"
 
 
+def test_home_is_gone_to_from_where_the_motors_are_measured(session):
+    measured = solve_home(session.robot).motors + [0.3, 0.0]
+    said = begin_at_home(session, measured, measured=True)
+    assert said.startswith("commands go from where the motors are measured, ")
+    command = None
+    while not session.admission.aligned:
+        session.tick(PERIOD)
+        before, command = session.commands.newest, session.next_command(PERIOD)
+        assert np.abs(command - before).max() <= PERIOD * (1.0 + 1e-5)
+    home = solve_home(session.robot).motors
+    np.testing.assert_array_equal(command, home)
+    assert begin_at_home(session, home, measured=True) == "the motors are measured at home"
+
+
 @pytest.mark.parametrize("session", ["planar_body"], indirect=True)
 def test_a_motor_that_rests_at_its_stop_is_measured_on_either_side_of_it(session):
     """A nanoradian beyond was refused, with words about branches."""

@@ -175,4 +175,5 @@ def test_bad_questions_are_refused_with_a_reason(rfrfr, kind, name, fields, code
     answer = ask(rfrfr, kind, name, **fields)
     assert answer.error_code.val == code, answer.error_code.message
     assert answer.error_code.message
+    assert getattr(answer, "index", -1) == -1  # 0 would be stable
     assert ask(rfrfr, CheckStability, "check_stability").error_code.val == ErrorCode.SUCCESS

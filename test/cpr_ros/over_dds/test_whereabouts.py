@@ -508,6 +508,19 @@ def keep_no_equilibrium(bench):
     )
 
 
+def test_home_is_gone_to_from_where_the_motors_are_measured(bench):
+    """Commands began at home, with motors that were measured elsewhere."""
+    measured = [3.1, 0.55]
+    bench.measure(measured)
+    slow = 0.1  # so that it matters little if the first commands are not heard
+    bench.start("start_from:=home", f"max_speed:={slow}", until="")
+    bench.until_said("commands go from where the motors are measured, (3.1, 0.55), to home")
+    assert "start_from is home, as for a simulation" in bench.process.output()
+    bench.until_heard(20)
+    assert HOME[0] + 0.2 < bench.commands[0][0] <= measured[0]
+    assert bench.longest_step() * STEP <= 1.001 * slow / RATE
+
+
 def test_home_is_gone_to_from_the_last_commands_though_their_equilibrium_is_none(bench):
     """Nothing was known then, and the first command went home at once."""
     keep_no_equilibrium(bench)
