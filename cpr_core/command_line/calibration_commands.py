@@ -50,7 +50,8 @@ def add_calibrate_options(parser: argparse.ArgumentParser) -> None:
         "--loss",
         choices=get_args(Loss),
         default="linear",
-        help="how far-off measurements count: as squares (linear, default), or less",
+        help="how measurements that are far off count: as squares (linear), or less; default "
+        "%(default)s",
     )
     parser.add_argument(
         "--out", type=new_file, metavar="FILE", help="write the calibrated description (yaml)"
@@ -67,18 +68,24 @@ def add_measure_options(parser: argparse.ArgumentParser) -> None:
     """Options of ``cpr measure``."""
     parser.set_defaults(run=_measure)
     _add_parameters(parser)
-    parser.add_argument("--count", type=int, default=20, metavar="N", help="poses, default 20")
+    parser.add_argument(
+        "--count", type=int, default=20, metavar="N", help="how many poses; default %(default)s"
+    )
     parser.add_argument(
         "--reach",
         type=float,
         default=0.5,
         metavar="R",
-        help="farthest that motors move from home, radians and rod lengths, default 0.5",
+        help="farthest that motors move from home, rad and rod lengths; default %(default)s",
     )
     parser.add_argument(
-        "--margin", type=float, default=0.2, metavar="M", help="smallest margin of stability"
+        "--margin",
+        type=float,
+        default=0.2,
+        metavar="M",
+        help="smallest margin of stability at a pose; default %(default)s",
     )
-    add_seed(parser, "of the random candidates")
+    add_seed(parser, "seed of the random candidates")
     parser.add_argument(
         "--out", type=new_file, metavar="FILE", help="write motors and expected poses (csv)"
     )

@@ -46,7 +46,7 @@ from .reports import (
 from .view_command import add_view_options
 from .workspace_commands import add_workspace_options
 
-__all__ = ["main"]
+__all__ = ["command_parser", "main"]
 
 _NEGATIVE_NUMBER = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|^-(inf|nan)$", re.IGNORECASE)
 
@@ -84,7 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _answered(arguments: Sequence[str] | None) -> int:
     """Print the answer, or why there is none; returns the exit status."""
-    options = _parser().parse_args(arguments)
+    options = command_parser().parse_args(arguments)
     try:
         with show_compilation():
             return _run(options)
@@ -129,8 +129,8 @@ def _check_files(options: argparse.Namespace) -> None:
     )
 
 
-def _parser() -> argparse.ArgumentParser:
-    """All commands; long, for every one has its lines."""
+def command_parser() -> argparse.ArgumentParser:
+    """All commands with their options; docs/command_line.md lists them."""
     parser = argparse.ArgumentParser(
         prog="cpr",
         description="Equilibria of continuum parallel robots. SI units, radians.",
@@ -138,71 +138,81 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"cpr {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    for name, (add_options, meaning) in _COMMANDS.items():
+        about = f"{meaning[0].upper()}{meaning[1:]}."
+        add_options(commands.add_parser(name, help=meaning, description=about))
+    return parser
 
-    forward = commands.add_parser("forward", help="motor positions to platform pose")
-    _add_common(forward, _report_equilibrium)
-    _add_motors(forward, required=True)
-    _add_error(forward)
 
-    inverse = commands.add_parser("inverse", help="platform pose to motor positions")
-    _add_common(inverse, _report_equilibrium)
-    _add_pose(inverse, required=True)
-    add_objective(inverse)
-    _add_error(inverse)
+def _add_forward(parser: argparse.ArgumentParser) -> None:
+    _add_common(parser, _report_equilibrium)
+    _add_motors(parser, required=True)
+    _add_error(parser)
 
-    stability = commands.add_parser("stability", help="spectrum of the reduced Hessian")
-    _add_common(stability, _report_stability)
-    _add_place(stability)
-    stability.add_argument(
+
+def _add_inverse(parser: argparse.ArgumentParser) -> None:
+    _add_common(parser, _report_equilibrium)
+    _add_pose(parser, required=True)
+    add_objective(parser)
+    _add_error(parser)
+
+
+def _add_stability(parser: argparse.ArgumentParser) -> None:
+    _add_common(parser, _report_stability)
+    _add_place(parser)
+    parser.add_argument(
         "--motors-are",
         choices=["locked", "free"],
         default="locked",
-        help="held in position (default), or at constant effort",
+        help="held in position (locked), or at constant effort (free); default %(default)s",
     )
 
-    kinemato = commands.add_parser("kinemato", help="Jacobians, compliance, singularities")
-    _add_common(kinemato, _report_kinemato_statics)
-    _add_place(kinemato)
-    kinemato.add_argument(
+
+def _add_kinemato(parser: argparse.ArgumentParser) -> None:
+    _add_common(parser, _report_kinemato_statics)
+    _add_place(parser)
+    parser.add_argument(
         "--characteristic-length",
         type=length,
         metavar="L",
         help="weighs rotations against lengths in singular values, m; else the mean rod length",
     )
-    trace = commands.add_parser("trace", help="a path of equilibria, and what happens on it")
-    _add_common(trace, None)
-    add_trace_options(trace)
 
-    equilibria = commands.add_parser("equilibria", help="all equilibria at given motors")
-    _add_common(equilibria, None)
-    _add_motors(equilibria)
-    add_equilibria_options(equilibria)
 
-    modes = commands.add_parser("modes", help="how exact numbers of strain modes are near home")
-    add_modes_options(modes)
+def _add_trace(parser: argparse.ArgumentParser) -> None:
+    _add_common(parser, None)
+    add_trace_options(parser)
 
-    workspace = commands.add_parser("workspace", help="a map of what can be reached, with borders")
-    _add_common(workspace, None)
-    add_workspace_options(workspace)
 
-    measuring = commands.add_parser("measure", help="where to measure, to find parameters")
-    _add_common(measuring, None)
-    add_measure_options(measuring)
+def _add_equilibria(parser: argparse.ArgumentParser) -> None:
+    _add_common(parser, None)
+    _add_motors(parser)
+    add_equilibria_options(parser)
 
-    calibrating = commands.add_parser("calibrate", help="parameters from measurements")
-    _add_common(calibrating, None)
-    add_calibrate_options(calibrating)
 
-    viewing = commands.add_parser("view", help="look at the robot and move it, in the browser")
-    _add_common(viewing, None)
-    _add_motors(viewing)
-    add_view_options(viewing)
+def _add_workspace(parser: argparse.ArgumentParser) -> None:
+    _add_common(parser, None)
+    add_workspace_options(parser)
 
-    compiling = commands.add_parser(
-        "compile", help="compile the kernels now, not when a command needs them first"
-    )
-    compiling.set_defaults(robot=None, json=False)
-    return parser
+
+def _add_measure(parser: argparse.ArgumentParser) -> None:
+    _add_common(parser, None)
+    add_measure_options(parser)
+
+
+def _add_calibrate(parser: argparse.ArgumentParser) -> None:
+    _add_common(parser, None)
+    add_calibrate_options(parser)
+
+
+def _add_view(parser: argparse.ArgumentParser) -> None:
+    _add_common(parser, None)
+    _add_motors(parser)
+    add_view_options(parser)
+
+
+def _add_compile(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(robot=None, json=False)
 
 
 def _add_place(parser: argparse.ArgumentParser) -> None:
@@ -214,7 +224,13 @@ def _add_place(parser: argparse.ArgumentParser) -> None:
 
 def _add_motors(parser: argparse._ActionsContainer, required: bool = False) -> None:
     parser.add_argument(
-        "--motors", nargs="+", type=float, required=required, metavar="Q", help="motor positions"
+        "--motors",
+        nargs="+",
+        type=float,
+        required=required,
+        metavar="Q",
+        help="motor positions in the order of the motors, rad (extensible and prismatic ones: m)"
+        + ("" if required else "; else home"),
     )
 
 
@@ -225,7 +241,8 @@ def _add_pose(parser: argparse._ActionsContainer, required: bool = False) -> Non
         type=float,
         required=required,
         metavar="C",
-        help="controlled coordinates in the order of the description; full pose: x y z qw qx qy qz",
+        help="controlled coordinates in the order of the description, m and rad; a full pose is "
+        "x y z qw qx qy qz" + ("" if required else "; else home"),
     )
 
 
@@ -239,21 +256,30 @@ def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
     parser.set_defaults(report=report, motors=None, pose=None, objective=None)
     # argparse takes -1e-3 for an option; it knows negative numbers without an exponent only.
     parser._negative_number_matcher = _NEGATIVE_NUMBER
-    parser.add_argument("robot", metavar="ROBOT", help="YAML file or name of a shipped robot")
+    parser.add_argument("robot", metavar="ROBOT", help="name of a shipped robot, or YAML file")
     parser.add_argument(
-        "--modes", type=_mode_count, metavar="M", help="strain modes per direction; else the file's"
+        "--modes",
+        type=_mode_count,
+        metavar="M",
+        help="strain modes per direction, in every direction that has any; not for B-splines; else "
+        "the description's",
     )
     parser.add_argument(
-        "--gravity", nargs=3, type=float, metavar=("GX", "GY", "GZ"), help="m/s^2; else the file's"
+        "--gravity",
+        nargs=3,
+        type=float,
+        metavar=("GX", "GY", "GZ"),
+        help="m/s^2, axes of the world; else the description's",
     )
     parser.add_argument(
         "--wrench",
         nargs=6,
         type=float,
         metavar=("MX", "MY", "MZ", "FX", "FY", "FZ"),
-        help="on the platform origin, fixed in space, N m and N; else the file's",
+        help="moment and force on the platform origin, fixed in space, N m and N; in place of "
+        "platform_force; else the description's",
     )
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--json", action="store_true", help="print JSON; else text")
 
 
 def _mode_count(text: str) -> int:
@@ -311,3 +337,20 @@ def _report_error(error: CprError, as_json: bool) -> int:
         print(f"cpr: error: {error}", file=sys.stderr)
     bad = isinstance(error, InvalidRequest | DescriptionError)
     return EXIT_BAD_ARGUMENTS if bad else EXIT_NO_SOLUTION
+
+
+#: What adds the options of every command, and what the command is for.
+_COMMANDS: dict[str, tuple[Callable[[argparse.ArgumentParser], None], str]] = {
+    "forward": (_add_forward, "motor positions to platform pose"),
+    "inverse": (_add_inverse, "platform pose to motor positions"),
+    "stability": (_add_stability, "spectrum of the reduced Hessian"),
+    "kinemato": (_add_kinemato, "Jacobians, compliance, singularities"),
+    "trace": (_add_trace, "a path of equilibria, and what happens on it"),
+    "equilibria": (_add_equilibria, "all equilibria at given motors"),
+    "modes": (add_modes_options, "how exact numbers of strain modes are near home"),
+    "workspace": (_add_workspace, "a map of what can be reached, with borders"),
+    "measure": (_add_measure, "where to measure, to find parameters"),
+    "calibrate": (_add_calibrate, "parameters from measurements"),
+    "view": (_add_view, "look at the robot and move it, in the browser"),
+    "compile": (_add_compile, "compile the kernels now, not when a command needs them first"),
+}

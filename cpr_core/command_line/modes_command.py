@@ -37,14 +37,14 @@ _TRUTH = 1e-9
 def add_modes_options(parser: argparse.ArgumentParser) -> None:
     """Options of ``cpr modes``."""
     parser.set_defaults(report=None, run=_modes, modes=None, gravity=None, wrench=None)
-    parser.add_argument("robot", metavar="ROBOT", help="YAML file or name of a shipped robot")
+    parser.add_argument("robot", metavar="ROBOT", help="name of a shipped robot, or YAML file")
     parser.add_argument(
         "--tolerance",
         type=length,
         metavar="T",
-        help=f"largest error of the platform position, m; else the file's, or {_TOLERANCE:g}",
+        help=f"largest error of the platform position, m; else the description's, or {_TOLERANCE:g}",
     )
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--json", action="store_true", help="print JSON; else text")
 
 
 def _modes(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:

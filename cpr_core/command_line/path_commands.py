@@ -39,10 +39,21 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
     """Options of ``cpr trace``."""
     parser.set_defaults(run=_trace)
     parser.add_argument(
-        "--from", dest="first", nargs="+", type=float, metavar="Q", help="where from; else home"
+        "--from",
+        dest="first",
+        nargs="+",
+        type=float,
+        metavar="Q",
+        help="where the path begins; else home",
     )
     parser.add_argument(
-        "--to", dest="last", nargs="+", type=float, required=True, metavar="Q", help="where to"
+        "--to",
+        dest="last",
+        nargs="+",
+        type=float,
+        required=True,
+        metavar="Q",
+        help="where the path ends",
     )
     parser.add_argument(
         "--given",
@@ -51,11 +62,19 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
         help="what --from and --to are: motor positions, controlled coordinates or motor efforts",
     )
     parser.add_argument(
-        "--points", type=int, default=51, metavar="N", help="equilibria kept, equally spaced"
+        "--points",
+        type=int,
+        default=51,
+        metavar="N",
+        help="equilibria kept, equally spaced; default %(default)s",
     )
-    parser.add_argument("--stable-only", action="store_true", help="stop where stability is lost")
+    parser.add_argument(
+        "--stable-only", action="store_true", help="stop where stability is lost; else go on"
+    )
     add_objective(parser)
-    parser.add_argument("--past-folds", action="store_true", help="follow the branch around folds")
+    parser.add_argument(
+        "--past-folds", action="store_true", help="follow the branch around folds; else stop there"
+    )
     parser.add_argument(
         "--plot", type=picture, metavar="FILE", help="draw the path (png, svg, pdf)"
     )
@@ -74,15 +93,21 @@ def add_equilibria_options(parser: argparse.ArgumentParser) -> None:
     """Options of ``cpr equilibria``."""
     parser.set_defaults(run=_equilibria)
     parser.add_argument(
-        "--starts", type=int, default=1000, metavar="N", help="random starts, default 1000"
+        "--starts",
+        type=int,
+        default=1000,
+        metavar="N",
+        help="how many random starts; default %(default)s",
     )
-    add_seed(parser, "of the random starts")
+    add_seed(parser, "seed of the random starts")
     parser.add_argument("--plot", type=picture, metavar="FILE", help="draw them (png, svg, pdf)")
 
 
 def add_seed(parser: argparse.ArgumentParser, meaning: str) -> None:
     """The seed of what is random."""
-    parser.add_argument("--seed", type=count, default=0, help=f"{meaning}, default 0")
+    parser.add_argument(
+        "--seed", type=count, default=0, metavar="N", help=f"{meaning}; default %(default)s"
+    )
 
 
 def _trace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:

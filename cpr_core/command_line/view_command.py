@@ -29,17 +29,21 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
         "--map",
         type=Path,
         metavar="FILE",
-        help="a map of `cpr workspace --out` to lay into the scene",
+        help="a map of cpr workspace --out to lay into the scene",
     )
     parser.add_argument(
         "--host",
         default="127.0.0.1",
         metavar="ADDRESS",
-        help="where to listen; else 127.0.0.1, this machine only; 0.0.0.0: whoever reaches it may "
-        "move the robot on the page",
+        help="where to listen; 127.0.0.1: heard by this machine only; 0.0.0.0: whoever reaches it "
+        "may move the robot on the page; default %(default)s",
     )
     parser.add_argument(
-        "--port", type=_port, default=8080, metavar="N", help="default 8080; 0: any that is free"
+        "--port",
+        type=_port,
+        default=8080,
+        metavar="N",
+        help="port of the page; 0: any that is free; default %(default)s",
     )
 
 

@@ -19,7 +19,7 @@ from typing import Any
 from tqdm import tqdm
 
 from ..description.loads import Loads
-from ..drawing.map_plots import check_field, plot_map, prepare
+from ..drawing.map_plots import FIELDS, check_field, plot_map, prepare
 from ..errors import InvalidRequest
 from ..model.robot import Robot
 from ..solving.geometrico_statics import solve_forward, solve_inverse
@@ -45,17 +45,23 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         required=True,
         metavar="NAME=A[:B]",
-        help="coordinates: NAME=A:B from A to B along an axis, NAME=A held, others 0 (motors: home); "
-        "x y z angle roll pitch yaw, or ZYZ Euler angles phi theta psi; numbers may be like pi/3",
+        help="coordinates: NAME=A:B from A to B along an axis, NAME=A held; x y z angle roll pitch "
+        "yaw, or ZYZ Euler angles phi theta psi, or motors; numbers may be like pi/3; those not "
+        "named are held at 0 (motors: home)",
     )
     parser.add_argument(
         "--given",
         choices=["pose", "motors"],
         default="pose",
-        help="what the names of --slice are: controlled coordinates (default), or motors",
+        help="what the names of --slice are: controlled coordinates (pose), or motors; default "
+        "%(default)s",
     )
     parser.add_argument(
-        "--resolution", type=number, default=0.01, metavar="R", help="of all axes, default 0.01"
+        "--resolution",
+        type=number,
+        default=0.01,
+        metavar="R",
+        help="distance of neighbours on all axes, m and rad; default %(default)s",
     )
     parser.add_argument(
         "--from",
@@ -63,33 +69,47 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=float,
         metavar="Q",
-        help="where to start: controlled coordinates, or motors; else home",
+        help="where to start: controlled coordinates or motors, as --given says; else home",
     )
     parser.add_argument(
-        "--tolerance", type=number, default=1e-5, metavar="T", help="of borders, default 1e-5"
+        "--tolerance",
+        type=number,
+        default=1e-5,
+        metavar="T",
+        help="to which borders are bisected, in units of the axes; 0: not at all; default "
+        "%(default)s",
     )
     add_objective(parser)
     parser.add_argument(
-        "--workers", type=count, metavar="N", help="threads, default one per core; 0: none"
+        "--workers", type=count, metavar="N", help="threads; 0: none; else one per core"
     )
     parser.add_argument("--plot", type=picture, metavar="FILE", help="draw the map (png, svg, pdf)")
     parser.add_argument(
-        "--field", default="index", metavar="NAME", help="what to draw, default the stability index"
+        "--field",
+        default="index",
+        metavar="NAME",
+        help=f"what --plot draws: {', '.join(FIELDS)}, where the robot has limits limit_margin, a "
+        "motor, or the effort of one (MOTOR_effort); default %(default)s",
     )
     parser.add_argument(
         "--threshold",
         type=not_negative,
         default=1e-4,
         metavar="C",
-        help="red where the inverse condition number of H_r is below, default 1e-4",
+        help="where the inverse condition number of H_r is below, the picture is red; default "
+        "%(default)s",
     )
     parser.add_argument(
         "--out",
         type=Path,
         metavar="FILE",
-        help="NetCDF file; the map in one that is there is gone on with",
+        help="write the map (NetCDF); one that is there is gone on with",
     )
-    parser.add_argument("--restart", action="store_true", help="begin anew where --out has a map")
+    parser.add_argument(
+        "--restart",
+        action="store_true",
+        help="begin anew where --out has a map; else go on with it",
+    )
 
 
 def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:

@@ -19,10 +19,22 @@ from ..workspace.grid import Grid
 from ..workspace.workspace_map import WorkspaceMap
 from .path_plots import _figure
 
-__all__ = ["check_field", "field_names", "fields_of", "plot_map", "prepare"]
+__all__ = ["FIELDS", "check_field", "field_names", "fields_of", "plot_map", "prepare"]
 
 Floats = NDArray[np.float64]
 
+#: What can be drawn of the maps of every robot.
+FIELDS = (
+    "index",
+    "index_free",
+    "inverse_condition_number",
+    "smallest_eigenvalue",
+    "forward_margin",
+    "inverse_margin",
+    "strain",
+    "energy",
+    "usable",
+)
 #: Colours that the colour-blind tell apart (Okabe and Ito): indices 0, 1, 2, more; then red.
 _INDEX_COLORS = ("#9AD0F0", "#F0E442", "#CC79A7", "#5A5A5A")
 _RED = "#C22000"
@@ -38,19 +50,7 @@ _MOST_PANELS = 9
 
 def field_names(robot: Robot) -> tuple[str, ...]:
     """What can be drawn of a robot's maps."""
-    names = [
-        "index",
-        "index_free",
-        "inverse_condition_number",
-        "smallest_eigenvalue",
-        "forward_margin",
-        "inverse_margin",
-        "strain",
-        "energy",
-        "usable",
-    ]
-    if limits_of(robot):
-        names.append("limit_margin")
+    names = (*FIELDS, "limit_margin") if limits_of(robot) else FIELDS
     return (*names, *robot.motor_names, *(f"{name}_effort" for name in robot.motor_names))
 
 

@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
+from cpr_core.command_line.command import command_parser
 from cpr_ros.settings.parameter_table import PARAMETERS
 
 ROOT = Path(__file__).parents[2]
@@ -85,7 +86,9 @@ def test_both_packages_have_the_same_version_and_licence():
     assert 'license="Apache-2.0"' in (ROOT / "setup.py").read_text()
 
 
-@pytest.mark.parametrize("tool", ["api_section", "interface_page", "parameter_section"])
+@pytest.mark.parametrize(
+    "tool", ["api_section", "interface_page", "option_section", "parameter_section"]
+)
 def test_what_is_generated_in_the_docs_is_current(tool):
     done = subprocess.run(
         [sys.executable, ROOT / f"tools/{tool}.py", "--check"],
@@ -131,6 +134,27 @@ def test_the_docs_list_the_parameters_of_the_node_and_no_others():
         for parameter in PARAMETERS
     }
     assert len(rows) == len(listed) >= 28
+
+
+def helped(arguments, capsys):
+    """What the command line prints as help."""
+    with pytest.raises(SystemExit):
+        command_parser().parse_args([*arguments, "--help"])
+    return capsys.readouterr().out
+
+
+def test_the_docs_list_the_options_of_every_command_and_no_others(capsys):
+    """Read from the help, not by the tool that writes them."""
+    _, shared, *parts = (ROOT / "docs/command_line.md").read_text().split("\n### ")
+    common = dict(re.findall(r"^\| `(--[a-z-]+)\b.* \| (.*) \|$", shared, re.MULTILINE))
+    assert {"--modes", "--gravity", "--wrench", "--json"} == {*common}
+    commands = re.findall(r"^    (\w+)", helped([], capsys), re.MULTILINE)
+    assert [re.match(r"`cpr (\w+)`\n", part)[1] for part in parts] == commands
+    for name, part in zip(commands, parts, strict=True):
+        rows = re.findall(r"^\| `(--[a-z-]+)\b", part, re.MULTILINE)
+        rows += [option for option, others in common.items() if f"`{name}`" not in others]
+        options = re.findall(r"^  (--[a-z-]+)", helped([name], capsys), re.MULTILINE)
+        assert sorted(rows) == sorted(options), name
 
 
 def test_every_field_of_the_stability_stream_has_its_meaning_and_unit():
