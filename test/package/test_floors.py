@@ -4,6 +4,7 @@
 """Imports lead down only: every import of every module, also inside functions and for types."""
 
 import ast
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
@@ -138,6 +139,41 @@ def test_every_import_leads_down():
 
 def test_no_modules_import_each_other_in_a_circle():
     assert circles(imports_of(ROOT)) == []
+
+
+def drawn_graphs() -> list[dict[str, set[str]]]:
+    """Graphs of docs/architecture.md: what every name in a box leads to, itself included."""
+    graphs = []
+    text = (ROOT / "docs/architecture.md").read_text()
+    for graph in re.findall(r"```mermaid\n(.*?)```", text, re.DOTALL):
+        boxes = dict(re.findall(r'(\w+)\["([^":]+)', graph))
+        arrows = re.findall(r"(\w+)(?:\[[^]]*\])? --> ([^\[\n]+)", graph)
+        below = {box: {box} for box in boxes}
+        for _ in boxes:  # as long as the longest way at most
+            for box, others in arrows:
+                below[box] |= set().union(*(below[other] for other in others.split(" & ")))
+        names = {box: set(label.split(", ")) for box, label in boxes.items()}
+        graphs.append(
+            {
+                name: set().union(*(names[other] for other in below[box]))
+                for box in boxes
+                for name in names[box]
+            }
+        )
+    return graphs
+
+
+def test_the_arrows_of_the_architecture_lead_to_everything_that_is_imported():
+    library, node = drawn_graphs()
+    missing = []
+    for importer, imported, place in imports_of(ROOT):
+        for package, graph in (("cpr_core", library), ("cpr_ros", node)):
+            own, other = (
+                name.split(".")[name.startswith(f"{package}.")] for name in (importer, imported)
+            )
+            if own in graph and other in graph and other not in graph[own]:
+                missing.append(f"{place}: no arrow leads from {own} to {other}")
+    assert missing == []
 
 
 def imports_from(files: Iterable[Path], packages: set[str]) -> list[str]:

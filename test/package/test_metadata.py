@@ -5,6 +5,7 @@
 
 import ast
 import json
+import pkgutil
 import re
 import subprocess
 import sys
@@ -134,6 +135,47 @@ def test_the_docs_list_the_parameters_of_the_node_and_no_others():
         for parameter in PARAMETERS
     }
     assert len(rows) == len(listed) >= 28
+
+
+def named_in_the_docs(pattern):
+    """Pages, and what a pattern finds on them."""
+    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    return [
+        (page, name)
+        for page in pages
+        for name in re.findall(pattern, page.read_text(encoding="utf-8"))
+    ]
+
+
+def test_modules_and_what_is_in_them_are_called_in_the_docs_as_in_the_code():
+    names = named_in_the_docs(r"\b(?:cpr_core|cpr_ros)(?:\.\w+)+")
+    assert len(names) > 50
+    for page, name in names:
+        try:
+            pkgutil.resolve_name(name)
+        except (ImportError, AttributeError) as error:
+            pytest.fail(f"{page.name}: {name}: {error}")
+
+
+def test_files_of_python_that_the_docs_name_exist():
+    """From the root, from the page, or from the top of a package; without a folder, wherever."""
+    known = {file.name for file in ROOT.glob("[a-z]*/**/*.py")}
+    files = named_in_the_docs(r"[`(]([\w./]+\.py)[`)]")
+    assert len(files) > 150
+    for page, name in files:
+        tops = (ROOT, page.parent, ROOT / "cpr_core", ROOT / "cpr_ros")
+        found = any((top / name).is_file() for top in tops) if "/" in name else name in known
+        assert found, (page.name, name)
+
+
+def test_what_the_docs_say_a_file_has_is_in_it():
+    """As "`load_robot("six_rfs")` (`solving/load_robot.py`)"."""
+    said = named_in_the_docs(r"`(\w+)(?:\([^`]*\))?` \(`([\w./]+\.py)`\)")
+    assert len(said) >= 3
+    for page, (name, file) in said:
+        places = [top / file for top in (ROOT, ROOT / "cpr_core", ROOT / "cpr_ros")]
+        [code] = [place.read_text() for place in places if place.is_file()]
+        assert re.search(rf"^(def|class) {name}\b|^{name}\b", code, re.MULTILINE), (page.name, name)
 
 
 def helped(arguments, capsys):
