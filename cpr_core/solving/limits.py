@@ -29,6 +29,7 @@ __all__ = [
     "motor_margins",
     "undisturbed",
     "violated",
+    "with_strain_margins",
 ]
 
 Floats = NDArray[np.float64]
@@ -90,7 +91,7 @@ def margins(equilibrium: Equilibrium) -> Floats:
     found = motor_margins(robot, equilibrium.motors, equilibrium.efforts)
     if not robot.limits_strain:
         return found
-    return _with_strains(robot, found, bending_strains(equilibrium))
+    return with_strain_margins(robot, found, bending_strains(equilibrium))
 
 
 def margins_along(robot: Robot, records: Floats) -> Floats:
@@ -104,11 +105,17 @@ def margins_along(robot: Robot, records: Floats) -> Floats:
     )
     if not robot.limits_strain:
         return found
-    return _with_strains(robot, found, strains_in(robot, records[:, :size]))
+    return with_strain_margins(robot, found, strains_in(robot, records[:, :size]))
 
 
-def _with_strains(robot: Robot, of_motors: Floats, strains: Floats) -> Floats:
-    """Margins of motors, (..., K), and of the rods that have a limit of strain."""
+def with_strain_margins(robot: Robot, of_motors: Floats, strains: Floats) -> Floats:
+    """Margins of motors, and of the rods that have a limit of strain, (..., K), as ``margins``.
+
+    Args:
+        robot: The robot.
+        of_motors: As ``motor_margins``.
+        strains: Largest bending strain of every rod, (..., R).
+    """
     left = 1.0 - strains / robot.strain_limits
     return np.concatenate([of_motors, left[..., np.isfinite(robot.strain_limits)]], axis=-1)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..model.bending_strain import strains_in
 from ..model.robot import Robot
-from ..solving.limits import motor_margins
+from ..solving.limits import motor_margins, with_strain_margins
 
 __all__ = ["limit_margins", "map_strains"]
 
@@ -37,5 +37,4 @@ def limit_margins(robot: Robot, states: Floats, efforts: Floats) -> Floats:
     found = motor_margins(robot, states[:, robot.arrays.motor_index :], efforts)
     if not robot.limits_strain:
         return found
-    left = 1.0 - map_strains(robot, states) / robot.strain_limits
-    return np.concatenate([found, left[:, np.isfinite(robot.strain_limits)]], axis=1)
+    return with_strain_margins(robot, found, map_strains(robot, states))

@@ -12,6 +12,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED
+from ..solving.limits import ROUNDING
 from .batch_kernel import Arrivals, Cells, Ways
 from .batches import Task, arrivals_of, cells_at, guesses_of, in_pieces, joined
 from .borders import Border, BorderKind
@@ -68,8 +70,8 @@ def _value(
 ) -> Integers:
     """What a border of some kind separates."""
     if kind == "limits":
-        return np.sum(limit_margins(found.robot, state, efforts) < -1e-9, axis=1)
-    return signs[:, 0 if kind == "stability" else 1]
+        return np.sum(limit_margins(found.robot, state, efforts) < -ROUNDING, axis=1)
+    return signs[:, INDEX_LOCKED if kind == "stability" else INDEX_FREE]
 
 
 def _by_bisection(

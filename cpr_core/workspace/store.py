@@ -245,7 +245,8 @@ def _variables(found: WorkspaceMap) -> dict[str, _Variable]:
             )
 
     units = {motor.unit for motor in robot.description.motors}
-    signs, measures = cells.signs.astype(np.int16), cells.measures
+    index_locked, index_free, inverse_side, branch_sign = cells.signs.astype(np.int16).T
+    measures = cells.measures
     usable = found.usable if np.any(found.reached) else np.zeros(grid.size, bool)
     meaning = "way to a neighbour: 0 untried 1 passed 2 blocked 3 flipped 4 disagrees"
     add("order", cells.order.astype(np.int32), "", "1", "when a cell was reached, -1: not reached")
@@ -254,10 +255,10 @@ def _variables(found: WorkspaceMap) -> dict[str, _Variable]:
     add("platform_position", cells.position, "xyz", "m", "platform origin in the world")
     add("platform_rotation", cells.rotation, "row column", "1", "platform in the world")
     add("energy", cells.energy, "", "J", "potential energy")
-    add("index_locked", signs[:, 0], "", "1", "stability index, motors held, -1: not reached")
-    add("index_free", signs[:, 1], "", "1", "stability index, motors at constant effort")
-    add("inverse_side", signs[:, 2], "", "1", "sign of the determinant of the inverse problem")
-    add("branch_sign", signs[:, 3], "", "1", "sign that tells branches apart")
+    add("index_locked", index_locked, "", "1", "stability index, motors held, -1: not reached")
+    add("index_free", index_free, "", "1", "stability index, motors at constant effort")
+    add("inverse_side", inverse_side, "", "1", "sign of the determinant of the inverse problem")
+    add("branch_sign", branch_sign, "", "1", "sign that tells branches apart")
     add("eigenvalues_locked", cells.eigenvalues, "eigenvalue", "J", "smallest of H_r, motors held")
     add("smallest_eigenvalue_size", measures[:, 0], "", "J", "smallest absolute one of H_r")
     add("largest_eigenvalue_size", measures[:, 1], "", "J", "largest absolute one of H_r")

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
+from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED
 from ..model.equilibrium import Equilibrium, described
 from ..model.robot import Robot
-from ..solving.limits import limits_of
+from ..solving.limits import ROUNDING, limits_of
 from ..validation import cached_array, checked_count, read_only
 from .borders import Border
 from .grid import Grid
@@ -145,12 +146,12 @@ class WorkspaceMap:
     @property
     def index_locked(self) -> Integers:
         """Stability index with the motors held, (M,); -1 where not reached."""
-        return self.cells.signs[:, 0]
+        return self.cells.signs[:, INDEX_LOCKED]
 
     @property
     def index_free(self) -> Integers:
         """Stability index with the motors at constant effort, (M,); -1 where not reached."""
-        return self.cells.signs[:, 1]
+        return self.cells.signs[:, INDEX_FREE]
 
     @cached_array
     def inverse_condition_number(self) -> Floats:
@@ -180,7 +181,7 @@ class WorkspaceMap:
     @cached_array
     def within_limits(self) -> Flags:
         """Reached cells where all limits of motors and rods hold, (M,)."""
-        return self.reached & np.all(self.limit_margins >= -1e-9, axis=1)
+        return self.reached & np.all(self.limit_margins >= -ROUNDING, axis=1)
 
     @cached_array
     def usable(self) -> Flags:
