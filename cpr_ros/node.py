@@ -99,18 +99,17 @@ class CprNode(LifecycleNode):
             self._listen()
             self.get_logger().info("unconfigured: autostart is off, ~/change_state begins")
 
-    def start(self) -> None:
-        """Configure and activate, unless a signal comes.
-
-        Raises:
-            CprError: It could not be done, and why.
-        """
+    def start(self) -> bool:
+        """Configure and activate, unless a signal comes; False if that failed: the log says why."""
         for transition in (self.trigger_configure, self.trigger_activate):
             done = transition() == TransitionCallbackReturn.SUCCESS
             if self._stop.requested or not rclpy.ok():
-                return
+                return True
             if not done:
-                raise CprError(self.problem or "the node could not be activated")
+                if not self.problem:
+                    self.get_logger().error("the node could not be activated")
+                return False
+        return True
 
     def destroy_node(self) -> None:
         """End what the node started, and the node."""

@@ -48,9 +48,10 @@ def run(
             node = make_node(stop)
             executor.add_node(node)
             with core_log_in(node.get_logger()):
-                if node.parameters.autostart:
-                    node.start()
-                _spin(node, executor, stop)
+                if node.parameters.autostart and not node.start():
+                    status = 1
+                else:
+                    _spin(node, executor, stop)
     except Exception as error:
         if not stop.requested:
             expected = isinstance(error, CprError | ParameterException) or not rclpy.ok()
