@@ -40,9 +40,11 @@ Floats = NDArray[np.float64]
 _Number = TypeVar("_Number", float, NDArray[np.float64])
 
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
-_NAME = described("name", "default leg and number, such as leg1.joint2")
+_NAME = described("name", "default leg and number among its joints, leg1.joint2")
 _SPRING = {
-    "stiffness": described("not_negative", "of its spring, passive joints only; default 0"),
+    "stiffness": described(
+        "not_negative", "of its spring, passive joints only [N m/rad or N/m]; default 0"
+    ),
     "rest": {"type": "number", "description": "where the spring is at rest [rad or m]; default 0"},
 }
 
@@ -90,10 +92,10 @@ class ChainJoint(DescribedJoint, ChainElement):
     fields: ClassVar[Mapping[str, Any]] = {
         "name": _NAME,
         "axis": described("axis", "in the frame before it"),
-        "motor": described("name", "the motor that moves it; default none: it is passive"),
+        "motor": described("name", "the motor that moves it; default passive"),
         "ratio": RATIO,
         "offset": OFFSET,
-        "limits": described("limits", "what the motor can do"),
+        "limits": described("limits", "what the motor can do; default unlimited"),
         **_SPRING,
     }
     required = ("axis",)
@@ -224,7 +226,7 @@ class Link(ChainElement):
     fields: ClassVar[Mapping[str, Any]] = {
         "link": described("vector", "where it leads, in the frame before it [m]"),
         "tangent": described("axis", "d1 behind it; default as before it"),
-        "normal": described("axis", "d2 behind it; required in space where tangent is given"),
+        "normal": described("axis", "d2 behind it, in space, beside tangent; default as before it"),
         "mass": described("not_negative", "[kg]; default 0"),
         "center_of_mass": described("vector", "in the frame before it [m]; default its middle"),
     }
@@ -283,9 +285,9 @@ class ChainRod(ChainElement):
     fields: ClassVar[Mapping[str, Any]] = {
         "rod": described("chain_rod", "what it is made of"),
         "strain": described("strain", "its modes; fields left out are the leg's or the robot's"),
-        "motor": described("name", "the motor that feeds it; default none"),
-        "limits": described("limits", "what that motor can do"),
-        "offset": OFFSET,
+        "motor": described("name", "the motor that feeds it; default fixed length"),
+        "limits": described("limits", "what that motor can do; default unlimited"),
+        "offset": OFFSET | {"description": "its length with that motor at zero [m]; default 0"},
         "ratio": RATIO,
         "lead": LEAD,
     }

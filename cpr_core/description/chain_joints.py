@@ -27,9 +27,11 @@ def _pair(items: Mapping[str, Any]) -> dict[str, Any]:
 def _of_each_axis(schema: Mapping[str, Any]) -> dict[str, Any]:
     """What a joint has, once for both axes or a pair, in which an axis may have none."""
     kind = {name: value for name, value in schema.items() if name != "description"}
+    # Both are turns.
+    meaning = schema["description"].replace(" or m]", "]").replace(" or N/m]", "]")
     return {
         "anyOf": [kind, _pair({"anyOf": [kind, {"type": "null"}]})],
-        "description": f"{schema['description']}; a pair: of either axis, null where it has none; "
+        "description": f"{meaning}; a pair: of either axis, null where it has none; "
         "one value is for those axes that can have it",
     }
 

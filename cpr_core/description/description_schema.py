@@ -25,8 +25,8 @@ __all__ = ["DEFAULT_BASIS", "description_schema"]
 DEFAULT_BASIS = "legendre"
 
 _ACTUATED = {
-    "name": field("name", "joint name in messages; default motor1, motor2, ..."),
-    "limits": field("limits", "what the motor can do"),
+    "name": field("name", "joint name in messages; default motor and the number of the leg"),
+    "limits": field("limits", "what the motor can do; default unlimited"),
 }
 _MODES = {
     "torsion": field("modes", "modes; default 0"),

@@ -80,7 +80,8 @@ RATIO = {
 }
 LEAD = {
     "type": "number",
-    "description": "way per turn of a motor that turns a screw, belt or roller [m]; in place of ratio",
+    "description": "way per turn of a motor that turns a screw, belt or roller [m], in place of ratio; "
+    "default none",
 }
 
 
