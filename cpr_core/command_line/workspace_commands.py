@@ -38,7 +38,7 @@ _PART = re.compile(r"^(.+)=([^:=]+)(?::([^:=]+))?$")
 
 
 def add_workspace_options(parser: argparse.ArgumentParser) -> None:
-    """Options of ``cpr workspace``."""
+    """Options of ``cpr workspace``; long, for every one has its lines."""
     parser.set_defaults(run=_workspace)
     parser.add_argument(
         "--slice",

@@ -132,20 +132,7 @@ def plot_map(
             limits = float(np.nanmin(values)), float(np.nanmax(values))
             shown = _draw_cells(axes, grid, values[:, :, plane], "cividis", limits)
         _draw_borders(axes, found, plane)
-        names = [
-            f"{name} [{unit}]" for name, unit in zip(grid.axis_names, grid.axis_units, strict=True)
-        ]
-        axes.set(xlabel=names[0], ylabel=names[1])
-        if grid.axis_units[0] == grid.axis_units[1]:
-            axes.set_aspect("equal")
-        if len(grid.shape) > 2:
-            place = found.place(plane)[2:]
-            axes.set_title(
-                ", ".join(
-                    f"{name} = {coordinate:.4g}"
-                    for name, coordinate in zip(grid.axis_names[2:], place, strict=True)
-                )
-            )
+        _name_axes(axes, found, plane)
         keys += axes.get_legend_handles_labels()[0]
     if shown is not None:
         figure.colorbar(shown, ax=figure.axes, label=field.replace("_", " "), shrink=0.8)
@@ -158,6 +145,25 @@ def plot_map(
         )
     figure.suptitle(f"{found.robot.description.name}: {_held_text(found)}")
     figure.savefig(file, dpi=120)
+
+
+def _name_axes(axes: Any, found: WorkspaceMap, plane: int) -> None:
+    """Names and units of both axes, and where the plane is along the others."""
+    grid = found.grid
+    names = [
+        f"{name} [{unit}]" for name, unit in zip(grid.axis_names, grid.axis_units, strict=True)
+    ]
+    axes.set(xlabel=names[0], ylabel=names[1])
+    if grid.axis_units[0] == grid.axis_units[1]:
+        axes.set_aspect("equal")
+    if len(grid.shape) > 2:
+        place = found.place(plane)[2:]
+        axes.set_title(
+            ", ".join(
+                f"{name} = {coordinate:.4g}"
+                for name, coordinate in zip(grid.axis_names[2:], place, strict=True)
+            )
+        )
 
 
 def _draw_cells(

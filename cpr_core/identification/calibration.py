@@ -87,6 +87,7 @@ def calibrate(
     Warns:
         CalibrationWarning: The answer can be used, but something looks like a mistake.
     """
+    # Long, for half of it is what the parameters mean.
     checked_robot(robot)
     paths = checked_paths(parameters)
     rows, deviations = checked_measurements(robot, measurements), checked_deviations(deviations)

@@ -102,6 +102,7 @@ def propose_poses(
             thousand poses.
         UnknownParameter: There is no such number.
     """
+    # Long, for half of it is what the parameters mean.
     checked_robot(robot)
     paths = checked_paths(parameters)
     values = robot.parameter_values(paths)

@@ -174,19 +174,44 @@ def wrench_measurements(
         pushed = checked_vector("efforts", efforts, count, robot.motor_list)
     position, rotation = None, _NO_TURN
     if pose is not None:
-        given = checked_vector("pose", pose, 7, _POSE)
-        position, rotation = given[:3], rotation_from_quaternion(given[3:])
-        doubt = ""
-        if np.vdot(rotation, seen_from.platform_rotation) < _FAR_TRACE:
-            doubt = quaternion_order_doubt(given[3:], seen_from.platform_quaternion)
-        if math.dist(position.tolist(), seen_from.platform_position.tolist()) > robot.mean_length:
-            doubt = doubt or request_doubt(robot.description, None, position)
-        if doubt:
-            raise InvalidRequest("pose", doubt)
+        position, rotation = _checked_pose(robot, pose, seen_from)
     deviations = (
         None if efforts is None else _numbers("effort_deviation", effort_deviation, _OF_EFFORTS),
         None if pose is None else _numbers("pose_deviation", pose_deviation, _OF_POSE),
     )
+    weights = _kept_weights(robot, deviations)
+    if robot.planar and deviations[1] is not None:
+        exactness = (float(value) for value in deviations[1])
+        doubt = plane_doubt(robot, position, rotation, *exactness)
+        if doubt:
+            raise InvalidRequest("pose", doubt)
+    return WrenchMeasurements(at, pushed, position, rotation, weights)
+
+
+def _checked_pose(robot: Robot, pose: ArrayLike, seen_from: Equilibrium) -> tuple[Floats, Floats]:
+    """Position and rotation of a pose, unless it looks like other units or another order.
+
+    Raises:
+        InvalidRequest: It does, or is no pose.
+        InvalidQuaternion: A quaternion far from unit length.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    given = checked_vector("pose", pose, 7, _POSE)
+    position, rotation = given[:3], rotation_from_quaternion(given[3:])
+    doubt = ""
+    if np.vdot(rotation, seen_from.platform_rotation) < _FAR_TRACE:
+        doubt = quaternion_order_doubt(given[3:], seen_from.platform_quaternion)
+    if math.dist(position.tolist(), seen_from.platform_position.tolist()) > robot.mean_length:
+        doubt = doubt or request_doubt(robot.description, None, position)
+    if doubt:
+        raise InvalidRequest("pose", doubt)
+    return position, rotation
+
+
+def _kept_weights(
+    robot: Robot, deviations: tuple[NDArray[Any] | None, NDArray[Any] | None]
+) -> WrenchWeights:
+    """Weights of efforts and pose by their standard deviations, found once."""
     # By value, as the arrays are others' own: mostly they are those of the sample before.
     key = tuple(
         each is not None and (each.dtype.str, each.shape, each.tobytes()) for each in deviations
@@ -197,12 +222,7 @@ def wrench_measurements(
         if len(known) >= _KEPT:
             known.clear()
         weights = known[key] = _weights(robot, *deviations)
-    if robot.planar and deviations[1] is not None:
-        exactness = (float(value) for value in deviations[1])
-        doubt = plane_doubt(robot, position, rotation, *exactness)
-        if doubt:
-            raise InvalidRequest("pose", doubt)
-    return WrenchMeasurements(at, pushed, position, rotation, weights)
+    return weights
 
 
 def _numbers(name: str, deviation: ArrayLike | None, meaning: str) -> NDArray[Any]:

@@ -168,6 +168,7 @@ def trace(
             than a million, or a way past folds of a redundant robot.
         NonFiniteInput: A NaN or an infinity.
     """
+    # Long, for more than half of it is what the parameters mean.
     start = checked_start(robot, start)
     choices = (("motors", motors), ("pose", pose), ("efforts", efforts))
     given = [(name, value) for name, value in choices if value is not None]

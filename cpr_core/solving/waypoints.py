@@ -85,6 +85,7 @@ def trace_through(
         InvalidRequest: Not one kind of request, or rows of the wrong length.
         NonFiniteInput: A NaN or an infinity.
     """
+    # Long, for half of it is what the parameters mean.
     start = checked_start(robot, start)
     choices = (("motors", motors), ("poses", poses), ("efforts", efforts))
     given = [(name, value) for name, value in choices if value is not None]

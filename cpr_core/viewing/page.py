@@ -73,6 +73,7 @@ class Page:
             MissingViewer: viser is not installed.
             InvalidRequest: The address cannot be had, or the map is none of this robot.
         """
+        # Long, for it makes all that is on the page.
         self._handled = HandledRobot(robot, start)
         self.server: viser.ViserServer = open_server(robot.description.name, host, port)
         self._mailbox, self._numbers_drawn = Mailbox(self._failed), -1.0

@@ -80,6 +80,7 @@ def map_workspace(
             or that cannot be written.
         NoInverseSolution, NoForwardSolution: No cell of the grid is reached from the start.
     """
+    # Long, for half of it is what the parameters mean; then one loop, to be stopped anywhere.
     start = checked_start(robot, start)
     loads = start.loads if loads is None else loads
     if checked_number("tolerance", tolerance) < 0.0:

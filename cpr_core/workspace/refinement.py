@@ -127,16 +127,27 @@ def _by_bisection(
         first, low = beyond[more], high[more]
         cell, neighbour = cell[more], neighbour[more]
         far = cells_at(grid, cells, neighbour)
-    size = len(grid.shape)
-    found_points = np.concatenate(points) if points else np.empty((0, size))
+    return _border_of(grid, kind, points, sides, before, after)
+
+
+def _border_of(
+    grid: Grid,
+    kind: BorderKind,
+    points: list[Floats],
+    sides: list[Integers],
+    before: list[Integers],
+    after: list[Integers],
+) -> Border:
+    """A border of points that were found in batches, of none too."""
+    every_point = np.concatenate(points) if points else np.empty((0, len(grid.shape)))
     pairs = np.concatenate(sides) if sides else np.empty((0, 2), np.int64)
     return Border(
         kind=kind,
-        points=found_points,
+        points=every_point,
         cells=pairs,
         before=np.concatenate(before) if before else np.empty(0, np.int64),
         after=np.concatenate(after) if after else np.empty(0, np.int64),
-        segments=segments_of(grid, found_points, pairs),
+        segments=segments_of(grid, every_point, pairs),
     )
 
 

@@ -69,35 +69,38 @@ def diagnostic_array(
         )
     ]
     if session is not None:
-        outcome, told = session.outcome, seen(session.outcome.verdict, unseen)
-        crossed = crossed_thresholds(session.follower.settings.thresholds)
-        level = _LEVELS[told.action]
-        equilibrium = outcome.assessment.equilibrium
-        error, warned = estimated_error(equilibrium), warned_error(equilibrium)
-        inexact = f"{error:.1e} m, more than half of strain.tolerance" if error > warned else ""
-        entries.append(
-            DiagnosticStatus(
-                level=max(level, DiagnosticStatus.WARN) if crossed or inexact else level,
-                name=f"{name}: stability",
-                message=told.text,
-                hardware_id=session.robot.description.name,
-                values=_values(
-                    {
-                        "state": outcome.state.name,
-                        "status": told.status.name,
-                        "action": told.action.name,
-                        "speed scale": f"{told.speed_scale:.3f}",
-                        "margin": f"{outcome.assessment.margin:.6g}",
-                        "index, motors held": outcome.assessment.index,
-                        "nearest threshold": told.nearest or "none",
-                        "solve time [ms]": f"{1e3 * outcome.assessment.solve_time:.3f}",
-                        "model error": inexact or f"{error:.1e} m",
-                        **({"thresholds": "; ".join(crossed)} if crossed else {}),
-                    }
-                ),
-            )
-        )
+        entries.append(_stability_status(name, session, unseen))
     return DiagnosticArray(header=Header(stamp=stamp), status=entries)
+
+
+def _stability_status(name: str, session: Session, unseen: str) -> DiagnosticStatus:
+    """What the robot is in."""
+    outcome, told = session.outcome, seen(session.outcome.verdict, unseen)
+    crossed = crossed_thresholds(session.follower.settings.thresholds)
+    level = _LEVELS[told.action]
+    equilibrium = outcome.assessment.equilibrium
+    error, warned = estimated_error(equilibrium), warned_error(equilibrium)
+    inexact = f"{error:.1e} m, more than half of strain.tolerance" if error > warned else ""
+    return DiagnosticStatus(
+        level=max(level, DiagnosticStatus.WARN) if crossed or inexact else level,
+        name=f"{name}: stability",
+        message=told.text,
+        hardware_id=session.robot.description.name,
+        values=_values(
+            {
+                "state": outcome.state.name,
+                "status": told.status.name,
+                "action": told.action.name,
+                "speed scale": f"{told.speed_scale:.3f}",
+                "margin": f"{outcome.assessment.margin:.6g}",
+                "index, motors held": outcome.assessment.index,
+                "nearest threshold": told.nearest or "none",
+                "solve time [ms]": f"{1e3 * outcome.assessment.solve_time:.3f}",
+                "model error": inexact or f"{error:.1e} m",
+                **({"thresholds": "; ".join(crossed)} if crossed else {}),
+            }
+        ),
+    )
 
 
 def wrench_status(name: str, session: Session, now: float) -> DiagnosticStatus:

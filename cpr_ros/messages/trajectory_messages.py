@@ -79,23 +79,7 @@ def trajectory_order(
     order = [names.index(name) for name in robot.motor_names]
     times = np.array([seconds_of(point.time_from_start) for point in points])
     _check_times(times)
-    positions = _column(names, points, "positions", needed=True)
-    velocities = _column(names, points, "velocities")
-    accelerations = _column(names, points, "accelerations")
-    for number, point in enumerate(points):
-        if len(point.effort):
-            raise InvalidRequest(
-                f"points[{number}].effort", "expected none: motors are moved by position"
-            )
-    assert positions is not None
-    if accelerations is not None and velocities is None:
-        raise InvalidRequest("points[0].velocities", "expected some where accelerations are given")
-    if velocities is not None and np.any(velocities[-1]):
-        raise TrajectoryRefused(
-            float(times[-1]),
-            "points",
-            f"expected a trajectory that ends at rest, its last velocities are {velocities[-1]}",
-        )
+    positions, velocities, accelerations = _columns(names, points, times)
     positions = positions[:, order]
     _check_ranges(robot, times, positions)
     if not 0.0 <= goal_time_tolerance < np.inf:
@@ -115,6 +99,36 @@ def trajectory_order(
         _tolerances("goal_tolerance", goal_tolerance, names)[order],
         goal_time_tolerance or np.inf,
     )
+
+
+def _columns(
+    names: list[str], points: list[JointTrajectoryPoint], times: Floats
+) -> tuple[Floats, Floats | None, Floats | None]:
+    """Positions, and velocities and accelerations if there are any, (P, n), in the order of the names.
+
+    Raises:
+        InvalidRequest: Efforts, accelerations without velocities, or not as many numbers as names.
+        NonFiniteInput: A NaN or an infinity.
+        TrajectoryRefused: The end is not at rest.
+    """
+    positions = _column(names, points, "positions", needed=True)
+    velocities = _column(names, points, "velocities")
+    accelerations = _column(names, points, "accelerations")
+    for number, point in enumerate(points):
+        if len(point.effort):
+            raise InvalidRequest(
+                f"points[{number}].effort", "expected none: motors are moved by position"
+            )
+    assert positions is not None
+    if accelerations is not None and velocities is None:
+        raise InvalidRequest("points[0].velocities", "expected some where accelerations are given")
+    if velocities is not None and np.any(velocities[-1]):
+        raise TrajectoryRefused(
+            float(times[-1]),
+            "points",
+            f"expected a trajectory that ends at rest, its last velocities are {velocities[-1]}",
+        )
+    return positions, velocities, accelerations
 
 
 def point_message(
