@@ -29,7 +29,7 @@ def shell_lines():
 COMMANDS = {
     line: words
     for line, words in shell_lines().items()
-    if line.split("/")[-1][:4] == "cpr " and words[1] != "view"  # that one does not end
+    if words[:1] == [".venv/bin/cpr"] and words[1] != "view"  # that one does not end
 }
 
 
@@ -68,6 +68,15 @@ def test_the_commands_of_the_pages_do_something(line, tmp_path, monkeypatch, cap
     assert capsys.readouterr().out.strip()
     written = {word for before, word in pairs(arguments) if before in ("--plot", "--out")}
     assert {file.name for file in tmp_path.iterdir()} == written
+
+
+def test_our_programs_are_called_where_they_are():
+    """As `make` installs them, on every page."""
+    text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+    blocks = "".join(re.findall(r"```(?:sh|console)\n(.*?)```", text, re.DOTALL))
+    called = re.findall(r"^(?:\$ )?(\S*\bcpr(?:_node|_view|_demo)?) ", blocks, re.MULTILINE)
+    assert len(called) > 20
+    assert {name.rpartition("/")[0] for name in called} == {".venv/bin"}
 
 
 def pairs(words):
