@@ -25,6 +25,7 @@ from .leg_description import DescribedMotor
 from .robot_description import RobotDescription
 
 __all__ = [
+    "angle_doubt",
     "check_home_joints",
     "check_home_motors",
     "check_inertia",
@@ -261,6 +262,19 @@ def request_doubt(
     if position is not None and math.dist(position, middle) > _FAR * longest:
         place = ", ".join(f"{value:g}" for value in position)
         return f"the platform position ({place}) {_MILLIMETRES}"
+    return ""
+
+
+def angle_doubt(names: Iterable[str], pose: Iterable[float]) -> str:
+    """What looks wrong with the angles of a requested pose; empty: nothing.
+
+    Args:
+        names: Of its numbers, as ``controlled`` has them.
+        pose: The numbers [m, rad].
+    """
+    for name, value in zip(names, pose, strict=True):
+        if name in ("roll", "pitch", "yaw", "angle") and abs(value) > 2.0 * math.pi:
+            return f"{name} at {value:g} {_DEGREES}"
     return ""
 
 

@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.plausibility import request_doubt
 from ..kernels.record_layout import EFFORT
 from ..model.bending_strain import bending_strains, strains_in
 from ..model.equilibrium import Equilibrium
@@ -174,7 +175,8 @@ def limit_error(
         motors = equilibrium.motors if requested is None else requested
         value, interval = float(motors[limit.number]), (limits.lower, limits.upper)
         position = "position", value, interval, motor.unit
-        return MotorLimitExceeded(name, *position, fraction, last, event)
+        doubt = request_doubt(robot.description, requested, None)
+        return MotorLimitExceeded(name, *position, fraction, last, event, doubt)
     value, interval = float(equilibrium.efforts[limit.number]), (-limits.effort, limits.effort)
     effort = "effort", value, interval, motor.effort_unit
     return MotorLimitExceeded(name, *effort, fraction, last, event)

@@ -94,13 +94,15 @@ class MotorLimitExceeded(NotReached):
         fraction: float = 1.0,
         last: Equilibrium | None = None,
         event: PathEvent | None = None,
+        doubt: str = "",
     ) -> None:
-        """Name the motor, the value and the limits."""
+        """Name the motor, the value and the limits, and what looks wrong with the value."""
         self.motor, self.quantity, self.value, self.limits = motor, quantity, value, limits
         told, lower, upper = distinct(value, *limits, fewest=6)
         super().__init__(
             f"{motor}: {quantity} {told} {unit} is outside its limits [{lower}, {upper}]"
-            + _place(fraction),
+            + _place(fraction)
+            + (f"; {doubt}" if doubt else ""),
             fraction,
             last,
             event,

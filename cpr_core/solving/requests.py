@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..description.plausibility import angle_doubt
 from ..errors import InvalidRequest
 from ..lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
 from ..model.equilibrium import Equilibrium
@@ -45,7 +46,8 @@ def target_of(start: Equilibrium, problem: str, values: ArrayLike) -> Target:
             "name them under `controlled` in the description",
         )
     position, rotation = split_pose(start, values)
-    return PoseTarget(rotation, position)
+    doubt = angle_doubt(pose_meaning(robot), np.asarray(values, float).tolist())
+    return PoseTarget(rotation, position, doubt=doubt)
 
 
 def pose_meaning(robot: Robot) -> tuple[str, ...]:
@@ -72,8 +74,11 @@ def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
         angles[axis] = values.get(name, angles[axis])
     if start.robot.controls_angles:
         if abs(angles[1]) > 0.5 * np.pi:
+            doubt = angle_doubt(names, values.values())
             raise InvalidRequest(
-                "pose", f"expected a pitch of at most pi/2 rad, got {angles[1]:g} rad"
+                "pose",
+                f"expected a pitch of at most pi/2 rad, got {angles[1]:g} rad"
+                + (f"; {doubt}" if doubt else ""),
             )
         rotation = rotation_from_angles(*angles)
     if "angle" in values:

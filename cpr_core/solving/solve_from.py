@@ -101,8 +101,12 @@ def _doubt(start: Equilibrium, target: Target) -> str:
     if isinstance(target, MotorTarget):
         return request_doubt(description, target.motors, None)
     if isinstance(target, PoseTarget):
-        return request_doubt(description, None, target.position) or quaternion_order_doubt(
-            quaternion_from_rotation(target.rotation), start.platform_quaternion
+        return (
+            target.doubt
+            or request_doubt(description, None, target.position)
+            or quaternion_order_doubt(
+                quaternion_from_rotation(target.rotation), start.platform_quaternion
+            )
         )
     return ""
 

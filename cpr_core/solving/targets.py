@@ -190,11 +190,13 @@ class PoseTarget:
         position: Platform position, (3,) [m]; read where it is controlled.
         motors: Motor positions, (n,) [rad or m]; read for motors that the robot holds (``holding``);
             None: these stay where they are.
+        doubt: What looks wrong with the numbers it was made of, in words; empty: nothing.
     """
 
     rotation: Floats
     position: Floats
     motors: Floats | None = None
+    doubt: str = ""
     problem: ClassVar[ProblemName] = "pose"
 
     def distance(self, start: Equilibrium) -> float:

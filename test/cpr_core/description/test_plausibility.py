@@ -286,6 +286,30 @@ def test_requests_in_other_units_fail_with_what_looks_wrong(name, solve, values,
     assert ("looks like" in str(caught.value)) == (says is not None)
 
 
+@pytest.mark.parametrize(
+    ("name", "solve", "values", "says"),
+    [
+        ("planar_body", solve_inverse, [0.0, 0.3, 30.0], f"angle at 30 {DEGREES}"),
+        ("three_rfs", solve_inverse, [0.74, 5.0, 12.0], f"pitch at 12 {DEGREES}"),
+        ("three_rfs", solve_inverse, [0.74, 30.0, 0.0], f"roll at 30 {DEGREES}"),
+        ("planar_body", solve_inverse, [0.0, 0.3, 6.0], None),
+        (
+            "three_rfs",
+            solve_forward,
+            [300.0, 310.0, 290.0],
+            f"its limits .*motor1 at 300 {DEGREES}",
+        ),
+        ("three_prs", solve_forward, [20.0, 20.0, 20.0], f"its limits .*at 20 {MILLIMETRES}"),
+        ("three_rfs", solve_forward, [6.3, 5.2, 5.2], None),
+    ],
+)
+def test_angles_of_poses_and_motors_beyond_their_limits_are_doubted_too(name, solve, values, says):
+    """They ended in words about folds and limits."""
+    with pytest.raises((NotReached, InvalidRequest), match=says) as caught:
+        solve(load_robot(name), values)
+    assert ("looks like" in str(caught.value)) == (says is not None)
+
+
 def test_quaternions_are_doubted_where_the_other_order_is_near():
     start = np.array([0.9434, -0.0406, -0.0496, 0.3255])
     w, x, y, z = start
