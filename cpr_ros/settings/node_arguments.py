@@ -9,7 +9,9 @@ import difflib
 import itertools
 import re
 import textwrap
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from .parameter_table import PARAMETERS, ROS_PARAMETERS
 
@@ -86,11 +88,22 @@ def files_of_others(arguments: list[str], name: str) -> list[str]:
             content = yaml.safe_load(Path(value).read_text())
         except (OSError, ValueError, yaml.YAMLError):
             continue  # ROS has its own words for it
-        sections = [str(section) for section in content] if isinstance(content, dict) else []
+        sections = list(_sections(content)) if isinstance(content, dict) else []
         if not any(_matches(section, name) for section in sections):
             named = ", ".join(sections) or "nobody"
             lines.append(f"{value} has no parameters for {name}: they are for {named}")
     return lines
+
+
+def _sections(content: dict[Any, Any]) -> Iterator[str]:
+    """Names of the nodes of a parameter file, whose namespaces may be sections of their own."""
+    for name, inside in content.items():
+        nested = inside if isinstance(inside, dict) and "ros__parameters" not in inside else {}
+        if nested:
+            outer = str(name).rstrip("/")
+            yield from (f"{outer}/{section.lstrip('/')}" for section in _sections(nested))
+        else:
+            yield str(name)
 
 
 def _matches(section: str, name: str) -> bool:

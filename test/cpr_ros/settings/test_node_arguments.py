@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -104,6 +105,35 @@ def test_a_parameter_file_that_is_for_others_is_told(tmp_path, section, meant):
     told = files_of_others(["--ros-args", "--params-file", str(file)], "/left/cpr_node")
     assert told == (
         [] if meant else [f"{file} has no parameters for /left/cpr_node: they are for {section}"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("content", "named"),
+    [
+        ({"/left": {"cpr_node": {}}}, []),
+        ({"left": {"/cpr_node": {}, "other": {}}}, []),
+        ({"/**": {"cpr_node": {}}}, []),
+        (
+            {"/right": {"cpr_node": {}, "deep": {"node": {}}}},
+            ["/right/cpr_node", "/right/deep/node"],
+        ),
+    ],
+)
+def test_namespaces_of_a_parameter_file_may_be_sections_of_their_own(tmp_path, content, named):
+    """What was read was said to be left aside."""
+
+    def with_parameters(sections):
+        return {
+            name: with_parameters(inside) if inside else {"ros__parameters": {"robot": "rfrfr"}}
+            for name, inside in sections.items()
+        }
+
+    file = tmp_path / "parameters.yaml"
+    file.write_text(yaml.safe_dump(with_parameters(content)))
+    told = files_of_others(["--ros-args", "--params-file", str(file)], "/left/cpr_node")
+    assert [line.partition("they are for ")[2] for line in told] == (
+        [", ".join(named)] if named else []
     )
 
 
