@@ -24,7 +24,9 @@ SIDES = ("left", "right")
 
 def documented() -> dict[str, list[str]]:
     """Arguments of the two commands of the docs, by side."""
-    commands = re.findall(r"^cpr_node --ros-args (.*__ns:=/(\w+).*)$", PAGE.read_text(), re.M)
+    commands = re.findall(
+        r"^\.venv/bin/cpr_node --ros-args (.*__ns:=/(\w+).*)$", PAGE.read_text(), re.M
+    )
     return {side: arguments.split() for arguments, side in commands}
 
 
