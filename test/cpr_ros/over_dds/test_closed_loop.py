@@ -396,6 +396,7 @@ def test_a_goal_with_a_tolerance_is_reached_where_it_is_measured(camera, goals):
     without = goals.result(goals.send(**at_setpoint())).result
     assert without.error_code.val == ErrorCode.SUCCESS
     assert without.position_error > 0.01
+    assert goals.feedback[-1].position_error > 0.01
     result = goals.result(goals.send(**at_setpoint(position_tolerance=1e-5))).result
     assert result.error_code.val == ErrorCode.SUCCESS
     assert 0.0 <= result.position_error <= 1e-5
@@ -403,8 +404,9 @@ def test_a_goal_with_a_tolerance_is_reached_where_it_is_measured(camera, goals):
     camera.obey()
     off = np.linalg.norm(camera.real.equilibrium.platform_position[:2] - SETPOINT)
     assert off < 1e-4  # the loop goes on
+    # How much is left when the first of them comes depends on how busy the machine is: the loop goes on.
     errors = [message.position_error for message in goals.feedback]
-    assert errors[0] > 0.01 and not np.isnan(errors).any()
+    assert not np.isnan(errors).any()
     camera.check_commands()
 
 
