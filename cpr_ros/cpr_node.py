@@ -8,7 +8,7 @@ from __future__ import annotations
 import signal
 import sys
 
-from .process.missing_packages import what_to_install
+from .process.missing_packages import what_is_missing_told
 from .process.stop_signal import StopSignal
 
 __all__ = ["main"]
@@ -35,12 +35,9 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"cpr_node: {line}", file=sys.stderr)
         print("cpr_node: see cpr_node --help", file=sys.stderr)
         return 2
-    try:
+    with what_is_missing_told("cpr_node"):
         from .node import CprNode
         from .node_run import run
-    except ModuleNotFoundError as error:
-        print(f"cpr_node: {what_to_install(error)}", file=sys.stderr)
-        return 1
     return run(CprNode, arguments, stop)
 
 

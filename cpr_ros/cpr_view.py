@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from .process.missing_packages import what_to_install
+from .process.missing_packages import what_is_missing_told
 
 __all__ = ["main"]
 
@@ -21,11 +21,8 @@ def main(arguments: list[str] | None = None) -> int:
     Returns:
         Exit status: 0; 1 if something is not installed, the address cannot be had, or the name is none.
     """
-    try:
+    with what_is_missing_told("cpr_view"):
         from .page.view_run import run
-    except ModuleNotFoundError as error:
-        print(f"cpr_view: {what_to_install(error)}", file=sys.stderr)
-        return 1
     return run(sys.argv if arguments is None else arguments)
 
 

@@ -46,8 +46,7 @@ def target_of(start: Equilibrium, problem: str, values: ArrayLike) -> Target:
             "name them under `controlled` in the description",
         )
     position, rotation = split_pose(start, values)
-    doubt = angle_doubt(pose_meaning(robot), np.asarray(values, float).tolist())
-    return PoseTarget(rotation, position, doubt=doubt)
+    return PoseTarget(rotation, position, asked=values)
 
 
 def pose_meaning(robot: Robot) -> tuple[str, ...]:

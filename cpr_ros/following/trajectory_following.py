@@ -195,7 +195,7 @@ class Trajectories:
         measured, missing = self._measured.newest(now), self._measured.missing(now)
         if goal.remaining(current) == 0.0 and arrived(order, goal.path, measured, missing):
             self.running = None
-            self._rest_until_joined(now)
+            self._rest_until_joined()
             motion.told(Ending(ErrorCode.SUCCESS, "", due))
             return
         beyond = broken_tolerance(
@@ -273,7 +273,7 @@ class Trajectories:
         before = goal.path.part(begin, begin + join - own, own)
         return before, lambda _: own + goal.time - begin
 
-    def _rest_until_joined(self, now: float) -> None:
+    def _rest_until_joined(self) -> None:
         """Let the time of one with a stamp go on, though what it goes on from has ended."""
         coming = self.coming
         if coming is not None and coming.stamp is not None:

@@ -5,13 +5,25 @@
 
 from __future__ import annotations
 
-__all__ = ["what_to_install"]
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+__all__ = ["what_is_missing_told"]
 
 #: What cpr_ros itself needs, ROS aside.
 _NEEDED = ("cpr_core", "numpy", "scipy", "numba", "yaml", "jsonschema", "threadpoolctl", "tqdm")
 
 
-def what_to_install(error: ModuleNotFoundError) -> str:
+@contextmanager
+def what_is_missing_told(program: str) -> Iterator[None]:
+    """End a program, with status 1, where an import in this context does not find its package."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise SystemExit(f"{program}: {_what_to_install(error)}") from None
+
+
+def _what_to_install(error: ModuleNotFoundError) -> str:
     """The error, and in a second line what brings the package."""
     name = (error.name or "").partition(".")[0]
     if name == "cpr_msgs":

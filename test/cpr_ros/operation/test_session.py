@@ -17,6 +17,7 @@ from helpers.drive import PERIOD, SETTINGS, robot
 from sensor_msgs.msg import JointState
 
 from cpr_core import solve_forward, solve_home
+from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import Action, State
@@ -674,6 +675,16 @@ def test_motors_that_are_measured_no_more_are_missed(bench):
     tracked = Bench(motor_source="measured").session
     tracked.measured.refuse("names")
     assert tracked.unseen(1.0) == ""  # of these the state tells
+
+
+def test_a_correction_that_is_frozen_is_missed_only_for_want_of_a_pose(bench, monkeypatch):
+    for status, unseen in (
+        (LoopStatus(Loop.CLOSED), ""),
+        (LoopStatus(Loop.FROZEN, "the robot is on its way"), ""),
+        (LoopStatus(Loop.FROZEN, "the pose jumped", blind=True), "the pose jumped"),
+    ):
+        monkeypatch.setattr(bench.session, "loop_status", lambda now, status=status: status)
+        assert bench.session.unseen(bench.now) == unseen
 
 
 def test_a_robot_waits_for_a_measurement_until_it_moves(bench):
