@@ -359,13 +359,16 @@ class CprNode(LifecycleNode):
 
     def _publish_diagnostics(self) -> None:
         session, now = self.active_session(), time.monotonic()
+        others = ""
         if session is not None:
+            others = self.outputs.other_commanders.look(now)
             self._announce(*self._announcements.of_motors(session.unmeasured(now)))
+            self._announce(*self._announcements.of_commanders(others))
         if session is not None and self.outputs.wrench_wanted:
             self._announce(*session.felt.announcement(now))
         dropped = self.interfaces.dropped if self.interfaces else None
         life = self._state_machine.current_state[1]
-        self.outputs.diagnostics(life, self.active_session(), dropped, self._ticking.late)
+        self.outputs.diagnostics(life, session, dropped, self._ticking.late, others)
 
     def _required_session(self) -> Session:
         if self._session is None:

@@ -34,6 +34,7 @@ def diagnostic_array(
     dropped: Mapping[str, int],
     newest: Mapping[str, int],
     late_ticks: int,
+    others: str,
     stamp: Time,
 ) -> DiagnosticArray:
     """Two entries: what the robot is in, and how the node gets on.
@@ -46,19 +47,20 @@ def diagnostic_array(
         dropped: Number of dropped messages by topic.
         newest: Those of them that were dropped since the last diagnostics.
         late_ticks: Ticks that came more than a period late.
+        others: Who else commands the motors, in words; empty: nobody.
         stamp: ROS time of the message.
     """
     level = DiagnosticStatus.OK if session else DiagnosticStatus.STALE
-    message = life
-    if newest:
+    counts = ", ".join(f"{count} of {topic}" for topic, count in sorted(newest.items()))
+    fewer = f"messages dropped since the last diagnostics: {counts}" if counts else ""
+    warnings = [warning for warning in (fewer, others) if warning]
+    if warnings:
         level = max(level, DiagnosticStatus.WARN)
-        counts = ", ".join(f"{count} of {topic}" for topic, count in sorted(newest.items()))
-        message = f"{life}; messages dropped since the last diagnostics: {counts}"
     entries = [
         DiagnosticStatus(
             level=level,
             name=f"{name}: node",
-            message=message,
+            message="; ".join((life, *warnings)),
             values=_values(
                 {
                     "life cycle": life,

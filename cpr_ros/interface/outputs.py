@@ -33,6 +33,7 @@ from ..messages.urdf import robot_urdf
 from ..messages.wrench_messages import estimated_wrench, measured_efforts, wrench_estimate
 from ..middleware.dropped_messages import DroppedMessages
 from ..middleware.listeners import Listeners
+from ..middleware.other_commanders import OtherCommanders
 from ..middleware.repeated_message import RepeatedMessage, Stamp
 from ..operation.session import Session
 from ..settings.parameters import Parameters
@@ -42,6 +43,7 @@ __all__ = ["LATCHED", "Outputs", "promised"]
 
 #: For what changes seldom: who comes late is told as well.
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_COMMANDS = "~/motor_commands"
 #: The shortest time between two messages that is promised [s]: the machine may be busy.
 _SHORTEST_PROMISE = 0.1
 
@@ -85,7 +87,8 @@ class Outputs:
         self._stability = publisher(
             StabilityMetrics, "~/stability", promised(parameters.stability_rate)
         )
-        self._motor_commands = publisher(Float64MultiArray, "~/motor_commands", 10)
+        self._motor_commands = publisher(Float64MultiArray, _COMMANDS, 10)
+        self.other_commanders = OtherCommanders(node, _COMMANDS)
         self._markers = publisher(MarkerArray, "~/leg_markers", 10)
         self._description = publisher(String, "~/description", LATCHED)
         self._urdf = publisher(String, "~/robot_description", LATCHED)
@@ -231,7 +234,12 @@ class Outputs:
         self._markers.publish(leg_markers(session.outcome, by, frames, self._stamp()))
 
     def diagnostics(
-        self, life: str, session: Session | None, dropped: DroppedMessages | None, late_ticks: int
+        self,
+        life: str,
+        session: Session | None,
+        dropped: DroppedMessages | None,
+        late_ticks: int,
+        others: str,
     ) -> None:
         """Health of the node."""
         name = self._node.get_fully_qualified_name()
@@ -239,7 +247,9 @@ class Outputs:
         newest = dropped.newest() if dropped else {}
         now, stamp = time.monotonic(), self._stamp()
         unseen = session.unseen(now) if session else ""
-        array = diagnostic_array(name, life, session, unseen, counts, newest, late_ticks, stamp)
+        array = diagnostic_array(
+            name, life, session, unseen, counts, newest, late_ticks, others, stamp
+        )
         if session is not None and self.wrench_wanted:
             array.status.append(wrench_status(name, session, now))
         self._diagnostics.publish(array)

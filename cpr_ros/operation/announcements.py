@@ -27,6 +27,7 @@ class Announcements:
         self._state = State.IDLE
         self._returning = False
         self._unmeasured = ""
+        self._others = ""
 
     @property
     def at_rest(self) -> bool:
@@ -60,6 +61,17 @@ class Announcements:
         if unmeasured and not before:
             return f"{unmeasured}: what is moved now is moved without being seen", ""
         return "", "" if unmeasured or not before else "the motors are measured again"
+
+    def of_commanders(self, others: str) -> tuple[str, str]:
+        """What to log of others who command the motors: a warning when they come, and that they left.
+
+        Args:
+            others: Who they are, in words; empty: nobody.
+        """
+        before, self._others = self._others, others
+        if others and not before:
+            return others, ""
+        return "", "" if others or not before else "nobody else commands the motors any more"
 
     def _recovery(self, outcome: Outcome, now: float) -> str:
         """That a halt has ended, when it has not come back for a while."""

@@ -146,6 +146,9 @@ def declare(node: Node) -> Parameters:
         if not parameter.live:
             values[parameter.name] = value
     values["characteristic_length"] = values["characteristic_length"] or None
+    for name in ("frame_prefix", "base_frame", "platform_frame", "tracker_frame"):
+        if values[name].startswith("/"):
+            raise CprError(f"{name}: frames of tf2 do not begin with /, got {values[name]!r}")
     parameters = Parameters(**values)
     if parameters.base_frame == parameters.platform_frame:
         raise CprError(

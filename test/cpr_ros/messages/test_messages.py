@@ -184,7 +184,7 @@ def diagnosed(drive):
     session = SimpleNamespace(
         follower=drive.follower, outcome=drive.outcomes[-1], robot=drive.robot
     )
-    found = diagnostic_array("node", "active", session, "", {}, {}, 0, Time()).status[1]
+    found = diagnostic_array("node", "active", session, "", {}, {}, 0, "", Time()).status[1]
     values = {value.key: value.value for value in found.values}
     return found.level, values["model error"]
 

@@ -67,6 +67,15 @@ def test_motors_that_are_measured_no_more_are_told_once(log):
     ]
 
 
+def test_others_who_command_are_told_once(log):
+    others, nobody = "/commands has 1 more publisher", ""
+    told = [
+        log.announcements.of_commanders(who) for who in (nobody, others, others, nobody, others)
+    ]
+    gone = ("", "nobody else commands the motors any more")
+    assert told == [("", ""), (others, ""), ("", ""), gone, (others, "")]
+
+
 def test_ticks_go_on_until_the_end_of_a_halt_is_said(log):
     """A robot at rest was not said to be free before it moved."""
     for state, verdict, rests in ((State.IDLE, HALT, True), (State.IDLE, FREE, False)):
