@@ -174,13 +174,11 @@ class _Builder:
         slots, count = arrays.slots, len(self.groups)
         for group, legs in enumerate(self.groups):
             self._fill_structure(arrays, group, legs)
-            for lane in range(WIDTH):
-                # A lane without leg repeats the last one, without tip, force or motor.
-                number = legs.numbers[min(lane, len(legs.numbers) - 1)]
+            for lane, number in enumerate(legs.numbers):
                 self._fill_chain(arrays, number, group, lane)
-                if lane < len(legs.numbers):
-                    self._fill_leg(arrays, number, group, lane)
-                    self._fill_coordinates(arrays, number, group, lane)
+                self._fill_leg(arrays, number, group, lane)
+                self._fill_coordinates(arrays, number, group, lane)
+            self._repeat_last(arrays, group, len(legs.numbers))
         unit, motor_index = self.numbers.unit, self.numbers.motor_index
         used = arrays.slot_index >= 0
         arrays.units["lane"][:, : slots.inner_count] = np.where(used, unit[arrays.slot_index], 0.0)
@@ -263,7 +261,7 @@ class _Builder:
             turned = turned or kind in (Element.TURN, Element.ROD)
 
     def _fill_chain(self, arrays: _SlotArrays, number: int, group: int, lane: int) -> None:
-        """Base, joints, links and rods of a leg: what every lane has."""
+        """Base, joints, links and rods of a leg: what every lane has, see ``_repeat_last``."""
         leg, fields = self.described[number], arrays.groups[group]
         fields["base_rotation"][..., lane] = leg.base_rotation
         fields["base_position"][..., lane] = leg.base_position
@@ -274,6 +272,22 @@ class _Builder:
             row["heavy"] |= row["mass"][lane] > 0.0
         for rod, element in enumerate(leg.rods):
             self._fill_rod(arrays, element, group, rod, lane)
+
+    def _repeat_last(self, arrays: _SlotArrays, group: int, used: int) -> None:
+        """A lane without leg repeats the last one, without tip, force or motor."""
+        elements = arrays.elements.dtype
+        for lanes in (
+            *(arrays.groups[name][group] for name in ("base_rotation", "base_position")),
+            *(
+                arrays.elements[name][group]
+                for name in elements.names or ()
+                if elements[name].shape
+            ),
+            arrays.rods["length"][group],
+            arrays.functions["lane"][group],
+            arrays.step_functions["lane"][group],
+        ):
+            lanes[..., used:] = lanes[..., used - 1 : used]
 
     def _fill_rod(
         self, arrays: _SlotArrays, element: ChainRod, group: int, rod: int, lane: int

@@ -22,12 +22,20 @@ Floats = NDArray[np.float64]
 
 def strain_grams(numbers: StateNumbers, grid: RodGrid) -> Floats:
     """Integrals of products of the strain modes of every rod, (N, N)."""
-    return _by_rod(numbers, lambda element: element.modes.gram(grid))
+    return _by_rod(
+        numbers,
+        lambda element: element.modes.identity,
+        lambda element: element.modes.gram(grid),
+    )
 
 
 def strain_stiffness(numbers: StateNumbers, grid: RodGrid) -> Floats:
     """Elastic stiffness K_e of every rod at its nominal length, (N, N)."""
-    return _by_rod(numbers, lambda element: element.rod.stiffness(element.modes, grid))
+    return _by_rod(
+        numbers,
+        lambda element: (id(element.rod), element.modes.identity),
+        lambda element: element.rod.stiffness(element.modes, grid),
+    )
 
 
 def unit_motions(numbers: StateNumbers, grams: Floats) -> Floats:
@@ -54,12 +62,16 @@ def curvature_stations(
     ), tuple(read_only(element.rod.rest_curvature_at(sigma)) for element in elements)
 
 
-def _by_rod(numbers: StateNumbers, matrix: Callable[[ChainRod], Floats]) -> Floats:
-    """Matrices of the rods on the diagonal, found once for all that are equal."""
+def _by_rod(
+    numbers: StateNumbers,
+    identity: Callable[[ChainRod], Hashable],
+    matrix: Callable[[ChainRod], Floats],
+) -> Floats:
+    """Matrices of the rods on the diagonal, found once for all of an identity."""
     whole = np.zeros((len(numbers.unit), len(numbers.unit)))
-    found: dict[tuple[int, Hashable], Floats] = {}
+    found: dict[Hashable, Floats] = {}
     for rod in numbers.rods:
-        key = id(rod.element.rod), rod.element.modes.identity
+        key = identity(rod.element)
         if key not in found:
             found[key] = matrix(rod.element)
         whole[rod.strain, rod.strain] = found[key]

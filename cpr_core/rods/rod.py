@@ -181,6 +181,11 @@ class Rod:
         bent = any(np.any(series[1:]) for series in self.rest_curvature)
         return self.profile.uniform and not self.section.tapered and not bent
 
+    @property
+    def straight(self) -> bool:
+        """Whether it is not curved at rest."""
+        return not any(map(len, self.rest_curvature))
+
     def mass_at(self, sigma: Floats) -> Floats:
         """Mass per length, (len(sigma),) [kg/m]."""
         factor = np.interp(sigma, self.profile.at, self.profile.mass)
@@ -198,7 +203,7 @@ class Rod:
 
     def rest_curvature_at(self, sigma: Floats) -> Floats:
         """Strain at rest, (len(sigma), 3) [1/m]."""
-        if not any(map(len, self.rest_curvature)):
+        if self.straight:
             return np.zeros((len(sigma), 3))
         return np.column_stack(
             [
@@ -213,12 +218,16 @@ class Rod:
 
     def rest_moment(self, modes: StrainModes, grid: RodGrid) -> Floats:
         """``int Phi^T H_a kappa_rest ds``, shape (m,) [N m^2]."""
+        if self.straight:
+            return np.zeros(modes.total)
         couple = self.rigidities_at(grid.nodes) * self.rest_curvature_at(grid.nodes)
         values = modes.values(grid.nodes)
         return self.length * (grid.weights @ (values * couple[:, modes.directions]))
 
     def rest_energy(self, grid: RodGrid) -> float:
         """``int kappa_rest^T H_a kappa_rest ds`` [J]."""
+        if self.straight:
+            return 0.0
         rest = self.rest_curvature_at(grid.nodes)
         density = (self.rigidities_at(grid.nodes) * rest**2).sum(axis=1)
         return float(self.length * grid.weights @ density)
