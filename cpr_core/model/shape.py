@@ -116,10 +116,14 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
 def state_shapes(robot: Robot, state: Floats, points: int = 32) -> tuple[LegShape, ...]:
     """Shape of every leg in any state (N,), in equilibrium or not; then tips miss the platform."""
     rods, shapes = _rods_from_identity(robot, state, points), []
-    for number in range(len(robot.description.legs)):
+    curvatures = [
+        _sampled(rod.element.modes, points).values @ state[rod.strain] / rod.stretch(state)
+        for rod in robot.numbers.rods
+    ]
+    for number, leg in enumerate(robot.description.legs):
         poses, count = _element_poses(robot, number, state, rods)
-        shapes.append(_along(robot.description.legs[number], poses, rods[:count], points))
-        rods = rods[count:]
+        shapes.append(_along(leg, poses, rods[:count], curvatures[:count], points))
+        rods, curvatures = rods[count:], curvatures[count:]
     return tuple(shapes)
 
 
@@ -155,7 +159,6 @@ class _RodShape(NamedTuple):
 
     position: Floats  # (P, 3)
     rotation: Floats  # (P, 3, 3)
-    curvature: Floats  # (P, 3)
     length: float
 
 
@@ -172,7 +175,13 @@ def _joint_places(leg: LegDescription, poses: list[Pose]) -> tuple[JointPlace, .
     return (*found, JointPlace(tip, None, poses[-1].position))
 
 
-def _along(leg: LegDescription, poses: list[Pose], rods: list[_RodShape], points: int) -> LegShape:
+def _along(
+    leg: LegDescription,
+    poses: list[Pose],
+    rods: list[_RodShape],
+    curvatures: list[Floats],
+    points: int,
+) -> LegShape:
     """Points of the elements of a chain, one after the other; turns add none."""
     chain, sigma = leg.chain, _places(points)
     parts, way, number = [], 0.0, 0
@@ -187,7 +196,7 @@ def _along(leg: LegDescription, poses: list[Pose], rods: list[_RodShape], points
                     arc_length=way + shape.length * sigma,
                     position=start.position + shape.position @ start.rotation.T,
                     rotation=start.rotation @ shape.rotation,
-                    curvature=shape.curvature,
+                    curvature=curvatures[number],
                     rod=np.full(points, number),
                 )
             )
@@ -242,21 +251,22 @@ def _element_poses(
 
 def _rods_from_identity(robot: Robot, state: Floats, points: int) -> list[_RodShape]:
     """All rods at once, step by step."""
-    rods, grid = list(robot.numbers.rods), _grid(points)
-    turns, strain = np.empty((len(rods), len(grid.steps), 3)), []
-    for number, rod in enumerate(rods):
-        sampled, length = _sampled(rod.element.modes, points), rod.element.rod.length
-        moments = np.ascontiguousarray(sampled.step_moments @ state[rod.strain])
-        rotation_steps(moments, length * grid.steps, turns[number])
-        strain.append(sampled.values @ state[rod.strain] / rod.stretch(state))
-    frames = _products(rotations_exp(turns))
-    tangents = frames[:, 1:-1, :, 0]
-    integrals = np.vstack([np.zeros_like(grid.weights), grid.integration, grid.weights])
-    beyond, shapes = integrals @ tangents, []
-    for number, rod in enumerate(rods):
-        length = float(rod.element.rod.length * rod.stretch(state))
-        shapes.append(_RodShape(length * beyond[number], frames[number], strain[number], length))
-    return shapes
+    rods, steps = list(robot.numbers.rods), _grid(points).steps
+    moments = np.empty((len(rods), len(steps), 3, 3))
+    for alike in robot.numbers.alike_rods:
+        step_moments = _sampled(alike.modes, points).step_moments
+        found = state[alike.strain] @ step_moments.reshape(len(step_moments), -1)
+        moments[alike.numbers] = found.reshape(-1, len(steps), 3, 3)
+    nominal = np.array([rod.element.rod.length for rod in rods])
+    turns = np.empty((len(rods) * len(steps), 3))
+    rotation_steps(moments.reshape(-1, 3, 3), np.outer(nominal, steps).ravel(), turns)
+    frames = _products(rotations_exp(turns.reshape(len(rods), -1, 3)))
+    beyond = _integrals(points) @ frames[:, 1:-1, :, 0]
+    lengths = [float(rod.length(state)) for rod in rods]
+    return [
+        _RodShape(length * position, frame, length)
+        for length, position, frame in zip(lengths, beyond, frames, strict=True)
+    ]
 
 
 def _products(turns: Floats) -> Floats:
@@ -272,13 +282,20 @@ def _products(turns: Floats) -> Floats:
 class _Sampled(NamedTuple):
     """Shape functions of a rod where its shape is wanted."""
 
-    step_moments: Floats  # (H, 3, 3, m): moments of the three strain components over rotation steps
+    step_moments: Floats  # (m, H, 3, 3): moments of the three strain components over rotation steps
     values: Floats  # (P, 3, m)
 
 
 @cache
 def _grid(points: int) -> RodGrid:
     return rod_grid(points - 2)
+
+
+@cache
+def _integrals(points: int) -> Floats:
+    """From values at the nodes of a rod to integrals up to its points, (P, K)."""
+    grid = _grid(points)
+    return np.vstack([np.zeros_like(grid.weights), grid.integration, grid.weights])
 
 
 @cache
@@ -292,5 +309,5 @@ def _sampled(modes: StrainModes, points: int) -> _Sampled:
     """They are the same for rods of the same modes, and in every configuration."""
     grid, one_hot = _grid(points), np.eye(3)[modes.directions].T
     steps = modes.values(grid.step_points.ravel()).reshape(*grid.step_points.shape, modes.total)
-    moments = np.einsum("mk,hkj,cj->hmcj", MAGNUS_WEIGHTS, steps, one_hot)
+    moments = np.einsum("mk,hkj,cj->jhmc", MAGNUS_WEIGHTS, steps, one_hot)
     return _Sampled(moments, modes.values(_places(points))[:, None, :] * one_hot)

@@ -10,8 +10,9 @@ platform; then the motors. In this order the tangent is block-arrow shaped.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +20,13 @@ from numpy.typing import NDArray
 from ..description.chain import ChainRod
 from ..description.leg_description import LegDescription
 from ..description.robot_description import RobotDescription
+from ..rods.rod import StrainModes
 from .platform_coordinates import PlatformCoordinates
 
-__all__ = ["LegNumbers", "RodNumbers", "StateNumbers", "state_numbers"]
+__all__ = ["AlikeRods", "LegNumbers", "RodNumbers", "StateNumbers", "state_numbers"]
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,21 @@ class RodNumbers:
         if self.length_index is None:
             return np.full(states.shape[:-1], self.element.rod.length)
         return np.asarray(self.element.length_at(states[..., self.length_index]))
+
+
+@dataclass(frozen=True, eq=False)
+class AlikeRods:
+    """Rods of equal modes.
+
+    Attributes:
+        modes: Their modes.
+        numbers: Which rods of the robot they are, (R,).
+        strain: State indices of their strain coordinates, (R, m).
+    """
+
+    modes: StrainModes
+    numbers: Integers
+    strain: Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +114,22 @@ class StateNumbers:
         """The rods of all legs."""
         for leg in self.legs:
             yield from leg.rods
+
+    @cached_property
+    def alike_rods(self) -> tuple[AlikeRods, ...]:
+        """The same by their modes."""
+        rods, alike = list(self.rods), dict[Hashable, list[int]]()
+        for number, rod in enumerate(rods):
+            alike.setdefault(rod.element.modes.identity, []).append(number)
+        states = np.arange(len(self.unit))
+        return tuple(
+            AlikeRods(
+                rods[numbers[0]].element.modes,
+                np.array(numbers),
+                np.array([states[rods[number].strain] for number in numbers]),
+            )
+            for numbers in alike.values()
+        )
 
 
 def state_numbers(description: RobotDescription, coordinates: PlatformCoordinates) -> StateNumbers:

@@ -41,6 +41,8 @@ Floats = NDArray[np.float64]
 _SPRINGS = (1.0, 10.0, 100.0, 1e3, 1e4)
 #: Steps of descent per stiffness, longest step (dimensionless), and where the gradient is small.
 _DESCENTS, _LONGEST_DESCENT, _FLAT = 200, 0.5, 1e-6
+#: Where it is small enough in a minimum that stiffer springs will move.
+_NEARLY_FLAT = 1e-3
 #: Kicks off unstable equilibria.
 _KICKS = 6
 
@@ -93,7 +95,7 @@ def assemble(robot: Robot, start: Shape, loads: Loads, platform_held: bool) -> E
     shape, forces = start, robot.load_arrays(loads)
     if platform_held:
         for stiffness in _SPRINGS[:4]:
-            shape = _descended(robot, forces, shape, stiffness, robot.elastic_indices)
+            shape = _descended(robot, forces, shape, stiffness, robot.elastic_indices, _NEARLY_FLAT)
     return settle(robot, shape, loads, _SPRINGS[3:] if platform_held else _SPRINGS)
 
 
@@ -105,7 +107,8 @@ def settle(
     found, forces = None, robot.load_arrays(loads)
     for kick in range(_KICKS):
         for stiffness in springs:
-            shape = _descended(robot, forces, shape, stiffness, moving)
+            flat = _FLAT if stiffness == springs[-1] else _NEARLY_FLAT
+            shape = _descended(robot, forces, shape, stiffness, moving, flat)
         found = _closed(robot, loads, forces, shape, springs[-1])
         if not found.converged or found.index_locked == 0:
             return found
@@ -181,20 +184,24 @@ def _with_springs(
 
 @on_one_numpy_thread
 def _descended(
-    robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float, moving: NDArray[np.int64]
+    robot: Robot,
+    forces: LoadArrays,
+    shape: Shape,
+    stiffness: float,
+    moving: NDArray[np.int64],
+    flat: float,
 ) -> Shape:
     """Minimum of the energy of rods and springs, by Newton steps turned downhill along every axis."""
     arrays, held = robot.arrays, robot.multiplier_indices
-    unit = arrays.unit[moving]
+    unit, units = arrays.unit[moving], np.outer(arrays.unit, arrays.unit) / arrays.energy_unit
+    within, across = np.ix_(moving, moving), np.ix_(held, moving)
     energy, value = _with_springs(robot, forces, shape, stiffness)
     for _ in range(_DESCENTS):
         gradient = value.residual[moving] * unit / arrays.energy_unit
-        hessian = value.tangent[np.ix_(moving, moving)] * unit * unit[:, None]
-        hessian /= arrays.energy_unit
-        slopes = value.tangent[np.ix_(held, moving)] * unit * arrays.unit[held, None]
-        slopes /= arrays.energy_unit
+        tangent = value.tangent * units
+        hessian, slopes = tangent[within], tangent[across]
         hessian = 0.5 * (hessian + hessian.T) + stiffness * slopes.T @ slopes
-        step = _downhill(hessian, gradient)
+        step = _downhill(hessian, gradient, flat)
         if step is None:
             break
         step *= min(1.0, _LONGEST_DESCENT / float(np.linalg.norm(step)))
@@ -211,19 +218,25 @@ def _descended(
     return shape
 
 
-def _downhill(hessian: Floats, gradient: Floats) -> Floats | None:
-    """Newton's step, turned downhill along every axis; None in a minimum."""
-    flat = float(np.abs(gradient).max()) < _FLAT
+def _downhill(hessian: Floats, gradient: Floats, flat: float) -> Floats | None:
+    """Newton's step, turned downhill along every axis; None in a minimum.
+
+    Args:
+        hessian: Dimensionless.
+        gradient: Dimensionless.
+        flat: Largest entry of the gradient in a minimum.
+    """
+    steepest = float(np.abs(gradient).max())
     try:
         np.linalg.cholesky(hessian)
-        if flat:
+        if steepest < flat:
             return None
         return -np.asarray(np.linalg.solve(hessian, gradient))  # downhill as it is, and sooner
     except np.linalg.LinAlgError:  # not definite, or singular but for rounding
         pass
     curvatures, axes = np.linalg.eigh(hessian)
     along = axes.T @ gradient
-    if flat:
+    if steepest < _FLAT:
         if curvatures[0] > -_FLAT:
             return None
         along[0] = -abs(curvatures[0])  # on a saddle: to one side

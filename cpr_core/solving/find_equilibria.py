@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -33,6 +34,7 @@ from .targets import check_rod_lengths
 __all__ = ["FoundEquilibrium", "find_equilibria", "merged_equilibria"]
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 #: A million take an hour and more; all are numbered before the first one begins.
 _MOST_STARTS = 1_000_000
@@ -109,7 +111,7 @@ def find_equilibria(
     loads = robot.default_loads if loads is None else loads
     seeds = np.random.SeedSequence(seed).spawn(starts)
     home = _from_home(robot, values, loads)
-    search = partial(_searched, robot, values, loads, robot.load_arrays(loads))
+    search = partial(_searched, robot, values, loads, robot.load_arrays(loads), _spread(robot))
     if executor is not None:
         candidates = _counted(robot, executor.map(search, seeds), starts, progress)
     else:
@@ -163,25 +165,50 @@ def _counted(
     return kept
 
 
+class _Spread(NamedTuple):
+    """What of a robot is random at a start.
+
+    Attributes:
+        passive: State indices of its passive joints.
+        strain: State indices of the strain coordinates of its rods, (m,).
+        lengths: Length of the rod of each, (m,) [m].
+        orders: Order of the shape function of each, (m,).
+    """
+
+    passive: Integers
+    strain: Integers
+    lengths: Floats
+    orders: Integers
+
+
+def _spread(robot: Robot) -> _Spread:
+    """That of a robot."""
+    moved = [index for leg in robot.numbers.legs for index in leg.coordinates]
+    rods, states = list(robot.numbers.rods), np.arange(robot.state_size)
+    return _Spread(
+        np.array([i for i in moved if i is not None and i < robot.arrays.platform_index], int),
+        np.concatenate([states[rod.strain] for rod in rods]),
+        np.concatenate([[rod.element.rod.length] * rod.element.modes.total for rod in rods]),
+        np.concatenate([np.arange(n) for rod in rods for n in rod.element.modes.counts]),
+    )
+
+
 def _searched(
     robot: Robot,
     motors: Floats,
     loads: Loads,
     forces: LoadArrays,
+    spread: _Spread,
     seed: np.random.SeedSequence,
 ) -> Equilibrium | None:
     """The equilibrium Newton's method finds from one random shape, if any."""
-    random, arrays = np.random.default_rng(seed), robot.arrays
-    state = np.zeros(len(arrays.unit))
+    random, passive = np.random.default_rng(seed), spread.passive
+    state = np.zeros(robot.state_size)
     state[robot.motor_indices] = motors
     bending = np.exp(random.uniform(*np.log(_BENDING)))
-    moved = [index for leg in robot.numbers.legs for index in leg.coordinates]
-    passive = [i for i in moved if i is not None and i < arrays.platform_index]
-    state[passive] = arrays.unit[passive] * random.normal(size=len(passive))
-    for rod in robot.numbers.rods:
-        orders = np.concatenate([np.arange(count) for count in rod.element.modes.counts])
-        spread = bending / rod.element.rod.length / (1.0 + orders)
-        state[rod.strain] = random.normal(size=len(orders)) * spread
+    state[passive] = robot.arrays.unit[passive] * random.normal(size=len(passive))
+    deviations = bending / spread.lengths / (1.0 + spread.orders)
+    state[spread.strain] = random.normal(size=len(deviations)) * deviations
     rotation = np.eye(3)
     if robot.planar and not robot.description.point_platform:
         angle = random.uniform(-np.pi, np.pi)

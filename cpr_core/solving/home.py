@@ -65,8 +65,11 @@ def solve_home(robot: Robot) -> Equilibrium:
 def _found(robot: Robot) -> Equilibrium:
     _check_motors(robot)
     guess, source = robot.description.home, robot.description.source
-    unloaded = (_assembled if guess.strain is None else _from_strain)(robot, guess)
-    leg = turned_over(unloaded)
+    if guess.strain is None:
+        unloaded, leg = _assembled(robot, guess)
+    else:
+        unloaded = _from_strain(robot, guess)
+        leg = turned_over(unloaded)
     if leg is not None:
         raise NoForwardSolution(
             f"{source}: home: it leads to an equilibrium with the tip joint of {leg} turned over; give "
@@ -133,16 +136,21 @@ def _loaded(robot: Robot, guess: HomeGuess, unloaded: Equilibrium) -> Equilibriu
         return loaded
 
 
-def _assembled(robot: Robot, guess: HomeGuess) -> Equilibrium:
-    """From motors with the sides of the rods, rough joints or a rough platform pose."""
+def _assembled(robot: Robot, guess: HomeGuess) -> tuple[Equilibrium, str | None]:
+    """From motors with the sides of the rods, rough joints or a rough platform pose.
+
+    Returns:
+        The equilibrium, and the name of a leg that is turned over in it, if there is one.
+    """
     state, attempts = rough_state(robot, guess), []
     for platform in rough_platforms(robot, guess, state):
         shape = Shape(state, *platform)
         found = assemble(robot, shape, Loads.none(), guess.platform_position is not None)
-        if found.converged and turned_over(found) is None:
-            return found
-        attempts.append(found)
-    found = min(attempts, key=lambda attempt: not attempt.converged)
+        leg = turned_over(found)
+        if found.converged and leg is None:
+            return found, None
+        attempts.append((found, leg))
+    found, leg = min(attempts, key=lambda attempt: not attempt[0].converged)
     if not found.converged:
         raise NoForwardSolution(
             f"{robot.description.source}: home: the robot cannot be assembled at these motors: "
@@ -150,7 +158,7 @@ def _assembled(robot: Robot, guess: HomeGuess) -> Equilibrium:
             0.0,
             None,
         )
-    return found
+    return found, leg
 
 
 def _what_keeps_it_open(held: Equilibrium) -> str:

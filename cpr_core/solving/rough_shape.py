@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
@@ -12,7 +14,6 @@ from numpy.typing import NDArray
 from ..description.robot_description import HomeGuess
 from ..model.robot import Robot
 from ..model.shape import Pose, rod_bases, tip_poses
-from ..model.state_numbers import RodNumbers
 
 __all__ = ["platform_between_tips", "rough_platforms", "rough_state"]
 
@@ -33,42 +34,45 @@ def rough_state(robot: Robot, guess: HomeGuess) -> Floats:
     state[robot.motor_indices] = guess.motors
     for joint, index in robot.passive_joints:
         state[index] = guess.joints.get(joint.name, joint.rest)
-    grid = robot.grid
-    for rod in robot.numbers.rods:
-        if guess.strain is None:
-            curvature = rod.element.rod.rest_curvature_at(grid.nodes)
-        else:
-            series = [np.append(coefficients, 0.0) for coefficients in guess.strain[rod.leg]]
-            curvature = np.column_stack(
-                [legendre.legval(2.0 * grid.nodes - 1.0, coefficients) for coefficients in series]
+    nodes, strain = robot.grid.nodes, guess.strain
+    if strain is None:
+        curvatures = _bowed(robot, guess, state)
+    else:
+        curvatures = [
+            np.column_stack(
+                [legendre.legval(2.0 * nodes - 1.0, np.append(s, 0.0)) for s in strain[rod.leg]]
             )
-        state[rod.strain] = rod.element.modes.project(curvature, grid)
-    if guess.strain is None:
-        _bow(robot, guess, state)
+            for rod in robot.numbers.rods
+        ]
+    for alike in robot.numbers.alike_rods:
+        wanted = np.array([curvatures[number] for number in alike.numbers])
+        state[alike.strain] = alike.modes.project(wanted, robot.grid)
     return state
 
 
-def _bow(robot: Robot, guess: HomeGuess, state: Floats) -> None:
-    """Bend the rods of every leg with a side evenly, from base to tip, to that side."""
-    straight = state.copy()
-    for rod in robot.numbers.rods:
-        straight[rod.strain] = 0.0
+def _bowed(robot: Robot, guess: HomeGuess, straight: Floats) -> list[Floats]:
+    """Strain at the nodes of every rod, (K, 3) each [1/m].
+
+    The rods of a leg with a side are bent evenly, from base to tip, to that side; others are at rest.
+
+    Args:
+        robot: The robot.
+        guess: What is known.
+        straight: State (N,) with straight rods; multipliers are not read.
+    """
+    curvatures, nodes = [], robot.grid.nodes
     bases = rod_bases(robot, straight)
     for leg, poses, side in zip(robot.numbers.legs, bases, guess.bow, strict=True):
-        if side is None:
-            continue
         for rod, base in zip(leg.rods, poses, strict=True):
-            turn = _BOW / len(poses)
-            state[rod.strain] = _bowed(robot, rod, base, side, turn)
-
-
-def _bowed(robot: Robot, rod: RodNumbers, base: Pose, side: Floats, turn: float) -> Floats:
-    """Strain of a rod whose middle stands out to a side in the world, (m,)."""
-    across = base.rotation.T @ side  # r'' = R (0, kappa_3, -kappa_2) leads away from the bow
-    size = max(1e-12, float(np.hypot(*across[1:])))
-    across = turn / rod.element.rod.length * across / size
-    bent = np.tile([0.0, across[2], -across[1]], (len(robot.grid.nodes), 1))
-    return rod.element.modes.project(bent, robot.grid)
+            if side is None:
+                curvatures.append(rod.element.rod.rest_curvature_at(nodes))
+                continue
+            # r'' = R (0, kappa_3, -kappa_2) leads away from the bow.
+            _, second, third = base.rotation.T @ side
+            size = rod.element.rod.length * max(1e-12, math.hypot(second, third))
+            bent = _BOW / len(poses) / size * np.array([0.0, third, -second])
+            curvatures.append(np.broadcast_to(bent, (len(nodes), 3)))
+    return curvatures
 
 
 def rough_platforms(robot: Robot, guess: HomeGuess, state: Floats) -> tuple[Pose, ...]:
