@@ -34,7 +34,6 @@ from scipy import linalg, optimize
 
 from ..blas_threads import on_one_blas_thread
 from ..errors import InvalidRequest
-from ..lie import skew
 from .continuous_equilibrium import ContinuousEquilibrium
 from .morse_index import index_falls
 from .rod_integration import STEPS, RodTrajectory, force, integrate, moment, transitions
@@ -73,17 +72,22 @@ class JacobiFields:
 
     def at(self, u: float) -> tuple[Floats, Floats]:
         """Y = b(u) and Z at a section, dimensionless, (n, n) each."""
-        states = np.array([rod.at(1.0 - u) for rod in self.rods])
+        (b,), (z,) = self._at_all([u])
+        return b, z
+
+    def _at_all(self, sections: Sequence[float] | Floats) -> tuple[Floats, Floats]:
+        """The same at several sections, (U, n, n) each."""
+        states = np.array([[rod.at(1.0 - u) for rod in self.rods] for u in sections])
         own = self.terminal.reshape(len(self.rods), 12, self.size)
         fields, lengths = transitions(states) @ own, self._lengths
         # - dtheta x m / 2 = m x dtheta / 2
-        moments = np.array([skew(moment(state)) for state in states])
-        couples = fields[:, 6:9] + 0.5 * moments @ fields[:, 3:6]
-        places = np.concatenate([fields[:, :3] / lengths, fields[:, 3:6]], axis=1)
+        turned = np.cross(moment(states)[..., None], fields[..., 3:6, :], axis=-2)
+        couples = fields[..., 6:9, :] + 0.5 * turned
+        places = np.concatenate([fields[..., :3, :] / lengths, fields[..., 3:6, :]], axis=-2)
         # A common unit of work keeps Y and Z conjugate where rods differ.
-        wrenches = np.concatenate([fields[:, 9:] * lengths, couples], axis=1) / self.units[0]
-        shape, rows = (-1, self.size), self.position_rows
-        return places[:, rows].reshape(shape), wrenches[:, rows].reshape(shape)
+        wrenches = np.concatenate([fields[..., 9:, :] * lengths, couples], axis=-2) / self.units[0]
+        shape, rows = (len(states), -1, self.size), self.position_rows
+        return places[..., rows, :].reshape(shape), wrenches[..., rows, :].reshape(shape)
 
     @cached_property
     def _lengths(self) -> Floats:
@@ -112,16 +116,19 @@ class JacobiFields:
         """Arguments in (-pi, pi] of the eigenvalues of W W^T; pi where b(u) is singular, (n,)."""
         return _phases(*self.at(u))
 
-    def signature(self, u: float) -> tuple[float, float]:
-        """Sum of the phases and the determinant of b(u)."""
-        b, z = self.at(u)
-        return float(_phases(b, z).sum()), float(linalg.det(b)) * self._orientation
+    def signatures(self, sections: Sequence[float] | Floats) -> list[tuple[float, float]]:
+        """Sum of the phases and the determinant of b(u) at sections."""
+        b, z = self._at_all(sections)
+        determinants = np.linalg.det(b) * self._orientation
+        return list(zip(_phases(b, z).sum(axis=-1).tolist(), determinants.tolist(), strict=True))
 
 
 def _phases(b: Floats, z: Floats) -> Floats:
-    orthonormal = np.linalg.qr(np.vstack([b, z]))[0]
-    unitary = orthonormal[: len(b)] + 1j * orthonormal[len(b) :]
-    return np.asarray(np.angle(np.linalg.eigvals(unitary @ unitary.T)), np.float64)
+    orthonormal = np.linalg.qr(np.concatenate([b, z], axis=-2))[0]
+    size = b.shape[-1]
+    unitary = orthonormal[..., :size, :] + 1j * orthonormal[..., size:, :]
+    symmetric = unitary @ np.swapaxes(unitary, -1, -2)
+    return np.asarray(np.angle(np.linalg.eigvals(symmetric)), np.float64)
 
 
 def robot_fields(solution: ContinuousEquilibrium) -> JacobiFields:
@@ -233,7 +240,7 @@ def conjugate_points(solution: ContinuousEquilibrium | JacobiFields) -> tuple[fl
     else:
         return index_falls(solution)
     sections = np.linspace(0.0, 1.0 - SHORTEST, CELLS + 1)
-    signatures = [fields.signature(u) for u in sections]
+    signatures = fields.signatures(sections)
     found: list[float] = []
     for k in range(CELLS):
         found += _between(fields, *sections[k : k + 2], *signatures[k : k + 2])
@@ -257,7 +264,7 @@ def _between(
     wide = high - low > COINCIDENT
     if wide and (count not in (0, 1) or abs(step - 2.0 * np.pi * count) > LARGEST_TURN):
         middle = 0.5 * (low + high)
-        at_middle = fields.signature(middle)
+        (at_middle,) = fields.signatures([middle])
         return _between(fields, low, middle, at_low, at_middle) + _between(
             fields, middle, high, at_middle, at_high
         )

@@ -182,8 +182,8 @@ def frame(state: Floats) -> Floats:
 
 
 def moment(state: Floats) -> Floats:
-    """Internal moment in the world, (3,) [N m]."""
-    return state[12:15]
+    """Internal moment in the world, (..., 3) [N m], of states (..., 175)."""
+    return state[..., 12:15]
 
 
 def force(state: Floats) -> Floats:
@@ -197,10 +197,11 @@ def transition(state: Floats) -> Floats:
 
 
 def transitions(states: Floats) -> Floats:
-    """The same of many states, (K, 175): (K, 12, 12)."""
-    matrices = np.zeros((len(states), 12, 12))
-    matrices[:, range(3), range(3)] = 1.0
-    matrices[:, :, 3:] = states[:, FIRST:].reshape(-1, 13, COLUMNS)[:, :12, :9]
+    """The same of many states, (..., 175): (..., 12, 12)."""
+    matrices = np.zeros((*states.shape[:-1], 12, 12))
+    matrices[..., range(3), range(3)] = 1.0
+    columns = states[..., FIRST:].reshape(*states.shape[:-1], 13, COLUMNS)
+    matrices[..., 3:] = columns[..., :12, :9]
     return matrices
 
 
