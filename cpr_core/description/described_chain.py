@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..description_part import Part
+from ..rods.rod import Rod
 from .chain import ChainElement, ChainRod, Link
 from .chain_joints import CHAIN_JOINTS
 from .described_rods import check_jumps, described_modes, described_rod
@@ -19,18 +20,20 @@ from .plausibility import check_link, check_moved
 __all__ = ["chain_leg", "check_joints", "check_motors"]
 
 
-def chain_leg(whole: Part, part: Part, index: int) -> LegDescription:
+def chain_leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
     """A leg with a chain.
 
     Args:
         whole: The whole description.
         part: The leg in it.
         index: Number of the leg.
+        shared: The rod of the whole description.
 
     Raises:
         DescriptionError: Something a schema cannot say is wrong.
     """
     rod, strain = (part if name in part else whole for name in ("rod", "strain"))
+    leg_rod = described_rod(part.part("rod")) if "rod" in part else shared
     leg_name = part.get("name", f"leg{index + 1}")
     elements: list[tuple[Part, ChainElement]] = []
     joints = 0
@@ -43,13 +46,13 @@ def chain_leg(whole: Part, part: Part, index: int) -> LegDescription:
         elif "link" in described:
             elements.append((described, Link.from_description(described)))
         else:
-            chain_rod = _chain_rod(described, rod.part("rod"), strain.part("strain"))
+            chain_rod = _chain_rod(described, leg_rod, rod.part("rod"), strain.part("strain"))
             elements.append((described, chain_rod))
     tip, base = part.part("tip"), part.part("base")
     leg = LegDescription(
         name=leg_name,
         motor_name=None,
-        rod=described_rod(rod.part("rod")),
+        rod=leg_rod,
         modes=described_modes(strain.part("strain")),
         base_position=base.vector("position"),
         base_rotation=base.frame(),
@@ -71,10 +74,12 @@ def _check_units(part: Part, element: ChainElement, length: float) -> None:
         check_moved(part, element, length)
 
 
-def _chain_rod(part: Part, rod: Part, strain: Part) -> ChainRod:
+def _chain_rod(part: Part, leg_rod: Rod, rod: Part, strain: Part) -> ChainRod:
     """A rod of a chain; what it does not say is as in the leg's or the robot's rod."""
     own, modes = part.part("rod"), part.part("strain")
     described = described_rod(replace(own, content={**rod.content, **own.content}))
+    if not own.content:  # the same one: what is found of a rod is found once
+        described = leg_rod
     motor = part.content.get("motor")
     if motor is not None and not described.uniform:
         raise part.fail(

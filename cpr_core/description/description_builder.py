@@ -122,7 +122,7 @@ def _inertia(platform: Part, point: bool) -> Floats:
 def _legs(part: Part) -> tuple[LegDescription, ...]:
     shared = described_rod(part.part("rod"))
     legs = tuple(
-        chain_leg(part, leg, index) if "chain" in leg else _leg(part, leg, index, shared)
+        chain_leg(part, leg, index, shared) if "chain" in leg else _leg(part, leg, index, shared)
         for index, leg in enumerate(part.parts("legs"))
     )
     check_motors(part, legs)

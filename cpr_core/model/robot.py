@@ -223,6 +223,8 @@ class Robot:
     def arrays(self) -> RobotArrays:
         """The robot as the kernels see it."""
         arrays = robot_arrays(self.description, self.grid, self.platform_coordinates, self.numbers)
+        if not self.held_motors:
+            return arrays
         held = arrays.motor_index + np.array(self.held_motors, np.int64)
         unknowns = np.setdiff1d(arrays.inverse_unknowns, held)
         return arrays._replace(inverse_unknowns=unknowns)
@@ -360,7 +362,9 @@ class Robot:
     @cached_array
     def elastic_indices(self) -> Integers:
         """State indices of the leg coordinates: passive joints and strain, leg by leg."""
-        return np.setdiff1d(np.arange(self.arrays.platform_index), self.multiplier_indices)
+        elastic = np.ones(self.arrays.platform_index, np.bool_)
+        elastic[self.multiplier_indices] = False
+        return np.flatnonzero(elastic)
 
     @cached_array
     def moving_indices(self) -> Integers:

@@ -37,6 +37,11 @@ __all__ = ["robot_arrays"]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+#: Types of the records of all robots: numpy takes as long to make them as to fill some.
+_GROUP, _ELEMENT, _ROD = group_dtype(WIDTH), element_dtype(WIDTH), rod_dtype(WIDTH)
+#: What an element has for every lane.
+_OF_LANES = tuple(name for name in _ELEMENT.names or () if _ELEMENT[name].shape)
+
 
 def robot_arrays(
     description: RobotDescription,
@@ -214,17 +219,13 @@ class _Builder:
             motor_count=max(group.motor_count for group in groups),
         )
         functions = max(group.function_count for group in groups)
-        rods = np.zeros(
-            (count, max(1, *(len(group.component_start) for group in groups))), rod_dtype(WIDTH)
-        )
+        rods = np.zeros((count, max(1, *(len(group.component_start) for group in groups))), _ROD)
         rods["length_slot"], rods["length_index"], rods["loads"] = -1, -1, -1
-        elements = np.zeros(
-            (count, max(len(group.kinds) for group in groups)), element_dtype(WIDTH)
-        )
+        elements = np.zeros((count, max(len(group.kinds) for group in groups)), _ELEMENT)
         elements["slot"], elements["rod"] = -1, -1
         return _SlotArrays(
             slots=slots,
-            groups=np.zeros(count, group_dtype(WIDTH)),
+            groups=np.zeros(count, _GROUP),
             elements=elements,
             rods=rods,
             function=np.zeros((count, slots.strain_count), np.int64),
@@ -275,14 +276,9 @@ class _Builder:
 
     def _repeat_last(self, arrays: _SlotArrays, group: int, used: int) -> None:
         """A lane without leg repeats the last one, without tip, force or motor."""
-        elements = arrays.elements.dtype
         for lanes in (
             *(arrays.groups[name][group] for name in ("base_rotation", "base_position")),
-            *(
-                arrays.elements[name][group]
-                for name in elements.names or ()
-                if elements[name].shape
-            ),
+            *(arrays.elements[name][group] for name in _OF_LANES),
             arrays.rods["length"][group],
             arrays.functions["lane"][group],
             arrays.step_functions["lane"][group],
