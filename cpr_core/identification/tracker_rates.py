@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.changed_description import named_parameters, shifted_tracker
-from ..description.parameters import Parameter
+from ..description.tracker import Tracker
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium
+from ..model.robot import Robot
 
 __all__ = ["of_tracker", "tracker_rates", "tracker_unit"]
 
@@ -49,17 +50,24 @@ def tracker_rates(equilibrium: Equilibrium, paths: Sequence[str], platform: Floa
     found: Floats = tracker.marker_motions(equilibrium.platform_rotation) @ platform
     for column, path in enumerate(paths):
         if of_tracker(path):
-            (parameter,) = named_parameters(robot.description, path)
-            found[:, column] += _by_own_number(equilibrium, parameter)
+            found[:, column] += _by_own_number(equilibrium, path)
     return found
 
 
-def _by_own_number(equilibrium: Equilibrium, parameter: Parameter) -> Floats:
+def _by_own_number(equilibrium: Equilibrium, path: str) -> Floats:
     """Change of the marker's pose by a number of the tracker, the platform held, (6,)."""
     pose = equilibrium.platform_position, equilibrium.platform_rotation
-    description = equilibrium.robot.description
     (low, low_turn), (high, high_turn) = (
-        shifted_tracker(description, parameter, step).marker_in_tracker(*pose)
-        for step in (-_STEP, _STEP)
+        tracker.marker_in_tracker(*pose) for tracker in _trackers_beside(equilibrium.robot, path)
     )
     return np.concatenate([high - low, rotation_log(high_turn @ low_turn.T)]) / (2.0 * _STEP)
+
+
+def _trackers_beside(robot: Robot, path: str) -> list[Tracker]:
+    """The tracker with one of its numbers a step less, and a step more: the same for all equilibria."""
+
+    def found() -> list[Tracker]:
+        (parameter,) = named_parameters(robot.description, path)
+        return [shifted_tracker(robot.description, parameter, step) for step in (-_STEP, _STEP)]
+
+    return robot.kept(f"trackers beside in {path}", found)
