@@ -88,19 +88,21 @@ def rough_platforms(robot: Robot, guess: HomeGuess, state: Floats) -> tuple[Pose
     """
     if guess.platform_position is not None:
         return (Pose(guess.platform_rotation, guess.platform_position),)
-    rotations = [guess.platform_rotation]
+    rotations, tips = [guess.platform_rotation], _tips(robot, state)
     if not robot.description.point_platform:
-        rotations.append(_rotation_to_tips(robot, state))
+        rotations.append(_rotation_to_tips(robot, tips))
     if guess.joints:
         rotations.reverse()
-    return tuple(
-        Pose(rotation, platform_between_tips(robot, state, rotation)) for rotation in rotations
-    )
+    return tuple(Pose(rotation, _between(robot, tips, rotation)) for rotation in rotations)
 
 
-def _rotation_to_tips(robot: Robot, state: Floats) -> Floats:
+def _tips(robot: Robot, state: Floats) -> Floats:
+    """Where the tips of the legs are, (L, 3) [m]."""
+    return np.array([pose.position for pose in tip_poses(robot, state)])
+
+
+def _rotation_to_tips(robot: Robot, tips: Floats) -> Floats:
     """Rotation (3, 3) that brings the joints of the platform nearest to the rod tips (least squares)."""
-    tips = np.array([pose.position for pose in tip_poses(robot, state)])
     joints = np.array([leg.joint.position for leg in robot.description.legs])
     tips, joints = tips - tips.mean(axis=0), joints - joints.mean(axis=0)
     # Where they say nothing it is not turned; in the plane it turns about z only.
@@ -119,6 +121,9 @@ def platform_between_tips(robot: Robot, state: Floats, rotation: Floats) -> Floa
         state: State with the motors (N,); multipliers are not read.
         rotation: R_p in the world, (3, 3).
     """
+    return _between(robot, _tips(robot, state), rotation)
+
+
+def _between(robot: Robot, tips: Floats, rotation: Floats) -> Floats:
     joints = np.array([leg.joint.position for leg in robot.description.legs]) @ rotation.T
-    tips = np.array([pose.position for pose in tip_poses(robot, state)])
     return np.mean(tips - joints, axis=0)
