@@ -8,7 +8,6 @@ import pytest
 from helpers.rigid_leg import rigid_leg
 from helpers.shipped_steps import STEPS
 from numpy.testing import assert_allclose
-from scipy import stats
 
 from cpr_core import estimate_wrench, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
@@ -200,6 +199,8 @@ def test_errors_are_those_of_the_covariance(with_pose):
         error = found.wrench_world - wrench
         errors.append(error @ np.linalg.solve(found.covariance, error))
         left.append(found.chi_square)
+    from scipy import stats  # takes long to import: not for every worker of the tests
+
     assert stats.kstest(errors, stats.chi2(6).cdf).pvalue > 0.01
     if with_pose:
         assert found.degrees_of_freedom == 6

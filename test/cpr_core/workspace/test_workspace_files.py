@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray
 from helpers.branches import stable_elsewhere
 from helpers.workspace_cases import assert_same, rfrfr, six_rfs, small_grid, small_map
 
@@ -35,6 +34,14 @@ for file in files:
 """
 
 
+@pytest.fixture(scope="module")
+def xarray():
+    """It takes long to import: not for every worker of the tests."""
+    import xarray
+
+    return xarray
+
+
 def test_a_map_is_read_as_it_was_written(tmp_path):
     file = tmp_path / "map.nc"
     write_map(small_map(), file)
@@ -45,7 +52,7 @@ def test_a_map_is_read_as_it_was_written(tmp_path):
     assert list(tmp_path.iterdir()) == [file]
 
 
-def test_a_file_explains_itself(tmp_path):
+def test_a_file_explains_itself(tmp_path, xarray):
     file = tmp_path / "map.nc"
     map_workspace(rfrfr(), small_grid(), file=file)
     with xarray.open_dataset(file, engine="scipy") as dataset:
@@ -77,7 +84,7 @@ def test_a_cancelled_map_is_gone_on_with(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_killed_process_is_gone_on_with(tmp_path):
+def test_a_killed_process_is_gone_on_with(tmp_path, xarray):
     file, whole = tmp_path / "map.nc", tmp_path / "whole.nc"
     rfrfr_map_kernels = small_map()  # compiled and kept on disk before the child loads them
     assert rfrfr_map_kernels.complete
@@ -85,7 +92,7 @@ def test_a_killed_process_is_gone_on_with(tmp_path):
     try:
         deadline = time.monotonic() + 300.0
         while time.monotonic() < deadline and child.poll() is None:
-            if file.exists() and _expanded(file) > 500:
+            if file.exists() and _expanded(xarray, file) > 500:
                 break
             time.sleep(0.01)
         assert child.poll() is None, "the child was done before it could be killed"
@@ -104,7 +111,7 @@ def test_a_killed_process_is_gone_on_with(tmp_path):
         xarray.testing.assert_identical(resumed, uninterrupted)
 
 
-def _expanded(file):
+def _expanded(xarray, file):
     with xarray.open_dataset(file, engine="scipy") as dataset:
         return int(dataset.attrs["expanded"])
 
@@ -143,7 +150,7 @@ def leads_straight_to(start, end):
     return np.allclose(found.state, end.state, atol=1e-4)
 
 
-def test_only_maps_are_replaced(tmp_path):
+def test_only_maps_are_replaced(tmp_path, xarray):
     """Also maps of other robots and grids; not what only looks like one, nor a map cut short."""
     file = tmp_path / "map.nc"
     write_map(small_map(), file)
@@ -171,7 +178,7 @@ def test_only_maps_are_replaced(tmp_path):
 
 
 def test_axes_that_are_called_like_something_of_the_file_are_refused_before_anything_is_mapped(
-    tmp_path,
+    tmp_path, xarray
 ):
     """Motors called row and column, or a free axis called way: the map was lost after the work."""
     with xarray.open_dataset(written_small_map(tmp_path), engine="scipy") as dataset:

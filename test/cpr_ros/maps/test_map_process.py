@@ -82,9 +82,12 @@ def test_the_newest_state_counts(watched):
 
 
 @pytest.mark.parametrize(
-    "result", [summary_of(small_map(), 0.0), MapFailure(ZeroDivisionError, "zero", "")]
+    "resulting",
+    [lambda: summary_of(small_map(), 0.0), lambda: MapFailure(ZeroDivisionError, "zero", "")],
+    ids=["summary", "failure"],
 )
-def test_with_its_result_it_ends_and_leaves_nothing_unfinished(watched, result):
+def test_with_its_result_it_ends_and_leaves_nothing_unfinished(watched, resulting):
+    result = resulting()
     watched.unfinished.write_text("half a map")
     assert watched.told(MapState(116, 117, 117, 1.0), result)
     assert watched.process.result == result
