@@ -20,9 +20,12 @@ import rclpy
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.context import Context
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
 
 from cpr_ros.process.own_domain import OwnDomain, private_environment
 from helpers.copied_process import CopiedProcess
@@ -105,6 +108,19 @@ class NodeProcess:
             raise AssertionError(f"the node did not stop on {how.name}:\n{self.output()}") from None
 
 
+class _QuietNode(Node):
+    """Says nothing of events of its topics unless asked to: two each, that every wait goes through."""
+
+    def create_publisher(self, *arguments: Any, **options: Any) -> Publisher:
+        options.setdefault("event_callbacks", PublisherEventCallbacks(use_default_callbacks=False))
+        return super().create_publisher(*arguments, **options)
+
+    def create_subscription(self, *arguments: Any, **options: Any) -> Subscription:
+        unheard = SubscriptionEventCallbacks(use_default_callbacks=False)
+        options.setdefault("event_callbacks", unheard)
+        return super().create_subscription(*arguments, **options)
+
+
 class Client:
     """A controller's side: calls services, listens to topics."""
 
@@ -112,7 +128,7 @@ class Client:
         self.context = Context()
         rclpy.init(context=self.context, domain_id=domain)
         # Without services of its own, which nobody asks and every wait for a message goes through.
-        self.node = Node(
+        self.node = _QuietNode(
             f"client_{domain}",
             context=self.context,
             start_parameter_services=False,
