@@ -70,8 +70,9 @@ def _begin(with_scipy: bool) -> None:
     with _lock:
         for path, library in _libraries(with_scipy).items():
             if path not in _limited:
-                _limits.enter_context(library.limit(limits=1, user_api="blas"))
                 _limited.add(path)
+                if library.lib_controllers[0].num_threads != 1:  # to limit it takes 10 us
+                    _limits.enter_context(library.limit(limits=1, user_api="blas"))
         _under_way += 1
 
 
