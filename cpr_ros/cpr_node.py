@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 
@@ -35,9 +36,12 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"cpr_node: {line}", file=sys.stderr)
         print("cpr_node: see cpr_node --help", file=sys.stderr)
         return 2
+    gc.disable()  # all of this stays: to look for garbage in it took a seventh of the time
     with what_is_missing_told("cpr_node"):
         from .node import CprNode
         from .node_run import run
+    gc.freeze()
+    gc.enable()
     return run(CprNode, arguments, stop)
 
 
