@@ -21,10 +21,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..blas_threads import on_one_numpy_thread
 from ..errors import InvalidRequest
 from ..lie import angle_motions
-from ..validation import ReadOnlyArrays, cached_array, checked_vector
+from ..validation import ReadOnlyArrays, cached_array, checked_vector, read_only
 from .dense_response import body_tangent, platform_turn
 from .equilibrium import Equilibrium, check_equilibrium
-from .problem_units import problem_units
+from .problem_units import ProblemUnits, problem_units
 from .smallest_singular_value import smallest_singular_value
 from .stability import null_space_of
 
@@ -335,21 +335,31 @@ class KinematoStatics:
         Args:
             characteristic_length: [m]; default the mean rod length.
         """
-        robot = self.equilibrium.robot
+        units = problem_units(self.equilibrium.robot, characteristic_length)
+        if units.energy not in self._known_matrices:
+            self._known_matrices[units.energy] = self._matrices(units)
+        return self._known_matrices[units.energy]
+
+    @cached_property
+    def _known_matrices(self) -> dict[float, tuple[Floats, Floats, Floats, Floats]]:
+        """By the unit of energy, which tells the lengths apart: every problem takes the same."""
+        return {}
+
+    def _matrices(self, units: ProblemUnits) -> tuple[Floats, Floats, Floats, Floats]:
+        robot, motions = self.equilibrium.robot, units.motions
         moving = np.concatenate(
             [robot.motor_indices, robot.elastic_indices, robot.platform_indices]
         )
-        units = problem_units(robot, characteristic_length)
-        motions = units.motions
         scaled = motions.T @ self.tangent @ motions / units.energy
         jacobian = scaled[np.ix_(robot.multiplier_indices, moving)]
         null_space = null_space_of(jacobian)
-        stacked = np.vstack([null_space.T @ scaled[np.ix_(moving, moving)], jacobian])
+        stacked = read_only(np.vstack([null_space.T @ scaled[np.ix_(moving, moving)], jacobian]))
         n, last = robot.motor_count, len(moving) - len(robot.platform_indices)
         loads = np.zeros((len(moving), n + len(robot.platform_indices)))
         loads[:n, :n] = np.eye(n)
         loads[last:, n:] = np.eye(len(robot.platform_indices))
-        right = np.vstack([null_space.T @ loads, np.zeros((len(jacobian), loads.shape[1]))])
+        unloaded = np.zeros((len(jacobian), loads.shape[1]))
+        right = read_only(np.vstack([null_space.T @ loads, unloaded]))
         return stacked[:, :n], stacked[:, last:], stacked[:, n:last], right
 
     @property
