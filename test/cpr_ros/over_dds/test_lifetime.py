@@ -32,10 +32,10 @@ def test_sigterm_during_the_start_ends_the_node_cleanly(tmp_path):
 
 
 LEFT = '''
-import os, signal, sys, threading, time
+import gc, os, signal, sys, threading, time
 from contextlib import suppress
 from pathlib import Path
-from cpr_ros import node, node_run, whereabouts
+from cpr_ros import cpr_node, node, node_run, whereabouts
 from cpr_ros.process.stop_signal import StopSignal
 
 def locked():
@@ -70,14 +70,16 @@ class Node(node.CprNode):
                 time.sleep(1.0)
         return super().count_publishers(topic)
 
-finish = StopSignal.finish
+run, finish = node_run.run, StopSignal.finish
 def looking(stop, status):
     left = [name for name in {*made, *locked()} if Path(name).exists()]
     print("left:" if made else "none was made:", *left)
+    print("garbage is looked for:", gc.isenabled())
     finish(stop, status)
 
 StopSignal.finish = looking
-node_run.run(Node, ["cpr_node", "--ros-args", "-p", "robot:=" + sys.argv[2]])
+node_run.run = lambda _, *given: run(Node, *given)
+cpr_node.main(["cpr_node", "--ros-args", "-p", "robot:=" + sys.argv[2]])
 '''
 
 
@@ -91,7 +93,7 @@ node_run.run(Node, ["cpr_node", "--ros-args", "-p", "robot:=" + sys.argv[2]])
     ],
 )
 def test_a_node_that_ends_leaves_nothing_in_shared_memory(how, robot, status):
-    """What DDS has there would stay until the machine is started again."""
+    """What DDS has there would stay until the machine is started again; nor does it keep garbage."""
     done = subprocess.run(
         [sys.executable, "-c", LEFT, how, robot],
         env=os.environ | {"ROS_DOMAIN_ID": str(free_domain())},
@@ -99,7 +101,8 @@ def test_a_node_that_ends_leaves_nothing_in_shared_memory(how, robot, status):
         text=True,
         timeout=60,
     )
-    assert (done.returncode, done.stdout) == (status, "left:\n"), done.stderr
+    said = "left:\ngarbage is looked for: True\n"
+    assert (done.returncode, done.stdout) == (status, said), done.stderr
 
 
 @pytest.mark.slow(seconds=70)
