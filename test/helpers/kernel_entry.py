@@ -3,17 +3,15 @@
 
 """Ways from Python into kernels that only kernels call."""
 
-import hashlib
 from inspect import getfile, signature
-from pathlib import Path
 
 import numpy as np
 
-from cpr_core.kernels import kernel_decorators
 from cpr_core.kernels.kernel_arrays import workspace
 from cpr_core.kernels.pencil import pencil_of
 from cpr_core.kernels.prepared_robot import PreparedRobot
-from cpr_core.numba_fence import compile_kernel, njit
+from cpr_core.numba_fence import njit
+from helpers.kept_kernel import kept
 
 #: Parameters of kernels that are handed over by their address.
 _PREPARED = ("robot", "work", "pencil")
@@ -29,12 +27,10 @@ def entry(kernel):
     names = list(signature(function).parameters)
     others = [name for name in names if name not in _PREPARED]
     passed = ", ".join(f"prepared.{name}" if name in _PREPARED else name for name in names)
-    # Its machine code is kept beside this file, under a name of its own.
     name = f"{function.__module__.rpartition('.')[2]}_{function.__name__}"
     source = f"def {name}({', '.join(['prepared', *others])}): return kernel({passed})"
-    scope = {"kernel": njit(kernel) if kernel is function else kernel, "__name__": __name__}
-    exec(compile(source, __file__, "exec"), scope)
-    call = compile_kernel(scope[name], _stamp(function), False, no_cfunc_wrapper=True)
+    called = njit(kernel) if kernel is function else kernel
+    call = kept(name, source, getfile(function), kernel=called)
 
     def enter(*arguments):
         given = dict(zip(names, arguments, strict=True))
@@ -42,13 +38,6 @@ def entry(kernel):
         return call(None if robot is None else prepared(robot, work, pencil), *given.values())
 
     return enter
-
-
-def _stamp(function):
-    """Fingerprint of what an entry is made from: all kernels, the function, and this file."""
-    fingerprint, size = kernel_decorators._STAMP
-    sources = b"".join(Path(path).read_bytes() for path in (getfile(function), __file__))
-    return hashlib.sha256(fingerprint.encode() + sources).hexdigest(), size + len(sources)
 
 
 def prepared(robot, work=None, pencil=None):

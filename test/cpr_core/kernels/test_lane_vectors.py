@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+from helpers.kept_kernel import kept
 from numba import njit
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -85,30 +86,20 @@ def random_array(kind, of_lanes):
     return lanes, lanes["lane"]
 
 
-def kernel_of(operation, loads, save):
-    if len(loads) == 1:
-        (first,) = loads
-
-        @njit
-        def apply(result, a):
-            for row in range(result.shape[0]):
-                save(result, row, operation(first(a, row)))
-    elif len(loads) == 2:
-        first, second = loads
-
-        @njit
-        def apply(result, a, b):
-            for row in range(result.shape[0]):
-                save(result, row, operation(first(a, row), second(b, row)))
-    else:
-        first, second, third = loads
-
-        @njit
-        def apply(result, a, b, c):
-            for row in range(result.shape[0]):
-                save(result, row, operation(first(a, row), second(b, row), third(c, row)))
-
-    return apply
+def kernel_of(name, of_lanes, loads, save):
+    """A kernel that calls an operation for every row."""
+    own = "_".join(["of", *name.split(), *("lanes" if lanes else "numbers" for lanes in of_lanes)])
+    count = len(loads)
+    arrays = ", ".join(f"array{place}" for place in range(count))
+    values = ", ".join(f"load{place}(array{place}, row)" for place in range(count))
+    source = f"""
+def {own}(result, {arrays}):
+    for row in range(result.shape[0]):
+        save(result, row, operation({values}))
+"""
+    called = {f"load{place}": load for place, load in enumerate(loads)}
+    operation = getattr(lv, name.split()[0])
+    return kept(own, source, __file__, operation=operation, save=save, **called)
 
 
 def mixtures():
@@ -123,16 +114,17 @@ def mixtures():
 
 @pytest.mark.parametrize(("name", "of_lanes"), list(mixtures()))
 def test_operations_are_those_of_numpy(name, of_lanes):
-    kinds, kept, expected = OPERATIONS[name]
+    kinds, kind, expected = OPERATIONS[name]
     given = [random_array(*pair) for pair in zip(kinds, of_lanes, strict=True)]
-    result, found = random_array(kept, any(of_lanes))
+    result, found = random_array(kind, any(of_lanes))
     loads = [loaded_by(*pair) for pair in zip(kinds, of_lanes, strict=True)]
-    apply = kernel_of(getattr(lv, name.split()[0]), loads, stored_by(kept, any(of_lanes)))
+    apply = kernel_of(name, of_lanes, loads, stored_by(kind, any(of_lanes)))
     apply(result, *[array for array, _ in given])
-    for row in range(TIMES):
-        for leg in range(WIDTH):
-            value = expected(*[numbers[row, ..., leg] for _, numbers in given])
-            assert_allclose(found[row, ..., leg], value, rtol=0.0, atol=2e-14)
+    values = [
+        [expected(*[numbers[row, ..., leg] for _, numbers in given]) for leg in range(WIDTH)]
+        for row in range(TIMES)
+    ]
+    assert_allclose(found, np.moveaxis(values, 1, -1), rtol=0.0, atol=2e-14)
 
 
 def test_the_matrices_of_the_derivations():
