@@ -66,15 +66,13 @@ def check_tangent(robot: Robot, loads: Loads, seed: int = 7) -> None:
     point = random_state(robot, np.random.default_rng(seed))
     unit = robot.arrays.unit
     exact = value(*point).tangent * unit[:, None] * unit
-    for index in range(len(unit)):
-        column = derivative(lambda *p: value(*p).residual, robot, point, index)
-        np.testing.assert_allclose(
-            column * unit * unit[index],
-            exact[:, index],
-            rtol=0,
-            atol=1e-7 * np.abs(exact).max(),
-            err_msg=f"column {index}",
-        )
+    columns = [
+        derivative(lambda *p: value(*p).residual, robot, point, index) * unit * unit[index]
+        for index in range(len(unit))
+    ]
+    np.testing.assert_allclose(
+        np.transpose(columns), exact, rtol=0, atol=1e-7 * np.abs(exact).max()
+    )
 
 
 def check_residual(robot: Robot, loads: Loads, seed: int = 11) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 
 from cpr_core.kernels.kernel_sources import kernel_modules, read_sources
+from helpers.import_statements import import_statements
 
 #: Modules of the strain-mode model beside its kernels.
 _MODEL = {"model", "stability", "shape", "kinemato_statics"}
@@ -20,7 +21,7 @@ def imported_kernels(module: ModuleType) -> set[str]:
     assert module.__file__ is not None
     imported = {
         (node.module or "").rpartition(".")[2]
-        for node in ast.walk(ast.parse(Path(module.__file__).read_text()))
+        for node in import_statements(Path(module.__file__).read_text())
         if isinstance(node, ast.ImportFrom)
     }
     kernels = {name.rpartition(".")[2] for name in kernel_modules(read_sources())}

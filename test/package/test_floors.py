@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from helpers.import_statements import import_statements
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -85,20 +86,24 @@ def imports_of(root: Path) -> list[Import]:
     modules, found = modules_of(root), []
     for importer, file in modules.items():
         package = importer if file.name == "__init__.py" else importer.rpartition(".")[0]
-        for node in ast.walk(ast.parse(file.read_text())):
+        for node in import_statements(file.read_text()):
             if isinstance(node, ast.Import):
                 names = [alias.name for alias in node.names]
-            elif isinstance(node, ast.ImportFrom):
+            else:
                 above = package.split(".")[: len(package.split(".")) - node.level + 1]
                 base = ".".join([*(above if node.level else []), *filter(None, [node.module])])
                 # A name imported from a package is a module of it, or the package's own.
                 names = [f"{base}.{alias.name}" for alias in node.names]
                 names = [name if name in modules else base for name in names]
-            else:
-                continue
             place = f"{file.relative_to(root)}:{node.lineno}"
             found += [Import(importer, name, place) for name in names if name in modules]
     return [line for line in found if line.importer != line.imported]
+
+
+@pytest.fixture(scope="module")
+def imports() -> list[Import]:
+    """Those of this tree."""
+    return imports_of(ROOT)
 
 
 def floor_of(module: str) -> str:
@@ -131,14 +136,13 @@ def circles(imports: list[Import]) -> list[str]:
     return [found.place for found in imports if (found.importer, found.imported) in left]
 
 
-def test_every_import_leads_down():
-    found = imports_of(ROOT)
-    assert len(found) > 500
-    assert upward(found) == []
+def test_every_import_leads_down(imports):
+    assert len(imports) > 500
+    assert upward(imports) == []
 
 
-def test_no_modules_import_each_other_in_a_circle():
-    assert circles(imports_of(ROOT)) == []
+def test_no_modules_import_each_other_in_a_circle(imports):
+    assert circles(imports) == []
 
 
 def drawn_graphs() -> list[dict[str, set[str]]]:
@@ -163,10 +167,10 @@ def drawn_graphs() -> list[dict[str, set[str]]]:
     return graphs
 
 
-def test_the_arrows_of_the_architecture_lead_to_everything_that_is_imported():
+def test_the_arrows_of_the_architecture_lead_to_everything_that_is_imported(imports):
     library, node = drawn_graphs()
     missing = []
-    for importer, imported, place in imports_of(ROOT):
+    for importer, imported, place in imports:
         for package, graph in (("cpr_core", library), ("cpr_ros", node)):
             own, other = (
                 name.split(".")[name.startswith(f"{package}.")] for name in (importer, imported)
@@ -180,7 +184,7 @@ def imports_from(files: Iterable[Path], packages: set[str]) -> list[str]:
     """Places where files import one of these packages."""
     found = []
     for file in files:
-        for node in ast.walk(ast.parse(file.read_text())):
+        for node in import_statements(file.read_text()):
             names = []
             if isinstance(node, ast.Import):
                 names = [alias.name for alias in node.names]

@@ -6,15 +6,17 @@
 import ast
 from pathlib import Path
 
+from helpers.import_statements import import_statements
+
 TESTS = Path(__file__).parents[1]
 
 
 def imported(path):
     """First names of the modules that a file imports, anywhere in it."""
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in import_statements(path.read_text()):
         if isinstance(node, ast.Import):
             yield from (name.name.partition(".")[0] for name in node.names)
-        elif isinstance(node, ast.ImportFrom):
+        else:
             yield "" if node.level else (node.module or "").partition(".")[0]
 
 

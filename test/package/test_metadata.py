@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 
 import pytest
 import yaml
+from helpers.import_statements import import_statements
 
 from cpr_core.command_line.command import command_parser
 from cpr_ros.settings.parameter_table import PARAMETERS
@@ -44,10 +45,10 @@ def imported(*folders):
     found = set()
     for folder in folders:
         for path in (ROOT / folder).rglob("*.py"):
-            for node in ast.walk(ast.parse(path.read_text())):
+            for node in import_statements(path.read_text()):
                 if isinstance(node, ast.Import):
                     found |= {name.name.split(".")[0] for name in node.names}
-                elif isinstance(node, ast.ImportFrom) and not node.level:
+                elif not node.level:
                     found.add(node.module.split(".")[0])
     return found - set(sys.stdlib_module_names) - {"cpr_core", "cpr_ros"} - {*OPTIONAL}
 

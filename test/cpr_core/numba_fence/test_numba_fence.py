@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.import_statements import import_statements
 
 import cpr_core
 from benchmarks.numba_without import INTERFACES
@@ -110,7 +111,7 @@ def run(code, cache, timeout=120):
 
 
 def imports_numba(path):
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in import_statements(path.read_text()):
         names = [name.name for name in node.names] if isinstance(node, ast.Import) else []
         if isinstance(node, ast.ImportFrom) and not node.level:
             names = [node.module]
