@@ -73,15 +73,21 @@ def _cores() -> int:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with tests that are to be alone, go on with what takes long, the longest first."""
+    """Begin with tests that are to be alone, go on with what waits, then the longest first."""
     alone = {item.path for item in items if item.get_closest_marker("alone")}
     items.sort(
         key=lambda item: (
             item.path not in alone,
+            not _waits(item.path),
             item.path.parent.name not in _TOGETHER,
             -max(_seconds(item.get_closest_marker(mark)) for mark in ("slow", "waits")),
         )
     )
+
+
+def _waits(file: Path) -> bool:
+    """Whether the tests of a file wait for most of their time."""
+    return file.parent.name in _WAITING
 
 
 def _seconds(mark: pytest.Mark | None) -> float:
@@ -93,19 +99,19 @@ def _seconds(mark: pytest.Mark | None) -> float:
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     """Files of tests that share what takes long are not taken apart; tests alone stay together.
 
-    While these run, no other worker has a node, which would take time from those who measure; and it has
-    short tests only, for which they do not wait long. A file of theirs has no other tests, during which
-    the short ones would run out. Later as many workers as there are cores have tests that compute, the
-    others wait for nodes and pages; four of these would leave a processor idle for half of the time.
-    The mark ``xdist_group`` would say which belong together, but pytest-xdist 3.8 does not see it with
-    pytest 9.2.
+    As many workers as there are cores compute, the others have tests that wait for nodes and pages, as
+    long as there are any. The mark ``xdist_group`` would say which belong together, but pytest-xdist 3.8
+    does not see it with pytest 9.2.
     """
     from xdist.scheduler import LoadScopeScheduling
 
     folder = Path(__file__).parent / "cpr_ros" / "over_dds"
     alone = {file.name for file in folder.glob("test_*.py") if "mark.alone(" in file.read_text()}
 
-    class LongestFirst(LoadScopeScheduling):
+    def waits(scope: str) -> bool:
+        return scope == "alone" or _waits(Path(scope.partition("::")[0]))
+
+    class ByRole(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
             file = nodeid.partition("::")[0]
             if Path(file).parent.name not in _TOGETHER:
@@ -113,27 +119,19 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
             return "alone" if file.rpartition("/")[2] in alone else file
 
         def _assign_work_unit(self, node: object) -> None:
-            under_way = [
-                scope
-                for work in self.assigned_work.values()
-                for scope, tests in work.items()
-                if not all(tests.values())
-            ]
-            if "alone" in under_way:
-                self.workqueue.move_to_end(next(reversed(self.workqueue)), last=False)
-            elif sum(map(_waits, under_way)) >= max(1, len(self.nodes) - _cores()):
-                computing = (scope for scope in self.workqueue if not _waits(scope))
+            if _computes(node.gateway.id, len(self.nodes)):
+                computing = (scope for scope in self.workqueue if not waits(scope))
                 if (longest := next(computing, None)) is not None:
                     self.workqueue.move_to_end(longest, last=False)
             super()._assign_work_unit(node)
 
     config.option.loadscopereorder = False
-    return LongestFirst(config, log)
+    return ByRole(config, log)
 
 
-def _waits(scope: str) -> bool:
-    """Whether the tests of a file wait for most of their time."""
-    return Path(scope.partition("::")[0]).parent.name in _WAITING
+def _computes(worker: str, workers: int) -> bool:
+    """Whether a worker has tests that compute from the beginning: the last ones do."""
+    return workers > _cores() and int(worker.removeprefix("gw")) >= workers - _cores()
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
@@ -170,14 +168,20 @@ def _room(request: pytest.FixtureRequest) -> Room:
 
 @pytest.fixture(scope="module", autouse=True)
 def _alone(request: pytest.FixtureRequest, _room: Room):
-    """Files marked as ``alone`` run while no other worker runs a test, all of a file at once."""
+    """Files marked as ``alone`` run while no other worker has a node or a page, at one time."""
     alone = request.node.get_closest_marker("alone") is not None
     with _room.entered(alone=True) if alone else nullcontext():
         yield alone
 
 
 @pytest.fixture(autouse=True)
-def _with_others(_room: Room, _alone: bool):
-    """All other tests wait for these."""
-    with nullcontext() if _alone else _room.entered(alone=False):
+def _with_others(request: pytest.FixtureRequest, _room: Room, _alone: bool):
+    """Tests that wait are not together with those alone; those that compute take nobody's time.
+
+    They have what processor time is left from then on: a node or a page is held up by none of them.
+    """
+    computes = hasattr(request.config, "workerinput") and not _waits(request.path)
+    if computes and hasattr(os, "SCHED_IDLE"):
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    with nullcontext() if _alone or computes else _room.entered(alone=False):
         yield
