@@ -118,6 +118,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
                 return nodeid
             return "alone" if file.rpartition("/")[2] in alone else file
 
+        def mark_test_complete(self, node: object, item_index: int, duration: float = 0) -> None:
+            super().mark_test_complete(node, item_index, duration)
+            units = self.assigned_work[node]
+            for done in [scope for scope, tests in units.items() if all(tests.values())]:
+                del units[done]  # else all of them are counted after every test
+
         def _assign_work_unit(self, node: object) -> None:
             if _computes(node.gateway.id, len(self.nodes)):
                 computing = (scope for scope in self.workqueue if not waits(scope))

@@ -13,6 +13,7 @@ from cpr_core import (
     NoForwardSolution,
     NoInverseSolution,
     NonFiniteInput,
+    Robot,
     load_robot,
     restore_equilibrium,
     solve_forward,
@@ -198,8 +199,9 @@ def test_values_that_are_not_finite_are_refused():
 
 
 def test_a_start_of_another_robot_is_refused():
+    robot = load_robot("rfrfr")
     with pytest.raises(InvalidRequest, match="same robot"):
-        solve_forward(load_robot("rfrfr"), [2.59, 0.55], start=solve_home(load_robot("rfrfr")))
+        solve_forward(robot, [2.59, 0.55], start=solve_home(Robot(robot.description)))
 
 
 def test_an_equilibrium_cannot_be_changed(robot):
