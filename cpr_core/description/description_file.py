@@ -28,18 +28,7 @@ from .motors import MOTORS
 from .number_schema import surely_allowed
 from .robot_description import RobotDescription
 
-__all__ = [
-    "DescribedKinds",
-    "check_numbers",
-    "check_schema",
-    "described_kinds",
-    "read_description",
-    "shipped_robots",
-]
-
-
-#: Classes that descriptions name, and how: what is valid goes by them.
-DescribedKinds = tuple[tuple[str, type[Described]], ...]
+__all__ = ["check_numbers", "check_schema", "read_description", "shipped_robots"]
 
 
 def shipped_robots() -> dict[str, Path]:
@@ -81,14 +70,14 @@ def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:
             content = _with_numbers(dict(robot))
             check_schema(source, content)
         else:
-            content = deepcopy(_checked(source, text, described_kinds()))
+            content = deepcopy(_checked(source, text, _kinds()))
     except RecursionError:
         raise DescriptionError(source, "", "is nested too deeply, or refers to itself") from None
     return described_robot(source, content, text)
 
 
 @lru_cache(maxsize=32)
-def _checked(source: str, text: str, kinds: DescribedKinds) -> Any:
+def _checked(source: str, text: str, kinds: tuple[tuple[str, type[Described]], ...]) -> Any:
     """Content of a YAML text, which keeps to the schema of these kinds.
 
     Kept: that takes most of the time to load a robot, and robots are loaded again and again.
@@ -193,7 +182,7 @@ _END_OF_A_RANGE = re.compile(r"\blimits\.position\[[01]\]$")
 
 
 @cache
-def _validator(kinds: DescribedKinds) -> Any:
+def _validator(kinds: tuple[tuple[str, type[Described]], ...]) -> Any:
     """What checks content, made once for all classes that have a name now."""
     import jsonschema  # takes as long to import as all of this package
 
@@ -206,7 +195,7 @@ def check_numbers(source: str, content: Any, places: Mapping[tuple[str | int, ..
     Raises:
         DescriptionError: It does not with them.
     """
-    validator = _validator(described_kinds())
+    validator = _validator(_kinds())
     if not all(surely_allowed(validator, content, *number) for number in places.items()):
         check_schema(source, content)
 
@@ -224,7 +213,7 @@ def check_schema(source: str, content: Any) -> None:
             allowed = False
         if not allowed:
             raise DescriptionError(source, path, f"expected a finite number, got {number!s:.40}")
-    errors = list(_validator(described_kinds()).iter_errors(content))
+    errors = list(_validator(_kinds()).iter_errors(content))
     # A misspelt field is also a missing one: say the misspelt name.
     unknown = [error for error in errors if error.validator == "additionalProperties"]
     if not errors:
@@ -239,8 +228,8 @@ def check_schema(source: str, content: Any) -> None:
     raise DescriptionError(source, path, _explain(error))
 
 
-def described_kinds() -> DescribedKinds:
-    """All classes that have a name in descriptions now."""
+def _kinds() -> tuple[tuple[str, type[Described]], ...]:
+    """All classes that have a name now."""
     every = (MOTORS, CHAIN_JOINTS, JOINTS, SECTIONS, STRAIN_BASES)
     return tuple(item for named in every for item in named.items())
 

@@ -7,16 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from ..description.description_file import (
-    DescribedKinds,
-    described_kinds,
-    read_description,
-    shipped_robots,
-)
+from ..description.description_file import read_description
 from ..errors import CprError, DescriptionError
 from ..model.robot import Robot
 from .chosen_modes import choose_modes
@@ -26,9 +20,6 @@ __all__ = ["load_robot"]
 
 def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) -> Robot:
     """Load a robot.
-
-    A shipped robot is the same object whenever it is asked for: nothing of it changes, and what is found
-    about it, such as its home, is found once.
 
     Args:
         robot: Name of a shipped robot (``rfrfr``, ``six_rfs``), a YAML file, the text of one (more than
@@ -44,20 +35,6 @@ def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) 
     Warns:
         DescriptionWarning: It is valid, but a number looks like another unit.
     """
-    if isinstance(robot, str) and (modes is None or type(modes) is int):
-        file = shipped_robots().get(robot)
-        if file is not None:
-            return _shipped(robot, file.read_text(encoding="utf-8"), described_kinds(), modes)
-    return _loaded(robot, modes)
-
-
-@lru_cache(maxsize=32)
-def _shipped(name: str, text: str, kinds: DescribedKinds, modes: int | None) -> Robot:
-    """A shipped robot; its text and the classes that have a name may be others later."""
-    return _loaded(name, modes)
-
-
-def _loaded(robot: str | Path | Mapping[str, Any], modes: int | None) -> Robot:
     description = read_description(robot)
     if modes is not None:
         return Robot(description.with_modes(modes))

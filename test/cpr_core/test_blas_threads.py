@@ -70,8 +70,7 @@ def test_calls_that_overlap_give_them_back_when_the_last_one_ends(before):
 
 
 def test_spectra_and_the_dense_response_are_computed_on_one_thread(before, monkeypatch):
-    robot = cpr_core.Robot(cpr_core.load_robot("rfrfr").description)
-    found = cpr_core.solve_forward(robot, [2.6, 0.6])
+    found = cpr_core.solve_forward(cpr_core.load_robot("rfrfr"), [2.6, 0.6])
     seen = []
 
     def watched(function):

@@ -208,7 +208,7 @@ def test_arguments_that_cannot_be(robot, rows, arguments, text):
 
 
 def test_a_start_of_another_robot(robot, rows):
-    other = cpr_core.solve_home(cpr_core.Robot(robot.description))
+    other = cpr_core.solve_home(cpr_core.load_robot("six_rfs"))
     with pytest.raises(InvalidRequest, match="same robot object"):
         calibrate(robot, rows, PATHS, DEVIATIONS, start=other)
 

@@ -77,7 +77,7 @@ def robots_built(monkeypatch):
 
 
 def test_one_robot_tells_the_rates_of_parameters_of_different_legs(monkeypatch):
-    robot = Robot(load_robot("six_rfs").description)  # of which no rates are known yet
+    robot = load_robot("six_rfs")
     start = solve_home(robot)
     several, single = robots_built(monkeypatch)
     derivatives(start, APART)

@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from benchmarks.robustness import RANGES
-from cpr_core import NotReached, Robot, solve_forward, solve_home
+from cpr_core import NotReached, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.rotation_kernel import rotation_steps
 from cpr_core.lie import rotation_exp
@@ -296,8 +296,7 @@ def test_steps_of_the_grid_lead_to_the_frames_at_the_nodes(curvature, breakpoint
 @pytest.mark.parametrize("modes", [3, 5, 7, 8, 12])
 @pytest.mark.parametrize("name", shipped_robots())
 def test_finer_grids_do_not_move_an_equilibrium(name, modes):
-    robot = load_robot(name, modes=modes)
-    fine = Robot(robot.description)
+    robot, fine = load_robot(name, modes=modes), load_robot(name, modes=modes)
     vars(fine)["grid"] = rod_grid(64, robot.breakpoints, 2)
     assert len(robot.grid.nodes) < 32
     found, expected = solve_home(robot), solve_home(fine)
@@ -312,8 +311,7 @@ def test_finer_grids_do_not_move_an_equilibrium(name, modes):
 @pytest.mark.parametrize("name", [*SHORT_FORM, "six_rus"])
 def test_nor_where_rods_are_bent_far(name, modes):
     """Motors anywhere on a way that reaches folds: the bound that ``Robot.grid`` states."""
-    robot = load_robot(name, modes=modes)
-    fine = Robot(robot.description)
+    robot, fine = load_robot(name, modes=modes), load_robot(name, modes=modes)
     vars(fine)["grid"] = rod_grid(48, robot.breakpoints, 2)
     random, compared = np.random.default_rng(modes), 0
     while compared < 8:

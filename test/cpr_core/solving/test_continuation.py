@@ -13,7 +13,6 @@ from cpr_core import (
     MotorLimitExceeded,
     NoForwardSolution,
     NotReached,
-    Robot,
     StrainLimitExceeded,
     TimeLimitExceeded,
     UnstableEquilibrium,
@@ -304,9 +303,8 @@ def test_loads_without_potential_decide_no_stability():
 
 
 def test_starts_of_another_robot_are_refused():
-    robot = load_robot("rfrfr")
     with pytest.raises(InvalidRequest, match="same robot"):
-        solve_forward(robot, [2.6, 0.5], start=solve_home(Robot(robot.description)))
+        solve_forward(load_robot("rfrfr"), [2.6, 0.5], start=solve_home(load_robot("rfrfr")))
 
 
 @pytest.mark.parametrize("efforts", [[0.0475613, 0.59519384], [-0.05443538, -0.30131647]])

@@ -13,7 +13,6 @@ from cpr_core import (
     NoForwardSolution,
     NoInverseSolution,
     NonFiniteInput,
-    Robot,
     load_robot,
     restore_equilibrium,
     solve_forward,
@@ -199,9 +198,8 @@ def test_values_that_are_not_finite_are_refused():
 
 
 def test_a_start_of_another_robot_is_refused():
-    robot = load_robot("rfrfr")
     with pytest.raises(InvalidRequest, match="same robot"):
-        solve_forward(robot, [2.59, 0.55], start=solve_home(Robot(robot.description)))
+        solve_forward(load_robot("rfrfr"), [2.59, 0.55], start=solve_home(load_robot("rfrfr")))
 
 
 def test_an_equilibrium_cannot_be_changed(robot):
