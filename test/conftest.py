@@ -174,7 +174,7 @@ def _room(request: pytest.FixtureRequest) -> Room:
 
 @pytest.fixture(scope="module", autouse=True)
 def _alone(request: pytest.FixtureRequest, _room: Room):
-    """Files marked as ``alone`` run while no other worker has a node or a page, at one time."""
+    """Files marked as ``alone`` run as a whole, while no other worker has a node or a page."""
     alone = request.node.get_closest_marker("alone") is not None
     with _room.entered(alone=True) if alone else nullcontext():
         yield alone

@@ -26,8 +26,7 @@ class Announcements:
         self._free_since: float | None = None
         self._state = State.IDLE
         self._returning = False
-        self._unmeasured = ""
-        self._others = ""
+        self._told: dict[str, str] = {}
 
     @property
     def at_rest(self) -> bool:
@@ -57,10 +56,8 @@ class Announcements:
         Args:
             unmeasured: Why they are not measured any more; empty: nothing is missing.
         """
-        before, self._unmeasured = self._unmeasured, unmeasured
-        if unmeasured and not before:
-            return f"{unmeasured}: what is moved now is moved without being seen", ""
-        return "", "" if unmeasured or not before else "the motors are measured again"
+        blind = f"{unmeasured}: what is moved now is moved without being seen" if unmeasured else ""
+        return self._news("motors", blind, "the motors are measured again")
 
     def of_commanders(self, others: str) -> tuple[str, str]:
         """What to log of others who command the motors: a warning when they come, and that they left.
@@ -68,10 +65,14 @@ class Announcements:
         Args:
             others: Who they are, in words; empty: nobody.
         """
-        before, self._others = self._others, others
-        if others and not before:
-            return others, ""
-        return "", "" if others or not before else "nobody else commands the motors any more"
+        return self._news("commanders", others, "nobody else commands the motors any more")
+
+    def _news(self, about: str, warning: str, over: str) -> tuple[str, str]:
+        """A warning when there begins to be one, and an information when there is none any more."""
+        before, self._told[about] = self._told.get(about, ""), warning
+        if warning and not before:
+            return warning, ""
+        return "", "" if warning or not before else over
 
     def _recovery(self, outcome: Outcome, now: float) -> str:
         """That a halt has ended, when it has not come back for a while."""
