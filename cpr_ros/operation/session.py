@@ -34,6 +34,7 @@ from ..following.watchdog import Watchdog
 from ..messages.conversions import Frames
 from ..settings.parameters import LiveParameters, Parameters
 from .admission import Admission
+from .sight import Sight
 from .solver import Solver
 
 __all__ = ["Session"]
@@ -93,6 +94,7 @@ class Session:
         self.unplaced = False
         self.others = MovedByOthers(robot, live.moved_tolerance)
         self._told_away = ""
+        self._sight_of_motors, self._sight_of_platform = Sight(), Sight()
         self.admission = Admission(
             self.solver,
             self.follower,
@@ -307,6 +309,8 @@ class Session:
         self.follower.drop()
         self.loop.forget_poses()
         self.measured.forget()
+        self._sight_of_motors.forget()
+        self._sight_of_platform.forget()
         if self.tracking is not None:
             self.tracking.forget()
         self._be(self._state_at_rest)
@@ -395,12 +399,17 @@ class Session:
 
     def unmeasured(self, now: float) -> str:
         """Why motors that were measured are no more; empty without, and of those that are tracked."""
-        return "" if self.tracking else self.measured.missing(now, with_age=False)
+        if self.tracking is not None:
+            return ""
+        return self._sight_of_motors.missing(self.measured.missing(now, with_age=False), now)
 
     def unseen(self, now: float) -> str:
         """What is not measured though it is to be, or was, in words; empty if nothing is missing."""
         loop = self.loop_status(now)
-        return self.unmeasured(now) or (loop.text if loop.blind else "")
+        if loop.loop == Loop.OPEN:
+            self._sight_of_platform.forget()
+        of_platform = self._sight_of_platform.missing(loop.text if loop.blind else "", now)
+        return self.unmeasured(now) or of_platform
 
     def pause(self, paused: bool) -> str:
         """Pause or release; says what was done.

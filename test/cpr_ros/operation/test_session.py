@@ -661,20 +661,35 @@ def test_motors_in_motion_are_not_compared(bench):
 def test_motors_that_are_measured_no_more_are_missed(bench):
     """The action was NONE, whatever the motors did."""
     session = bench.session
-    session.apply(replace(LIVE, measured_timeout=0.5), bench.now)
-    assert session.unseen(100.0) == ""  # nobody has measured them
+    session.apply(replace(LIVE, measured_timeout=1.5), bench.now)
+    assert session.unseen(bench.now) == ""  # nobody has measured them
     session.measured.refuse("names: expected motor1 motor2")
     assert "no measured motors are of use: names" in session.unseen(bench.now)
     session.take_measured(np.array([2.59, 0.55]), bench.now)
-    assert session.unseen(bench.now + 0.5) == ""
-    for later in (0.51, 100.0):  # the same words, which are not a new message every time
+    assert session.unseen(bench.now + 1.5) == ""
+    for later in (1.51, 100.0):  # the same words, which are not a new message every time
         why = session.unseen(bench.now + later)
-        assert why == "the measured motors are older than measured_timeout 0.5 s"
+        assert why == "the measured motors are older than measured_timeout 1.5 s"
     session.apply(replace(LIVE, measured_timeout=0.0), bench.now)
-    assert session.unseen(bench.now + 100.0) == ""
+    assert session.unseen(bench.now + 101.0) == ""
     tracked = Bench(motor_source="measured").session
     tracked.measured.refuse("names")
     assert tracked.unseen(1.0) == ""  # of these the state tells
+
+
+def test_motors_that_are_measured_too_seldom_are_missed_all_along(bench):
+    """The action was SLOW and NONE in turn, with every message, and the log told of each."""
+    session = bench.session
+    session.apply(replace(LIVE, measured_timeout=0.5), bench.now)
+    missed = []
+    for twentieth in range(100):
+        if twentieth % 20 == 0:
+            session.take_measured(np.array([2.59, 0.55]), bench.now)
+        missed.append(bool(session.unseen(bench.now)))
+        bench.now += 0.05
+    assert missed == 11 * [False] + 89 * [True]
+    session.stand()
+    assert session.unseen(bench.now) == ""
 
 
 def test_a_correction_that_is_frozen_is_missed_only_for_want_of_a_pose(bench, monkeypatch):
@@ -685,6 +700,12 @@ def test_a_correction_that_is_frozen_is_missed_only_for_want_of_a_pose(bench, mo
     ):
         monkeypatch.setattr(bench.session, "loop_status", lambda now, status=status: status)
         assert bench.session.unseen(bench.now) == unseen
+    monkeypatch.setattr(bench.session, "loop_status", lambda now: LoopStatus(Loop.CLOSED))
+    assert bench.session.unseen(bench.now + 0.5).startswith("the pose jumped; it came again")
+    monkeypatch.setattr(bench.session, "loop_status", lambda now: LoopStatus(Loop.OPEN))
+    assert bench.session.unseen(bench.now + 0.5) == ""  # nobody asks where the platform is
+    monkeypatch.setattr(bench.session, "loop_status", lambda now: LoopStatus(Loop.CLOSED))
+    assert bench.session.unseen(bench.now + 0.5) == ""
 
 
 def test_a_robot_waits_for_a_measurement_until_it_moves(bench):
