@@ -342,19 +342,17 @@ class SetpointFollower:
         if change_between(current.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
             return Refusal("branch_jump", "the next equilibrium is not near this one")
         if ahead.index > current.index:
-            return Refusal(
-                "margin", "halted: the next equilibrium is unstable with the motors held"
-            )
+            return Refusal("margin", "the next equilibrium is unstable with the motors held")
         for name in self._watched():
             first, last = current.value(name), ahead.value(name)
             stop = self.settings.thresholds[name].stop
             if math.isnan(last):
-                return Refusal(name, f"halted: the next {FIELDS[name]} is not defined")
+                return Refusal(name, f"the next {FIELDS[name]} is not defined")
             if last < stop and falls(first, last):
                 after, limit, before = distinct(last, stop, first)
                 return Refusal(
                     name,
-                    f"halted: the next {FIELDS[name]}, {after}, is below {name}_stop {limit}; "
+                    f"the next {FIELDS[name]}, {after}, is below {name}_stop {limit}; "
                     f"here it is {before}",
                 )
         return None

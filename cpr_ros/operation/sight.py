@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is not measured though it should be, until it has been measured again for a while. No ROS here."""
+"""What is not measured though it should be, until it has come again for a while. No ROS here."""
 
 from __future__ import annotations
 

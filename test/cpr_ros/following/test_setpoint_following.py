@@ -111,7 +111,7 @@ def test_straight_through_an_instability_it_slows_halts_before_and_returns(modes
     )
     # What is compared is told apart, by the names of the message and the parameters.
     words = re.fullmatch(
-        r"halted: the next margin, (\S+), is below margin_stop 0.05; here it is (\S+)",
+        r"the next margin, (\S+), is below margin_stop 0.05; here it is (\S+)",
         halted.verdict.text,
     )
     assert float(words[1]) < 0.05 < float(words[2])

@@ -36,7 +36,7 @@ def test_the_supervisor_sends_a_halted_robot_home(rfrfr, drive):
         supervisor.send_signal(signal.SIGINT)
         said, _ = supervisor.communicate(timeout=TIMEOUT)
     assert supervisor.returncode == 0, said
-    assert "HALT: halted: the next margin" in said
+    assert "HALT: the next margin" in said
     assert "reset: True" in said
 
 

@@ -130,10 +130,10 @@ def test_a_goal_behind_an_instability_is_given_up_with_the_reason(drive, moves):
     moves.client.spin_until(lambda: bool(moves.feedback) and moves.feedback[-1].action == halt)
     told = moves.feedback[-1]
     assert told.speed_scale == 0.0
-    assert told.status_text.startswith("halted: the next margin, ")
+    assert told.status_text.startswith("the next margin, ")
     status, result = moves.move(**platform(0.0, -0.2), patience=0.2)
     assert (status, result.error_code.val) == (ABORTED, ErrorCode.CONTROL_FAILED)
-    assert result.error_code.message.startswith("halted for 0.2 s: halted: the next margin, ")
+    assert result.error_code.message.startswith("halted for 0.2 s: the next margin, ")
     assert result.reached.index_locked == 0
     assert 0.05 <= result.reached.margin < 0.06
     assert result.remaining > 0.2

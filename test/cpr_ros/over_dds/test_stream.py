@@ -152,7 +152,7 @@ def test_halts_and_thresholds_are_in_the_log_once(drive, rfrfr):
     rfrfr.process.wait_for_log("the halt is over", timeout=20.0)
     said = rfrfr.process.output()[before:]
     assert said.count("set: margin_stop 0.06") == 1
-    assert said.count("halt (HALTED, HALT_FOR_STABILITY): halted: the next margin, ") == 1
+    assert said.count("halt (HALTED, HALT_FOR_STABILITY): the next margin, ") == 1
     assert said.count("set: margin_stop 0.05\n") == 1
     assert said.count("on the way home") == 1
     assert said.count("the halt is over") == 1
