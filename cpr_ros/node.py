@@ -133,12 +133,16 @@ class CprNode(LifecycleNode):
         self._late_clients.look(now)
         if self.interfaces is not None:
             self.interfaces.waiting.look(now)
+        if self._session is not None:
+            self._session.look_around(now, self._ticking.resting)
 
     def until_due(self) -> float:
         """Time until something is due [s]."""
         due = min(self._ticking.due, self._streams.due, self._health.due, self._late_clients.due)
         if self.interfaces is not None:
             due = min(due, self.interfaces.waiting.due)
+        if self._session is not None:
+            due = min(due, self._session.first_step.due)
         return max(0.0, due - time.monotonic())
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -315,10 +319,13 @@ class CprNode(LifecycleNode):
 
     def _tick(self, now: float) -> None:
         session = self._required_session()
+        ahead = session.command_ahead(now)
+        if ahead is not None:
+            self.outputs.motor_commands(ahead)
         outcome = session.move(now)
         command = session.next_command(now)
         if self._whereabouts is not None:
-            self._whereabouts.keep()  # before anybody hears of it
+            self._whereabouts.keep()  # before anybody hears of it, but for a first step
         if command is not None:
             self.outputs.motor_commands(command)
         # The motors are on their way; nobody waits for the rest.

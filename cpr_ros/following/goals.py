@@ -80,12 +80,15 @@ class MotorGoal:
         """Largest way of a motor."""
         return largest_way(start.motors, self.motors, start.robot.motor_units.tolist())
 
+    def at(self, start: Equilibrium, fraction: float) -> Floats:
+        """Motor positions at a fraction of the way that is left, (n,)."""
+        if fraction == 1.0:
+            return self.motors
+        return (1.0 - fraction) * start.motors + fraction * self.motors
+
     def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """Forward problem at the motor positions on the way."""
-        motors = self.motors
-        if fraction != 1.0:
-            motors = (1.0 - fraction) * start.motors + fraction * motors
-        return solve_forward(start.robot, motors, start=start, loads=loads)
+        return solve_forward(start.robot, self.at(start, fraction), start=start, loads=loads)
 
 
 class PoseGoal:

@@ -29,7 +29,7 @@ from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict
 from .trajectory_goal import TrajectoryGoal
 from .watchdog import Watchdog
 
-__all__ = ["Outcome", "SetpointFollower", "Settings"]
+__all__ = ["LARGEST_CHANGE", "OF_MOTOR_SETPOINTS", "Outcome", "SetpointFollower", "Settings"]
 
 Floats = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ SLACK = 1e-6
 #: A goal nearer than this is reached [rad, rod lengths].
 ARRIVED = 1e-9
 #: Measures that count on the way to motor setpoints.
-_OF_MOTOR_SETPOINTS = tuple(name for name in MEASURES if name != "inverse_singularity")
+OF_MOTOR_SETPOINTS = tuple(name for name in MEASURES if name != "inverse_singularity")
 
 
 @dataclass(frozen=True)
@@ -181,6 +181,23 @@ class SetpointFollower:
         self._returning, self._under_way, self._stirred = False, True, True
         self.watchdog.feed(now)
 
+    def aim(self, current: Equilibrium, now: float) -> Floats | None:
+        """Where the next tick takes the motors, (n,) [rad or m], if nothing slows them down.
+
+        None: that is not known before it is solved, or they stay where they are.
+
+        Args:
+            current: Where the robot is.
+            now: Steady time [s].
+        """
+        goal = self._goal
+        at_full_speed = self._reach == 1.0 and not (self.paused or self._returning)
+        if not isinstance(goal, MotorGoal) or not at_full_speed or self.stale(now):
+            return None
+        if goal.remaining(current) <= ARRIVED:
+            return None
+        return goal.at(current, self._part_of_way(current, goal, 1.0))
+
     def drop(self, reason: str = "") -> None:
         """Forget the setpoint and hold; the reason is for who sent it."""
         self.orders += 1
@@ -277,7 +294,7 @@ class SetpointFollower:
 
     def _watched(self) -> tuple[str, ...]:
         """Measures that count: the inverse problem matters to platform setpoints only."""
-        return MEASURES if isinstance(self._goal, PoseGoal) else _OF_MOTOR_SETPOINTS
+        return MEASURES if isinstance(self._goal, PoseGoal) else OF_MOTOR_SETPOINTS
 
     def _move(self, current: Assessment, goal: Goal) -> Assessment:
         """One step towards the goal, or the same equilibrium if it is refused."""
@@ -309,8 +326,7 @@ class SetpointFollower:
         if isinstance(goal, TrajectoryGoal):
             return attempt(current, goal.aim(start, factor, self._motor_steps), 1.0, start.loads)
         if isinstance(goal, MotorGoal):
-            ticks = self._ticks_between(start.motors, goal.motors)
-            return attempt(current, goal, _whole(factor / ticks), start.loads)
+            return attempt(current, goal, self._part_of_way(start, goal, factor), start.loads)
         remaining = goal.remaining(start)
         per_way = self._motor_steps_per_way
         if math.isnan(per_way):  # not known yet: feel the way
@@ -374,6 +390,10 @@ class SetpointFollower:
     def _ticks_between(self, first: Floats, last: Floats) -> float:
         """Ticks at full speed the motors need from one place to another, (n,) each."""
         return largest_way(first, last, self._steps_of_motors)
+
+    def _part_of_way(self, start: Equilibrium, goal: MotorGoal, factor: float) -> float:
+        """Part of the way to motors that a tick takes at a fraction of their speed."""
+        return _whole(factor / self._ticks_between(start.motors, goal.motors))
 
     def _misses_home(self, current: Equilibrium) -> bool:
         """Whether this is another equilibrium than home, though nothing else acts."""

@@ -21,6 +21,7 @@ from ..closed_loop.pose_loop import Loop, LoopStatus, PoseLoop
 from ..error_codes import RequestError
 from ..following.external_wrench import ExternalWrench
 from ..following.felt_wrench import FeltWrench
+from ..following.first_step import FirstStep
 from ..following.goals import Goal
 from ..following.measured_motors import MeasuredMotors
 from ..following.motor_commands import MotorCommands
@@ -54,6 +55,7 @@ class Session:
         loop: Correction of platform setpoints by measured poses.
         jogger: Platform setpoint moved by twists.
         commands: Where the motors are sent, if the node moves them.
+        first_step: Judges ahead, at rest, what a motor setpoint may ask for.
         outcome: Of the last tick.
         velocity: Of the motors in the last tick, (n,) [rad/s or m/s].
         unplaced: Whether the first measured motors say where the robot is; until it moves.
@@ -88,6 +90,8 @@ class Session:
         self.follower.corrected = self.loop.corrected
         self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
         self.commands = MotorCommands(robot, self.period)
+        self.first_step = FirstStep(robot, self.period, self.follower)
+        self._commanded_ahead = False
         self._before = home = self.solver.current
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
@@ -199,7 +203,8 @@ class Session:
             self.jogger.advance(start, self.follower.arrived(start), now)
         self.loop.advance(now)
         loads = self.wrench.loads(before.equilibrium.loads, now)
-        if self.tracking is None and not self.admission.aligned and not self.follower.paused:
+        aligned, self._commanded_ahead = self._commanded_ahead or self.admission.aligned, False
+        if self.tracking is None and not aligned and not self.follower.paused:
             borne, burden = self.follower.bear(before, loads)
             told = self.follower.judge(borne, burden)
             moved = borne is not before
@@ -223,10 +228,36 @@ class Session:
         self.velocity = (after.motors - self._before.equilibrium.motors) / self.period
         self.trajectories.after_tick(self.outcome, now)
 
+    def look_around(self, now: float, resting: bool) -> None:
+        """Judge what may be asked for next, a bit at a time, while the robot rests."""
+        if resting and self.tracking is None and not self.follower.paused:
+            self.first_step.look(self.solver.current, now)
+        else:
+            self.first_step.wait()
+
+    def command_ahead(self, now: float) -> NDArray[np.float64] | None:
+        """The motor command of this tick, (n,) [rad or m], if it is judged already; else None.
+
+        It goes out before `move` solves where it leads. Should that be refused after all, the next
+        commands lead back, as they do wherever the motors are not where the node has the robot.
+        """
+        current = self.solver.current
+        known = self.commands.newest is not None and self.admission.aligned
+        held = self.outcome.refusal is not None or self.others.away
+        same_loads = self.wrench.at_rest(current.equilibrium.loads)
+        if self.tracking is not None or not known or held or not same_loads:
+            return None
+        aim = self.first_step.aim(current, now)
+        if aim is None:
+            return None
+        self._commanded_ahead = True
+        return self._command(aim, now)
+
     def next_command(self, now: float) -> NDArray[np.float64] | None:
         """The motor command of this tick, (n,) [rad or m]; None where there is nothing new.
 
-        The only way new commands leave the node: none is farther from the one before than a tick's way.
+        New commands leave the node here and by `command_ahead` only: none is farther from the one before
+        than a tick's way.
         Where nothing is known of the motors, there is none before a setpoint is obeyed; one that asks
         for what the node believes anyway is told to the motors too, which may be elsewhere.
         """
@@ -236,6 +267,9 @@ class Session:
         held = self.follower.paused or self.outcome.refusal is not None or self.others.away
         if self.tracking is not None or held or nothing_new:
             return None
+        return self._command(motors, now)
+
+    def _command(self, motors: NDArray[np.float64], now: float) -> NDArray[np.float64]:
         self.unplaced = False
         self.others.commanded(now)
         return self.commands.step_to(motors, self.follower.settings.max_speed)

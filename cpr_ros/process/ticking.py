@@ -44,6 +44,11 @@ class Ticking:
         self._period, self._tick, self._at_rest = period, tick, at_rest
         self._started = False
 
+    @property
+    def resting(self) -> bool:
+        """Whether ticks come when something comes from outside, and none comes until then."""
+        return self._started and math.isinf(self.due)
+
     def start(self, now: float) -> None:
         """Begin with a tick in a period; ``now`` is steady time [s]."""
         self._started, self.due = True, now + self._period

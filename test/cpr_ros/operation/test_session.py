@@ -3,6 +3,7 @@
 
 """A robot in operation, tick by tick: what it sends to the motors and what it makes of a wrench."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +21,8 @@ from cpr_core import solve_forward, solve_home
 from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import MotorGoal, PoseGoal
-from cpr_ros.following.supervision import Action, State
+from cpr_ros.following.setpoint_following import SetpointFollower
+from cpr_ros.following.supervision import Action, Refusal, State
 from cpr_ros.following.trajectory_order import TrajectoryOrder
 from cpr_ros.messages.conversions import Frames, fill_equilibrium
 from cpr_ros.operation.kept_state import KeptState
@@ -735,6 +737,136 @@ def test_the_command_of_a_tick_is_there_before_note_is_taken_of_it(bench):
     way = session.solver.current.equilibrium.motors - bench.commands[-1]
     np.testing.assert_allclose(session.velocity, way / PERIOD)
     assert session.loop._history.newest.equilibrium is session.solver.current.equilibrium
+
+
+class Node(Bench):
+    """As the node does it: what is judged already is commanded before it is solved."""
+
+    def __init__(self, **parameters):
+        super().__init__(**parameters)
+        self.ahead = []
+
+    def rest(self, seconds=0.2):
+        end = self.now + seconds
+        while self.now < end:
+            self.now += PERIOD
+            if not self.session.at_rest:
+                self.do_tick()
+            self.session.look_around(self.now, self.session.at_rest)
+
+    def tick(self):
+        self.now += PERIOD
+        return self.do_tick()
+
+    def do_tick(self):
+        ahead = self.session.command_ahead(self.now)
+        self.ahead += [] if ahead is None else [ahead]
+        outcome = self.session.move(self.now)
+        command = self.session.next_command(self.now)
+        self.commands += [each for each in (ahead, command) if each is not None]
+        self.session.take_note(self.now)
+        return outcome
+
+
+@pytest.fixture
+def node():
+    bench = Node()
+    bench.session.commands.place(bench.session.solver.current.equilibrium.motors)
+    bench.rest()
+    return bench
+
+
+def test_the_first_command_out_of_rest_is_ahead_of_its_solution_and_the_only_one(node):
+    session, random = node.session, np.random.default_rng(11)
+    for _ in range(20):
+        target = session.solver.current.equilibrium.motors + random.uniform(-0.02, 0.02, 2)
+        session.follow(MotorGoal(session.robot, target), node.now)
+        before, sent = session.commands.newest, len(node.commands)
+        assert node.tick().obeyed
+        assert len(node.commands) == sent + 1
+        np.testing.assert_array_equal(node.ahead[-1], session.solver.current.equilibrium.motors)
+        np.testing.assert_array_equal(node.commands[-1], node.ahead[-1])
+        assert np.abs(node.ahead[-1] - before).max() <= PERIOD * (1.0 + 1e-6)
+        node.rest()
+        np.testing.assert_array_equal(node.commands[-1], target)
+    assert len(node.ahead) == 20  # in motion none is
+
+
+def test_the_same_commands_go_out_with_and_without_looking_ahead(node):
+    plain = Bench()
+    home = plain.session.solver.current.equilibrium.motors
+    plain.session.commands.place(home)
+    for bench in (plain, node):
+        bench.session.follow(MotorGoal(bench.session.robot, home + [0.3, -0.2]), bench.now)
+        while bench.tick().state != State.IDLE:
+            pass
+    assert len(node.ahead) == 1
+    np.testing.assert_array_equal(node.commands, plain.commands)
+
+
+def test_a_first_step_that_is_refused_after_all_is_taken_back(node, monkeypatch):
+    session, home = node.session, node.session.solver.current.equilibrium.motors
+    session.follow(MotorGoal(session.robot, home + 0.1), node.now)
+    refused = Refusal("not_converged", "for a test")
+    with monkeypatch.context() as patched:
+        patched.setattr(SetpointFollower, "_danger", lambda *_: refused)
+        for _ in range(30):
+            node.tick()
+        np.testing.assert_array_equal(session.solver.current.equilibrium.motors, home)
+        np.testing.assert_array_equal(session.commands.newest, home)
+        assert session.outcome.state == State.HALTED
+    assert len(node.ahead) == 1
+    ways = np.abs(np.diff([home, *node.commands], axis=0))
+    assert ways.max() <= PERIOD * (1.0 + 1e-6)
+    while node.tick().state != State.IDLE:
+        pass
+    np.testing.assert_array_equal(node.commands[-1], home + 0.1)
+
+
+@pytest.mark.parametrize(
+    "happens",
+    [
+        lambda node: node.push(0.2, 0.0, 0.0),
+        lambda node: node.session.pause(True),
+        lambda node: node.session.commands.place(None),
+        lambda node: measured_for(node, node.session.commands.newest + 0.5, 0.4),
+        lambda node: node.session.commands.place(node.session.commands.newest + 0.001),
+        lambda node: node.session.apply(
+            replace(LIVE, settings=replace(SETTINGS, max_speed=2.0)), node.now
+        ),
+    ],
+    ids=["wrench", "pause", "unknown", "moved by others", "on the way", "parameters"],
+)
+def test_what_has_happened_since_it_looked_around_is_solved_first(node, happens):
+    session = node.session
+    goal = MotorGoal(session.robot, session.solver.current.equilibrium.motors + 0.01)
+    happens(node)
+    session.follower.follow(goal, node.now)
+    node.tick()
+    assert node.ahead == []
+
+
+def test_a_halted_robot_is_solved_first(node):
+    session = node.session
+    session.outcome = replace(session.outcome, refusal=Refusal("margin", "for a test"))
+    session.follow(MotorGoal(session.robot, session.commands.newest + 0.01), node.now)
+    node.tick()
+    assert node.ahead == []
+
+
+def test_who_tracks_motors_or_is_paused_does_not_look_around(node):
+    tracked = Node(motor_source="measured")
+    tracked.session.look_around(1.0, True)
+    assert math.isinf(tracked.session.first_step.due)
+    node.session.pause(True)
+    node.session.look_around(node.now, True)
+    assert math.isinf(node.session.first_step.due)
+    node.session.pause(False)
+    node.session.apply(replace(LIVE, settings=replace(SETTINGS, max_speed=2.0)), node.now)
+    node.session.look_around(node.now, True)
+    assert node.session.first_step.due > node.now
+    node.session.look_around(node.now, False)  # it moves, or is not active
+    assert math.isinf(node.session.first_step.due)
 
 
 def timed(points, start_in):

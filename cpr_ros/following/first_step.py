@@ -1,0 +1,99 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The first step out of rest, judged before it is asked for. No ROS here.
+
+A setpoint that comes at rest would wait for a solution and its measures, which take most of a
+millisecond on a processor that others have used meanwhile. At rest there is time to look where the
+motors could go in a tick; where none of that comes near a warning, the command goes out first and is
+solved in the same tick.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core import Robot
+from cpr_core.model.assessment import Assessment
+
+from .goals import motor_steps
+from .setpoint_following import LARGEST_CHANGE, OF_MOTOR_SETPOINTS, SetpointFollower, Settings
+from .surroundings import Surroundings
+
+__all__ = ["FirstStep"]
+
+#: The robot rests for so long before it looks around: setpoints may follow each other closely [s].
+_QUIET = 0.02
+#: Between two looks there is time for what comes in between [s].
+_BREATH = 0.002
+
+
+class FirstStep:
+    """Looks around while the robot rests.
+
+    Attributes:
+        due: Steady time of the next look [s]; infinite while there is nothing to look at.
+    """
+
+    def __init__(self, robot: Robot, period: float, follower: SetpointFollower) -> None:
+        """Know nothing yet.
+
+        Args:
+            robot: The robot.
+            period: Time of a tick [s].
+            follower: Takes the step.
+        """
+        self.due = math.inf
+        self._robot, self._period, self._follower = robot, period, follower
+        self._around: Surroundings | None = None
+        self._settings: Settings | None = None
+        self._free = False
+
+    def wait(self) -> None:
+        """Do not look: the robot moves, or is not to be moved."""
+        self.due = math.inf
+
+    def look(self, current: Assessment, now: float) -> None:
+        """Look around at rest, a bit at a time; to be asked again and again, and when it is due.
+
+        Args:
+            current: Where the robot is.
+            now: Steady time [s].
+        """
+        if self._around is None or not self._looked_from(current):
+            self._begin(current)
+            self.due = now + _QUIET
+        elif self._around.known:
+            self.due = math.inf
+        elif math.isinf(self.due):  # it was interrupted
+            self.due = now + _QUIET
+        elif now >= self.due:
+            self._around.look()
+            thresholds = self._follower.settings.thresholds
+            self._free = self._around.free(thresholds, LARGEST_CHANGE)
+            self.due = now + _BREATH
+
+    def aim(self, current: Assessment, now: float) -> NDArray[np.float64] | None:
+        """Where the next tick takes the motors, (n,) [rad or m]; None: that has to be solved first.
+
+        Args:
+            current: Where the robot is.
+            now: Steady time [s].
+        """
+        if not self._free or not self._looked_from(current):
+            return None
+        return self._follower.aim(current.equilibrium, now)
+
+    def _looked_from(self, current: Assessment) -> bool:
+        """Whether what is known is of where the robot is, and what it may do now."""
+        around = self._around
+        same_settings = self._settings is self._follower.settings
+        return around is not None and around.current is current and same_settings
+
+    def _begin(self, current: Assessment) -> None:
+        self._settings, self._free = self._follower.settings, False
+        steps = motor_steps(self._robot, self._settings.max_speed, self._period)
+        self._around = Surroundings(current, steps, OF_MOTOR_SETPOINTS)
