@@ -24,6 +24,7 @@ and no double zero, where det b(u) has no sign change, can be missed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -52,6 +53,10 @@ SHORTEST = 0.01
 LARGEST_TURN = 0.8
 #: Conjugate points closer than this in u are one of higher multiplicity.
 COINCIDENT = 1e-6
+#: Turns of Y + i Z, one after the other until no phase is next to pi [rad].
+_TURNS = tuple(0.4 + 0.618 * number for number in range(8))
+#: Tangents of half a phase beyond this lose digits of the others.
+_STEEP = 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +119,7 @@ class JacobiFields:
 
     def phases(self, u: float) -> Floats:
         """Arguments in (-pi, pi] of the eigenvalues of W W^T; pi where b(u) is singular, (n,)."""
-        return _phases(*self.at(u))
+        return np.asarray(_phases(*self._at_all([u]))[0])
 
     def signatures(self, sections: Sequence[float] | Floats) -> list[tuple[float, float]]:
         """Sum of the phases and the determinant of b(u) at sections."""
@@ -124,11 +129,23 @@ class JacobiFields:
 
 
 def _phases(b: Floats, z: Floats) -> Floats:
-    orthonormal = np.linalg.qr(np.concatenate([b, z], axis=-2))[0]
-    size = b.shape[-1]
-    unitary = orthonormal[..., :size, :] + 1j * orthonormal[..., size:, :]
-    symmetric = unitary @ np.swapaxes(unitary, -1, -2)
-    return np.asarray(np.angle(np.linalg.eigvals(symmetric)), np.float64)
+    """Phases of sections, (U, n): W W^T = (1 + i S) / (1 - i S) with S = Z Y^-1.
+
+    S is symmetric, whatever the basis, and its eigenvalues are found in a fifth of the time. They are
+    without bound where a phase is next to pi: so all are turned away from there first, with Y + i Z.
+    """
+    phases = np.empty(b.shape[:-1])
+    left = np.arange(len(b))
+    for turn in _TURNS:
+        cosine, sine = math.cos(turn), math.sin(turn)
+        own, other = cosine * b[left] + sine * z[left], cosine * z[left] - sine * b[left]
+        transposed = np.linalg.solve(np.swapaxes(own, -1, -2), np.swapaxes(other, -1, -2))
+        tangents = np.linalg.eigvalsh(transposed)
+        phases[left] = 2.0 * (np.arctan(tangents) + turn)
+        left = left[np.abs(tangents).max(axis=-1) > _STEEP]
+        if not len(left):
+            break
+    return np.pi - (np.pi - phases) % (2.0 * np.pi)
 
 
 def robot_fields(solution: ContinuousEquilibrium) -> JacobiFields:
