@@ -166,7 +166,7 @@ def _quietly(description: RobotDescription, content: dict[str, Any]) -> RobotDes
     """The robot of other fields; nobody wants to hear twice what looks like a mistake in it."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DescriptionWarning)
-        changed = described_robot(description.source, content, "", slack=_FOLLOWING)
+        changed = described_robot(description.source, content, "", _FOLLOWING, description)
     return changed.with_modes_of(description)
 
 

@@ -49,7 +49,11 @@ _ROUNDED = 1e-3
 
 
 def described_robot(
-    source: str, content: dict[str, Any], text: str | None, slack: float = EXACTLY_ACROSS
+    source: str,
+    content: dict[str, Any],
+    text: str | None,
+    slack: float = EXACTLY_ACROSS,
+    known: RobotDescription | None = None,
 ) -> RobotDescription:
     """The robot a description stands for.
 
@@ -58,16 +62,19 @@ def described_robot(
         content: Its fields, checked against the schema.
         text: The description as it was read; None: a change of one, empty: no file.
         slack: Cosine by which normals may miss being across their tangents, see ``Part``.
+        known: A robot that shares fields with this one: legs whose fields are the same objects are not
+            read again, as one number may be all that differs. They have its strain modes.
 
     Raises:
         DescriptionError: Names the field, what was found and what was expected.
     """
-    part = Part(source, "", content, content["space"] == "planar", slack=slack)
+    kept, read = _kept_legs(content, known)
+    part = Part(source, "", content, content["space"] == "planar", read, slack)
     platform = part.part("platform")
     point = platform.get("shape", "body") == "point"
     if point and not part.planar:
         raise platform.fail("shape", "a point platform needs a planar robot")
-    tolerance, legs = described_tolerance(part), _legs(part)
+    tolerance, legs = described_tolerance(part), _legs(part, kept)
     description = RobotDescription(
         name=content["name"],
         source=source,
@@ -119,10 +126,25 @@ def _inertia(platform: Part, point: bool) -> Floats:
     return inertia
 
 
-def _legs(part: Part) -> tuple[LegDescription, ...]:
-    shared = described_rod(part.part("rod"))
+def _kept_legs(
+    content: dict[str, Any], known: RobotDescription | None
+) -> tuple[dict[int, LegDescription], dict[str, Any]]:
+    """Legs by number that are those of a known robot, and what was read of it, their defaults too."""
+    if known is None or known.written is None:
+        return {}, {}
+    theirs = known.written.content
+    if any(content.get(name) is not theirs.get(name) for name in ("rod", "strain", "space")):
+        return {}, {}
+    pairs = enumerate(zip(known.legs, content["legs"], theirs["legs"], strict=True))
+    kept = {number: leg for number, (leg, fields, read) in pairs if fields is read}
+    return kept, dict(known.written.read) if kept else {}
+
+
+def _legs(part: Part, kept: dict[int, LegDescription]) -> tuple[LegDescription, ...]:
+    rods = (leg.rod for number, leg in kept.items() if "rod" not in part.content["legs"][number])
+    shared = next(rods, None) or described_rod(part.part("rod"))
     legs = tuple(
-        chain_leg(part, leg, index, shared) if "chain" in leg else _leg(part, leg, index, shared)
+        kept.get(index) or (chain_leg if "chain" in leg else _leg)(part, leg, index, shared)
         for index, leg in enumerate(part.parts("legs"))
     )
     check_motors(part, legs)
@@ -137,8 +159,8 @@ def _legs(part: Part) -> tuple[LegDescription, ...]:
                     f"legs[{index}].{kind}", f"{name!r} is the name of an earlier leg already"
                 )
     legs = tuple(
-        leg if "chain" in leg_part else _geared(leg, leg_part)
-        for leg, leg_part in zip(legs, part.parts("legs"), strict=True)
+        leg if index in kept or "chain" in leg_part else _geared(leg, leg_part)
+        for index, (leg, leg_part) in enumerate(zip(legs, part.parts("legs"), strict=True))
     )
     _check_rod_names(part, legs)
     check_joints(part, legs)

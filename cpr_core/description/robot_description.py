@@ -201,7 +201,8 @@ class RobotDescription:
     def with_modes_of(self, described: RobotDescription) -> RobotDescription:
         """The same robot with the strain modes of another one that has the same chains."""
         pairs = zip(self.legs, described.legs, strict=True)
-        return replace(self, legs=tuple(leg.with_modes_of(other) for leg, other in pairs))
+        legs = (leg if leg is other else leg.with_modes_of(other) for leg, other in pairs)
+        return replace(self, legs=tuple(legs))
 
     def _with_strain_modes(self, changed: Callable[[StrainModes], StrainModes]) -> RobotDescription:
         return replace(self, legs=tuple(leg.with_modes(changed) for leg in self.legs))
