@@ -5,10 +5,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,6 @@ from cpr_core import (
     Equilibrium,
     NotReached,
     PathEvent,
-    Robot,
     kinemato_statics,
     load_robot,
     solve_forward,
@@ -82,50 +81,73 @@ class Outcome:
     not_returned: list[str] = field(default_factory=list)
 
 
-def experiment(name: str, problem: str, count: int, seed: int = 1) -> Outcome:
+class Requests:
+    """Random requests of a robot from home; a walk there by motors is made once, whoever asks.
+
+    Attributes:
+        robot: The robot.
+        home: Its home.
+    """
+
+    def __init__(self, name: str, seed: int = 1) -> None:
+        """Those of a shipped robot."""
+        self.robot = load_robot(name)
+        self.home = solve_home(self.robot)
+        self._random = np.random.default_rng(seed)
+        self._walks: list[Equilibrium | NotReached] = []
+
+    def ends(self, problem: str, count: int) -> Iterator[Equilibrium | NotReached]:
+        """Ends of walks from home: to motors in a box around it, or to poses or efforts found there."""
+        walks = map(self._walk, itertools.count())
+        if problem == "motors":
+            yield from itertools.islice(walks, count)
+            return
+        reached = (end for end in walks if isinstance(end, Equilibrium))
+        for end in itertools.islice(reached, count):
+            yield walked(problem, getattr(end, problem), self.home)
+
+    def _walk(self, number: int) -> Equilibrium | NotReached:
+        if number == len(self._walks):
+            self._walks.append(walked("motors", self._random_motors(), self.home))
+        return self._walks[number]
+
+    def _random_motors(self) -> np.ndarray:
+        limits = [motor.limits for motor in self.robot.description.motors]
+        reach, middle = RANGES[self.robot.description.name], self.home.motors
+        lower = np.maximum(middle - reach, [limit.lower + 0.01 * reach for limit in limits])
+        upper = np.minimum(middle + reach, [limit.upper - 0.01 * reach for limit in limits])
+        return self._random.uniform(lower, upper)
+
+
+def walked(problem: str, target: np.ndarray, start: Equilibrium) -> Equilibrium | NotReached:
+    """The equilibrium at a target, or what the walk there ended with."""
+    try:
+        return SOLVERS[problem](start.robot, target, start=start)
+    except NotReached as end:
+        return end
+
+
+def experiment(requests: Requests, problem: str, count: int) -> Outcome:
     """Ask for random targets from home, and from every answer for home again."""
-    robot, random = load_robot(name), np.random.default_rng(seed)
-    home, outcome = solve_home(robot), Outcome()
-    solve = partial(SOLVERS[problem], robot)
-    for number in range(count):
-        target = _random_target(robot, problem, random)
-        try:
-            reached = solve(target, start=home)
-            outcome.ends["reached"] += 1
-        except NotReached as end:
+    home, outcome = requests.home, Outcome()
+    for number, end in enumerate(requests.ends(problem, count)):
+        if isinstance(end, NotReached):
             event = _event_of(end)
             outcome.ends[event.kind] += 1
             reached = event.equilibrium
             if not _real(event, problem, home):
                 outcome.not_real.append(f"{number}: {end}")
+        else:
+            outcome.ends["reached"] += 1
+            reached = end
         if residual(reached) > 1e-10:
             outcome.not_equilibria += 1
-        try:
-            back = solve(getattr(home, problem), start=reached)
+        back = walked(problem, getattr(home, problem), reached)
+        if isinstance(back, NotReached):
+            outcome.not_returned.append(f"{number}: {back}")
+        else:
             outcome.worst_return = max(outcome.worst_return, distance(back, home))
-        except NotReached as end:
-            outcome.not_returned.append(f"{number}: {end}")
     return outcome
-
-
-def _random_target(robot: Robot, problem: str, random: np.random.Generator) -> np.ndarray:
-    """Motors in a box around home; else what an equilibrium reached there has as pose or efforts."""
-    limits = [motor.limits for motor in robot.description.motors]
-    reach = RANGES[robot.description.name]
-    lower = np.maximum(
-        solve_home(robot).motors - reach, [limit.lower + 0.01 * reach for limit in limits]
-    )
-    upper = np.minimum(
-        solve_home(robot).motors + reach, [limit.upper - 0.01 * reach for limit in limits]
-    )
-    while True:
-        motors = random.uniform(lower, upper)
-        if problem == "motors":
-            return motors
-        try:
-            return getattr(solve_forward(robot, motors), problem)
-        except NotReached:
-            continue
 
 
 def _event_of(end: NotReached) -> PathEvent:
@@ -206,8 +228,9 @@ def main() -> None:
         "|---" * (len(kinds) + 8) + "|",
     ]
     for name in ROBOTS:
+        requests = Requests(name)
         for problem, count in COUNTS.items():
-            found = experiment(name, problem, count)
+            found = experiment(requests, problem, count)
             cells = [name, f"±{RANGES[name]}", problem, count]
             cells += [found.ends[kind] for kind in kinds]
             cells += [len(found.not_real), found.not_equilibria, len(found.not_returned)]
