@@ -26,8 +26,9 @@ from cpr_core import (
     solve_forward,
     solve_home,
 )
-from cpr_core.description.changed_description import between
+from cpr_core.description.changed_description import between, named_parameters, shifted
 from cpr_core.description.description_file import shipped_robots
+from cpr_core.model.varied_numbers import numbers_of
 from cpr_core.solving.limits import limits_of
 
 ROBOTS = list(shipped_robots())
@@ -365,3 +366,26 @@ def test_a_range_without_anything_in_it_is_refused(range_):
     assert text != SIX_RFS
     with pytest.raises(DescriptionError, match=r"limits.position"):
         load_robot(text)
+
+
+@pytest.mark.parametrize("path", ["rod.length", "legs[1].base.position[0]", "legs[*].motor.offset"])
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "gough_stewart"])
+def test_what_is_shifted_is_what_is_written(name, path):
+    """Legs that a number is not of are not read again where it is shifted."""
+    robot = load_robot(name)
+    (parameter,) = named_parameters(robot.description, path)
+    beside = Robot(shifted(robot.description, parameter, 1e-3))
+    written = robot.with_parameters({path: parameter.value + 1e-3})
+    numbers, expected = (
+        numbers_of(each.arrays, each.load_arrays(each.default_loads)) for each in (beside, written)
+    )
+    assert_array_equal(numbers, expected)
+    assert not np.array_equal(
+        numbers, numbers_of(robot.arrays, robot.load_arrays(robot.default_loads))
+    )
+    read, expected = (each.description.written.read for each in (beside, written))
+    assert {path: repr(value) for path, value in read.items()} == {
+        path: repr(value) for path, value in expected.items()
+    }
+    kept = [leg in robot.description.legs for leg in beside.description.legs]
+    assert sum(kept) == (len(kept) - 1 if path.startswith("legs[1]") else 0)
