@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
+from ..kernels.prepared_robot import evaluate_prepared
 from ..kernels.square_problem import Tolerances
 from ..model.equilibrium import Equilibrium, corrected, record_of
-from ..model.model_state import evaluate
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_count, checked_vector
 from .assembly import Shape, moved_shape, turned_over, with_best_multipliers
@@ -214,8 +214,8 @@ def _searched(
         angle = random.uniform(-np.pi, np.pi)
         rotation[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     elif not robot.planar:
-        rotation = scipy.linalg.qr(random.normal(size=(3, 3)))[0]
-        rotation *= np.sign(scipy.linalg.det(rotation))
+        rotation = np.linalg.qr(random.normal(size=(3, 3)))[0].copy()  # numpy's is ready sooner
+        rotation *= np.sign(np.linalg.det(rotation))
     position = platform_between_tips(robot, state, rotation)
     if robot.planar:
         position[2] = 0.0
@@ -235,18 +235,18 @@ def _searched(
 
 def _closed(robot: Robot, forces: LoadArrays, shape: Shape) -> Shape | None:
     """A shape with its joints closed by the smallest motions; None if they do not close."""
-    arrays, held = robot.arrays, robot.multiplier_indices
-    moving = robot.moving_indices
-    block, unit = np.ix_(held, moving), arrays.unit[held] / arrays.energy_unit
+    arrays, held, size = robot.arrays, robot.multiplier_indices, robot.state_size
+    moving, prepared = robot.moving_indices, robot.prepared
+    unit, places = arrays.unit[held] / arrays.energy_unit, size * held[:, None] + moving
     units = unit[:, None] * arrays.unit[moving]
+    residual, tangent = np.empty(size), np.zeros((size, size))
     for _ in range(_CLOSING_STEPS):
-        value = evaluate(
-            robot, forces, shape.state, shape.platform_rotation, shape.platform_position
-        )
-        gaps = value.residual[held] * unit
+        rotation, position = shape.platform_rotation, shape.platform_position
+        evaluate_prepared(prepared, forces, shape.state, rotation, position, residual, tangent)
+        gaps = residual[held] * unit
         if np.abs(gaps).max() < 1e-3:
             return shape
-        slopes = value.tangent[block] * units
+        slopes = tangent.take(places) * units
         stiffness = slopes @ slopes.T
         stiffness.flat[:: len(held) + 1] += _DAMPING * stiffness.trace()
         _, pull, failed = scipy.linalg.lapack.dposv(stiffness, gaps)
