@@ -29,6 +29,7 @@ from rclpy.subscription import Subscription
 
 from cpr_ros.process.own_domain import OwnDomain, private_environment
 from helpers.copied_process import CopiedProcess
+from helpers.imported_node import ImportedNode
 
 #: Starting includes compiling the kernels on a fresh machine.
 START_TIMEOUT = 240.0
@@ -55,7 +56,7 @@ def free_domain() -> int:
 
 
 class NodeProcess:
-    """A running cpr_node, from the start of Python on if ``cold``."""
+    """A running cpr_node: begun by Python if ``cold``, else a copy; of what is ``imported`` if given."""
 
     def __init__(
         self,
@@ -65,6 +66,7 @@ class NodeProcess:
         module: str = "cpr_ros.cpr_node",
         *,
         cold: bool = False,
+        imported: ImportedNode | None = None,
     ) -> None:
         self.log = log
         self._home = tempfile.TemporaryDirectory()  # nothing is known of where the robot was
@@ -75,7 +77,11 @@ class NodeProcess:
         }
         arguments = ["--ros-args", *arguments]
         log.touch()
-        self.process: subprocess.Popen[bytes] | CopiedProcess
+        self.process: subprocess.Popen[bytes] | CopiedProcess | ImportedNode
+        if imported is not None:
+            imported.start(arguments, environment, log)
+            self.process = imported
+            return
         if not cold:
             self.process = CopiedProcess(module, arguments, environment, log)
             return

@@ -19,6 +19,7 @@ from cpr_msgs.msg import ErrorCode, MapAxis, StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
 from helpers.driver import Driver, pose_at
 from helpers.goal_client import GoalClient
+from helpers.imported_node import imported_node
 from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain, running_node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
@@ -283,13 +284,15 @@ def test_a_signal_in_the_middle_of_motion_ends_the_node_cleanly(tmp_path, how):
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_at_any_time_ends_the_node_cleanly(tmp_path, how):
     """From the first line of the log on; before that, a signal ends Python in Python's own way."""
-    for number, delay in enumerate([0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8]):
-        log = tmp_path / f"node{number}.log"
-        process = NodeProcess(log, free_domain(), ["-p", "robot:=rfrfr"], cold=True)
-        process.wait_for_log("motors motor1")
-        time.sleep(delay)
-        assert process.stop(how) == 0, process.output()
-        assert "Traceback" not in process.output()
+    arguments = ["-p", "robot:=rfrfr"]
+    with imported_node() as imported:
+        for number, delay in enumerate([0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8]):
+            log = tmp_path / f"node{number}.log"
+            process = NodeProcess(log, free_domain(), arguments, imported=imported)
+            process.wait_for_log("motors motor1")
+            time.sleep(delay)
+            assert process.stop(how) == 0, process.output()
+            assert "Traceback" not in process.output()
 
 
 def test_a_signal_that_a_library_turns_into_an_error_ends_the_node_cleanly(tmp_path):

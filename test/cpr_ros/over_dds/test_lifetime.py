@@ -9,6 +9,7 @@ import subprocess
 import sys
 
 import pytest
+from helpers.imported_node import imported_node
 from helpers.node_process import TIMEOUT, NodeProcess, free_domain
 from helpers.own_tree import ROOT
 
@@ -24,11 +25,13 @@ def test_a_signal_ends_the_node_cleanly(tmp_path, how):
 
 def test_sigterm_during_the_start_ends_the_node_cleanly(tmp_path):
     arguments = ["-p", "robot:=six_rfs"]
-    for text in ("motors motor1", "finding home", "at home after"):
-        process = NodeProcess(tmp_path / "node.log", free_domain(), arguments, cold=True)
-        process.wait_for_log(text)
-        assert process.stop(signal.SIGTERM) == 0, process.output()
-        assert "Traceback" not in process.output()
+    with imported_node() as imported:
+        for text in ("motors motor1", "finding home", "at home after"):
+            log = tmp_path / f"{text}.log"
+            process = NodeProcess(log, free_domain(), arguments, imported=imported)
+            process.wait_for_log(text)
+            assert process.stop(signal.SIGTERM) == 0, process.output()
+            assert "Traceback" not in process.output()
 
 
 LEFT = '''
