@@ -11,6 +11,7 @@ import threading
 
 import pytest
 from helpers.blas_limit import blas_threads_limited
+from helpers.quick_end import QUICK_END
 from threadpoolctl import threadpool_info
 
 import cpr_core
@@ -129,7 +130,10 @@ print(json.dumps(seen))
 def test_scipy_is_not_imported_for_numpy_and_limited_when_it_comes():
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "2"}
     done = subprocess.run(
-        [sys.executable, "-c", NUMPY_ALONE], env=environment, stdout=subprocess.PIPE, check=True
+        [sys.executable, "-c", QUICK_END + NUMPY_ALONE],
+        env=environment,
+        stdout=subprocess.PIPE,
+        check=True,
     )
     alone, within, still, after = json.loads(done.stdout)
     assert set(alone[0]) == set(within[0]) == set(still[0]) == {1}

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numba
 from helpers.everything import EVERYTHING
+from helpers.quick_end import QUICK_END
 
 import cpr_core
 from cpr_core.command_line import compile_command
@@ -70,7 +71,7 @@ def kept_kernels():
 
 
 def test_importing_compiles_nothing_and_imports_nothing_heavy(tmp_path):
-    found = json.loads(run("-c", IMPORT, cache=tmp_path).stdout)
+    found = json.loads(run("-c", QUICK_END + IMPORT, cache=tmp_path).stdout)
     assert found["compiled"] == []
     assert "cpr_core.kernels.newton_kernel" in found["modules"]
     assert set(HEAVY) & set(found["modules"]) == set()
@@ -105,7 +106,7 @@ def test_compiling_ahead_leaves_nothing_to_compile():
     assert again.stdout == f"all {len(kernel_names())} kernels were compiled before\n"
     assert again.stderr == ""
     assert set(kernel_names()) <= kept_kernels()
-    assert json.loads(run("-c", EVERYTHING).stdout) == []
+    assert json.loads(run("-c", QUICK_END + EVERYTHING).stdout) == []
 
 
 def test_what_is_compiled_is_counted(monkeypatch):

@@ -7,6 +7,8 @@ import json
 import subprocess
 import sys
 
+from helpers.quick_end import QUICK_END
+
 #: Refused walks, a halt, the response without condensed legs: what is imported for them is told.
 REQUESTS = """
 import contextlib, json, sys
@@ -56,7 +58,10 @@ for name in ("rfrfr", "delta"):
 
 def test_no_request_waits_for_an_import():
     done = subprocess.run(
-        [sys.executable, "-c", REQUESTS], stdout=subprocess.PIPE, check=True, text=True
+        [sys.executable, "-c", QUICK_END + REQUESTS],
+        stdout=subprocess.PIPE,
+        check=True,
+        text=True,
     )
     answers = [json.loads(line) for line in done.stdout.splitlines()]
     assert answers == [[6, []], [12, []]]

@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 from helpers.import_statements import import_statements
+from helpers.quick_end import QUICK_END
 
 from cpr_core.command_line.command import command_parser
 from cpr_ros.settings.parameter_table import PARAMETERS
@@ -59,7 +60,7 @@ def test_optional_packages_are_extras_and_not_imported_at_the_start():
         assert re.search(rf'extras_require=.*"{name}[">]', setup, re.DOTALL)
     script = "import sys, cpr_core, cpr_core.workspace; print(*sys.modules)"
     loaded = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+        [sys.executable, "-c", QUICK_END + script], capture_output=True, text=True, check=True
     ).stdout.split()
     assert not {*OPTIONAL} & set(loaded)
 

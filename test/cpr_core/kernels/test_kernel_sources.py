@@ -15,6 +15,7 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from helpers.quick_end import QUICK_END
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
@@ -80,7 +81,7 @@ def run(copied):
     # -I keeps this checkout out; the copy is put in front by hand.
     code = f"import sys; sys.path.insert(0, {str(copied.parent)!r}){RUN}"
     done = subprocess.run(
-        [sys.executable, "-I", "-c", code],
+        [sys.executable, "-I", "-c", QUICK_END + code],
         capture_output=True,
         text=True,
         timeout=120,

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.import_statements import import_statements
+from helpers.quick_end import QUICK_END
 
 import cpr_core
 from benchmarks.numba_without import INTERFACES
@@ -98,7 +99,7 @@ KERNELS = """
 
 def run(code, cache, timeout=120):
     done = subprocess.run(
-        [sys.executable, "-c", code],
+        [sys.executable, "-c", QUICK_END + code],
         capture_output=True,
         text=True,
         timeout=timeout,

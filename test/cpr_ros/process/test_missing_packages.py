@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import pytest
+from helpers.quick_end import QUICK_END
 
 #: What brings a package.
 HOW = {"rclpy": "source /opt/ros/", "cpr_msgs": "./msg_defs", "numba": "pip install ."}
@@ -28,7 +29,7 @@ sys.exit(main())
 @pytest.mark.parametrize("program", ["cpr_node", "cpr_view", "cpr_demo"])
 def test_a_program_without_what_it_needs_says_what_to_install(program, missing):
     done = subprocess.run(
-        [sys.executable, "-c", WITHOUT.format(program=program, missing=missing)],
+        [sys.executable, "-c", QUICK_END + WITHOUT.format(program=program, missing=missing)],
         capture_output=True,
         text=True,
         timeout=60,
