@@ -99,9 +99,8 @@ def test_a_command_that_has_to_compile_says_so_at_once(tmp_path):
         process.communicate()
 
 
-def test_compiling_ahead_leaves_nothing_to_compile():
+def test_compiling_ahead_leaves_nothing_to_compile(compiled):
     """The run of tests has begun with it (conftest.py), into a cache that a fresh clone finds empty."""
-    run(*CPR, "compile")
     again = run(*CPR, "compile")
     assert again.stdout == f"all {len(kernel_names())} kernels were compiled before\n"
     assert again.stderr == ""
