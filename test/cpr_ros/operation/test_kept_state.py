@@ -473,32 +473,40 @@ def test_two_nodes_do_not_share_a_file(file):
 def test_a_killed_process_leaves_its_last_state(file):
     """It writes as fast as it can and tells what it wrote; killed, at most the next one is there."""
     program = f"""
-import sys
+import os, sys
 from pathlib import Path
 import numpy as np
 from cpr_core import load_robot, solve_home
 from cpr_ros.operation.kept_state import KeptState
 robot = load_robot("rfrfr")
-home, kept = solve_home(robot), KeptState(Path({str(file)!r}), robot)
-for number in range(10**9):
-    kept.keep(home, np.full(2, float(number)))
-    print(number, flush=True)
+home = solve_home(robot)
+for _ in sys.stdin:
+    pid = os.fork()
+    if pid == 0:
+        kept = KeptState(Path({str(file)!r}), robot)
+        print(os.getpid(), flush=True)
+        for number in range(10**9):
+            kept.keep(home, np.full(2, float(number)))
+            print(number, flush=True)
+    os.waitpid(pid, 0)
+    print("killed", flush=True)
 """
-    for count in (1, 50, 333):
-        process = subprocess.Popen(
-            [sys.executable, "-c", program], stdout=subprocess.PIPE, text=True
-        )
-        for _ in range(count):
-            told = int(process.stdout.readline())
-        process.send_signal(signal.SIGKILL)
-        rest = process.stdout.read().split()
-        process.wait()
-        told = int(rest[-1]) if rest else told
-        kept = KeptState(file, ROBOT)
-        last = kept.last()
-        kept.close()
-        assert last.commands[0] in (told, told + 1)
-        np.testing.assert_allclose(last.equilibrium.motors, solve_home(ROBOT).motors)
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as original:
+        for count in (1, 50, 333):
+            print(file=original.stdin, flush=True)
+            pid = int(original.stdout.readline())
+            for _ in range(count):
+                told = int(original.stdout.readline())
+            os.kill(pid, signal.SIGKILL)
+            while (line := original.stdout.readline()) != "killed\n":
+                told = int(line)
+            kept = KeptState(file, ROBOT)
+            last = kept.last()
+            kept.close()
+            assert last.commands[0] in (told, told + 1)
+            np.testing.assert_allclose(last.equilibrium.motors, solve_home(ROBOT).motors)
 
 
 def test_the_folder_is_that_of_ros(monkeypatch, tmp_path):
