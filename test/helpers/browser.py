@@ -62,7 +62,7 @@ _FRAMES = """() => new Promise(told => {
 _DRAWN = """frames => new Promise(told => {
   const count = left => left ? requestAnimationFrame(() => count(left - 1)) : told();
   count(frames); })"""
-#: Without a graphics card every frame takes 10 ms of a processor: pages of tests draw 15 in a second.
+#: Without a graphics card every frame takes 50 ms of a processor: pages of tests draw 8 in a second.
 _SELDOM = """(() => {
   const ask = window.requestAnimationFrame.bind(window), drop = window.cancelAnimationFrame.bind(window);
   const asked = new Map();
@@ -70,7 +70,7 @@ _SELDOM = """(() => {
   window.requestAnimationFrame = draw => {
     const id = ++count;
     const due = time => {
-      if (time !== last && time - last < 60) { asked.set(id, ask(due)); return; }
+      if (time !== last && time - last < 120) { asked.set(id, ask(due)); return; }
       last = time; asked.delete(id); draw(time); };
     asked.set(id, ask(due));
     return id; };
@@ -247,7 +247,7 @@ def _click(found: Any) -> None:
     before = None
     while before != (place := found.bounding_box()):
         before = place
-        found.page.wait_for_timeout(100)
+        found.page.evaluate(_DRAWN, 2)
     found.click(force=True)
 
 
