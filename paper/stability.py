@@ -117,7 +117,7 @@ def sample(equilibrium: Equilibrium, value: float, sections: int = 200) -> Sampl
     spectrum = equilibrium.spectrum_locked
     fields = robot_fields(solve_continuous(equilibrium, "pose"))
     at = np.linspace(0.0, 1.0, sections, endpoint=False)
-    determinants = np.array([fields.determinant(u) for u in at])
+    determinants = fields.determinants(at)
     return Sample(
         value=value,
         eigenvalues=spectrum.eigenvalues[:2],

@@ -103,6 +103,11 @@ class JacobiFields:
         """Determinant of b(u), positive near the tip: negative after an odd number of zeros."""
         return float(linalg.det(self.at(u)[0])) * self._orientation
 
+    def determinants(self, sections: Sequence[float] | Floats) -> Floats:
+        """The same at several sections, (U,)."""
+        found: Floats = np.linalg.det(self._at_all(sections)[0])
+        return found * self._orientation
+
     @cached_property
     def _orientation(self) -> float:
         """Sign near the tip; it depends on the basis of the terminal data."""

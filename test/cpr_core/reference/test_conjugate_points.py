@@ -335,6 +335,13 @@ def test_euler_columns_buckle_at_their_classical_loads(tip):
     assert not conjugate_points(column(-5.0 * critical, free))
 
 
+def test_determinants_at_several_sections_are_those_at_each():
+    fields = column(80.0, COLUMNS["clamped"][1])
+    sections = np.linspace(0.0, 0.9, 7)
+    each = [fields.determinant(section) for section in sections]
+    assert_allclose(fields.determinants(sections), each, rtol=1e-12)
+
+
 def test_column_hinged_at_both_ends():
     """A hinge instead of the clamp at the section: the determinant of (dp, dm)."""
 
