@@ -46,6 +46,9 @@ _REPEAT_RATE = 1.0
 #: How often the file of the last state is looked at: others may remove it [Hz].
 _FILE_RATE = 1.0
 
+#: Who waits for a command may have been woken on this processor, which is to solve now [s].
+_GIVING_WAY = 1e-4
+
 
 class CprNode(LifecycleNode):
     """Managed node around a :class:`Session`. One single-threaded executor serves everything."""
@@ -322,6 +325,7 @@ class CprNode(LifecycleNode):
         ahead = session.command_ahead(now)
         if ahead is not None:
             self.outputs.motor_commands(ahead)
+            time.sleep(_GIVING_WAY)
         outcome = session.move(now)
         command = session.next_command(now)
         if self._whereabouts is not None:
