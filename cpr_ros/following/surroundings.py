@@ -10,7 +10,6 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import CprError
 from cpr_core.model.assessment import Assessment, Thresholds
 
 from .goals import MotorGoal
@@ -58,11 +57,11 @@ class Surroundings:
         return self._barred or not self._ahead
 
     def look(self) -> None:
-        """Solve at one more place; where that cannot be, no step is sure."""
+        """Solve at one more place; where that cannot be, or measures cannot be had, no step is sure."""
         number, way = self._ahead.pop()
         try:
             self._compare(number, way)
-        except CprError:
+        except Exception:  # nobody has asked for it: who goes there is told what is wrong
             self._barred = True
 
     def _compare(self, number: int, way: float) -> None:
@@ -75,7 +74,7 @@ class Surroundings:
             self._barred = True
             return
         motion = change_between(start, found.equilibrium)
-        self._motions[number] = max(self._motions[number], motion)
+        self._motions[number] = np.maximum(self._motions[number], motion)
         for name, changes in self._changes.items():
             before, after = self.current.value(name), found.value(name)
             if before != after:  # else perhaps both infinite, where nothing limits it

@@ -122,3 +122,17 @@ def test_a_measure_that_is_not_defined_nearby_leaves_no_step_free(monkeypatch):
     monkeypatch.setattr(Assessment, "value", undefined)
     around, _ = looked_around(current, motor_steps(loaded, 1.0, PERIOD))
     assert not around.free(NOTHING, math.inf)
+
+
+def test_where_measures_cannot_be_had_no_step_is_free(monkeypatch):
+    loaded = robot("rfrfr")
+    current = Assessment(solve_home(loaded))
+    assert all(current.value(name) is not None for name in MEASURES)  # known here
+
+    def failing(assessment):
+        raise ArithmeticError("for a test")
+
+    monkeypatch.setattr(Assessment, "forward_singularity", property(failing))
+    around, looks = looked_around(current, motor_steps(loaded, 1.0, PERIOD))
+    assert looks == 1
+    assert not around.free(NOTHING, math.inf)
