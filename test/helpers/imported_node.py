@@ -25,7 +25,7 @@ __all__ = ["ImportedNode", "imported_node"]
 class ImportedNode:
     """One copy after the other; the last one is to be used like ``subprocess.Popen``."""
 
-    def __init__(self, original: subprocess.Popen[str]) -> None:
+    def __init__(self, original: subprocess.Popen[bytes]) -> None:
         self._original = original
         self.pid = 0
         self.returncode: int | None = None
@@ -33,7 +33,7 @@ class ImportedNode:
     def start(self, arguments: Sequence[str], environment: Mapping[str, str], log: Path) -> None:
         """Start the next copy; the one before has ended."""
         order = {"arguments": arguments, "environment": environment, "log": str(log)}
-        print(json.dumps(order), file=self._original.stdin, flush=True)
+        self._original.stdin.write(f"{json.dumps(order)}\n".encode())
         self.pid, self.returncode = int(self._original.stdout.readline()), None
 
     def poll(self) -> int | None:
@@ -63,8 +63,9 @@ class ImportedNode:
 def imported_node() -> Iterator[ImportedNode]:
     """A process that is copied."""
     program = [sys.executable, "-m", "helpers.imported_node"]
+    # Without a buffer, in which a status could be that nobody waits for any more.
     with subprocess.Popen(
-        program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
     ) as original:
         yield ImportedNode(original)
 
