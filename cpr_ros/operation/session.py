@@ -242,13 +242,10 @@ class Session:
         commands lead back, as they do wherever the motors are not where the node has the robot.
         """
         current = self.solver.current
-        known = self.commands.newest is not None and self.admission.aligned
-        held = self.outcome.refusal is not None or self.others.away
-        same_loads = self.wrench.at_rest(current.equilibrium.loads)
-        if self.tracking is not None or not known or held or not same_loads:
-            return None
         aim = self.first_step.aim(current, now)
-        if aim is None:
+        if aim is None or self._commands_held or not self.admission.aligned:
+            return None
+        if self.commands.newest is None or not self.wrench.at_rest(current.equilibrium.loads):
             return None
         self._commanded_ahead = True
         return self._command(aim, now)
@@ -261,13 +258,17 @@ class Session:
         Where nothing is known of the motors, there is none before a setpoint is obeyed; one that asks
         for what the node believes anyway is told to the motors too, which may be elsewhere.
         """
-        motors = self.solver.current.equilibrium.motors
         known = self.commands.newest is not None
         nothing_new = self.admission.aligned if known else not self.outcome.obeyed
-        held = self.follower.paused or self.outcome.refusal is not None or self.others.away
-        if self.tracking is not None or held or nothing_new:
+        if nothing_new or self._commands_held:
             return None
-        return self._command(motors, now)
+        return self._command(self.solver.current.equilibrium.motors, now)
+
+    @property
+    def _commands_held(self) -> bool:
+        """Whether no new command may leave the node, wherever the robot is to go."""
+        held_back = self.follower.paused or self.outcome.refusal is not None
+        return self.tracking is not None or held_back or bool(self.others.away)
 
     def _command(self, motors: NDArray[np.float64], now: float) -> NDArray[np.float64]:
         self.unplaced = False

@@ -5,6 +5,7 @@
 
 import copy
 import math
+import re
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from numpy.testing import assert_allclose
 from cpr_core import solve_home
 from cpr_core.description.description_file import read_description, shipped_robots
 from cpr_core.description.robot_description import RobotDescription
-from cpr_core.errors import CprError, DescriptionError
+from cpr_core.errors import CprError, DescriptionError, InvalidRequest
 from cpr_core.lie import rotation_exp
 from cpr_core.model.robot import Robot
 from cpr_core.solving.geometrico_statics import solve_forward
@@ -216,6 +217,19 @@ def test_the_number_of_modes_is_replaced_where_there_are_any(name):
 def test_no_modes_are_refused(modes):
     with pytest.raises(CprError, match=f"modes: expected at least 1, got {modes}"):
         load_robot("rfrfr", modes=modes)
+
+
+@pytest.mark.parametrize("modes", [True, 4.0, math.nan, "4", [4]])
+def test_a_number_of_modes_is_a_whole_number(modes):
+    told = re.escape(f"modes: expected a whole number, got {modes!r}")
+    with pytest.raises(InvalidRequest, match=told):
+        load_robot("rfrfr", modes=modes)
+
+
+def test_a_number_of_modes_may_come_from_an_array():
+    assert (
+        load_robot("rfrfr", modes=np.int64(4)).state_size == load_robot("rfrfr", modes=4).state_size
+    )
 
 
 # Numbers.
