@@ -315,8 +315,16 @@ def tips() -> Paper:
 
 
 PICTURES: tuple[Callable[[], Paper], ...] = (
-    frames, revolute, prismatic, universal, spring, shared, link, rod, tips,
-)  # fmt: skip
+    frames,
+    revolute,
+    prismatic,
+    universal,
+    spring,
+    shared,
+    link,
+    rod,
+    tips,
+)
 
 
 def main(folder: Path = FOLDER) -> None:

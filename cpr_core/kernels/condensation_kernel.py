@@ -306,9 +306,7 @@ def reduce_legs(robot, vector, work, factors):
     """First half of a solve: the right side of the border, in the workspace, gets that of the legs."""
     for number in range(robot.groups.shape[0]):
         _forward(robot, number, vector, work, factors)
-    gather_delayed(
-        robot.slots, robot.border_indices.shape[0], work.solution, work.border, factors
-    )  # fmt: skip
+    gather_delayed(robot.slots, robot.border_indices.shape[0], work.solution, work.border, factors)
 
 
 @inlined
@@ -321,9 +319,7 @@ def expand_legs(robot, problem, vector, work, factors):
 @inlined
 def substitute_border(robot, vector, work, factors):
     """Unknowns of the legs into the vector, from those of border and delayed slots in the workspace."""
-    scatter_delayed(
-        robot.slots, robot.border_indices.shape[0], work.solution, work.border, factors
-    )  # fmt: skip
+    scatter_delayed(robot.slots, robot.border_indices.shape[0], work.solution, work.border, factors)
     for number in range(robot.groups.shape[0]):
         _backward(robot, number, vector, work, factors)
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from .condensation_kernel import CONDENSED, condense_delaying, rotation_unknowns
-from .kernel_decorators import kernel, part
+from .kernel_decorators import inlined, kernel, part
 from .lanes import get
 from .lu_kernel import lu_factor
 from .record_layout import INDEX_FREE, INDEX_LOCKED, INVERSE_SIGN
@@ -115,8 +115,7 @@ def signs_of(robot, rotation, work, signs):
         condense_delaying(robot, work, work.delaying)
         factors = work.delaying
         largest = _symmetric_border(robot, factors, left)
-    inner, platform = robot.platform_index, robot.slots.platform_count
-    below = 0
+    platform, below = robot.slots.platform_count, 0
     for number in range(robot.groups.shape[0]):
         for slot in range(robot.slots.inner_count):
             for lane in range(robot.slot_index.shape[2]):
@@ -124,30 +123,10 @@ def signs_of(robot, rotation, work, signs):
                     below += 1
     delayed = factors.delayed_count[0]
     size = delayed + robot.border_indices.shape[0]
-
-    inverse_unknowns, angles = robot.inverse_unknowns, robot.controls_angles == 1
     first = delayed + platform  # the motors
     signs[INVERSE_SIGN] = 0
-    if inverse_unknowns.shape[0] == platform:
-        rotation_unknowns(rotation, angles, work.motions)
-        for i in range(first):
-            for j in range(delayed):
-                square[i, j] = left[i, j]
-            for j in range(delayed, first):
-                column = inverse_unknowns[j - delayed] - inner
-                if angles and column < 3:
-                    value = 0.0
-                    for n in range(3):
-                        value += left[i, delayed + n] * work.motions[n, column]
-                    square[i, j] = value
-                else:
-                    square[i, j] = left[i, delayed + column]
-        if lu_factor(square, first, work.pivots, 0.0):
-            sign = 1 if below % 2 == 0 else -1
-            for i in range(first):
-                if (square[i, i] < 0.0) != (work.pivots[i] != i):
-                    sign = -sign
-            signs[INVERSE_SIGN] = sign
+    if robot.inverse_unknowns.shape[0] == platform:
+        signs[INVERSE_SIGN] = _inverse_sign(robot, rotation, delayed, below, work)
     smallest = _SMALLEST_PIVOT * largest
     # Platform first: what it leaves tells the motors', if it is not about to lose its stability.
     begin = 0 * size  # a constant would be compiled for on its own
@@ -164,6 +143,42 @@ def signs_of(robot, rotation, work, signs):
         free, _ = eliminate(left, begin, size, size, smallest)
     signs[INDEX_LOCKED] = below + locked - robot.constraint_count
     signs[INDEX_FREE] = below + free - robot.constraint_count
+
+
+@inlined
+def _inverse_sign(robot, rotation, delayed, below, work):
+    """Sign of the inverse problem's determinant; 0 where there is none.
+
+    Args:
+        robot: RobotArrays.
+        rotation: Platform rotation, (3, 3).
+        delayed: Number of delayed slots.
+        below: Number of negative pivots of the legs.
+        work: Workspace with the border of delayed slots, platform and motors.
+    """
+    left, square = work.symmetric, work.square
+    inner, first = robot.platform_index, delayed + robot.slots.platform_count
+    inverse_unknowns, angles = robot.inverse_unknowns, robot.controls_angles == 1
+    rotation_unknowns(rotation, angles, work.motions)
+    for i in range(first):
+        for j in range(delayed):
+            square[i, j] = left[i, j]
+        for j in range(delayed, first):
+            column = inverse_unknowns[j - delayed] - inner
+            if angles and column < 3:
+                value = 0.0
+                for n in range(3):
+                    value += left[i, delayed + n] * work.motions[n, column]
+                square[i, j] = value
+            else:
+                square[i, j] = left[i, delayed + column]
+    if not lu_factor(square, first, work.pivots, 0.0):
+        return 0
+    sign = 1 if below % 2 == 0 else -1
+    for i in range(first):
+        if (square[i, i] < 0.0) != (work.pivots[i] != i):
+            sign = -sign
+    return sign
 
 
 @part

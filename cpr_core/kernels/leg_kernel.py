@@ -28,7 +28,7 @@ __all__ = ["evaluate_group"]
 @inlined
 def evaluate_group(
     robot, loads, loaded, number, state, platform_rotation, platform_position, work, tangent
-):  # fmt: skip
+):
     """Add a group of legs to the model and return its potential energy.
 
     It takes all that the model takes, and which group.
@@ -85,7 +85,7 @@ def _balance_chain(robot, loads, loaded, number, end, tip, work, tangent):
         if kind == Element.ROD:
             carried, stored = balance_rod(
                 robot, loads, loaded, number, e, carried, end, tip, work, tangent
-            )  # fmt: skip
+            )
             energy += stored
         elif kind == Element.TURN:
             energy += balance_turn(robot, number, e, carried, end, tip, work)

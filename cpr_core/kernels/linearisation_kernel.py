@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from .delayed_pencil_kernel import compliance_of_platform, gather_pencil
-from .kernel_decorators import kernel, part
+from .kernel_decorators import inlined, kernel, part
 from .kernel_records import fed_length
 from .lanes import broadcast, highest, load, lower, store
 from .lu_kernel import lu_factor, lu_solve
@@ -131,45 +131,20 @@ def _definite(robot, pencil, stored):
 @part
 def _respond(robot, record, response, pencil):
     """Matrices of the kinemato-static model, from what the legs leave of platform and motors."""
-    width, unit, inner = robot.slots.platform_count, robot.unit, robot.platform_index
-    motors, scale = unit.shape[0] - robot.motor_index, robot.energy_unit
-    condensed, pivots = pencil.condensed, pencil.pivots
-    rotation = unit.shape[0] + ROTATION
-    stiffness, inverse = pencil.inverse_stiffness[0], pencil.inverse_stiffness[1]
+    width, unit, scale = robot.slots.platform_count, robot.unit, robot.energy_unit
+    motors = unit.shape[0] - robot.motor_index
     answering = width + pencil.delayed_count[0]  # platform and delayed slots
-    # World twists, dimensionless, of body twists in the units of the state.
-    turn, turned = pencil.turn[0], pencil.turn[1]
-    for i in range(width):
-        for j in range(width):
-            row_axis, column_axis = robot.platform_axes[i], robot.platform_axes[j]
-            same = (row_axis < 3) == (column_axis < 3)
-            turn[i, j] = (
-                unit[inner + i] * record[rotation + 3 * (row_axis % 3) + column_axis % 3]
-                if same
-                else 0.0
-            )
-    for i in range(answering):
-        for j in range(answering):
-            stiffness[i, j] = condensed[i, j]
-    if not lu_factor(stiffness, answering, pivots, _SMALLEST_PIVOT):
+    condensed, column = pencil.condensed, pencil.part
+    if not _invert_answering(answering, pencil):
         return False
-    for j in range(answering):
-        for i in range(answering):
-            inverse[j, i] = 1.0 if i == j else 0.0
-        lu_solve(stiffness, answering, pivots, inverse[j])  # a column, kept as a row
-    for i in range(width):
-        for j in range(answering):
-            value = 0.0
-            for k in range(width):
-                value += turn[k, i] * inverse[j, k]
-            turned[i, j] = value
+    inverse, turn, turned = pencil.inverse_stiffness[1], pencil.turn[0], pencil.turn[1]
+    _turn_into_world(robot, record, answering, pencil)
     for i in range(width):
         for j in range(width):
             value = 0.0
             for k in range(width):
                 value += turned[i, k] * turn[k, j]
             response[i, motors + j] = value / scale
-    column = pencil.part
     for m in range(motors):
         motor_unit, row = unit[robot.motor_index + m], condensed[answering + m]
         for j in range(answering):
@@ -191,3 +166,41 @@ def _respond(robot, record, response, pencil):
                 value -= column[j] * other[j]
             response[width + m, n] = scale * value / (motor_unit * unit[robot.motor_index + n])
     return True
+
+
+@inlined
+def _invert_answering(answering, pencil):
+    """Compliance of platform and delayed slots, kept by columns as rows; whether there is one."""
+    condensed, pivots = pencil.condensed, pencil.pivots
+    stiffness, inverse = pencil.inverse_stiffness[0], pencil.inverse_stiffness[1]
+    for i in range(answering):
+        for j in range(answering):
+            stiffness[i, j] = condensed[i, j]
+    if not lu_factor(stiffness, answering, pivots, _SMALLEST_PIVOT):
+        return False
+    for j in range(answering):
+        for i in range(answering):
+            inverse[j, i] = 1.0 if i == j else 0.0
+        lu_solve(stiffness, answering, pivots, inverse[j])
+    return True
+
+
+@inlined
+def _turn_into_world(robot, record, answering, pencil):
+    """World twists, dimensionless, of body twists in the units of the state; and of the compliance."""
+    unit, inner, width = robot.unit, robot.platform_index, robot.slots.platform_count
+    rotation = unit.shape[0] + ROTATION
+    inverse, turn, turned = pencil.inverse_stiffness[1], pencil.turn[0], pencil.turn[1]
+    for i in range(width):
+        for j in range(width):
+            row_axis, column_axis = robot.platform_axes[i], robot.platform_axes[j]
+            turn[i, j] = 0.0
+            if (row_axis < 3) == (column_axis < 3):
+                entry = record[rotation + 3 * (row_axis % 3) + column_axis % 3]
+                turn[i, j] = unit[inner + i] * entry
+    for i in range(width):
+        for j in range(answering):
+            value = 0.0
+            for k in range(width):
+                value += turn[k, i] * inverse[j, k]
+            turned[i, j] = value

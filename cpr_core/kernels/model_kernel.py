@@ -50,7 +50,7 @@ def evaluate(robot, loads, state, platform_rotation, platform_position, residual
     """
     return evaluate_inlined(
         robot, loads, state, platform_rotation, platform_position, residual, work, True
-    )  # fmt: skip
+    )
 
 
 @part
@@ -58,13 +58,13 @@ def evaluate_residual(robot, loads, state, platform_rotation, platform_position,
     """``evaluate`` without a tangent, in half the time."""
     return evaluate_inlined(
         robot, loads, state, platform_rotation, platform_position, residual, work, False
-    )  # fmt: skip
+    )
 
 
 @inlined
 def evaluate_inlined(
     robot, loads, state, platform_rotation, platform_position, residual, work, tangent
-):  # fmt: skip
+):
     """``evaluate`` as a part of what calls it, with a tangent or without, which is a constant."""
     platform_residual, platform_tangent = work.platform_residual, work.platform_tangent
     for i in range(6):

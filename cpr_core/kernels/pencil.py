@@ -65,7 +65,7 @@ class Pencil(NamedTuple):
 
 
 def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
-    """Memory for one thread.
+    """Memory for one thread; long, for every field has its line.
 
     Args:
         arrays: The robot.
@@ -81,29 +81,11 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
     def empty(*shape: int) -> Any:
         return empty_lanes(width, *shape)
 
-    gram, weights = zeros_lanes(width, groups, strains, strains), zeros_lanes(width, groups, rows)
-    springs, start = zeros_lanes(width, groups, rows), empty(groups, rows)
-    passive = slice(slots.first_passive, slots.inner_count)
-    weights["lane"][:, passive] = arrays.slot_index[:, passive] >= 0
-    weights["lane"][:, slots.inner_count] = (arrays.motor_slot_index >= 0).any(axis=1)
-    for group, position in np.argwhere(arrays.elements["slot"] >= 0):
-        element = arrays.elements[group, position]
-        if element["slot"] < slots.inner_count:  # not a motor's
-            unit = arrays.units["lane"][group, element["slot"]]
-            springs["lane"][group, element["slot"]] = (
-                element["stiffness"] * unit**2 / arrays.energy_unit
-            )
-    for group, lane in np.argwhere(arrays.lane_leg >= 0):
-        modes = np.flatnonzero(arrays.slot_index[group, :strains, lane] >= 0)
-        own = arrays.slot_index[group, modes, lane]
-        gram["lane"][group, modes[:, None], modes, lane] = grams[np.ix_(own, own)]
-    legs = width * np.arange(groups)[:, None, None] + np.arange(width)
-    start["lane"][:] = 1.0 + 0.5 * np.sin(1.3 * np.arange(rows)[:, None] + 2.1 * legs)
     return Pencil(
-        gram=gram,
-        weights=weights,
-        springs=springs,
-        start=start,
+        gram=_grams_of_slots(arrays, grams),
+        weights=_weights_of_slots(arrays, rows),
+        springs=_springs_of_slots(arrays, rows),
+        start=_start_of_search(width, groups, rows),
         elastic=empty(groups, strains, strains),
         blocks=zeros_lanes(width, groups, rows, columns),
         corner=np.empty((platform, platform)),
@@ -133,3 +115,44 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
         turn=np.empty((2, platform, platform + constraints)),
         pivots=np.empty(platform + constraints, np.int64),
     )
+
+
+def _grams_of_slots(arrays: RobotArrays, grams: Floats) -> Any:
+    """``int Phi^T Phi dsigma`` by slots of the legs, (groups, strains, strains) of lanes."""
+    width, strains = arrays.slot_index.shape[2], arrays.slots.strain_count
+    found = zeros_lanes(width, len(arrays.groups), strains, strains)
+    for group, lane in np.argwhere(arrays.lane_leg >= 0):
+        modes = np.flatnonzero(arrays.slot_index[group, :strains, lane] >= 0)
+        own = arrays.slot_index[group, modes, lane]
+        found["lane"][group, modes[:, None], modes, lane] = grams[np.ix_(own, own)]
+    return found
+
+
+def _weights_of_slots(arrays: RobotArrays, rows: int) -> Any:
+    """One for every passive slot that there is, and where there are motors, (groups, rows) of lanes."""
+    slots = arrays.slots
+    found = zeros_lanes(arrays.slot_index.shape[2], len(arrays.groups), rows)
+    passive = slice(slots.first_passive, slots.inner_count)
+    found["lane"][:, passive] = arrays.slot_index[:, passive] >= 0
+    found["lane"][:, slots.inner_count] = (arrays.motor_slot_index >= 0).any(axis=1)
+    return found
+
+
+def _springs_of_slots(arrays: RobotArrays, rows: int) -> Any:
+    """Stiffness of passive joints, dimensionless, (groups, rows) of lanes."""
+    found = zeros_lanes(arrays.slot_index.shape[2], len(arrays.groups), rows)
+    for group, position in np.argwhere(arrays.elements["slot"] >= 0):
+        element = arrays.elements[group, position]
+        slot = element["slot"]
+        if slot < arrays.slots.inner_count:  # not a motor's
+            unit = arrays.units["lane"][group, slot]
+            found["lane"][group, slot] = element["stiffness"] * unit**2 / arrays.energy_unit
+    return found
+
+
+def _start_of_search(width: int, groups: int, rows: int) -> Any:
+    """Where searches for eigenvalues begin: no eigenvector is at right angles to it by symmetry."""
+    found = empty_lanes(width, groups, rows)
+    legs = width * np.arange(groups)[:, None, None] + np.arange(width)
+    found["lane"][:] = 1.0 + 0.5 * np.sin(1.3 * np.arange(rows)[:, None] + 2.1 * legs)
+    return found

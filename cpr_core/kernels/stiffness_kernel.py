@@ -133,9 +133,11 @@ def _of_panels_before(work, first, slot, other_slot):
 def _load_four(array, row, first):
     """Four neighbours in a row."""
     return (
-        load(array, (row, first)), load(array, (row, first + 1)),
-        load(array, (row, first + 2)), load(array, (row, first + 3)),
-    )  # fmt: skip
+        load(array, (row, first)),
+        load(array, (row, first + 1)),
+        load(array, (row, first + 2)),
+        load(array, (row, first + 3)),
+    )
 
 
 @inlined
@@ -149,9 +151,11 @@ def _store_four(array, row, first, values):
 @inlined
 def _add_four(sums, factor, values):
     return (
-        sums[0] + factor * values[0], sums[1] + factor * values[1],
-        sums[2] + factor * values[2], sums[3] + factor * values[3],
-    )  # fmt: skip
+        sums[0] + factor * values[0],
+        sums[1] + factor * values[1],
+        sums[2] + factor * values[2],
+        sums[3] + factor * values[3],
+    )
 
 
 @inlined

@@ -167,65 +167,103 @@ def _jump(
     return jump, slope
 
 
+class _Way(NamedTuple):
+    """From the base of a leg to its tip.
+
+    Attributes:
+        steps: Along the leg.
+        motion: Of the tip by all variables, (12, V): position, turn, moment, force.
+        gaps: At every node the rod misses, and its derivative, dimensionless.
+        efforts: By state index, (N,) [N m or N].
+        by_all: Their derivative by all variables, (N, V).
+    """
+
+    steps: list[ChainStep]
+    motion: Floats
+    gaps: list[tuple[Floats, Floats]]
+    efforts: Floats
+    by_all: Floats
+
+
 def chain_balance(model: ChainRobot, point: ChainPoint) -> ChainBalance:
     """Residual and derivative at a point."""
     robot, numbers = model.robot, model.robot.numbers
-    size, length, energy = len(numbers.unit), robot.mean_length, numbers.energy_unit
-    turns, plane = ([2], [0, 1]) if robot.planar else ([0, 1, 2], [0, 1, 2])
-    units = np.repeat([energy, energy / length], 3)
-    all_units = variable_units(model, len(point.nodes))
-    column_of = {place: number for number, place in enumerate(point.nodes)}
-    rows: list[Floats] = []
-    slopes: list[Floats] = []
-    efforts = np.zeros(size)
-    twist = np.zeros((6, len(all_units)))
+    units = variable_units(model, len(point.nodes))
+    wrench_units = np.repeat([numbers.energy_unit, numbers.energy_unit / robot.mean_length], 3)
+    twist = np.zeros((6, len(units)))
     twist[robot.platform_axes, numbers.platform_index + np.arange(len(robot.platform_axes))] = 1.0
     wrench, turned = platform_wrench(robot, model.loads, point.rotation)
-    by_all = turned @ twist[:3]
-    legs = []
+    wrench_by_all = turned @ twist[:3]
+    parts: list[tuple[Floats, Floats]] = []
+    legs, efforts = [], np.zeros(len(numbers.unit))
     for number, leg in enumerate(model.legs):
-        motion = np.zeros((12, len(all_units)))
-        motion[6:, size + 6 * number : size + 6 * number + 6] = np.eye(6)
-        steps = []
-        lacking = np.zeros((size, len(all_units)))
-        for step in chain_steps(leg, point.wrenches[number], point.values, point.nodes):
-            steps.append(step)
-            if step.node is not None and step.reached is not None:
-                anew = np.zeros_like(motion)
-                first = size + 6 * len(model.legs) + 12 * column_of[step.node]
-                anew[:, first : first + 12] = np.eye(12)
-                jump, slope = _jump(step.reached, step.before, motion, anew)
-                rows += [(jump / _node_units(model))[model.in_chain]]
-                slopes += [(slope / _node_units(model)[:, None])[model.in_chain]]
-                motion = anew
-            if step.index is not None:
-                efforts[step.index] += step.gradient
-                lacking[step.index] += step.row @ motion
-                lacking[step.index, step.index] += step.stiffness
-            motion = step.transition @ motion
-            if step.index is not None:
-                motion[:, step.index] += step.column
-        legs.append(steps)
-        tip = tip_of(leg, point.wrenches[number], steps)
+        way = _way_to_tip(model, point, number, len(units))
+        legs.append(way.steps)
+        efforts += way.efforts
+        tip, motion = tip_of(leg, point.wrenches[number], way.steps), way.motion
+        parts += way.gaps + _at_tip(model, point, leg, tip, motion, twist)
+        unit = numbers.unit[leg.passive] / numbers.energy_unit
+        parts.append((way.efforts[leg.passive] * unit, way.by_all[leg.passive] * unit[:, None]))
         arm = point.rotation @ leg.tip
-        at = twist[3:] - skew(arm) @ twist[:3]
-        joint = tip_joint(leg, point.values[leg.moments], point.rotation, tip.frame)
-        rows += [(tip.position - point.position - arm)[plane] / length]
-        slopes += [(motion[:3] - at)[plane] / length]
-        rows += [joint.psi]
-        slopes += [joint.axes @ (motion[3:6] - twist[:3])]
-        taken = joint.by_tip @ motion[3:6] + joint.by_platform @ twist[:3] + motion[6:9]
-        taken[:, leg.moments] += joint.axes.T
-        couple = tip.moment + point.values[leg.moments] @ joint.axes
-        rows += [couple[turns] / energy]
-        slopes += [taken[turns] / energy]
-        unit = numbers.unit[leg.passive] / energy
-        rows += [efforts[leg.passive] * unit]
-        slopes += [lacking[leg.passive] * unit[:, None]]
         wrench = wrench - np.concatenate([tip.moment + skew(arm) @ tip.force, tip.force])
-        by_all[:3] -= motion[6:9] + skew(arm) @ motion[9:] + skew(tip.force) @ skew(arm) @ twist[:3]
-        by_all[3:] -= motion[9:]
+        of_moment = motion[6:9] + skew(arm) @ motion[9:]
+        wrench_by_all[:3] -= of_moment + skew(tip.force) @ skew(arm) @ twist[:3]
+        wrench_by_all[3:] -= motion[9:]
     axes = robot.platform_axes
-    rows.append((wrench / units)[axes])
-    slopes.append((by_all / units[:, None])[axes])
-    return ChainBalance(np.concatenate(rows), np.vstack(slopes) * all_units, tuple(legs), efforts)
+    parts.append(((wrench / wrench_units)[axes], (wrench_by_all / wrench_units[:, None])[axes]))
+    residual, slopes = (np.concatenate(blocks) for blocks in zip(*parts, strict=True))
+    return ChainBalance(residual, slopes * units, tuple(legs), efforts)
+
+
+def _way_to_tip(model: ChainRobot, point: ChainPoint, number: int, variables: int) -> _Way:
+    """What all variables do to a leg, from its base on."""
+    leg, size = model.legs[number], len(model.robot.numbers.unit)
+    column_of = {place: column for column, place in enumerate(point.nodes)}
+    node_units = _node_units(model)
+    motion = np.zeros((12, variables))
+    motion[6:, size + 6 * number : size + 6 * number + 6] = np.eye(6)
+    way = _Way([], motion, [], np.zeros(size), np.zeros((size, variables)))
+    for step in chain_steps(leg, point.wrenches[number], point.values, point.nodes):
+        way.steps.append(step)
+        if step.node is not None and step.reached is not None:
+            anew = np.zeros_like(motion)
+            first = size + 6 * len(model.legs) + 12 * column_of[step.node]
+            anew[:, first : first + 12] = np.eye(12)
+            jump, slope = _jump(step.reached, step.before, motion, anew)
+            gap = (jump / node_units)[model.in_chain]
+            way.gaps.append((gap, (slope / node_units[:, None])[model.in_chain]))
+            motion = anew
+        if step.index is not None:
+            way.efforts[step.index] += step.gradient
+            way.by_all[step.index] += step.row @ motion
+            way.by_all[step.index, step.index] += step.stiffness
+        motion = step.transition @ motion
+        if step.index is not None:
+            motion[:, step.index] += step.column
+    return way._replace(motion=motion)
+
+
+def _at_tip(
+    model: ChainRobot,
+    point: ChainPoint,
+    leg: LegModel,
+    tip: ChainState,
+    motion: Floats,
+    twist: Floats,
+) -> list[tuple[Floats, Floats]]:
+    """What the joint between a tip and the platform asks for: place, orientation and couple."""
+    robot, energy = model.robot, model.robot.numbers.energy_unit
+    turns, plane = ([2], [0, 1]) if robot.planar else ([0, 1, 2], [0, 1, 2])
+    arm = point.rotation @ leg.tip
+    joint = tip_joint(leg, point.values[leg.moments], point.rotation, tip.frame)
+    gap = (tip.position - point.position - arm)[plane] / robot.mean_length
+    gap_by_all = (motion[:3] - twist[3:] + skew(arm) @ twist[:3])[plane] / robot.mean_length
+    turned = joint.axes @ (motion[3:6] - twist[:3])
+    couple = tip.moment + point.values[leg.moments] @ joint.axes
+    couple_by_all = joint.by_tip @ motion[3:6] + joint.by_platform @ twist[:3] + motion[6:9]
+    couple_by_all[:, leg.moments] += joint.axes.T
+    return [
+        (gap, gap_by_all),
+        (joint.psi, turned),
+        (couple[turns] / energy, couple_by_all[turns] / energy),
+    ]

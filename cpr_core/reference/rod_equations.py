@@ -130,7 +130,7 @@ def _slope(state, length, compliance, rest, force, origin, slope):
 def runge_kutta_steps(states, step, length, compliance, rest, force, origin, nodes, weights):
     """Runge-Kutta steps of one size in sigma from ``states[0]`` into the rows after it.
 
-    What it takes beside the states is what the slope depends on, and the method's two tables.
+    It takes what the slope depends on, and the method's two tables.
     """
     stages, size = len(weights), states.shape[1]
     slopes = np.empty((stages, size))

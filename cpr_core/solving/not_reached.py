@@ -96,7 +96,10 @@ class MotorLimitExceeded(NotReached):
         event: PathEvent | None = None,
         doubt: str = "",
     ) -> None:
-        """Name the motor, the value and the limits, and what looks wrong with the value."""
+        """Name the motor, the value and the limits, and what looks wrong with the value.
+
+        It takes what all errors of its kind take, and what it has by itself.
+        """
         self.motor, self.quantity, self.value, self.limits = motor, quantity, value, limits
         told, lower, upper = distinct(value, *limits, fewest=6)
         super().__init__(

@@ -27,29 +27,9 @@ def spectrum_of(problem, tangent, values):
     Returns:
         The smallest and the largest absolute eigenvalue [J], and the number of negative ones.
     """
-    moving, motions, span = problem.moving, problem.motions, problem.span
-    size, held = moving.shape[0], problem.multipliers.shape[0]
-    half, hessian = np.empty((size, size)), np.empty((size, size))
-    slopes = np.empty((held, size))
-    for j in range(size):
-        for i in range(size):
-            total = 0.0
-            for k in range(span[j, 0], span[j, 1]):
-                entry = tangent[moving[i], moving[k]] + tangent[moving[k], moving[i]]
-                total += 0.5 * entry * motions[k, j]
-            half[i, j] = total
-        for i in range(held):
-            total = 0.0
-            for k in range(span[j, 0], span[j, 1]):
-                total += tangent[problem.multipliers[i], moving[k]] * motions[k, j]
-            slopes[i, j] = total
-    for i in range(size):
-        for j in range(size):
-            hessian[i, j] = 0.0
-        for k in range(span[i, 0], span[i, 1]):
-            weight, source = motions[k, i], half[k]
-            for j in range(size):
-                hessian[i, j] += weight * source[j]
+    size = problem.moving.shape[0]
+    slopes, hessian = np.empty((problem.multipliers.shape[0], size)), np.empty((size, size))
+    _by_motions(problem, tangent, slopes, hessian)
     rank = _reflect_onto_null_space(slopes, hessian)
     free = size - rank
     for k in range(values.shape[0]):
@@ -77,6 +57,40 @@ def spectrum_of(problem, tangent, values):
     largest = max(abs(found[0]), abs(found[count + 2]))
     negative = 0 if below == 0 else count_below(diagonal, beside, free, -1e-11 * largest)
     return nearest, largest, negative
+
+
+@strict_allocating_part
+def _by_motions(problem, tangent, slopes, hessian):
+    """Constraint slopes and Hessian by the motions that close the joints.
+
+    Args:
+        problem: CellProblem.
+        tangent: Of the model, (N, N).
+        slopes: Result, (m, K).
+        hessian: Result, (K, K).
+    """
+    moving, motions, span = problem.moving, problem.motions, problem.span
+    size = moving.shape[0]
+    half = np.empty((size, size))
+    for j in range(size):
+        for i in range(size):
+            total = 0.0
+            for k in range(span[j, 0], span[j, 1]):
+                entry = tangent[moving[i], moving[k]] + tangent[moving[k], moving[i]]
+                total += 0.5 * entry * motions[k, j]
+            half[i, j] = total
+        for i in range(slopes.shape[0]):
+            total = 0.0
+            for k in range(span[j, 0], span[j, 1]):
+                total += tangent[problem.multipliers[i], moving[k]] * motions[k, j]
+            slopes[i, j] = total
+    for i in range(size):
+        for j in range(size):
+            hessian[i, j] = 0.0
+        for k in range(span[i, 0], span[i, 1]):
+            weight, source = motions[k, i], half[k]
+            for j in range(size):
+                hessian[i, j] += weight * source[j]
 
 
 @strict_allocating_part

@@ -87,6 +87,15 @@ def _rotation_zyz(first, second, third, rotation):
 
 
 @allocating_part
+def _signs_at(problem, rotation, scratch, work, signs):
+    """Signs of the tangent, and the one that tells branches apart, at an equilibrium, (4,)."""
+    signs_of(problem.robot, rotation, work, signs)
+    signs[_BRANCH] = signs[INDEX_LOCKED if problem.given_motors else INVERSE_SIGN]
+    if not problem.conservative:
+        signs[_BRANCH] = _sign_without_energy(problem, rotation, scratch, work)
+
+
+@allocating_part
 def _sign_without_energy(problem, rotation, scratch, work):
     """The sign that tells branches apart under loads without a potential: of the determinant.
 
@@ -187,10 +196,7 @@ def advance(problem, way, configuration, signs, scratch, work):
         ok = status == CONVERGED and rods_exist(problem.robot, trial.state)
         flipped = False
         if ok:
-            signs_of(problem.robot, trial.rotation, work, found)
-            found[_BRANCH] = found[INDEX_LOCKED if problem.given_motors else INVERSE_SIGN]
-            if not problem.conservative:
-                found[_BRANCH] = _sign_without_energy(problem, trial.rotation, scratch, work)
+            _signs_at(problem, trial.rotation, scratch, work, found)
             flipped = found[_BRANCH] != signs[_BRANCH]
         if ok and not flipped:
             _copy(trial, configuration)

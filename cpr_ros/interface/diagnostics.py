@@ -39,6 +39,8 @@ def diagnostic_array(
 ) -> DiagnosticArray:
     """Two entries: what the robot is in, and how the node gets on.
 
+    It takes what the two have in common, and one thing for every line of the second.
+
     Args:
         name: Full name of the node.
         life: State of the life cycle.

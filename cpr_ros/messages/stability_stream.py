@@ -54,6 +54,8 @@ class StabilityStream:
     ) -> StabilityMetrics | bytes:
         """Metrics of the equilibrium after a tick, and what they ask for.
 
+        What differs from message to message is given by name.
+
         Args:
             outcome: Of the last tick.
             thresholds: In force.

@@ -31,9 +31,20 @@ def data(tmp_path, capsys):
     """A file of poses that were proposed, with positions of a robot that has other offsets."""
     file = tmp_path / "data.csv"
     status, text, _ = run(
-        capsys, "measure", "rfrfr", "--count", 5, "--reach", 0.1, "--parameters", *PATHS,
-        "--deviations", DEVIATION, "--out", file,
-    )  # fmt: skip
+        capsys,
+        "measure",
+        "rfrfr",
+        "--count",
+        5,
+        "--reach",
+        0.1,
+        "--parameters",
+        *PATHS,
+        "--deviations",
+        DEVIATION,
+        "--out",
+        file,
+    )
     assert status == 0 and "rfrfr: 5 poses" in text and "random" in text
     with file.open(newline="") as opened:
         rows = list(csv.DictReader(opened))
@@ -63,9 +74,17 @@ def read(file):
 
 def calibrate(capsys, data, *more):
     return run(
-        capsys, "calibrate", "rfrfr", data, "--parameters", *PATHS, "--deviations",
-        DEVIATION, "rotation=0.002", *more,
-    )  # fmt: skip
+        capsys,
+        "calibrate",
+        "rfrfr",
+        data,
+        "--parameters",
+        *PATHS,
+        "--deviations",
+        DEVIATION,
+        "rotation=0.002",
+        *more,
+    )
 
 
 def without_rotation(data):
@@ -96,9 +115,24 @@ def test_a_tracker_of_which_nothing_is_known_is_found_with_the_robot(capsys, tmp
     paths = (*TRACKER, *MARKER, "rod.young_modulus")
     asked = ("--parameters", *paths, "--deviations", "position=5e-4", "rotation=2e-3")
     status, text, _ = run(
-        capsys, "measure", described, "--count", 12, "--reach", 0.3, "--out", poses, *asked,
-        "--wrench", 0, 0, 0, 0, 0, -1,
-    )  # fmt: skip
+        capsys,
+        "measure",
+        described,
+        "--count",
+        12,
+        "--reach",
+        0.3,
+        "--out",
+        poses,
+        *asked,
+        "--wrench",
+        0,
+        0,
+        0,
+        0,
+        0,
+        -1,
+    )
     assert status == 0 and "rod.young_modulus" in text
     values = [0.4, -0.6, 1.8, 3.0, 0.3, -0.4, 0.02, -0.03, 0.04, 0.3, 1.1, -0.2, 200e9]
     truth = cpr_core.load_robot(described).with_parameters(dict(zip(paths, values, strict=True)))
@@ -207,9 +241,17 @@ def test_what_was_found_is_told_though_it_cannot_be_written(capsys, data, tmp_pa
     assert error == f"cpr: error: {full}: cannot be written: No space left on device\n"
     count = ("--count", 3, "--reach", 0.1)
     status, text, error = run(
-        capsys, "measure", "rfrfr", *count, "--parameters", *PATHS, "--deviations", DEVIATION,
-        "--out", full,
-    )  # fmt: skip
+        capsys,
+        "measure",
+        "rfrfr",
+        *count,
+        "--parameters",
+        *PATHS,
+        "--deviations",
+        DEVIATION,
+        "--out",
+        full,
+    )
     assert status == 2
     assert "rfrfr: 3 poses" in text
     (line,) = error.splitlines()

@@ -37,8 +37,11 @@ def test_limits_are_those_of_the_motor_they_are_given_for():
     robot = with_limits("rfrfr", {"position": [-1.5, 2.5], "effort": 3.0, "speed": 0.5})
     first, second = (leg.limits for leg in robot.description.legs)
     assert (first.lower, first.upper, first.effort, first.speed) == (
-        -float("inf"), float("inf"), float("inf"), float("inf")
-    )  # fmt: skip
+        -float("inf"),
+        float("inf"),
+        float("inf"),
+        float("inf"),
+    )
     assert (second.lower, second.upper, second.effort, second.speed) == (-1.5, 2.5, 3.0, 0.5)
 
 

@@ -162,7 +162,7 @@ def chained(name="six_rus"):
         (("chain", 3, "rod"), {"length": 53.0}, rf"rod\.length: 53 m: {MILLIMETRES}"),
         (("chain", 3, "rod"), {"density": 4.4}, r"rod\.density: 4.4: looks like g/cm\^3"),
     ],
-)  # fmt: skip
+)
 def test_what_looks_like_another_unit_in_a_chain_is_said(path, value, says):
     content = chained()
     put(content["legs"][1], path, value)
@@ -187,11 +187,21 @@ def test_a_rod_of_a_chain_that_is_fed_millimetres_is_said():
 @pytest.mark.parametrize(
     ("path", "value", "field", "says"),
     [
-        (("chain", 1, "link"), [231.64, 0, 0], "chain[1].link", f"[231.64, 0.0, 0.0]: {MILLIMETRES}"),
+        (
+            ("chain", 1, "link"),
+            [231.64, 0, 0],
+            "chain[1].link",
+            f"[231.64, 0.0, 0.0]: {MILLIMETRES}",
+        ),
         (("chain", 1, "center_of_mass"), [0, 0, 115], "chain[1].center_of_mass", MILLIMETRES),
-        (("chain", 3, "rod"), {"young_modulus": 110}, "chain[3].rod.young_modulus", "looks like GPa"),
+        (
+            ("chain", 3, "rod"),
+            {"young_modulus": 110},
+            "chain[3].rod.young_modulus",
+            "looks like GPa",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_in_a_chain_is_refused(path, value, field, says):
     content = chained()
     put(content["legs"][1], path, value)

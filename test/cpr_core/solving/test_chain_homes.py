@@ -129,12 +129,16 @@ def leg_ends(robot, state):
         ({"leg9.joint2": 0.1}, "home.joints.leg9.joint2", "expected one of leg1.joint2[0], leg1"),
         ({"leg1.joint1": 0.1}, "home.joints.leg1.joint1", "motor1 moves it: give home.motors"),
         ({"leg1.joint2": 0.1}, "home.joints.leg1.joint2", "2 numbers, one for every axis, got 0.1"),
-        ({"leg1.joint2": [0.1]}, "home.joints.leg1.joint2", "2 numbers, one for every axis, got [0.1]"),
+        (
+            {"leg1.joint2": [0.1]},
+            "home.joints.leg1.joint2",
+            "2 numbers, one for every axis, got [0.1]",
+        ),
         ({"leg1.joint2": [0.1, 0, 0]}, "home.joints.leg1.joint2", "2 numbers"),
         ({"leg2.joint2": [0.1]}, "home.joints.leg2.joint2", "expected a number, got [0.1]"),
         ({"leg2.joint2": "bent"}, "home.joints.leg2.joint2", "got 'bent'"),
     ],
-)  # fmt: skip
+)
 def test_joints_that_are_not_there_or_have_other_axes_are_refused(joints, field, says):
     changed = content("six_rus")
     changed["legs"][1]["chain"][2] = {"joint": "revolute", "axis": [0, 1, 0]}
