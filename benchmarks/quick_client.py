@@ -20,13 +20,20 @@ __all__ = ["QuickClient"]
 
 
 class QuickClient:
-    """Of one pair of topics with arrays of numbers.
+    """Of one pair of topics; what answers is an array of numbers.
 
     Attributes:
         publisher: Of rclpy.
     """
 
-    def __init__(self, node: Node, sent: str, received: str, depth: int = 10) -> None:
+    def __init__(
+        self,
+        node: Node,
+        sent: str,
+        received: str,
+        depth: int = 10,
+        kind: type[Any] = Float64MultiArray,
+    ) -> None:
         """Publish and subscribe.
 
         Args:
@@ -34,8 +41,9 @@ class QuickClient:
             sent: Topic.
             received: Topic.
             depth: How many messages wait.
+            kind: Of what is sent.
         """
-        self.publisher = node.create_publisher(Float64MultiArray, sent, depth)
+        self.publisher = node.create_publisher(kind, sent, depth)
         self._subscription = node.create_subscription(
             Float64MultiArray, received, lambda message: None, depth, raw=True
         )
@@ -53,14 +61,14 @@ class QuickClient:
         taken = self._subscription.handle.take_message(Float64MultiArray, True)
         return taken[0] if taken else b""
 
-    def latency(self, positions: list[float]) -> float:
-        """Time from sending to the first message that is new [s].
+    def latency(self, setpoint: Any) -> float:
+        """Time from sending a message to the first one that is new [s].
 
         Raises:
             TimeoutError: None came.
         """
         self._has_new()
-        message = serialize_message(Float64MultiArray(data=positions))
+        message = serialize_message(setpoint)
         begin = time.perf_counter()
         self.publisher.publish(message)
         while not self._has_new():

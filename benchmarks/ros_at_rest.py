@@ -7,10 +7,10 @@
 
 Processor time of a node with the 6-RFS robot while nobody listens, and while its streams are heard,
 beside that of a bare node which publishes as many empty messages of the same kinds. Then setpoints near
-by, each sent at rest: the time until the motor command arrives, beside that of the bare node, which
-publishes whatever it receives, and of the floor, which does so with bytes and without an executor. Each
-is asked by an ordinary client of rclpy, and by one that is as quick as rclpy and DDS can be. All take
-turns, so that they see the same machine.
+by, of motors and of the platform, each sent at rest: the time until the motor command arrives, beside
+that of the bare node, which publishes whatever it receives, and of the floor, which does so with bytes
+and without an executor. Each is asked by an ordinary client of rclpy, and by one that is as quick as
+rclpy and DDS can be. All take turns, so that they see the same machine.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ import numpy as np
 
 import cpr_ros  # noqa: F401  finds the ROS 2 of this environment
 import rclpy
+from cpr_core import Equilibrium, load_robot, solve_home
 from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import PoseStamped
 from rclpy.experimental.events_executor import EventsExecutor
@@ -41,18 +42,26 @@ from std_msgs.msg import Float64MultiArray
 
 from .quick_client import QuickClient
 
-HOME = np.array([5.86, 5.56, 5.86, 5.46, 5.86, 5.26])
-#: Of a motor from setpoint to setpoint [rad].
-STEP = 0.002
+#: Of a motor from setpoint to setpoint [rad], and of the platform [m].
+STEP, PLATFORM_STEP = 0.002, 0.0005
 #: Robot and streams are at rest after that time [s].
 PAUSE = 0.1
 
 
-#: Where setpoints go, and where what answers them comes from.
+#: What setpoints are, where they go, and where what answers them comes from.
 PAIRS = {
-    "setpoint to command": ("/cpr_node/commands", "/cpr_node/motor_commands"),
-    "bare echo": ("/echo/in", "/echo/out"),
-    "floor": ("/floor/in", "/floor/out"),
+    "motor setpoint to command": (
+        Float64MultiArray,
+        "/cpr_node/commands",
+        "/cpr_node/motor_commands",
+    ),
+    "platform setpoint to command": (
+        PoseStamped,
+        "/cpr_node/platform_setpoint",
+        "/cpr_node/motor_commands",
+    ),
+    "bare echo": (Float64MultiArray, "/echo/in", "/echo/out"),
+    "floor": (Float64MultiArray, "/floor/in", "/floor/out"),
 }
 #: What the node publishes at rest, and how often [Hz].
 STREAMS = (
@@ -112,12 +121,12 @@ class Sender(Node):
         self.messages: Counter[str] = Counter()
         self._newest: dict[str, list[float]] = {}
 
-    def pair(self, sent: str, received: str) -> Any:
+    def pair(self, kind: type[Any], sent: str, received: str) -> Any:
         """A publisher, and what answers it."""
         self.create_subscription(
             Float64MultiArray, received, lambda message: self._on_answer(received, message), 10
         )
-        return self.create_publisher(Float64MultiArray, sent, 1)
+        return self.create_publisher(kind, sent, 1)
 
     def listen(self) -> None:
         """To the streams."""
@@ -142,16 +151,31 @@ class Sender(Node):
         while time.perf_counter() < end:
             self.executor_.spin_once(timeout_sec=max(0.0, end - time.perf_counter()))
 
-    def latency(self, publisher: Any, positions: list[float]) -> float:
+    def latency(self, publisher: Any, setpoint: Any) -> float:
         """Time from sending to the first message that is new [s]."""
         self.came = 0.0
         begin = time.perf_counter()
-        publisher.publish(Float64MultiArray(data=positions))
+        publisher.publish(setpoint)
         while not self.came and time.perf_counter() < begin + 5.0:
             self.executor_.spin_once(timeout_sec=0.1)
         if not self.came:
             raise TimeoutError(f"no answer on {publisher.topic_name}")
         return self.came - begin
+
+
+def near_by(kind: type[Any], home: Equilibrium, first: int, second: int) -> Any:
+    """A setpoint so many steps from home."""
+    if kind is Float64MultiArray:
+        motors = home.motors.copy()
+        motors[:2] += STEP * np.array([first, second])
+        return Float64MultiArray(data=motors.tolist())
+    message = PoseStamped()
+    position, orientation = message.pose.position, message.pose.orientation
+    position.x, position.y, position.z = (
+        home.platform_position + PLATFORM_STEP * np.array([first, second, 0.0])
+    ).tolist()
+    orientation.w, orientation.x, orientation.y, orientation.z = home.pose[3:].tolist()
+    return message
 
 
 def processor_time(process: subprocess.Popen[bytes]) -> float:
@@ -179,7 +203,10 @@ def measure(processes: dict[str, subprocess.Popen[bytes]], seconds: float, setpo
     node = Sender()
     publishers = {name: node.pair(*topics) for name, topics in PAIRS.items()}
     quick = Node("quick_client")
-    clients = {name: QuickClient(quick, *topics) for name, topics in PAIRS.items()}
+    clients = {
+        name: QuickClient(quick, sent, received, kind=kind)
+        for name, (kind, sent, received) in PAIRS.items()
+    }
     all_publishers = [*publishers.values(), *(client.publisher for client in clients.values())]
     while not all(publisher.get_subscription_count() for publisher in all_publishers):
         node.spin(0.1)
@@ -190,18 +217,17 @@ def measure(processes: dict[str, subprocess.Popen[bytes]], seconds: float, setpo
     print(f"at rest, streams heard:   {load(processes, node, seconds)}")
     random = np.random.default_rng(0)
     times: dict[str, list[float]] = {}
+    home = solve_home(load_robot("six_rfs"))
     for number in range(setpoints):
-        positions = HOME.copy()
-        positions[0] += STEP * (1 + number % 2)
-        for name in PAIRS:
-            node.spin(PAUSE + (0.02 * random.random()))
-            took = node.latency(publishers[name], positions.tolist())
-            times.setdefault(f"{name}, ordinary client", []).append(took)
-        positions[1] += STEP
-        for name in PAIRS:
-            node.spin(PAUSE + (0.02 * random.random()))
-            took = clients[name].latency(positions.tolist())
-            times.setdefault(f"{name}, quick client", []).append(took)
+        for client, away in (("ordinary", 0), ("quick", 1)):
+            for name, (kind, *_) in PAIRS.items():
+                node.spin(PAUSE + (0.02 * random.random()))
+                message = near_by(kind, home, 1 + number % 2, away)
+                asked = publishers[name] if client == "ordinary" else clients[name]
+                took = (
+                    node.latency(asked, message) if client == "ordinary" else asked.latency(message)
+                )
+                times.setdefault(f"{name}, {client} client", []).append(took)
     for name, values in times.items():
         least, median, high, largest = 1e3 * np.percentile(values[10:], [10, 50, 99, 100])
         print(

@@ -20,6 +20,7 @@ from .validation import checked_matrix, checked_vector
 
 __all__ = [
     "angle_motions",
+    "checked_quaternion",
     "directions_across",
     "nearest_rotation",
     "projected_rotation",
@@ -33,6 +34,7 @@ __all__ = [
     "rotations_log",
     "skew",
     "turn_about_z",
+    "turn_between",
     "turns_by_vector",
     "vectors_by_turn",
 ]
@@ -166,8 +168,8 @@ def _unit_quaternion(rotation: ArrayLike) -> tuple[float, float, float, float]:
     return scale * w, scale * x, scale * y, scale * z
 
 
-def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
-    """Rotation matrix of a unit quaternion (w, x, y, z).
+def checked_quaternion(quaternion_wxyz: ArrayLike) -> tuple[float, float, float, float]:
+    """Components w, x, y, z of a unit quaternion, of length one to rounding.
 
     Raises:
         InvalidRequest: Not four numbers.
@@ -181,7 +183,18 @@ def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
         raise InvalidQuaternion(
             "quaternion", f"expected unit length, got norm {norm:g} of {quaternion}"
         )
-    w, x, y, z = w / norm, x / norm, y / norm, z / norm
+    return w / norm, x / norm, y / norm, z / norm
+
+
+def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
+    """Rotation matrix of a unit quaternion (w, x, y, z).
+
+    Raises:
+        InvalidRequest: Not four numbers.
+        NonFiniteInput: A component is NaN or infinite.
+        InvalidQuaternion: The norm differs from 1 by more than ``QUATERNION_TOLERANCE``.
+    """
+    w, x, y, z = checked_quaternion(quaternion_wxyz)
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -189,6 +202,28 @@ def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+
+
+def turn_between(first: ArrayLike, last: ArrayLike) -> NDArray[np.float64]:
+    """Rotation vector in the world, (3,), that leads from one orientation to another the short way.
+
+    Args:
+        first: Unit quaternion (w, x, y, z).
+        last: The same.
+    """
+    a, b, c, d = np.asarray(last, float).tolist()
+    w, x, y, z = np.asarray(first, float).tolist()
+    # last times the conjugate of first
+    cosine = a * w + b * x + c * y + d * z
+    axis = (
+        w * b - a * x - (c * z - d * y),
+        w * c - a * y - (d * x - b * z),
+        w * d - a * z - (b * y - c * x),
+    )
+    sine = math.hypot(*axis)
+    scale = 2.0 if sine < 1e-12 else 2.0 * math.atan2(sine, abs(cosine)) / sine
+    scale = -scale if cosine < 0.0 else scale
+    return np.array([scale * part for part in axis])
 
 
 def nearest_rotation(name: str, matrix: ArrayLike) -> NDArray[np.float64]:

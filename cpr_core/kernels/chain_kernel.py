@@ -24,11 +24,11 @@ from .lanes import get, load, put, store
 from .rod_kernel import integrate_beyond, integrate_frames
 from .rotation_kernel import turned_frame
 
-__all__ = ["Pose", "place_chain", "rod_length"]
+__all__ = ["TipPose", "place_chain", "rod_length"]
 
 
-class Pose(NamedTuple):
-    """Where a chain is: a vector and a matrix of lanes, in the world."""
+class TipPose(NamedTuple):
+    """Where the tips of a group are: a vector and a matrix of lanes, in the world."""
 
     position: Any
     frame: Any
@@ -36,7 +36,7 @@ class Pose(NamedTuple):
 
 @inlined
 def place_chain(robot, number, work):
-    """Go through the chains of a group; returns the Pose of the tips.
+    """Go through the chains of a group; returns the TipPose of each.
 
     Args:
         robot: RobotArrays.
@@ -73,7 +73,7 @@ def place_chain(robot, number, work):
             position = add(position, offset)
             frame = matrix_product(frame, load_matrix(element.rotation, ()))
     store_vector(work.element_position, robot.elements.shape[1], position)
-    return Pose(position, frame)
+    return TipPose(position, frame)
 
 
 @inlined

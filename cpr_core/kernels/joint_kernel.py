@@ -48,7 +48,7 @@ def balance_turn(robot, number, e, carried, end, tip, work):
         number: Number of the group.
         e: Number of the element.
         carried: Carried at the joint.
-        end: Pose of the tips.
+        end: TipPose.
         tip: Tip.
         work: Workspace; rows of the joint's slot are the result.
     """

@@ -73,7 +73,7 @@ def balance_rod(robot, loads, loaded, number, e, carried, end, tip, work, tangen
         number: Number of the group.
         e: Number of the element.
         carried: Carried at the end of the rod.
-        end: Pose of the tips.
+        end: TipPose.
         tip: Tip.
         work: Workspace with frames and arms of the rod.
         tangent: Whether the stiffness is wanted.

@@ -64,7 +64,7 @@ def hold_tips(robot, number, end, platform_rotation, platform_position, work):
     Args:
         robot: RobotArrays.
         number: Number of the group.
-        end: Pose of the tips.
+        end: TipPose.
         platform_rotation: R_p in the world, (3, 3).
         platform_position: p_p in the world, (3,).
         work: Workspace; ``coordinates`` is read, ``residuals`` and ``joint_moments`` are set.

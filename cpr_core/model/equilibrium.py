@@ -56,6 +56,7 @@ Floats = NDArray[np.float64]
 
 #: A rough record is taken for an equilibrium as it is.
 _AS_IT_IS = Tolerances(residual=np.inf, iterations=0, contraction=1.0)
+_POSITIONS, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -155,14 +156,18 @@ class Equilibrium(ModelState):
         in radians. Empty where the inverse problem has no single solution. The whole platform is
         ``platform_position`` with ``platform_rotation`` or ``platform_quaternion``.
         """
-        rotation = self.platform_rotation
-        parts = dict(zip("xyz", self.platform_position[:, None], strict=True))
-        angles = roll_pitch_yaw(rotation)[:, None]
-        parts |= dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
-        parts["angle"] = np.arctan2(rotation[1, :1], rotation[0, :1])
-        parts["orientation"] = self.platform_quaternion
-        controlled = self.robot.description.controlled
-        return np.concatenate([np.zeros(0), *(parts[name] for name in controlled)])
+        numbers: list[float] = []
+        position, rotation = self.platform_position, self.platform_rotation
+        for name in self.robot.description.controlled:
+            if name in _POSITIONS:
+                numbers.append(position[_POSITIONS.index(name)])
+            elif name == "orientation":
+                numbers += self.platform_quaternion.tolist()
+            elif name == "angle":
+                numbers.append(math.atan2(rotation[1, 0], rotation[0, 0]))
+            else:
+                numbers.append(roll_pitch_yaw(rotation)[_ANGLES.index(name)])
+        return np.array(numbers)
 
     @property
     def factors(self) -> Lanes:

@@ -174,16 +174,29 @@ class KinematoStatics:
         """
         wanted = self._given_platform("platform", platform)
         load = self._given_platform("wrench", wrench)
-        controlled, scale = self._controlled, self.equilibrium.robot.motor_units
-        jacobian = controlled @ self.jacobian * scale
+        rest = self._controlled @ (wanted - self.platform_by_wrench @ load)
+        return self.predict_forward(self.motors_by_pose @ rest, load)
+
+    @cached_array
+    def motors_by_pose(self) -> Floats:
+        """``dq_a`` by the controlled coordinates, wrench held, (n, controlled).
+
+        Coordinates in the order of ``robot.platform_axes``, whatever that of the description: turns
+        about the axes of the world, or single angles roll, pitch and yaw; then positions in the world.
+        With more motors than coordinates the sum of squares of the motor increments, in radians and rod
+        lengths, is least.
+
+        Raises:
+            InvalidRequest: An inverse singularity, or a robot that controls no coordinates.
+        """
+        scale = self.equilibrium.robot.motor_units
+        jacobian = self._controlled @ self.jacobian * scale
         rows, columns = jacobian.shape
         if not 0 < rows <= columns or np.linalg.cond(jacobian) > 1e12:
             raise InvalidRequest(
                 "platform", "expected a regular inverse problem, this is an inverse singularity"
             )
-        rest = controlled @ (wanted - self.platform_by_wrench @ load)
-        motors = scale * scipy.linalg.lstsq(jacobian, rest)[0]
-        return self.predict_forward(motors, load)
+        return np.asarray(scale[:, None] * np.linalg.pinv(jacobian))
 
     @cached_array
     def self_motions(self) -> Floats:

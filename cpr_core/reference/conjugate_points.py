@@ -38,7 +38,7 @@ from ..errors import InvalidRequest
 from .continuous_equilibrium import ContinuousEquilibrium
 from .morse_index import index_falls
 from .rod_integration import STEPS, RodTrajectory, force, integrate, moment, transitions
-from .shooting_robot import balance_rows, check_robot, compiled, force_per_length
+from .shooting_robot import balance_rows, check_robot, force_per_length, shooting_knows
 
 __all__ = ["JacobiFields", "conjugate_points", "robot_fields", "rod_fields"]
 
@@ -257,7 +257,7 @@ def conjugate_points(solution: ContinuousEquilibrium | JacobiFields) -> tuple[fl
     """
     if isinstance(solution, JacobiFields):
         fields = solution
-    elif compiled(solution.robot, solution.loads):
+    elif shooting_knows(solution.robot, solution.loads):
         fields = robot_fields(solution)
     else:
         return index_falls(solution)

@@ -24,13 +24,13 @@ from ..solving.not_reached import NoForwardSolution, NoInverseSolution
 from ..validation import checked_vector
 from .chain_shooting import solve_chains
 from .continuous_equilibrium import ContinuousEquilibrium
-from .shooting_kernel import ShootingState, follow, refine
+from .shooting_kernel import ShootingState, shoot_along, shoot_at
 from .shooting_method import ACCURATE, ShootingMethod
 from .shooting_robot import (
     check_robot,
     check_square,
-    compiled,
     force_per_length,
+    shooting_knows,
     shooting_of,
 )
 
@@ -114,7 +114,7 @@ def solve_continuous(
     robot, loads = equilibrium.robot, equilibrium.loads
     if held == "pose":
         check_square(robot)
-    if not compiled(robot, loads):
+    if not shooting_knows(robot, loads):
         return solve_chains(equilibrium, motors_held=held == "motors", method=method)
     axes = robot.arrays.position_axes
     tip_forces = np.zeros((robot.motor_count, 3))
@@ -200,7 +200,7 @@ def _refined(
 ) -> ContinuousEquilibrium:
     shooting, units = shooting_of(robot, loads, method)
     state = _dimensionless(rough, units)
-    largest, iterations = refine(shooting, state, motors_held, method.tolerance, 60)
+    largest, iterations = shoot_at(shooting, state, motors_held, method.tolerance, 60)
     if not largest < method.tolerance:
         kind = NoForwardSolution if motors_held else NoInverseSolution
         raise kind(f"shooting: residual {largest:.1e} after {iterations} steps", 0.0, None)
@@ -221,7 +221,7 @@ def _followed(
         np.empty((count, 3)),
     )
     residuals, iterations = np.empty(count), np.zeros(count, np.int64)
-    reached = follow(
+    reached = shoot_along(
         shooting, state, motors_held, changes, method.tolerance, states, residuals, iterations
     )
     if reached < count:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ..kernels.natural_units import LONGEST_STEP
 from .reference_decorators import reference, reference_part
 
-__all__ = ["Shooting", "ShootingState", "balance", "follow", "refine"]
+__all__ = ["Shooting", "ShootingState", "balance", "shoot_along", "shoot_at"]
 
 Floats = NDArray[np.float64]
 
@@ -484,7 +484,7 @@ def _duplicate(state):
 
 
 @reference
-def refine(robot, state, motors_held, tolerance, iterations):
+def shoot_at(robot, state, motors_held, tolerance, iterations):
     """Damped Newton from a rough state, in place.
 
     Returns:
@@ -511,7 +511,7 @@ def refine(robot, state, motors_held, tolerance, iterations):
 
 
 @reference
-def follow(robot, state, motors_held, changes, tolerance, states, residuals, iterations):
+def shoot_along(robot, state, motors_held, changes, tolerance, states, residuals, iterations):
     """Follow a path from an equilibrium: Euler predictor, Newton corrector, halved steps.
 
     Args:

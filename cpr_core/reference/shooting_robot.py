@@ -20,9 +20,9 @@ __all__ = [
     "balance_rows",
     "check_robot",
     "check_square",
-    "compiled",
     "force_per_length",
     "motor_axes",
+    "shooting_knows",
     "shooting_of",
 ]
 
@@ -119,7 +119,7 @@ def check_square(robot: Robot) -> None:
         raise InvalidRequest("held", "expected as many motors as platform coordinates")
 
 
-def compiled(robot: Robot, loads: Loads) -> bool:
+def shooting_knows(robot: Robot, loads: Loads) -> bool:
     """Whether the compiled shooting knows robots and loads of this kind."""
     try:
         check_robot(robot, loads)

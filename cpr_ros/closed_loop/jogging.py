@@ -54,6 +54,8 @@ class PlatformTwist:
 class JogGoal(PoseGoal):
     """A platform setpoint that twists move on."""
 
+    driven = True
+
 
 class Jogger:
     """Moves a platform setpoint by the newest twist.

@@ -12,6 +12,7 @@ solved in the same tick.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from cpr_core import Robot
 from cpr_core.model.assessment import Assessment
 
 from .goals import motor_steps
-from .setpoint_following import LARGEST_CHANGE, OF_MOTOR_SETPOINTS, SetpointFollower, Settings
+from .setpoint_following import LARGEST_CHANGE, WATCHED, SetpointFollower, Settings
 from .surroundings import Surroundings
 
 __all__ = ["FirstStep"]
@@ -50,7 +51,7 @@ class FirstStep:
         self._robot, self._period, self._follower = robot, period, follower
         self._around: Surroundings | None = None
         self._settings: Settings | None = None
-        self._free = False
+        self._free: frozenset[tuple[str, ...]] = frozenset()  # measures that are far from warnings
 
     def wait(self) -> None:
         """Do not look: the robot moves, or is not to be moved."""
@@ -72,8 +73,7 @@ class FirstStep:
             self.due = now + _QUIET
         elif now >= self.due:
             self._around.look()
-            thresholds = self._follower.settings.thresholds
-            self._free = self._around.free(thresholds, LARGEST_CHANGE)
+            self._free = self._judged(self._around)
             self.due = now + _BREATH
 
     def aim(self, current: Assessment, now: float) -> NDArray[np.float64] | None:
@@ -83,9 +83,19 @@ class FirstStep:
             current: Where the robot is.
             now: Steady time [s].
         """
-        if not self._free or not self._looked_from(current):
+        if self._follower.watched not in self._free or not self._looked_from(current):
             return None
-        return self._follower.aim(current.equilibrium, now)
+        return self._follower.aim(current, now)
+
+    def _judged(self, around: Surroundings) -> frozenset[tuple[str, ...]]:
+        """Measures of which none is near a warning, wherever the motors step."""
+        if around.known:
+            with suppress(Exception):  # who goes to a pose is told what is wrong, if anything
+                _ = around.current.kinemato_statics.motors_by_pose  # is ready from now on
+        thresholds = self._follower.settings.thresholds
+        return frozenset(
+            measures for measures in WATCHED if around.free(thresholds, LARGEST_CHANGE, measures)
+        )
 
     def _looked_from(self, current: Assessment) -> bool:
         """Whether what is known is of where the robot is, and what it may do now."""
@@ -94,6 +104,6 @@ class FirstStep:
         return around is not None and around.current is current and same_settings
 
     def _begin(self, current: Assessment) -> None:
-        self._settings, self._free = self._follower.settings, False
+        self._settings, self._free = self._follower.settings, frozenset()
         steps = motor_steps(self._robot, self._settings.max_speed, self._period)
-        self._around = Surroundings(current, steps, OF_MOTOR_SETPOINTS)
+        self._around = Surroundings(current, steps)

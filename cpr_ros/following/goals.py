@@ -16,18 +16,22 @@ from cpr_core import Equilibrium, InvalidRequest, Loads, Robot, solve_forward, s
 from cpr_core.lie import (
     quaternion_from_rotation,
     rotation_exp,
-    rotation_from_quaternion,
-    rotation_log,
+    turn_between,
 )
+from cpr_core.model.assessment import Assessment
 from cpr_core.solving.requests import pose_meaning
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 
-__all__ = ["Goal", "MotorGoal", "PoseGoal", "largest_way", "motor_steps"]
+__all__ = ["SLACK", "Goal", "MotorGoal", "PoseGoal", "largest_way", "motor_steps", "whole"]
 
 Floats = NDArray[np.float64]
 
+#: Overshoot of a step, relative, that is rounding.
+SLACK = 1e-6
 _ANGLES = ("roll", "pitch", "yaw")
+#: Axes of the platform that coordinates move along or about.
+_AXES = {"roll": 0, "pitch": 1, "yaw": 2, "angle": 2, "x": 3, "y": 4, "z": 5}
 
 
 class Goal(Protocol):
@@ -96,7 +100,10 @@ class PoseGoal:
 
     Attributes:
         pose: Numbers in the order of the description [m, rad, unit quaternion w x y z].
+        driven: Whether something moves it on from tick to tick.
     """
+
+    driven = False
 
     def __init__(self, robot: Robot, pose: ArrayLike) -> None:
         """Take a pose in the form of :func:`cpr_core.solve_inverse`.
@@ -125,19 +132,39 @@ class PoseGoal:
             elif not name.startswith("q"):
                 turns.append(abs(change))
         if "qw" in self.names:
-            turns.append(float(np.linalg.norm(self._turn(start))))
+            turns.append(math.hypot(*self._turn(start).tolist()))
         # Not by squares: those of a pose far beyond all robots are infinite, and it went on for ever.
         return max(math.hypot(*shifts) / start.robot.mean_length, *turns)
 
     def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """Inverse problem at the pose on the way."""
-        pose = start.pose + fraction * self._changes(start)
+        pose = start.pose + fraction * np.array(self._changes(start))
         if fraction == 1.0:
             pose = self.pose
         elif "qw" in self.names:
             rotation = rotation_exp(fraction * self._turn(start)) @ start.platform_rotation
             pose[self._quaternion] = quaternion_from_rotation(rotation)
         return solve_inverse(start.robot, pose, start=start, loads=loads)
+
+    def motors_ahead(self, current: Assessment) -> Floats | None:
+        """Way of the motors that what is left asks for, to first order, (n,) [rad or m].
+
+        None: a pose does not say where motors go, or not here.
+        """
+        start = current.equilibrium
+        if start.robot.redundancy:
+            return None
+        left = np.zeros(6)
+        for name, change in zip(self.names, self._changes(start), strict=True):
+            if name in _AXES:
+                left[_AXES[name]] = change
+        if "qw" in self.names:
+            left[:3] = self._turn(start)
+        try:
+            axes = np.sort(start.robot.controlled_axes)
+            return current.kinemato_statics.motors_by_pose @ left[axes]
+        except InvalidRequest:  # an inverse singularity
+            return None
 
     @property
     def _quaternion(self) -> slice:
@@ -146,17 +173,18 @@ class PoseGoal:
 
     def _turn(self, start: Equilibrium) -> Floats:
         """Rotation vector in the world that is left."""
-        wanted = rotation_from_quaternion(self.pose[self._quaternion])
-        return rotation_log(wanted @ start.platform_rotation.T)
+        return turn_between(start.platform_quaternion, self.pose[self._quaternion])
 
-    def _changes(self, start: Equilibrium) -> Floats:
+    def _changes(self, start: Equilibrium) -> list[float]:
         """What is left in every number, angles on the short way; zero for quaternions."""
-        changes = self.pose - start.pose
-        for position, name in enumerate(self.names):
+        changes = []
+        for name, now, then in zip(
+            self.names, start.pose.tolist(), self.pose.tolist(), strict=True
+        ):
+            change = 0.0 if name.startswith("q") else then - now
             if name in (*_ANGLES, "angle"):
-                changes[position] -= 2.0 * np.pi * np.round(changes[position] / (2.0 * np.pi))
-            elif name.startswith("q"):
-                changes[position] = 0.0
+                change -= 2.0 * math.pi * round(change / (2.0 * math.pi))
+            changes.append(change)
         return changes
 
 
@@ -177,3 +205,8 @@ def motor_steps(robot: Robot, max_speed: float, period: float) -> Floats:
     """
     own = [motor.limits.speed for motor in robot.description.motors]
     return period * np.minimum(own, max_speed * robot.motor_units)
+
+
+def whole(fraction: float) -> float:
+    """A fraction of the way, the whole of it if nothing worth a step of its own would be left."""
+    return 1.0 if fraction > 1.0 - 0.5 * SLACK else fraction

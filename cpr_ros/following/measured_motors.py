@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from .watchdog import Watchdog
 
-__all__ = ["MeasuredMotors", "Measurement"]
+__all__ = ["MeasuredMotors", "MotorMeasurement"]
 
 
-class Measurement(NamedTuple):
+class MotorMeasurement(NamedTuple):
     """Measured motors.
 
     Attributes:
@@ -54,11 +54,11 @@ class MeasuredMotors:
         self._motors, self._problem = None, ""
         self.watchdog.forget()
 
-    def newest(self, now: float) -> Measurement | None:
+    def newest(self, now: float) -> MotorMeasurement | None:
         """The newest; None without, or where it is too old at a steady time [s]."""
         if self._motors is None or self.watchdog.stale(now):
             return None
-        return Measurement(self._motors, self.watchdog.age(now))
+        return MotorMeasurement(self._motors, self.watchdog.age(now))
 
     def missing(self, now: float, *, with_age: bool = True) -> str:
         """Why there is no newest though somebody measures, or has measured; empty otherwise.

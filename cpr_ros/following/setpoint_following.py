@@ -23,13 +23,14 @@ from cpr_core.description.loads import compared
 from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
 from cpr_core.solving.distinct_numbers import distinct
 
-from .goals import Goal, MotorGoal, PoseGoal, largest_way, motor_steps
+from .goals import SLACK, Goal, MotorGoal, PoseGoal, largest_way, motor_steps, whole
+from .pose_steps import PoseSteps
 from .steps import attempt, change_between, falls
 from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict
 from .trajectory_goal import TrajectoryGoal
 from .watchdog import Watchdog
 
-__all__ = ["LARGEST_CHANGE", "OF_MOTOR_SETPOINTS", "Outcome", "SetpointFollower", "Settings"]
+__all__ = ["LARGEST_CHANGE", "WATCHED", "Outcome", "SetpointFollower", "Settings"]
 
 Floats = NDArray[np.float64]
 
@@ -40,12 +41,12 @@ SMALLEST_REACH = 1.0 / 64.0
 #: Largest change in one step of a leg coordinate (in 1/rod length) and of the platform (in radians and
 #: rod lengths). A continuous branch changes less if the step is small enough, a jump does not.
 LARGEST_CHANGE = 0.5
-#: Overshoot of a step, relative, that is rounding.
-SLACK = 1e-6
 #: A goal nearer than this is reached [rad, rod lengths].
 ARRIVED = 1e-9
-#: Measures that count on the way to motor setpoints.
-OF_MOTOR_SETPOINTS = tuple(name for name in MEASURES if name != "inverse_singularity")
+#: Measures that count on the way to motors: the inverse problem matters to platform setpoints only.
+_ON_WAY_TO_MOTORS = tuple(name for name in MEASURES if name != "inverse_singularity")
+#: Measures that may count together.
+WATCHED = (_ON_WAY_TO_MOTORS, MEASURES)
 
 
 @dataclass(frozen=True)
@@ -113,13 +114,13 @@ class SetpointFollower:
         self.orders = 0
         self._goal: Goal | None = None
         self._ages = True
-        self._returning, self._under_way = False, False
+        self._returning, self._under_way, self._stood = False, False, True
         self._action = Action.NONE
         self._reach = 1.0
         self._refusal: Refusal | None = None
         self._burdened = False
         self._worsening: frozenset[str] = frozenset(MEASURES)
-        self._motor_steps_per_way = math.nan
+        self._pose_steps = PoseSteps(robot)
 
     @property
     def settings(self) -> Settings:
@@ -181,7 +182,7 @@ class SetpointFollower:
         self._returning, self._under_way, self._stirred = False, True, True
         self.watchdog.feed(now)
 
-    def aim(self, current: Equilibrium, now: float) -> Floats | None:
+    def aim(self, current: Assessment, now: float) -> Floats | None:
         """Where the next tick takes the motors, (n,) [rad or m], if nothing slows them down.
 
         None: that is not known before it is solved, or they stay where they are.
@@ -190,13 +191,17 @@ class SetpointFollower:
             current: Where the robot is.
             now: Steady time [s].
         """
-        goal = self._goal
-        at_full_speed = self._reach == 1.0 and not (self.paused or self._returning)
-        if not isinstance(goal, MotorGoal) or not at_full_speed or self.stale(now):
+        if self._goal is None or self._reach < 1.0 or self.paused or self._returning:
             return None
-        if goal.remaining(current) <= ARRIVED:
+        goal = self.corrected(self._goal)
+        if self.stale(now) or goal.remaining(current.equilibrium) <= ARRIVED:
             return None
-        return goal.at(current, self._part_of_way(current, goal, 1.0))
+        if isinstance(goal, MotorGoal):
+            start = current.equilibrium
+            return goal.at(start, self._part_of_way(start, goal, 1.0))
+        if isinstance(goal, PoseGoal):
+            return self._first_towards(current, goal, 1.0)
+        return None
 
     def drop(self, reason: str = "") -> None:
         """Forget the setpoint and hold; the reason is for who sent it."""
@@ -253,6 +258,7 @@ class SetpointFollower:
                 state = State.RETURNING if self._returning else State.FOLLOWING
                 if burden or self._refusal:
                     state = State.HALTED
+        self._stood = not self._under_way
         refusal = burden or self._refusal
         told = self.judge(borne, refusal, stale=state == State.STALE)
         return Outcome(borne, moved, state, told, home_missed, refusal, obeyed)
@@ -278,7 +284,7 @@ class SetpointFollower:
         self, current: Assessment, refusal: Refusal | None = None, *, stale: bool = False
     ) -> Verdict:
         """What a supervisor is told about an equilibrium now."""
-        watched = self._watched()
+        watched = self.watched
         told = verdict(
             current,
             self.settings.thresholds,
@@ -292,9 +298,10 @@ class SetpointFollower:
         self._action = told.action
         return told
 
-    def _watched(self) -> tuple[str, ...]:
-        """Measures that count: the inverse problem matters to platform setpoints only."""
-        return MEASURES if isinstance(self._goal, PoseGoal) else OF_MOTOR_SETPOINTS
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """Measures that count now."""
+        return MEASURES if isinstance(self._goal, PoseGoal) else _ON_WAY_TO_MOTORS
 
     def _move(self, current: Assessment, goal: Goal) -> Assessment:
         """One step towards the goal, or the same equilibrium if it is refused."""
@@ -327,25 +334,22 @@ class SetpointFollower:
             return attempt(current, goal.aim(start, factor, self._motor_steps), 1.0, start.loads)
         if isinstance(goal, MotorGoal):
             return attempt(current, goal, self._part_of_way(start, goal, factor), start.loads)
-        remaining = goal.remaining(start)
-        per_way = self._motor_steps_per_way
-        if math.isnan(per_way):  # not known yet: feel the way
-            factor_of_way = 1e-3 * factor
-        else:
-            factor_of_way = min(factor, 0.9 * factor / max(per_way, 1e-12))
-        length = self.settings.max_speed * self.period
-        for _ in range(6):
-            fraction = _whole(factor_of_way * length / remaining)
-            ahead = attempt(current, goal, fraction, start.loads)
-            if isinstance(ahead, Refusal):
-                return ahead
-            steps = self._ticks_between(start.motors, ahead.equilibrium.motors)
-            # Motor steps per step of the platform: the platform is as fast as the motors allow.
-            self._motor_steps_per_way = steps * length / (fraction * remaining)
-            if steps <= factor * (1.0 + SLACK):
-                return ahead
-            factor_of_way = 0.9 * factor_of_way * factor / steps
-        return Refusal("inverse_singularity", "the motors would have to move beyond their speed")
+        assert isinstance(goal, PoseGoal)
+        aim = self._first_towards(current, goal, factor)
+        if aim is not None:
+            return self._pose_steps.first_step(current, goal, aim, self._steps_of_motors)
+        longest = self.settings.max_speed * self.period
+        return self._pose_steps.step(current, goal, factor, self._steps_of_motors, longest)
+
+    def _first_towards(self, current: Assessment, goal: PoseGoal, factor: float) -> Floats | None:
+        """Where the first step out of rest takes the motors, (n,), without a solution.
+
+        None: it is not the first one, or the goal is corrected or moved from tick to tick: then every
+        tick is to end exactly there.
+        """
+        if not self._stood or goal is not self._goal or goal.driven:
+            return None
+        return self._pose_steps.first(current, goal, factor, self._steps_of_motors)
 
     def _crossing(self, current: Assessment, ahead: Assessment) -> Refusal | None:
         """Why the robot must not go there, if so; a measure that cannot be had is a reason."""
@@ -359,7 +363,7 @@ class SetpointFollower:
             return Refusal("branch_jump", "the next equilibrium is not near this one")
         if ahead.index > current.index:
             return Refusal("margin", "the next equilibrium is unstable with the motors held")
-        for name in self._watched():
+        for name in self.watched:
             first, last = current.value(name), ahead.value(name)
             stop = self.settings.thresholds[name].stop
             if math.isnan(last):
@@ -376,12 +380,12 @@ class SetpointFollower:
     def _worse(self, current: Assessment, ahead: Assessment) -> frozenset[str]:
         """Measures that fall on the way."""
         return frozenset(
-            name for name in self._watched() if falls(current.value(name), ahead.value(name))
+            name for name in self.watched if falls(current.value(name), ahead.value(name))
         )
 
     def _speed_scale(self, current: Assessment, worsening: Iterable[str]) -> float:
         """Factor on the speed of a motion that worsens these measures."""
-        thresholds, watched = self.settings.thresholds, self._watched()
+        thresholds, watched = self.settings.thresholds, self.watched
         levels = [
             thresholds[name].level(current.value(name)) for name in worsening if name in watched
         ]
@@ -393,7 +397,7 @@ class SetpointFollower:
 
     def _part_of_way(self, start: Equilibrium, goal: MotorGoal, factor: float) -> float:
         """Part of the way to motors that a tick takes at a fraction of their speed."""
-        return _whole(factor / self._ticks_between(start.motors, goal.motors))
+        return whole(factor / self._ticks_between(start.motors, goal.motors))
 
     def _misses_home(self, current: Equilibrium) -> bool:
         """Whether this is another equilibrium than home, though nothing else acts."""
@@ -401,8 +405,3 @@ class SetpointFollower:
         # By their numbers: after a wrench those of the description are other objects.
         same_loads = compared(current.loads) == compared(home.loads)
         return same_loads and change_between(current, home) > 1e-6
-
-
-def _whole(fraction: float) -> float:
-    """A fraction of the way, the whole of it if nothing worth a step of its own would be left."""
-    return 1.0 if fraction > 1.0 - 0.5 * SLACK else fraction

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core.model.assessment import Assessment, Thresholds
+from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
 
 from .goals import MotorGoal
 from .steps import attempt, change_between
@@ -36,18 +36,17 @@ class Surroundings:
         current: Where the robot is.
     """
 
-    def __init__(self, current: Assessment, steps: Floats, measures: Iterable[str]) -> None:
+    def __init__(self, current: Assessment, steps: Floats) -> None:
         """Know nothing yet.
 
         Args:
             current: Where the robot is.
             steps: How far every motor may go, (n,) [rad or m].
-            measures: What is looked at.
         """
         self.current = current
         self._ahead = [(number, way) for number, step in enumerate(steps) for way in (step, -step)]
         self._ahead.reverse()
-        self._changes = {name: np.zeros(len(steps)) for name in measures}
+        self._changes = {name: np.zeros(len(steps)) for name in MEASURES}
         self._motions = np.zeros(len(steps))
         self._barred = False
 
@@ -80,19 +79,20 @@ class Surroundings:
             if before != after:  # else perhaps both infinite, where nothing limits it
                 changes[number] = np.maximum(changes[number], abs(after - before))  # NaN stays
 
-    def free(self, thresholds: Thresholds, largest_change: float) -> bool:
+    def free(self, thresholds: Thresholds, largest_change: float, measures: Iterable[str]) -> bool:
         """Whether all motors may go up to a step anywhere, without being slowed down.
 
         Args:
             thresholds: Of every measure.
             largest_change: Of a configuration in a step, see :func:`change_between`.
+            measures: Those that count.
         """
         if not self.known or self._barred:
             return False
         if _TOGETHER * self._motions.sum() > largest_change:
             return False
         return all(
-            self.current.value(name) - _TOGETHER * float(changes.sum())
+            self.current.value(name) - _TOGETHER * float(self._changes[name].sum())
             >= max(thresholds[name].warning, thresholds[name].stop)
-            for name, changes in self._changes.items()
+            for name in measures
         )

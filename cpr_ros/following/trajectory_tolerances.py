@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cpr_core.solving.distinct_numbers import distinct
 
-from .measured_motors import Measurement
+from .measured_motors import MotorMeasurement
 from .motor_path import MotorPath
 from .moved_by_others import SETTLING
 from .trajectory_order import TrajectoryOrder
@@ -31,7 +31,7 @@ _LATE_TICKS = 2.0
 
 
 def arrived(
-    order: TrajectoryOrder, path: MotorPath, measured: Measurement | None, missing: str
+    order: TrajectoryOrder, path: MotorPath, measured: MotorMeasurement | None, missing: str
 ) -> bool:
     """Whether motors that are measured are as near to the end as the order wants.
 
@@ -52,7 +52,7 @@ def broken_tolerance(
     path: MotorPath,
     due: float,
     commands: Floats,
-    measured: Measurement | None,
+    measured: MotorMeasurement | None,
     missing: str,
     period: float,
 ) -> tuple[str, str] | None:

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 
 from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robot
-from cpr_core.lie import roll_pitch_yaw, rotation_from_quaternion, turn_about_z
+from cpr_core.lie import checked_quaternion, roll_pitch_yaw, rotation_from_quaternion, turn_about_z
 from cpr_core.solving.refining import restore_equilibrium
 from cpr_core.solving.requests import pose_meaning
 from cpr_core.validation import checked_vector
@@ -121,25 +121,24 @@ def controlled_pose(robot: Robot, message: Pose, *, tilt: float = 1e-9, where: s
     """
     position, orientation = message.position, message.orientation
     values = {"x": position.x, "y": position.y, "z": position.z}
-    controlled = robot.description.controlled
-    read = [name for name in controlled if name in values]
+    read = [name for name in robot.description.controlled if name in values]
     checked_vector(
         f"{where}pose.position", [values[name] for name in read], len(read), " ".join(read)
     )
-    if {"orientation", "angle", "roll", "pitch", "yaw"} & set(controlled):
+    if len(read) < len(robot.description.controlled):
         quaternion = [orientation.w, orientation.x, orientation.y, orientation.z]
         try:
-            rotation = rotation_from_quaternion(quaternion)
+            _, x, y, _ = checked_quaternion(quaternion)
         except InvalidRequest as error:
             raise type(error)(f"{where}pose.orientation", error.problem) from None
-        if robot.planar and rotation[2, 2] < 1.0 - tilt:
+        if robot.planar and 2.0 * (x * x + y * y) > tilt:
             raise InvalidQuaternion(
                 f"{where}pose.orientation", "expected a rotation about z for a planar robot"
             )
         values |= dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
-        values |= dict(
-            zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation).tolist(), strict=True)
-        )
+        if robot.controls_angles:
+            angles = roll_pitch_yaw(rotation_from_quaternion(quaternion)).tolist()
+            values |= dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
         values["angle"] = turn_about_z(orientation.w, orientation.z)
     return np.array([values[name] for name in pose_meaning(robot)])
 

@@ -245,6 +245,9 @@ class Session:
         aim = self.first_step.aim(current, now)
         if aim is None or self._commands_held or not self.admission.aligned:
             return None
+        goal = self.follower.goal
+        if not self.loop.at_rest(goal) or self.jogger.drives(goal):
+            return None  # the goal is another in this tick
         if self.commands.newest is None or not self.wrench.at_rest(current.equilibrium.loads):
             return None
         self._commanded_ahead = True

@@ -142,6 +142,28 @@ def test_log_of_exact_half_turns(axis):
     assert abs(vector @ axis) == pytest.approx(math.pi, abs=1e-15)
 
 
+@given(rotations, rotations)
+@FAST
+def test_the_turn_between_quaternions_is_that_between_rotations(first, last):
+    """Whatever their signs and, to what is taken for a rotation, their lengths."""
+    turn = lie.rotation_log(last @ first.T)
+    quaternions = [lie.quaternion_from_rotation(rotation) for rotation in (first, last)]
+    for sign, length in ((1.0, 1.0), (-1.0, 1.0), (1.0, 1.0005)):
+        found = lie.turn_between(quaternions[0], sign * length * quaternions[1])
+        assert_allclose(lie.rotation_exp(found) @ first, last, atol=1e-14)
+        assert np.linalg.norm(found) <= np.pi + 1e-12
+        if np.linalg.norm(turn) < 3.1:
+            assert_allclose(found, turn, atol=1e-14)
+    assert_allclose(lie.turn_between(quaternions[0], quaternions[0]), np.zeros(3), atol=0.0)
+
+
+@pytest.mark.parametrize("angle", [1e-300, 1e-16, 1e-13, 1e-9])
+def test_small_turns_between_quaternions_keep_their_digits(angle):
+    axis = np.array([0.6, 0.0, -0.8])
+    small = np.concatenate([[1.0], 0.5 * angle * axis])
+    assert_allclose(lie.turn_between([1.0, 0, 0, 0], small), angle * axis, rtol=1e-14)
+
+
 def test_log_of_the_identity_is_exactly_zero():
     assert np.array_equal(lie.rotation_log(np.eye(3)), np.zeros(3))
 

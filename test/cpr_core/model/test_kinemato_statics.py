@@ -11,9 +11,14 @@ from helpers.shipped_steps import REDUNDANT, STEPS
 from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home, solve_inverse
 from cpr_core.description.chain import Turn
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.lie import rotation_log
+from cpr_core.lie import quaternion_from_rotation, rotation_exp, rotation_log
 from cpr_core.model.kinemato_statics import kinemato_statics
 from cpr_core.model.problem_units import problem_units
+from cpr_core.solving.requests import pose_meaning
+
+#: Axes of the platform that numbers of a pose move; the turns of a quaternion.
+AXES = {"roll": 0, "pitch": 1, "yaw": 2, "angle": 2, "x": 3, "y": 4, "z": 5}
+TURNS = {True: (0, 1, 2), False: ()}
 
 
 def placed(name):
@@ -233,6 +238,27 @@ def test_the_inverse_prediction_is_the_slope_of_inverse_solves():
     motion = difference(lambda a: body_twist(start, solved(a)), 0.1)
     motors = difference(lambda a: solved(a).motors - start.motors, 0.1)
     close(kinemato_statics(start).predict_inverse(motion).motors, motors)
+
+
+def test_motors_by_pose_are_the_slopes_of_inverse_solves(here_square):
+    """By every coordinate, in the order of the platform's axes whatever that of the description."""
+    robot, names = here_square.robot, pose_meaning(here_square.robot)
+    axes = sorted({AXES[name] for name in names if name in AXES} | set(TURNS["qw" in names]))
+    slopes = kinemato_statics(here_square).motors_by_pose
+    assert slopes.shape == (robot.motor_count, len(axes))
+    for column, axis in enumerate(axes):
+
+        def motors(amount, axis=axis):
+            pose = here_square.pose
+            if "qw" in names and axis < 3:
+                turned = rotation_exp(amount * np.eye(3)[axis]) @ here_square.platform_rotation
+                pose[names.index("qw") :][:4] = quaternion_from_rotation(turned)
+            else:
+                moved = next(number for number, name in enumerate(names) if AXES.get(name) == axis)
+                pose[moved] += amount
+            return solve_inverse(robot, pose, start=here_square, loads=here_square.loads).motors
+
+        close(slopes[:, column], difference(motors, 1e-5))
 
 
 def test_the_inverse_singularity_of_the_six_rfs_path():

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.drive import PERIOD, SETTINGS, Drive, robot
-from helpers.shipped_steps import STEPS
+from helpers.shipped_steps import REDUNDANT, STEPS
 
 from cpr_core import solve_forward, solve_home
 from cpr_core.model.assessment import Assessment, Threshold
@@ -104,13 +104,79 @@ def test_what_is_known_holds_of_this_place_and_these_settings_only():
     assert rest.aim() is None  # where it has to be slow it is solved first
 
 
-def test_who_does_not_go_straight_to_motors_at_full_speed_is_solved_first():
+@pytest.mark.parametrize("name", sorted(set(STEPS) - set(REDUNDANT)))
+@pytest.mark.parametrize("part", [1e-3, 1.0])
+def test_the_first_step_towards_a_pose_is_along_the_tangent(name, part):
+    """To the last bit what the tick takes, looked around or not; then straight to the pose."""
+    rest, direct = Rest(name, max_speed=0.1), Rest(name, max_speed=0.1)
+    motors = rest.motors + part * np.array(STEPS[name])
+    pose = solve_forward(rest.robot, motors, start=rest.current.equilibrium).pose
+    rest.look_around()
+    for each in (rest, direct):
+        each.follow(PoseGoal(each.robot, pose))
+    aim = rest.aim()
+    assert direct.aim() is None
+    # As above, a leg that is nearly straight; the inverse problem of the others is far from singular.
+    assert aim is not None or name == "gough_stewart"
+    first = rest.tick()
+    after = first.assessment.equilibrium.motors
+    np.testing.assert_array_equal(direct.tick().assessment.equilibrium.motors, after)
+    if aim is not None:
+        np.testing.assert_array_equal(after, aim)
+    if part < 1.0:  # all of it, but for its bend
+        left = PoseGoal(rest.robot, pose).remaining(first.assessment.equilibrium)
+        assert left < 1e-2 * PoseGoal(rest.robot, pose).remaining(solve_home(rest.robot))
+    rest.until_state(State.IDLE)
+    np.testing.assert_allclose(rest.current.equilibrium.pose, pose, atol=1e-9)
+
+
+def test_a_way_of_less_than_a_tick_is_gone_at_once_but_for_its_bend():
+    rest = Rest("six_rfs")
+    start = rest.current.equilibrium
+    pose = solve_forward(rest.robot, start.motors + 0.2 * PERIOD, start=start).pose
+    rest.look_around()
+    goal = PoseGoal(rest.robot, pose)
+    rest.follow(goal)
+    whole = goal.remaining(start)
+    rest.tick()
+    assert 1e-9 < goal.remaining(rest.current.equilibrium) < 1e-2 * whole
+    rest.tick()
+    assert goal.remaining(rest.current.equilibrium) < 1e-9
+
+
+def test_towards_a_pose_the_inverse_singularity_counts_too():
+    rest = Rest("rfrfr")
+    value = rest.current.inverse_singularity
+    near = SETTINGS.thresholds | {"inverse_singularity": Threshold(1.0001 * value, 0.0)}
+    rest.follower.settings = replace(SETTINGS, thresholds=near)
+    rest.look_around()
+    rest.follow(PoseGoal(rest.robot, rest.current.equilibrium.pose + 0.001))
+    assert rest.aim() is None
+    rest.follow(MotorGoal(rest.robot, rest.motors + 0.01))
+    assert rest.aim() is not None
+
+
+def test_the_way_to_a_pose_that_is_corrected_or_driven_is_solved_first():
+    rest = Rest("rfrfr")
+    rest.look_around()
+    pose = rest.current.equilibrium.pose
+    goal = PoseGoal(rest.robot, pose + 0.001)
+    rest.follow(goal)
+    assert rest.aim() is not None
+    rest.follower.corrected = lambda followed: followed.at(followed.pose + 1e-5)
+    assert rest.aim() is None
+    driven = Rest("rfrfr")
+    driven.look_around()
+    goal.driven = True
+    driven.follow(goal)
+    assert driven.aim() is None
+
+
+def test_who_does_not_go_straight_at_full_speed_is_solved_first():
     rest = Rest("rfrfr", setpoint_timeout=0.5)
     rest.look_around()
     follower, motors = rest.follower, rest.motors
     assert rest.aim() is None  # nobody asks for anything
-    rest.follow(PoseGoal(rest.robot, rest.current.equilibrium.pose + 0.001))
-    assert rest.aim() is None
     rest.follow(MotorGoal(rest.robot, motors))
     assert rest.aim() is None  # it is there
     rest.follow(MotorGoal(rest.robot, motors + 0.1))

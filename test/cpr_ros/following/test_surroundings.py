@@ -21,11 +21,13 @@ from cpr_ros.following.surroundings import Surroundings
 NOTHING = {name: Threshold(-math.inf, -math.inf) for name in MEASURES}
 
 
-def looked_around(current, steps, measures=MEASURES):
+def looked_around(current, steps):
     """And how many looks it took."""
-    around, looks = Surroundings(current, steps, measures), 0
+    around, looks = Surroundings(current, steps), 0
     while not around.known:
-        assert not around.free(NOTHING, math.inf)  # nothing is sure before everything is known
+        assert not around.free(
+            NOTHING, math.inf, MEASURES
+        )  # nothing is sure before everything is known
         around.look()
         looks += 1
     return around, looks
@@ -39,7 +41,7 @@ def lowest(around, name):
     low, high = value - 10.0 * abs(value) - 10.0, value
     for _ in range(60):
         middle = 0.5 * (low + high)
-        free = around.free(NOTHING | {name: Threshold(middle, -math.inf)}, math.inf)
+        free = around.free(NOTHING | {name: Threshold(middle, -math.inf)}, math.inf, MEASURES)
         low, high = (middle, high) if free else (low, middle)
     return low
 
@@ -55,7 +57,7 @@ def test_no_measure_falls_further_however_the_motors_step(name):
         steps = motor_steps(loaded, 1.0, PERIOD)
         around, looks = looked_around(current, steps)
         assert looks == 2 * len(steps)
-        assert around.free(NOTHING, math.inf)
+        assert around.free(NOTHING, math.inf, MEASURES)
         least = {measure: lowest(around, measure) for measure in MEASURES}
         for _ in range(8):
             step = steps * random.choice([-1.0, 1.0, *random.uniform(-1.0, 1.0, 2)], len(steps))
@@ -71,15 +73,15 @@ def test_a_measure_near_its_warning_leaves_no_step_free():
     loaded = robot("rfrfr")
     current = Assessment(solve_home(loaded))
     around, _ = looked_around(current, motor_steps(loaded, 1.0, PERIOD))
-    assert around.free(THRESHOLDS, LARGEST_CHANGE)
+    assert around.free(THRESHOLDS, LARGEST_CHANGE, MEASURES)
     for name in MEASURES:
         value = current.value(name)
         if math.isfinite(value):
             near = Threshold(value - 1e-9, -math.inf)
-            assert not around.free(THRESHOLDS | {name: near}, LARGEST_CHANGE), name
+            assert not around.free(THRESHOLDS | {name: near}, LARGEST_CHANGE, MEASURES), name
             crossed = Threshold(-math.inf, value - 1e-9)
-            assert not around.free(THRESHOLDS | {name: crossed}, LARGEST_CHANGE), name
-    assert not around.free(THRESHOLDS, 1e-6)
+            assert not around.free(THRESHOLDS | {name: crossed}, LARGEST_CHANGE, MEASURES), name
+    assert not around.free(THRESHOLDS, 1e-6, MEASURES)
 
 
 def test_a_motor_at_its_limit_goes_no_further():
@@ -93,8 +95,8 @@ def test_a_motor_at_its_limit_goes_no_further():
     loaded = changed_robot("rfrfr", limited)
     current = Assessment(solve_home(loaded))
     around, _ = looked_around(current, motor_steps(loaded, 1.0, PERIOD))
-    assert around.free(NOTHING, LARGEST_CHANGE)
-    assert not around.free(THRESHOLDS, LARGEST_CHANGE)
+    assert around.free(NOTHING, LARGEST_CHANGE, MEASURES)
+    assert not around.free(THRESHOLDS, LARGEST_CHANGE, MEASURES)
 
 
 def test_where_a_place_nearby_cannot_be_borne_no_step_is_free():
@@ -108,7 +110,7 @@ def test_where_a_place_nearby_cannot_be_borne_no_step_is_free():
     current = Assessment(solve_home(loaded))
     around, looks = looked_around(current, motor_steps(loaded, 1.0, PERIOD))
     assert looks < 4  # what is known already is enough
-    assert not around.free(NOTHING, math.inf)
+    assert not around.free(NOTHING, math.inf, MEASURES)
 
 
 def test_a_measure_that_is_not_defined_nearby_leaves_no_step_free(monkeypatch):
@@ -121,7 +123,7 @@ def test_a_measure_that_is_not_defined_nearby_leaves_no_step_free(monkeypatch):
 
     monkeypatch.setattr(Assessment, "value", undefined)
     around, _ = looked_around(current, motor_steps(loaded, 1.0, PERIOD))
-    assert not around.free(NOTHING, math.inf)
+    assert not around.free(NOTHING, math.inf, MEASURES)
 
 
 def test_where_measures_cannot_be_had_no_step_is_free(monkeypatch):
@@ -135,4 +137,4 @@ def test_where_measures_cannot_be_had_no_step_is_free(monkeypatch):
     monkeypatch.setattr(Assessment, "forward_singularity", property(failing))
     around, looks = looked_around(current, motor_steps(loaded, 1.0, PERIOD))
     assert looks == 1
-    assert not around.free(NOTHING, math.inf)
+    assert not around.free(NOTHING, math.inf, MEASURES)

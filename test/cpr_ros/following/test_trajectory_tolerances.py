@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cpr_ros.following.measured_motors import MeasuredMotors, Measurement
+from cpr_ros.following.measured_motors import MeasuredMotors, MotorMeasurement
 from cpr_ros.following.motor_path import MotorPath
 from cpr_ros.following.moved_by_others import SETTLING
 from cpr_ros.following.trajectory_order import TrajectoryOrder
@@ -33,7 +33,7 @@ def broken(wanted, due, commands, measured=None, missing=""):
 @given(due=st.floats(0.0, 2.0), age=st.floats(0.0, 0.4))
 def test_motors_that_were_where_they_should_be_then_break_nothing(due, age):
     """However long ago that was: the path is looked at as it was at that time."""
-    measured = Measurement(PATH.at(due - age)[0], age)
+    measured = MotorMeasurement(PATH.at(due - age)[0], age)
     assert broken(order([1e-9, 1e-9]), due, PATH.at(due)[0], measured) is None
 
 
@@ -41,7 +41,7 @@ def test_motors_that_were_where_they_should_be_then_break_nothing(due, age):
 def test_motors_that_lag_break_the_tolerance_they_are_beyond(due, lag):
     commands = PATH.at(due)[0]
     away = np.array([0.0, lag])
-    measured = Measurement(commands + away, 0.0)
+    measured = MotorMeasurement(commands + away, 0.0)
     assert broken(order([1e-6, 1.01 * lag]), due, commands, measured) is None
     measure, text = broken(order([1e-6, 0.99 * lag]), due, commands, measured)
     assert measure == "path_tolerance"
@@ -50,12 +50,12 @@ def test_motors_that_lag_break_the_tolerance_they_are_beyond(due, lag):
 
 def test_commands_come_first_and_are_not_called_measured():
     sent = PATH.at(1.0)[0] - 0.1
-    _, text = broken(order([0.05, 0.05]), 1.0, sent, Measurement(sent, 0.0))
+    _, text = broken(order([0.05, 0.05]), 1.0, sent, MotorMeasurement(sent, 0.0))
     assert "motor1 is 0.1 from where the trajectory has it" in text
 
 
 def test_without_a_tolerance_any_error_is_one():
-    lost = Measurement(np.array([5.0, 5.0]), 0.0)
+    lost = MotorMeasurement(np.array([5.0, 5.0]), 0.0)
     for due in (1.0, 2.0, 100.0):
         assert broken(order(), due, PATH.at(due)[0], lost) is None
     assert arrived(order(), PATH, lost, "")
@@ -63,7 +63,7 @@ def test_without_a_tolerance_any_error_is_one():
 
 def test_at_the_end_measured_motors_have_the_time_to_arrive():
     wanted = order(goal_tolerance=[0.01, np.inf])
-    near, far = (Measurement(PATH.last - [error, 1.0], 0.0) for error in (0.009, 0.011))
+    near, far = (MotorMeasurement(PATH.last - [error, 1.0], 0.0) for error in (0.009, 0.011))
     assert arrived(wanted, PATH, near, "")
     assert arrived(wanted, PATH, None, "")
     assert not arrived(wanted, PATH, far, "")
@@ -78,7 +78,7 @@ def test_at_the_end_measured_motors_have_the_time_to_arrive():
 @pytest.mark.parametrize(("allowed", "longest"), [(0.1, SETTLING), (2.0, 2.0)])
 def test_a_time_tolerance_that_is_longer_is_given_to_measured_motors_too(allowed, longest):
     wanted = order(goal_tolerance=[0.01, 0.01], goal_time_tolerance=allowed)
-    far = Measurement(PATH.last - 0.1, 0.0)
+    far = MotorMeasurement(PATH.last - 0.1, 0.0)
     assert broken(wanted, 2.0 + 0.99 * longest, PATH.last, far) is None
     assert broken(wanted, 2.0 + 1.01 * longest, PATH.last, far)[0] == "goal_time_tolerance"
 

@@ -17,7 +17,8 @@ from helpers.branches import stable_elsewhere
 from helpers.drive import PERIOD, SETTINGS, robot
 from sensor_msgs.msg import JointState
 
-from cpr_core import solve_forward, solve_home
+from cpr_core import solve_forward, solve_home, solve_inverse
+from cpr_ros.closed_loop.jogging import PlatformTwist
 from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import MotorGoal, PoseGoal
@@ -792,12 +793,50 @@ def test_the_first_command_out_of_rest_is_ahead_of_its_solution_and_the_only_one
     assert len(node.ahead) == 20  # in motion none is
 
 
-def test_the_same_commands_go_out_with_and_without_looking_ahead(node):
+def test_the_first_command_towards_a_pose_is_ahead_of_its_solution_too(node):
+    session, random = node.session, np.random.default_rng(12)
+    robot = session.robot
+    for number in range(1, 21):
+        pose = session.solver.current.equilibrium.pose + random.uniform(-0.01, 0.01, 2)
+        session.follow(PoseGoal(robot, pose), node.now)
+        before, sent = session.commands.newest, len(node.commands)
+        assert node.tick().obeyed
+        assert len(node.commands) == sent + 1
+        assert len(node.ahead) == number
+        np.testing.assert_array_equal(node.ahead[-1], session.solver.current.equilibrium.motors)
+        np.testing.assert_array_equal(node.commands[-1], node.ahead[-1])
+        assert np.abs(node.ahead[-1] - before).max() <= PERIOD * (1.0 + 1e-6)
+        node.rest()
+        there = solve_inverse(robot, pose, start=session.solver.current.equilibrium).motors
+        np.testing.assert_allclose(node.commands[-1], there, rtol=0.0, atol=1e-9)
+    assert len(node.ahead) == 20
+
+
+def test_a_goal_that_moves_in_the_tick_is_solved_first(node, monkeypatch):
+    session, pose = node.session, node.session.solver.current.equilibrium.pose
+    session.follow(PoseGoal(session.robot, pose + 0.001), node.now)
+    with monkeypatch.context() as patched:
+        patched.setattr(session.loop, "at_rest", lambda goal: False)  # a correction is on its way
+        assert session.command_ahead(node.now) is None
+    assert session.command_ahead(node.now) is not None
+    node.rest(1.0)
+    twist = PlatformTwist(np.array([0.0, 0.0, 0.0, 0.01, 0.0, 0.0]), in_platform=False)
+    session.jog(twist, node.now)
+    assert session.command_ahead(node.now) is None
+
+
+@pytest.mark.parametrize("given", ["motors", "pose"])
+def test_the_same_commands_go_out_with_and_without_looking_ahead(node, given):
     plain = Bench()
-    home = plain.session.solver.current.equilibrium.motors
+    start = plain.session.solver.current.equilibrium
+    home = start.motors
     plain.session.commands.place(home)
     for bench in (plain, node):
-        bench.session.follow(MotorGoal(bench.session.robot, home + [0.3, -0.2]), bench.now)
+        goals = {
+            "motors": MotorGoal(bench.session.robot, home + [0.3, -0.2]),
+            "pose": PoseGoal(bench.session.robot, start.pose + [0.1, -0.05]),
+        }
+        bench.session.follow(goals[given], bench.now)
         while bench.tick().state != State.IDLE:
             pass
     assert len(node.ahead) == 1

@@ -1,0 +1,130 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Steps towards a pose: as long as the speed of the motors allows. No ROS here.
+
+How far motors go for a step of the platform is not known before it is solved: it is learnt from step to
+step.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core import InvalidRequest, Robot
+from cpr_core.model.assessment import Assessment
+
+from .goals import SLACK, MotorGoal, PoseGoal, largest_way, whole
+from .steps import attempt
+from .supervision import Refusal
+
+__all__ = ["PoseSteps"]
+
+Floats = NDArray[np.float64]
+
+#: Part of a tick's way that the first step makes: along the tangent, which is not quite straight.
+_FIRST = 0.1
+#: Of what a step is expected to take, so that it need not be solved again.
+_EXPECTED = 0.9
+#: Part of a tick's way that feels it.
+_FELT = 1e-3
+#: How often a step is made shorter.
+_ATTEMPTS = 6
+#: A step that leads no nearer than this has told nothing [rad, rod lengths].
+_NO_NEARER = 1e-9
+#: Motors that need fewer ticks for a rad or a rod length of the platform hardly move.
+_NO_TICKS = 1e-9
+
+
+class PoseSteps:
+    """Steps of one robot on its way to a pose."""
+
+    def __init__(self, robot: Robot) -> None:
+        """Know nothing of any way."""
+        self._robot = robot
+        self._ticks_per_way = math.nan  # of motors at full speed, by way of the platform
+
+    def first(
+        self, current: Assessment, goal: PoseGoal, factor: float, motor_steps: list[float]
+    ) -> Floats | None:
+        """Where the first step out of rest takes the motors, (n,) [rad or m]: along the tangent.
+
+        It needs no solution, and leaves the straight way in the pose by the square of its length: so it
+        is short, or all of a way that takes no more than a tick. None: the tangent does not tell, or
+        leads a motor beyond its range.
+
+        Args:
+            current: Where the robot is.
+            goal: Where it is to go.
+            factor: Part of their speed that motors may have.
+            motor_steps: How far every motor goes in a tick at full speed, (n,) [rad or m].
+        """
+        start, way = current.equilibrium.motors, goal.motors_ahead(current)
+        if way is None:
+            return None
+        ticks = largest_way(start, start + way, motor_steps)
+        if not 0.0 < ticks < math.inf:
+            return None
+        part = 1.0 if ticks <= factor else _FIRST * factor / ticks
+        try:
+            aim = MotorGoal(self._robot, start + part * way)
+        except InvalidRequest:  # no rod would be left
+            return None
+        return None if aim.clipped else aim.motors
+
+    def step(
+        self,
+        current: Assessment,
+        goal: PoseGoal,
+        factor: float,
+        motor_steps: list[float],
+        platform_step: float,
+    ) -> Assessment | Refusal:
+        """Solve where the next step leads.
+
+        Args:
+            current: Where the robot is.
+            goal: Where it is to go.
+            factor: Part of their speed that motors and platform may have.
+            motor_steps: How far every motor goes in a tick at full speed, (n,) [rad or m].
+            platform_step: How far the platform goes in a tick at most [rad, rod lengths].
+        """
+        start, remaining = current.equilibrium, goal.remaining(current.equilibrium)
+        way = factor * platform_step
+        if math.isnan(self._ticks_per_way):
+            way *= _FELT
+        else:
+            way = min(way, _EXPECTED * factor / max(self._ticks_per_way, _NO_TICKS))
+        for _ in range(_ATTEMPTS):
+            fraction = whole(way / remaining)
+            ahead = attempt(current, goal, fraction, start.loads)
+            if isinstance(ahead, Refusal):
+                return ahead
+            ticks = largest_way(start.motors, ahead.equilibrium.motors, motor_steps)
+            self._ticks_per_way = ticks / (fraction * remaining)
+            if ticks <= factor * (1.0 + SLACK):
+                return ahead
+            way *= _EXPECTED * factor / ticks
+        return Refusal("inverse_singularity", "the motors would have to move beyond their speed")
+
+    def first_step(
+        self, current: Assessment, goal: PoseGoal, aim: Floats, motor_steps: list[float]
+    ) -> Assessment | Refusal:
+        """Solve where the first step leads.
+
+        Args:
+            current: Where the robot is.
+            goal: Where it is to go.
+            aim: Where the step takes the motors, (n,) [rad or m].
+            motor_steps: How far every motor goes in a tick at full speed, (n,) [rad or m].
+        """
+        start = current.equilibrium
+        ahead = attempt(current, MotorGoal(self._robot, aim), 1.0, start.loads)
+        if isinstance(ahead, Assessment):
+            nearer = goal.remaining(start) - goal.remaining(ahead.equilibrium)
+            ticks = largest_way(start.motors, aim, motor_steps)
+            self._ticks_per_way = ticks / max(nearer, _NO_NEARER)
+        return ahead
