@@ -59,8 +59,10 @@ def compile_kernels() -> Iterator[str]:
     error_of(home)
     estimate_wrench(robot, home.motors, efforts=home.efforts, effort_deviation=1.0)
     yield "solver"
+    from .solving.find_equilibria import find_equilibria
     from .workspace import map_workspace, pose_grid
 
+    find_equilibria(robot, home.motors, starts=1)
     x, y = home.platform_position[:2].tolist()
     grid = pose_grid(robot, {"x": [x - 0.01, x], "y": [y - 0.01, y]}, resolution=0.01)
     map_workspace(robot, grid, workers=0)

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
@@ -14,21 +13,19 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
+from ..kernels.closing_kernel import close_joints
 from ..kernels.kernel_arrays import LoadArrays
-from ..kernels.prepared_robot import evaluate_prepared
 from ..kernels.square_problem import Tolerances
 from ..model.equilibrium import Equilibrium, corrected, record_of
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_count, checked_vector
-from .assembly import Shape, moved_shape, turned_over, with_best_multipliers
+from .assembly import Shape, turned_over, with_best_multipliers
 from .geometrico_statics import solve_forward
 from .not_reached import NotReached
-from .rough_shape import platform_between_tips
 from .targets import check_rod_lengths
 
 __all__ = ["FoundEquilibrium", "find_equilibria", "merged_equilibria"]
@@ -40,10 +37,6 @@ Integers = NDArray[np.int64]
 _MOST_STARTS = 1_000_000
 #: Bending of random starts: smallest and largest standard deviation of the curvature times the length.
 _BENDING = (0.3, 3.0)
-#: Steps that close the joints of a start.
-_CLOSING_STEPS = 30
-#: A joint that nothing can move to (a straight rod is one, along itself) stays open: relative.
-_DAMPING = 1e-12
 #: Newton steps of one start.
 _STEPS = 60
 #: States nearer than this (dimensionless) are the same equilibrium.
@@ -173,12 +166,14 @@ class _Spread(NamedTuple):
         strain: State indices of the strain coordinates of its rods, (m,).
         lengths: Length of the rod of each, (m,) [m].
         orders: Order of the shape function of each, (m,).
+        forces: State indices of the multipliers that hold the tips' positions, (L, 2) or (L, 3).
     """
 
     passive: Integers
     strain: Integers
     lengths: Floats
     orders: Integers
+    forces: Integers
 
 
 def _spread(robot: Robot) -> _Spread:
@@ -190,6 +185,7 @@ def _spread(robot: Robot) -> _Spread:
         np.concatenate([states[rod.strain] for rod in rods]),
         np.concatenate([[rod.element.rod.length] * rod.element.modes.total for rod in rods]),
         np.concatenate([np.arange(n) for rod in rods for n in rod.element.modes.counts]),
+        np.array([states[leg.forces] for leg in robot.numbers.legs]),
     )
 
 
@@ -216,52 +212,20 @@ def _searched(
     elif not robot.planar:
         rotation = np.linalg.qr(random.normal(size=(3, 3)))[0].copy()  # numpy's is ready sooner
         rotation *= np.sign(np.linalg.det(rotation))
-    position = platform_between_tips(robot, state, rotation)
-    if robot.planar:
-        position[2] = 0.0
-
-    shape = _closed(robot, forces, Shape(state, rotation, position))
-    if shape is None:
+    position, held = np.empty(3), robot.multiplier_indices.copy()  # read-only is another type
+    if not close_joints(robot.prepared, forces, spread.forces, held, state, rotation, position):
         return None
-    state = with_best_multipliers(robot, forces, shape)
-    rotation, position = shape.platform_rotation.copy(), shape.platform_position.copy()
+    state = with_best_multipliers(robot, forces, Shape(state, rotation, position))
     tolerances = Tolerances(iterations=_STEPS, contraction=1.0)
     rough = record_of(robot, state, rotation, position)
     found = corrected(robot, loads, forces, rough, tolerances)
-    if not found.converged or not robot.rods_exist(found.state) or turned_over(found) is not None:
-        return None
-    return found
-
-
-def _closed(robot: Robot, forces: LoadArrays, shape: Shape) -> Shape | None:
-    """A shape with its joints closed by the smallest motions; None if they do not close."""
-    arrays, held, size = robot.arrays, robot.multiplier_indices, robot.state_size
-    moving, prepared = robot.moving_indices, robot.prepared
-    unit, places = arrays.unit[held] / arrays.energy_unit, size * held[:, None] + moving
-    units = unit[:, None] * arrays.unit[moving]
-    residual, tangent = np.empty(size), np.zeros((size, size))
-    for _ in range(_CLOSING_STEPS):
-        rotation, position = shape.platform_rotation, shape.platform_position
-        evaluate_prepared(prepared, forces, shape.state, rotation, position, residual, tangent)
-        gaps = residual[held] * unit
-        if np.abs(gaps).max() < 1e-3:
-            return shape
-        slopes = tangent.take(places) * units
-        stiffness = slopes @ slopes.T
-        stiffness.flat[:: len(held) + 1] += _DAMPING * stiffness.trace()
-        _, pull, failed = scipy.linalg.lapack.dposv(stiffness, gaps)
-        if failed:  # not definite to rounding
-            pull = np.linalg.solve(stiffness, gaps)
-        change = -pull @ slopes
-        change *= min(1.0, 1.0 / math.sqrt(change @ change))
-        shape = moved_shape(robot, shape, moving, change)
-    return None
+    return found if found.converged and robot.rods_exist(found.state) else None
 
 
 def _distinct(
     robot: Robot, candidates: list[Equilibrium], home: Equilibrium | None
 ) -> tuple[FoundEquilibrium, ...]:
-    """Every equilibrium once, by energy."""
+    """Every equilibrium once, by energy; but for home, none with a leg that is turned over."""
     known = ([home] if home is not None else []) + candidates
     shift = 0 if home is None else 1
     return tuple(
@@ -271,6 +235,7 @@ def _distinct(
             starts=sum(number >= shift for number in group),
         )
         for group in _groups(robot, known)
+        if min(group) < shift or turned_over(known[min(group)]) is None
     )
 
 

@@ -15,7 +15,7 @@ from ..description.robot_description import HomeGuess
 from ..model.robot import Robot
 from ..model.shape import Pose, rod_bases, tip_poses
 
-__all__ = ["platform_between_tips", "rough_platforms", "rough_state"]
+__all__ = ["rough_platforms", "rough_state"]
 
 Floats = NDArray[np.float64]
 
@@ -111,17 +111,6 @@ def _rotation_to_tips(robot: Robot, tips: Floats) -> Floats:
     left, _, right = np.linalg.svd(tips.T @ joints / size + stays)
     left[:, 2] *= np.linalg.det(left @ right)  # no reflection
     return np.asarray(left @ right)
-
-
-def platform_between_tips(robot: Robot, state: Floats, rotation: Floats) -> Floats:
-    """Platform position (3,) [m] where its joints are on average at the rod tips.
-
-    Args:
-        robot: The robot.
-        state: State with the motors (N,); multipliers are not read.
-        rotation: R_p in the world, (3, 3).
-    """
-    return _between(robot, _tips(robot, state), rotation)
 
 
 def _between(robot: Robot, tips: Floats, rotation: Floats) -> Floats:
