@@ -13,6 +13,7 @@ from benchmarks.robustness import distance, residual
 from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home
 from cpr_core.reference.conjugate_points import conjugate_points
 from cpr_core.reference.continuous_rods import solve_continuous
+from cpr_core.solving.assembly import turned_over
 from cpr_core.solving.find_equilibria import find_equilibria
 
 SIX = [5.86, 5.56, 5.86, 5.46, 5.86, 5.26]
@@ -69,6 +70,14 @@ def test_the_same_in_other_processes(found):
         assert distance(entry.equilibrium, expected.equilibrium) < 1e-12
     robot = again[0].equilibrium.robot
     assert all(entry.equilibrium.robot is robot for entry in again)
+
+
+def test_no_leg_holds_turned_over():
+    """Its tip joint would hold half a turn away from how it is built; most of this robot's would."""
+    robot = load_robot("planar_body")
+    found = find_equilibria(robot, solve_home(robot).motors, starts=50)
+    assert len(found) >= 2
+    assert [turned_over(entry.equilibrium) for entry in found] == [None] * len(found)
 
 
 def test_progress_is_told():
