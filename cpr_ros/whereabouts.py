@@ -15,7 +15,7 @@ from rclpy.node import Node
 
 from cpr_core import CprError, Equilibrium
 
-from .interface.inputs import MEASURED, newest_measured
+from .interface.first_measured import MEASURED, first_measured
 from .middleware.publishers import other_publishers
 from .operation.kept_state import KeptState, state_folder
 from .operation.session import Session
@@ -136,15 +136,18 @@ class Whereabouts:
                     "to start with start_from:=home, where its motors have to be then"
                 )
             return
-        found = newest_measured(
+        motors, instead = first_measured(
             self._node, self._session.robot, _MEASURED_WAIT, lambda: self._stop.requested
         )
-        if found is not None:
-            self._node.get_logger().info(self.place(found))
+        if motors is not None:
+            self._node.get_logger().info(self.place(motors))
         elif self._from != "home":
+            expected = ", ".join(self._session.robot.motor_names)
+            without = "" if self._lost else "start_from:=last or "
             raise CprError(
-                f"the robot is to start where it is measured, but no {MEASURED} with its motors came "
-                f"in {_MEASURED_WAIT:g} s ({publishers} publishers)"
+                f"the robot is to start where it is measured, but no {MEASURED} with its motors "
+                f"({expected}) came in {_MEASURED_WAIT:g} s: {instead}. If nothing measures them, "
+                f"{without}start_from:=home begins without"
             )
 
     def place(self, motors: NDArray[np.float64]) -> str:

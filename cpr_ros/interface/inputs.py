@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import contextlib
-import time
 import traceback
 from collections.abc import Callable
 from typing import Any
@@ -18,12 +17,11 @@ from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from rclpy.subscription import Subscription
-from rclpy.wait_for_message import wait_for_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
-from cpr_core import CprError, Robot
+from cpr_core import CprError
 
 from ..following.goals import MotorGoal, PoseGoal
 from ..following.trajectory_following import Ending
@@ -43,50 +41,13 @@ from ..messages.platform_messages import (
 from ..messages.trajectory_messages import trajectory_order
 from ..messages.wrench_messages import whole_pose
 from ..middleware.dropped_messages import DroppedMessages
-from ..middleware.publishers import own_publishers
 from ..operation.session import Session
+from .first_measured import MEASURED, own_measured_topic
 
-__all__ = ["MEASURED", "Inputs", "newest_measured"]
-
-#: Topic of the motors as they are measured.
-MEASURED = "measured_joint_states"
+__all__ = ["Inputs"]
 
 #: The newest setpoint is the one that counts; some by name may belong together.
 NEWEST, SOME = QoSProfile(depth=1), QoSProfile(depth=10)
-
-
-def _own_topic(node: Node) -> str:
-    """Topic of the measured motors if the node itself publishes to it, else empty.
-
-    What it believes would pass for what is measured.
-    """
-    return str(node.resolve_topic_name(MEASURED)) if own_publishers(node, MEASURED) else ""
-
-
-def newest_measured(
-    node: Node, robot: Robot, wait: float, given_up: Callable[[], bool]
-) -> NDArray[np.float64] | None:
-    """Motors of the next message that has them all, (n,); None if none comes.
-
-    Waits without an executor, for a node that is about to become active.
-
-    Args:
-        node: The node.
-        robot: The robot.
-        wait: How long to wait [s].
-        given_up: Asked several times a second: whether to stop waiting.
-    """
-    if _own_topic(node):
-        return None
-    end = time.monotonic() + wait
-    while time.monotonic() < end and not given_up():
-        came, message = wait_for_message(
-            JointState, node, MEASURED, qos_profile=qos_profile_sensor_data, time_to_wait=0.2
-        )
-        if came:
-            with contextlib.suppress(CprError):
-                return measured_motors(robot, message)
-    return None
 
 
 class Inputs:
@@ -121,7 +82,7 @@ class Inputs:
         #: By number of motors.
         self._ready: dict[int, CommandMessage] = {}
         self._subscriptions: list[Subscription] = []
-        own = _own_topic(node)
+        own = own_measured_topic(node)
         if own:
             node.get_logger().warning(
                 f"{MEASURED} is {own}, where the node itself publishes: nothing is taken from there"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from rclpy.node import Node
 
-__all__ = ["other_publishers", "own_publishers"]
+__all__ = ["other_publisher_names", "other_publishers", "own_publishers"]
 
 
 def own_publishers(node: Node, name: str) -> int:
@@ -20,3 +20,14 @@ def other_publishers(node: Node, name: str) -> int:
     """How many others the node has found; rclpy counts without remapping the name."""
     found: int = node.count_publishers(node.resolve_topic_name(name))
     return found - own_publishers(node, name)
+
+
+def other_publisher_names(node: Node, name: str) -> list[str]:
+    """Full names of the nodes of all others that the node has found, each once."""
+    topic = node.resolve_topic_name(name)
+    own = node.get_fully_qualified_name()
+    names = {
+        f"{found.node_namespace.rstrip('/')}/{found.node_name}"
+        for found in node.get_publishers_info_by_topic(topic)
+    }
+    return sorted(names - {own})

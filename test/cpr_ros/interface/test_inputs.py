@@ -18,7 +18,8 @@ from cpr_core import solve_home
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_ros.closed_loop.pose_loop import Loop
 from cpr_ros.following.supervision import State
-from cpr_ros.interface.inputs import Inputs, newest_measured
+from cpr_ros.interface.first_measured import first_measured
+from cpr_ros.interface.inputs import Inputs
 from cpr_ros.operation.session import Session
 from cpr_ros.settings.parameters import Parameters, live_parameters
 
@@ -307,7 +308,12 @@ def test_a_node_does_not_measure_by_what_it_publishes_itself():
     assert "measured_joint_states, where the node itself publishes" in listening.warnings[0]
     with pytest.raises(KeyError):
         listening.hear_measured(MOTORS, [2.6, 0.5])
-    assert newest_measured(listening.node, listening.session.robot, 5.0, lambda: False) is None
+    motors, instead = first_measured(listening.node, listening.session.robot, 5.0, lambda: False)
+    assert motors is None
+    assert (
+        instead
+        == "measured_joint_states is /measured_joint_states, where the node itself publishes"
+    )
 
 
 @pytest.mark.parametrize("source", ["setpoint", "measured"])

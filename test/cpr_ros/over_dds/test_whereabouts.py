@@ -80,14 +80,14 @@ class Bench:
         kept.keep(found, found.motors)
         kept.close()
 
-    def measure(self, motors):
+    def measure(self, motors, names=("motor1", "motor2")):
         """Say ten times a second where the motors are, and nothing else any more."""
         node = self.client.node
         self.measure_no_more()
         publisher = node.create_publisher(
             JointState, "/measured_joint_states", qos_profile_sensor_data
         )
-        message = JointState(name=["motor1", "motor2"], position=[float(q) for q in motors])
+        message = JointState(name=names, position=[float(q) for q in motors])
         timer = node.create_timer(0.1, lambda: publisher.publish(message))
         self.measured = timer, publisher
 
@@ -458,7 +458,23 @@ def test_a_node_that_is_to_start_measured_says_that_nothing_is(bench):
     bench.start("start_from:=measured", until="")
     bench.client.spin_until(lambda: bench.process.process.poll() is not None, timeout=240.0)
     assert bench.process.process.returncode == 1
-    assert "no measured_joint_states with its motors came" in bench.process.output()
+    said = bench.process.output()
+    assert (
+        "no measured_joint_states with its motors (motor1, motor2) came in 5 s: no message " in said
+    )
+    assert "nobody publishes it" in said
+
+
+def test_a_topic_with_joints_of_others_alone_is_told_by_their_names(bench):
+    """Nobody knows whether they are the motors under other names: it moves nothing, and ends."""
+    bench.measure([3.2, -0.1], names=["finger", "thumb"])
+    bench.start(until="")
+    bench.client.spin_until(lambda: bench.process.process.poll() is not None, timeout=240.0)
+    assert bench.process.process.returncode == 1
+    said, name = bench.process.output(), bench.client.node.get_name()
+    assert f"came in 5 s: of other joints only: finger, thumb; published by /{name}. If" in said
+    assert "start_from:=last or start_from:=home begins without" in said
+    assert not bench.commands
 
 
 def test_a_configure_that_fails_lets_the_state_file_go_and_a_retry_fails_for_the_same_reason(bench):

@@ -1,0 +1,103 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Measured motors for a node that is about to become active, and what came instead of them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+
+from cpr_core import CprError, Robot
+
+from ..messages.motor_messages import measured_motors
+from ..middleware.publishers import other_publisher_names, own_publishers
+
+__all__ = ["MEASURED", "FirstMeasured", "first_measured", "own_measured_topic"]
+
+#: Topic of the motors as they are measured.
+MEASURED = "measured_joint_states"
+#: How often it is looked whether a message has come [s].
+_LOOK = 0.02
+#: Between two looks: others may say on the same topic, and much oftener, where their joints are.
+_QUEUE = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+class FirstMeasured(NamedTuple):
+    """What came while measured motors were waited for.
+
+    Attributes:
+        motors: (n,) [rad or m]; None: none that are of use.
+        instead: What came instead, for a person; empty if they came.
+    """
+
+    motors: NDArray[np.float64] | None
+    instead: str
+
+
+def own_measured_topic(node: Node) -> str:
+    """Topic of the measured motors if the node itself publishes to it, else empty.
+
+    What it believes would pass for what is measured.
+    """
+    return str(node.resolve_topic_name(MEASURED)) if own_publishers(node, MEASURED) else ""
+
+
+def first_measured(
+    node: Node, robot: Robot, wait: float, given_up: Callable[[], bool]
+) -> FirstMeasured:
+    """Motors of the next message that has them all.
+
+    Waits without an executor, for a node that is about to become active.
+
+    Args:
+        node: The node.
+        robot: The robot.
+        wait: How long to wait [s].
+        given_up: Asked many times a second: whether to stop waiting.
+    """
+    own = own_measured_topic(node)
+    if own:
+        return FirstMeasured(None, f"{MEASURED} is {own}, where the node itself publishes")
+    joints, useless = dict[str, None](), ""
+    subscription = node.create_subscription(JointState, MEASURED, lambda _: None, _QUEUE)
+    try:
+        end = time.monotonic() + wait
+        while time.monotonic() < end and not given_up():
+            with subscription.handle:
+                came = subscription.handle.take_message(JointState, False)
+            if came is None:
+                time.sleep(_LOOK)
+                continue
+            try:
+                return FirstMeasured(measured_motors(robot, came[0]), "")
+            except CprError as error:
+                names = came[0].name
+                if names and set(names).isdisjoint(robot.motor_names):
+                    joints.update(dict.fromkeys(names))
+                else:
+                    useless = str(error)
+    finally:
+        node.destroy_subscription(subscription)
+    return FirstMeasured(None, f"{_came(list(joints), useless)}; {_publishers(node)}")
+
+
+def _came(joints: list[str], useless: str) -> str:
+    """What was said, as far as it helps who looks for the mistake."""
+    if useless:
+        return f"what came is of no use: {useless:.300}"
+    if joints:
+        return f"of other joints only: {', '.join(joints):.200}"
+    return "no message came"
+
+
+def _publishers(node: Node) -> str:
+    found = other_publisher_names(node, MEASURED)
+    return f"published by {', '.join(found)}" if found else "nobody publishes it"

@@ -1,0 +1,83 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a node that is about to become active hears of its motors, over real DDS."""
+
+import threading
+
+import numpy as np
+import pytest
+import rclpy
+from helpers.drive import robot
+from helpers.node_process import free_domain
+from rclpy.context import Context
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import JointState
+
+from cpr_ros.interface.first_measured import first_measured
+
+TOPIC = "/measured_joint_states"
+GRIPPER = JointState(name=["finger"], position=[0.1])
+MOTORS = JointState(name=["motor2", "motor1"], position=[0.5, 2.6])
+ONE_MOTOR = JointState(name=["motor1"], position=[2.6])
+
+
+class Arm:
+    """A node that waits for its motors, and others who publish."""
+
+    def __init__(self):
+        self._context, domain = Context(), free_domain()
+        rclpy.init(context=self._context, domain_id=domain)
+        self.node = rclpy.create_node("waiting", context=self._context)
+        self._others = rclpy.create_node("gripper", context=self._context, namespace="left")
+        self._over, self._threads = threading.Event(), []
+
+    def say(self, period, *messages):
+        """All of them at once, again and again."""
+        publisher = self._others.create_publisher(JointState, TOPIC, qos_profile_sensor_data)
+
+        def go_on():
+            while not self._over.wait(period):
+                for message in messages:
+                    publisher.publish(message)
+
+        self._threads.append(threading.Thread(target=go_on))
+        self._threads[-1].start()
+
+    def hear(self, wait):
+        return first_measured(self.node, robot("rfrfr"), wait, lambda: False)
+
+    def close(self):
+        self._over.set()
+        for thread in self._threads:
+            thread.join()
+        for node in (self.node, self._others):
+            node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+
+@pytest.fixture
+def arm():
+    made = Arm()
+    yield made
+    made.close()
+
+
+def test_seldom_measured_motors_are_heard_among_many_joints_of_others(arm):
+    """One message in 0.2 s was looked at: that of the gripper."""
+    arm.say(0.2, MOTORS, *[GRIPPER] * 50)
+    motors, instead = arm.hear(5.0)
+    np.testing.assert_array_equal(motors, [2.6, 0.5])
+    assert instead == ""
+
+
+def test_what_came_instead_is_told(arm):
+    assert arm.hear(0.1) == (None, "no message came; nobody publishes it")
+    arm.say(0.05, GRIPPER)
+    told = "of other joints only: finger; published by /left/gripper"
+    assert arm.hear(2.0) == (None, told)
+    arm.say(0.05, ONE_MOTOR)
+    motors, instead = arm.hear(2.0)
+    assert motors is None
+    assert instead.startswith("what came is of no use: name: expected every motor once (motor1,")
+    assert instead.endswith("missing: motor2; published by /left/gripper")
