@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from rclpy.node import Node
 
-from .publishers import other_publishers
+from .publishers import other_publisher_names, other_publishers
 
 __all__ = ["OtherCommanders"]
 
-#: DDS takes 20 s to miss a process that was killed, such as the one before this node [s].
-_MISSED = 25.0
+#: One that makes room for this node in good order is gone by then [s]. Whoever is found was alive when
+#: it was found: DDS shows a process that was killed for 20 s more, but never to nodes that come later.
+_MAKING_ROOM = 2.0
 
 
 class OtherCommanders:
@@ -29,7 +30,7 @@ class OtherCommanders:
         self._since: float | None = None
 
     def look(self, now: float) -> str:
-        """What is to be said of them; empty: there are none, or they may be dead.
+        """What is to be said of them; empty: there are none, or they may be about to leave.
 
         Args:
             now: Steady time [s].
@@ -40,9 +41,12 @@ class OtherCommanders:
             return ""
         if self._since is None:
             self._since = now
-        if now - self._since < _MISSED:
+        if now - self._since < _MAKING_ROOM:
             return ""
         topic = self._node.resolve_topic_name(self._name)
+        names = other_publisher_names(self._node, self._name)
+        who = ", ".join(names) or "a node of the same name"
         return (
-            f"{topic} has {found} more publisher{'s' * (found > 1)}: others command the motors too"
+            f"{topic} has {found} more publisher{'s' * (found > 1)} ({who}): others command the "
+            "motors too"
         )

@@ -3,6 +3,8 @@
 
 """Two who command the same motors, found over real DDS."""
 
+import subprocess
+import sys
 import time
 
 import pytest
@@ -12,6 +14,7 @@ from rclpy.context import Context
 from std_msgs.msg import Float64MultiArray
 
 from cpr_ros.middleware.other_commanders import OtherCommanders
+from cpr_ros.process.own_domain import private_environment
 
 
 @pytest.fixture
@@ -36,7 +39,7 @@ def counted(node, count):
         time.sleep(0.01)
 
 
-def test_others_are_told_once_they_are_not_a_process_that_was_killed(nodes):
+def test_others_are_told_by_name_once_they_do_not_just_make_room(nodes):
     node, other = nodes
     node.create_publisher(Float64MultiArray, "~/commands", 1)
     commanders = OtherCommanders(node, "~/commands")
@@ -44,8 +47,8 @@ def test_others_are_told_once_they_are_not_a_process_that_was_killed(nodes):
     assert [commanders.look(now) for now in (0.0, 100.0)] == ["", ""]
     second = other.create_publisher(Float64MultiArray, "/controller/commands", 1)
     counted(node, 2)
-    told = "/controller/commands has 1 more publisher: others command the motors too"
-    assert [commanders.look(now) for now in (200.0, 224.0, 225.0, 300.0)] == ["", "", told, told]
+    told = "/controller/commands has 1 more publisher (/other): others command the motors too"
+    assert [commanders.look(now) for now in (200.0, 201.9, 202.0, 300.0)] == ["", "", told, told]
     other.create_publisher(Float64MultiArray, "/controller/commands", 1)
     counted(node, 3)
     assert commanders.look(301.0) == told.replace("1 more publisher", "2 more publishers")
@@ -57,4 +60,41 @@ def test_others_are_told_once_they_are_not_a_process_that_was_killed(nodes):
     assert commanders.look(302.0) == ""
     other.create_publisher(Float64MultiArray, "/controller/commands", 1)
     counted(node, 2)
-    assert [commanders.look(now) for now in (303.0, 327.0, 328.0)] == ["", "", told]
+    assert [commanders.look(now) for now in (303.0, 304.9, 305.0)] == ["", "", told]
+
+
+def test_one_of_the_same_name_is_told_too(nodes):
+    node, other = nodes
+    node.create_publisher(Float64MultiArray, "~/commands", 1)
+    twin = rclpy.create_node("commanding", context=other.context)
+    twin.create_publisher(Float64MultiArray, "/controller/commands", 1)
+    counted(node, 2)
+    commanders = OtherCommanders(node, "~/commands")
+    assert commanders.look(0.0) == ""
+    assert "1 more publisher (a node of the same name): others" in commanders.look(2.0)
+    twin.destroy_node()
+
+
+def test_a_process_that_was_killed_before_is_not_found():
+    """Who is told of others at once relies on it: DDS shows them for 20 s to who knew them."""
+    program = (
+        "import cpr_ros, rclpy, time; from std_msgs.msg import Float64MultiArray; rclpy.init(); "
+        "node = rclpy.create_node('before'); "
+        "publisher = node.create_publisher(Float64MultiArray, '/controller/commands', 1); "
+        "print('up', flush=True); time.sleep(60)"
+    )
+    domain, context = free_domain(), Context()
+    environment = private_environment() | {"ROS_DOMAIN_ID": str(domain)}
+    with subprocess.Popen(
+        [sys.executable, "-c", program], env=environment, stdout=subprocess.PIPE
+    ) as before:
+        assert before.stdout.readline() == b"up\n"
+        before.kill()
+    rclpy.init(context=context, domain_id=domain)
+    node = rclpy.create_node("commanding", context=context)
+    end = time.monotonic() + 1.5
+    while time.monotonic() < end:
+        assert node.count_publishers("/controller/commands") == 0
+        time.sleep(0.05)
+    node.destroy_node()
+    rclpy.shutdown(context=context)
