@@ -5,7 +5,9 @@
 
 Somebody has moved them by hand, or through another controller, while nothing was commanded: the next
 command would have sent them back at once. Or they stand still while commands go on, without power or
-jammed: the farther these are ahead, the farther they jump when they can.
+jammed: the farther these are ahead, the farther they jump when they can. A measurement that is wrong
+once is neither: until others agree with it, it is a doubt, in which no command goes out and nothing
+ends.
 """
 
 from __future__ import annotations
@@ -26,6 +28,9 @@ Floats = NDArray[np.float64]
 
 #: Motors may arrive so much later than their last command, and have to rest for so long elsewhere [s].
 SETTLING = 0.5
+#: Measured elsewhere for so long they are there. A wrong number may be said again by whoever reads the
+#: encoders less often than it publishes them [s].
+_CERTAIN = 0.05
 #: Motors that move by less are at rest [rad, rod lengths].
 RESTING = 0.01
 
@@ -36,16 +41,22 @@ class MovedByOthers:
     Attributes:
         away: That they are elsewhere, in words, until a measurement, a command or the tolerance says
             otherwise; empty if they are not.
+        doubt: That they may be, in words, until the next measurements tell; empty if they are, or not.
     """
 
     def __init__(self, robot: Robot, tolerance: float) -> None:
         """Know of no motors yet."""
-        self._tolerance, self._way, self.away = tolerance, 0.0, ""
+        self._tolerance, self._way, self.away, self.doubt = tolerance, 0.0, "", ""
         self._units = robot.motor_units.tolist()
         self._commanded = self._set_off = -math.inf
         self._in_motion = False  # when the way was measured
         self._resting: Floats | None = None
-        self._resting_since = math.inf
+        self._resting_since = self._far_since = math.inf
+
+    @property
+    def in_question(self) -> str:
+        """That they are or may be elsewhere, in words; empty: commands may go out."""
+        return self.away or self.doubt
 
     @property
     def tolerance(self) -> float:
@@ -55,13 +66,19 @@ class MovedByOthers:
     @tolerance.setter
     def tolerance(self, tolerance: float) -> None:
         self._tolerance = tolerance
-        self.away = self.away and self._words()  # only a measurement tells that they are elsewhere
+        # Only a measurement tells that they are elsewhere.
+        self.away, self.doubt = self.away and self._words(), self.doubt and self._words_of_doubt()
 
     def commanded(self, now: float) -> None:
         """Take note of a new command, or that the motors are known to be where the node has them."""
         if now - self._commanded >= SETTLING:
             self._set_off = now
-        self._commanded, self.away = now, ""
+        self._commanded, self.away, self.doubt = now, "", ""
+
+    def look(self, now: float) -> None:
+        """Where nothing comes after a doubt, nobody knows where the motors are: they are elsewhere."""
+        if self.doubt and now - self._far_since >= SETTLING:
+            self.away, self.doubt = self._words(), ""
 
     def take(self, measured: Floats, commands: Floats | None, now: float) -> bool:
         """Take measured motors; whether they rest elsewhere, and the robot is to be begun with there.
@@ -76,14 +93,29 @@ class MovedByOthers:
         self._in_motion = now - self._commanded < SETTLING
         # Motors that go on their way late have not stood still since they were sent there.
         stuck = now - max(self._resting_since, self._set_off) >= SETTLING
-        if commands is None or (self._in_motion and not stuck):
-            self.away = ""
+        self._way = 0.0 if commands is None else largest_way(commands, measured, self._units)
+        far = self._words()
+        self._far_since = min(self._far_since, now) if far else math.inf
+        self.away, self.doubt = "", ""
+        if self._in_motion and not stuck:
             return False
-        self._way = largest_way(commands, measured, self._units)
-        self.away = self._words()
+        if far and now - min(self._far_since, self._resting_since) >= _CERTAIN:
+            self.away = far
+        elif far:
+            self.doubt = self._words_of_doubt()
         # Those that do not follow are begun with a little later: it is told first that they do not.
         rest = now - self._resting_since >= SETTLING and not self._in_motion
         return bool(self.away) and rest
+
+    def _words_of_doubt(self) -> str:
+        """That they may be elsewhere, if the tolerance of now has it so."""
+        if not self._words():
+            return ""
+        told, tolerance = distinct(self._way, self._tolerance)
+        return (
+            f"a motor was just measured {told} (rad or rod lengths) from its last command, more than "
+            f"moved_tolerance {tolerance}: the next measurements tell whether somebody has moved it"
+        )
 
     def _words(self) -> str:
         """That the motors were measured farther from their last command than is tolerated."""

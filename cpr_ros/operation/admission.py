@@ -58,8 +58,8 @@ class Admission:
 
     def occupied(self) -> str:
         """Why the robot is not put elsewhere now; empty: nothing is against it."""
-        if self.others.away:
-            return self.others.away
+        if self.others.in_question:
+            return self.others.in_question
         end_it = "an empty ~/joint_trajectory ends that"
         if self.follower.moving:
             return f"the robot is on its way; {end_it}"
@@ -116,5 +116,5 @@ class Admission:
         Raises:
             RequestError: They are not.
         """
-        if self.others.away:
-            raise RequestError(ErrorCode.NOT_READY, self.others.away)
+        if self.others.in_question:
+            raise RequestError(ErrorCode.NOT_READY, self.others.in_question)

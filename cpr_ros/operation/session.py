@@ -149,8 +149,8 @@ class Session:
         self.loop.settings = live.loop
         self.jogger.watchdog.timeout = live.twist_timeout
         self.felt.settings = live.felt_wrench
-        away, self.others.tolerance = self.others.away, live.moved_tolerance
-        if away and not self.others.away:
+        held, self.others.tolerance = self.others.in_question, live.moved_tolerance
+        if held and not self.others.in_question:
             self.commands.said = False  # else saying it again would move the motors
             self.hold_commands()
         self.measured.watchdog.timeout = live.measured_timeout
@@ -229,7 +229,9 @@ class Session:
         self.trajectories.after_tick(self.outcome, now)
 
     def look_around(self, now: float, resting: bool) -> None:
-        """Judge what may be asked for next, a bit at a time, while the robot rests."""
+        """Settle doubts; at rest, judge what may be asked for next, a bit at a time."""
+        self.others.look(now)
+        self._end_what_others_ended()
         if resting and self.tracking is None and not self.follower.paused:
             self.first_step.look(self.solver.current, now)
         else:
@@ -271,7 +273,7 @@ class Session:
     def _commands_held(self) -> bool:
         """Whether no new command may leave the node, wherever the robot is to go."""
         held_back = self.follower.paused or self.outcome.refusal is not None
-        return self.tracking is not None or held_back or bool(self.others.away)
+        return self.tracking is not None or held_back or bool(self.others.in_question)
 
     def _command(self, motors: NDArray[np.float64], now: float) -> NDArray[np.float64]:
         self.unplaced = False
@@ -300,7 +302,7 @@ class Session:
 
         Motors that others have moved are not sent back.
         """
-        silent = self.tracking is not None or self.others.away or not self.commands.said
+        silent = self.tracking is not None or self.others.in_question or not self.commands.said
         return None if silent else self.commands.newest
 
     def take_measured(self, motors: NDArray[np.float64], now: float) -> bool:
@@ -312,11 +314,15 @@ class Session:
         if self.unplaced:
             return True
         begin = self.others.take(motors, self.commands.newest, now)
+        self._end_what_others_ended()
+        return begin
+
+    def _end_what_others_ended(self) -> None:
+        """Forget where the robot was to go, if others have moved it."""
         if self.others.away:
             self.trajectories.stop(ErrorCode.PREEMPTED, self.others.away)
             if self.follower.goal is not None:
                 self.follower.drop(self.others.away)
-        return begin
 
     def begin_at(
         self, equilibrium: Equilibrium, motors: NDArray[np.float64] | None, solve_time: float

@@ -600,7 +600,9 @@ def test_no_moved_tolerance_sets_off_no_commands_that_were_on_their_way(bench):
     apply(session, 2.7, 0.5)
     bench.tick()
     bench.now += 10.0
-    session.take_measured(home.motors + 0.5, bench.now)
+    for _ in range(2):
+        bench.now += 0.1
+        session.take_measured(home.motors + 0.5, bench.now)
     assert session.others.away and bench.tick().state == State.ALIGNING
     sent = len(bench.commands)
     session.apply(replace(LIVE, moved_tolerance=0.0), bench.now)
@@ -636,6 +638,70 @@ def test_a_trajectory_that_waits_ends_where_others_move_the_motors(bench):
     measured_for(bench, home.motors + 0.3, 0.8)
     assert [ending.val for ending in endings] == [ErrorCode.PREEMPTED]
     assert "somebody else has moved the motors" in endings[0].message
+
+
+def waiting(bench, seconds, way=0.0):
+    """A trajectory that begins later, and how it ends."""
+    session, home, endings = bench.session, bench.session.solver.current.equilibrium, []
+    commanded(session, home.motors)
+    any_error, points = np.full(2, np.inf), np.array([home.motors, home.motors + way])
+    times = np.array([0.0, 0.5])
+    order = TrajectoryOrder(times, points, None, None, seconds, any_error, any_error, np.inf)
+    session.follow_trajectory(order, bench.now, endings.append)
+    return endings
+
+
+def test_one_wrong_measurement_ends_nothing_and_halts_nothing(bench):
+    """A glitch of an encoder ended a trajectory that waited for its time."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    endings = waiting(bench, 2.0)
+    measured_for(bench, home.motors)
+    bench.now += 0.1
+    assert not session.take_measured(home.motors + 3.0, bench.now)
+    assert bench.tick().verdict.action == Action.NONE
+    assert session.repeated_command is None  # it may be true
+    with pytest.raises(RequestError, match="the next measurements tell whether somebody has moved"):
+        session.follow(MotorGoal(session.robot, home.motors), bench.now)
+    measured_for(bench, home.motors)
+    assert (endings, session.repeated_command is None) == ([], False)
+    while not endings:
+        measured_for(bench, home.motors)
+    assert [ending.val for ending in endings] == [ErrorCode.SUCCESS]
+
+
+def test_no_command_goes_out_in_doubt_and_none_is_far_from_the_one_before(bench):
+    """A trajectory that begins within a tick of the wrong measurement."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    endings = waiting(bench, 1.0, way=0.1)
+    end = bench.now + 1.0
+    while bench.now < end - PERIOD:
+        session.take_measured(home.motors, bench.now)
+        bench.tick()
+    assert bench.commands == []
+    session.take_measured(home.motors + 3.0, bench.now)
+    for _ in range(8):
+        assert bench.tick().verdict.action == Action.NONE
+    assert bench.commands == []
+    while not endings:
+        session.take_measured(bench.commands[-1] if bench.commands else home.motors, bench.now)
+        bench.tick()
+    assert [ending.val for ending in endings] == [ErrorCode.SUCCESS]
+    steps = np.diff([home.motors, *bench.commands], axis=0)
+    assert np.abs(steps).max() <= PERIOD * (1.0 + 1e-5)
+    np.testing.assert_allclose(bench.commands[-1], home.motors + 0.1, atol=1e-12)
+
+
+def test_a_doubt_that_nothing_settles_ends_what_waits(bench):
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    endings = waiting(bench, 30.0)
+    measured_for(bench, home.motors)
+    session.take_measured(home.motors + 3.0, bench.now)
+    for age in (0.0, 0.4):
+        session.look_around(bench.now + age, False)
+        assert endings == []
+    session.look_around(bench.now + 0.5, False)
+    assert "somebody else has moved the motors" in endings[0].message
+    assert bench.tick().verdict.action == Action.HALT
 
 
 def test_commands_that_a_pause_holds_do_not_go_on_where_others_have_moved_the_motors(bench):
