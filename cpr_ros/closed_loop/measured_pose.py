@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +25,18 @@ _AGREEING = 5
 _RESOLUTION = 2e-3
 #: so long: a measurement may be that late without telling.
 _LATENESS = 0.2
+#: A pose that is not believed is left aside for so long before it is a problem: cameras mistake a
+#: picture or two for something else [s].
+_MOMENT = 0.1
+#: How far back jumps are counted [s].
+_LATELY = 10.0
 
 
 class MeasuredPose:
     """The newest measured pose, and what speaks against it.
 
     Attributes:
-        newest: Controlled coordinates; None before the first.
+        newest: Controlled coordinates, but for what is left aside; None before the first.
         problem: Why it is not believed; empty if it is.
         watchdog: Age of the newest, by receipt.
     """
@@ -54,12 +60,27 @@ class MeasuredPose:
         self.problem = ""
         self._way_then = 0.0  # of the platform until the newest was measured, or a little before
         self._way_at_change = 0.0  # until the numbers changed
-        self._jump = ""
+        self._jump, self._jump_since = "", 0.0
         self._agree_since, self._agreeing = 0.0, 0  # of measured poses after a jump
+        self._before: Floats | None = None  # the pose of the last message, whatever it is
+        self._believed: tuple[Floats, float, float] | None = (
+            None  # the last, the way then, and when
+        )
+        self._jumps: deque[tuple[float, float]] = deque()  # when, and how far
 
     def refuse(self, problem: str) -> None:
         """Take note of a message that is no pose."""
         self.problem = problem
+
+    def left_aside(self, now: float) -> str:
+        """How often the pose has jumped lately, in words; empty: never."""
+        count = self._jumps_lately(now)
+        if not count:
+            return ""
+        return (
+            f"left aside: the measured pose jumped {count} time{'s' * (count > 1)} in the last "
+            f"{_LATELY:g} s, the last time by {self._jumps[-1][1]:.3g} rod lengths or rad"
+        )
 
     def take(self, pose: Floats, now: float, delay: float, jump: float, settling: float) -> bool:
         """Take a measured pose; says whether it is believed.
@@ -76,30 +97,61 @@ class MeasuredPose:
         if delay > oldest:
             self.problem = f"the measured pose was {delay:.3g} s old when it came, by its stamp"
             return False
-        before, self.newest = self.newest, pose
+        before, self._before = self._before, pose
         way = self._history.travelled(now - delay - _LATENESS)
         way_then, self._way_then = self._way_then, way
         self.watchdog.feed(now)
         change = math.inf
         if before is not None:
-            change = self._coordinates.size(self._coordinates.way(before, pose))
-            moved = max(0.0, self._history.travelled(now) - way_then)
-            if change > jump + moved:
-                self._agree_since, self._agreeing = now, 0
-                self._jump = (
-                    f"the measured pose jumped by {change:.3g} rod lengths or rad, "
-                    f"the platform moved by {moved:.3g}"
-                )
+            change, moved = self._from(before, way_then, pose, now)
+            if self._goes_on(pose, now, jump, settling):
+                self._jump = ""
+            elif change > jump + moved:
+                self._note_jump(change, moved, now)
         if change > 0.0:
             self._way_at_change = self._history.travelled(now - delay)
         if self._jump:
-            self.problem = self._jump
             self._agreeing += 1
             if self._agreeing < _AGREEING or now - self._agree_since < settling:
+                if now - self._jump_since > _MOMENT:
+                    self.newest, self.problem = pose, self._jump
                 return False
             self._jump = ""
+        self.newest, self._believed = pose, (pose, way, now)
         self.problem = self._stuck(way)
         return not self.problem
+
+    def _from(
+        self, before: Floats, way_then: float, pose: Floats, now: float
+    ) -> tuple[float, float]:
+        """How far a pose is from one of before, and how far the platform may have moved meanwhile."""
+        change = self._coordinates.size(self._coordinates.way(before, pose))
+        return change, max(0.0, self._history.travelled(now) - way_then)
+
+    def _goes_on(self, pose: Floats, now: float, jump: float, settling: float) -> bool:
+        """Whether a pose is where the platform was believed to be a moment ago: what jumped is over."""
+        if not self._jump or self._believed is None:
+            return False
+        believed, way_then, when = self._believed
+        change, moved = self._from(believed, way_then, pose, now)
+        return now - when < settling and change <= jump + moved
+
+    def _note_jump(self, change: float, moved: float, now: float) -> None:
+        self._agree_since, self._agreeing = now, 0
+        self._jumps.append((now, change))
+        count = self._jumps_lately(now)
+        often = f", {count} times in the last {_LATELY:g} s" if count > 1 else ""
+        if not self._jump:
+            self._jump_since = now
+        self._jump = (
+            f"the measured pose jumped by {change:.3g} rod lengths or rad{often}, "
+            f"the platform moved by {moved:.3g}"
+        )
+
+    def _jumps_lately(self, now: float) -> int:
+        while self._jumps and self._jumps[0][0] < now - _LATELY:
+            self._jumps.popleft()
+        return len(self._jumps)
 
     def _stuck(self, way: float) -> str:
         """Why numbers that stay the same are no measurement; empty if they may be one."""

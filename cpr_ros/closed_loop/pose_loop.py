@@ -76,7 +76,7 @@ class LoopStatus:
 
     Attributes:
         loop: Whether the setpoint is corrected.
-        text: Why the correction is frozen; empty otherwise.
+        text: Why the correction is frozen, or what is left aside; empty otherwise.
         age: Time since the newest measured pose came [s]; -1 before the first.
         position_error: Measured from wanted [m]; NaN while the loop is open, or not controlled.
         rotation_error: Measured from wanted [rad]; the same.
@@ -260,6 +260,7 @@ class PoseLoop:
         if measured.newest is not None:
             errors = self.coordinates.sizes(self.coordinates.way(measured.newest, goal.pose))
         loop = Loop.FROZEN if text else Loop.CLOSED
+        text = text or measured.left_aside(now)
         return LoopStatus(loop, text, age, *errors, at_setpoint=self._at_setpoint, blind=blind)
 
     @property

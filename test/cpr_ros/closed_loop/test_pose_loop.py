@@ -162,25 +162,77 @@ def test_poses_that_were_measured_before_an_activation_are_forgotten(bench, prob
 
 
 def test_a_jump_freezes_until_measurements_agree_for_a_while(bench):
-    bench.seen = lambda pose: pose + [0.1, 0.0]
-    bench.run(0.04)
-    frozen(bench, 0.8, "jumped by 0.1")
-    bench.seen = lambda pose: pose
-    bench.run(0.04)
-    frozen(bench, 0.9, "jumped by 0.1")
+    for way in (0.1, 0.2, 0.0):  # the last time it is back, after so long that nobody knows
+        bench.seen = lambda pose, way=way: pose + [way, 0.0]
+        bench.run(0.14)
+        frozen(bench, 0.8, "jumped by 0.")
+    assert "3 times in the last 10 s" in bench.status.text
     bench.run(3.5)
     assert bench.error(TARGET) < 1e-6
+
+
+def test_measurements_that_come_back_soon_are_believed_at_once(bench):
+    bench.seen = lambda pose: pose + [0.1, 0.0]
+    bench.run(0.14)
+    frozen(bench, 0.6, "jumped by 0.1")
+    bench.seen = lambda pose: pose
+    bench.run(0.02)
+    assert bench.status.loop == Loop.CLOSED
+    bench.run(3.0)
+    assert bench.error(TARGET) < 1e-6
+
+
+def outliers(every, way=0.1, in_a_row=1):
+    """Wrong pictures, again and again."""
+    count = iter(range(10**9))
+    return lambda pose: pose + (way if next(count) % every < in_a_row else 0.0)
+
+
+@pytest.mark.parametrize(("every", "in_a_row"), [(40, 1), (40, 5), (5, 1), (2, 1)])
+def test_outliers_again_and_again_are_left_aside_and_told(bench, every, in_a_row):
+    """One every 0.8 s froze the correction for ever."""
+    bench.seen = outliers(every, in_a_row=in_a_row)
+    bench.follow(TARGET + [0.02, 0.01])
+    told = set()
+    for _ in range(250):
+        bench.tick()
+        status = bench.status
+        told.add((status.loop, status.blind, bool(status.text)))
+        if "on its way" not in status.text:
+            assert status.loop == Loop.CLOSED
+            assert status.position_error < 0.02  # nobody is told of what is left aside
+    assert bench.error(TARGET + [0.02, 0.01]) < 1e-6
+    assert "left aside: the measured pose jumped" in bench.status.text
+    assert "times in the last 10 s, the last time by 0.141 rod lengths" in bench.status.text
+    assert not any(blind for _, blind, _ in told)
+    bench.seen = lambda pose: pose
+    bench.run(11.0)
+    assert (bench.status.loop, bench.status.text) == (Loop.CLOSED, "")
+    assert bench.longest_step <= SLACK
 
 
 def test_an_outlier_is_not_followed(bench):
     bench.run(3.0)
     pictures = iter([lambda pose: pose + 0.1])
     bench.seen = lambda pose: next(pictures, lambda same: same)(pose)
-    bench.run(0.02)
-    frozen(bench, 0.9, "jumped by")
-    bench.run(1.0)
-    assert bench.status.loop == Loop.CLOSED
+    before = bench.session.loop.correction
+    for _ in range(50):
+        bench.tick()
+        assert bench.status.loop == Loop.CLOSED
+        np.testing.assert_allclose(bench.session.loop.correction, before, atol=1e-8)
     assert bench.error(TARGET) < 1e-6
+
+
+def test_outliers_of_a_slow_camera_freeze_and_are_told_by_how_many_they_are(bench):
+    """Where a pose of before is too old to tell which one is wrong."""
+    bench.every, bench._next = 0.6, bench.now
+    bench.session.apply(live(measured_pose_timeout=2.0), bench.now)
+    bench.follow(TARGET)
+    bench.run(2.4)
+    bench.seen = outliers(4, in_a_row=2)
+    bench.run(6.0)
+    assert bench.status.loop == Loop.FROZEN
+    assert "times in the last 10 s, the platform moved by" in bench.status.text
 
 
 def test_a_robot_far_from_its_model_is_not_corrected():
