@@ -78,7 +78,7 @@ setup(
     },
     entry_points={
         "console_scripts": [
-            "cpr = cpr_core.command_line:main",
+            "cpr = cpr_ros.cpr_command:main",
             "cpr_node = cpr_ros.cpr_node:main",
             "cpr_demo = cpr_ros.cpr_demo:main",
             "cpr_view = cpr_ros.cpr_view:main",
