@@ -187,21 +187,24 @@ def _check_ranges(robot: Robot, times: Floats, positions: Floats) -> None:
                 f"points[{row}].positions: expected {motor.name} within [{told[1]}, {told[2]}] "
                 f"{motor.unit}, got {told[0]}",
             )
-    for row in positions:
-        check_rod_lengths(robot, row)
+    check_rod_lengths(robot, positions)
 
 
 def _column(
     names: list[str], points: list[Any], field: str, *, needed: bool = False
 ) -> Floats | None:
     """One kind of numbers of all points, (P, n), in the order of the names; None: not given."""
-    if not needed and not any(len(getattr(point, field)) for point in points):
+    given = [getattr(point, field) for point in points]
+    counts = set(map(len, given))
+    if not needed and counts == {0}:
         return None
+    if counts == {len(names)}:  # all at once: one by one ten thousand take 0.03 s
+        rows = np.frombuffer(b"".join(given)).reshape(len(points), len(names))
+        if np.isfinite(rows).all():
+            return rows
     return np.array(
         [
-            checked_vector(
-                f"points[{number}].{field}", getattr(point, field), len(names), " ".join(names)
-            )
-            for number, point in enumerate(points)
+            checked_vector(f"points[{number}].{field}", values, len(names), " ".join(names))
+            for number, values in enumerate(given)
         ]
     )

@@ -88,6 +88,21 @@ def test_no_speed_is_above_the_largest_and_one_has_it(given_path):
         assert np.all(found[piece] <= speeds + bend * (last - first) / 40 * 1.1 + 1e-9)
 
 
+@settings(max_examples=60, deadline=None)
+@given(paths())
+def test_bounds_of_speeds_are_above_them_and_near_them_in_short_pieces(given_path):
+    path, _, _ = given_path
+    speeds, bounds = path.largest_speeds(), path.speed_bounds()
+    slack = 1e-9 * (1.0 + speeds.max())
+    assert np.all(bounds >= speeds - slack)
+    some = np.arange(len(speeds))[::2]
+    np.testing.assert_array_equal(path.largest_speeds(some), speeds[some])
+    length = path.end - path.begin
+    short = path.part(path.begin, path.begin + 1e-4 * length, 0.0)
+    largest = speeds.max(axis=0) + 1e-3 * slack
+    assert np.all(short.speed_bounds()[0] <= short.largest_speeds()[0] + 0.01 * largest)
+
+
 @pytest.mark.parametrize("rest", [1, 2])
 def test_the_speed_from_rest_to_rest_is_known_exactly(rest):
     """Of a cubic 3/2 of the mean, of a quintic 15/8."""

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from cpr_core import solve_forward, trace_through
+from cpr_core import InvalidRequest, NonFiniteInput, solve_forward, trace_through
 from cpr_core.model.assessment import MEASURES, Threshold
 from cpr_ros.following import trajectory_plan
 from cpr_ros.following.external_wrench import ExternalWrench
@@ -922,3 +922,29 @@ def test_a_trajectory_does_not_become_stale_between_two_ticks(rfrfr):
     rfrfr.tick()
     rfrfr.follower.settings = replace(SETTINGS, setpoint_timeout=0.5 * PERIOD)
     assert not rfrfr.follower.stale(rfrfr.now + 0.9 * PERIOD)
+
+
+@pytest.mark.parametrize(
+    ("field", "numbers", "error"),
+    [
+        ("positions", [2.6, np.nan], NonFiniteInput),
+        ("positions", [2.6], InvalidRequest),
+        ("positions", [], InvalidRequest),
+        ("velocities", [np.inf, 0.0], NonFiniteInput),
+        ("velocities", [], InvalidRequest),
+        ("accelerations", [1.0, 0.0, 0.0], InvalidRequest),
+    ],
+)
+def test_the_point_whose_numbers_are_wrong_is_named(field, numbers, error):
+    """Among others that are right, with which it is read."""
+    message = JointTrajectory(joint_names=["motor2", "motor1"])
+    for number in range(5):
+        zeros = [0.0, 0.0]
+        point = JointTrajectoryPoint(positions=[0.5, 2.6], velocities=zeros, accelerations=zeros)
+        point.time_from_start.sec = number + 1
+        message.points.append(point)
+    order = trajectory_order(robot("rfrfr"), message, Time())
+    np.testing.assert_array_equal(order.positions, [[2.6, 0.5]] * 5)
+    setattr(message.points[3], field, numbers)
+    with pytest.raises(error, match=rf"points\[3\].{field}: expected 2 numbers"):
+        trajectory_order(robot("rfrfr"), message, Time())
