@@ -54,18 +54,22 @@ def robot_beside(robot: Robot, changes: Sequence[tuple[Parameter, float]]) -> Ro
     Raises:
         DescriptionError: There is none.
     """
-    return Robot(shifted_together(robot.description, changes), robot.held_motors)
+    try:
+        return Robot(shifted_together(robot.description, changes), robot.held_motors)
+    except InvalidRequest as error:  # of loads, which requests have too
+        source = robot.description.source
+        raise DescriptionError(source, f"loads.{error.argument}", error.problem) from None
 
 
 def nearby_ahead(robot: Robot, parameter: Parameter) -> Nearby:
-    """The robot on the one side, and this one.
+    """The robot on the one side, the other where there is none on the first, and this one.
 
     Raises:
         InvalidRequest: The number is not finite.
         DescriptionError: There is none.
     """
-    change = change_of(parameter)
-    return Nearby((_ahead(robot, parameter), robot), (1.0 / change, -1.0 / change))
+    change, ahead = _ahead(robot, parameter)
+    return Nearby((ahead, robot), (1.0 / change, -1.0 / change))
 
 
 def nearby(robot: Robot, parameter: Parameter) -> Nearby:
@@ -77,8 +81,7 @@ def nearby(robot: Robot, parameter: Parameter) -> Nearby:
     """
 
     def found() -> Nearby:
-        change = change_of(parameter)
-        ahead = _ahead(robot, parameter)
+        change, ahead = _ahead(robot, parameter)
         try:
             behind = robot_beside(robot, ((parameter, -change),))
         except DescriptionError:
@@ -89,8 +92,17 @@ def nearby(robot: Robot, parameter: Parameter) -> Nearby:
     return robot.kept(f"beside in {parameter.path}", found)
 
 
-def _ahead(robot: Robot, parameter: Parameter) -> Robot:
-    return robot.kept(
-        f"ahead in {parameter.path}",
-        lambda: robot_beside(robot, ((parameter, change_of(parameter)),)),
-    )
+def _ahead(robot: Robot, parameter: Parameter) -> tuple[float, Robot]:
+    """A change of a parameter, a smaller number where it cannot be larger, and the robot there."""
+
+    def found() -> tuple[float, Robot]:
+        change = change_of(parameter)
+        try:
+            return change, robot_beside(robot, ((parameter, change),))
+        except DescriptionError as refused:
+            try:
+                return -change, robot_beside(robot, ((parameter, -change),))
+            except DescriptionError:
+                raise refused from None
+
+    return robot.kept(f"ahead in {parameter.path}", found)

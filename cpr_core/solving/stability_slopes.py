@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.changed_description import shifted
 from ..description.inherited_loads import inherited_loads
 from ..description.parameters import Parameter
 from ..errors import DescriptionError
 from ..lie import rotation_exp
 from ..model.equilibrium import Equilibrium, described
+from ..model.nearby_robots import robot_beside
 from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot
 from ..model.softest_motion import SizeOfMotion, softest_motion
@@ -41,7 +41,7 @@ class _Beside(NamedTuple):
     """Robots beside one in a parameter.
 
     Attributes:
-        step: Between them.
+        step: Between them; negative where the parameter can only get smaller.
         factors: How many steps away they are.
         weights: What adds up to a derivative, times the step.
         robots: The robots.
@@ -101,12 +101,22 @@ def stability_slopes(
 def _near(robot: Robot, parameter: Parameter, step: float) -> _Beside:
     """Robots beside one in a parameter, the last ones kept."""
     last: list[_Beside] = robot.kept(f"for stability by {parameter.path}", list)
-    if not last or last[0].step != step:
+    if not last or abs(last[0].step) != step:
         try:
             last[:] = [_made(robot, parameter, step, *_BOTH_SIDES)]
         except DescriptionError:
-            last[:] = [_made(robot, parameter, step, *_ONE_SIDE)]
+            last[:] = [_made_on_one_side(robot, parameter, step)]
     return last[0]
+
+
+def _made_on_one_side(robot: Robot, parameter: Parameter, step: float) -> _Beside:
+    try:
+        return _made(robot, parameter, step, *_ONE_SIDE)
+    except DescriptionError as refused:
+        try:
+            return _made(robot, parameter, -step, *_ONE_SIDE)
+        except DescriptionError:
+            raise refused from None
 
 
 def _made(
@@ -116,11 +126,8 @@ def _made(
     factors: tuple[float, ...],
     weights: tuple[float, ...],
 ) -> _Beside:
-    robots = (
-        Robot(shifted(robot.description, parameter, factor * step), robot.held_motors)
-        for factor in factors
-    )
-    return _Beside(step, factors, weights, tuple(robots))
+    robots = tuple(robot_beside(robot, ((parameter, factor * step),)) for factor in factors)
+    return _Beside(step, factors, weights, robots)
 
 
 def _moved(equilibrium: Equilibrium, near: Robot, change: Floats) -> Equilibrium:

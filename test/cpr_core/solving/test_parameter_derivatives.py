@@ -16,6 +16,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from cpr_core import (
     CprError,
+    DescriptionError,
     InvalidRequest,
     Robot,
     UnknownParameter,
@@ -430,3 +431,38 @@ def test_slopes_of_eigenvalues_that_are_close_to_others(name, path):
         ),
     ):
         assert slope == pytest.approx((last - first) / (2.0 * step), rel=1e-3)
+
+
+def with_a_force(at):
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content["loads"] = {"points": [{"leg": "leg1", "at": at, "force": [0.05, -0.1, 0.0]}]}
+    return load_robot(content)
+
+
+@pytest.mark.parametrize("others", [(), ("legs[1].motor.offset", "legs[0].motor.offset")])
+def test_a_number_that_can_only_get_smaller(others):
+    """It was refused: there is no robot on the other side."""
+    path, largest, way = "loads.points[0].at", 1.0 - 4e-6, 1e-3
+
+    def at(value):
+        return solve_forward(with_a_force(value), [2.7, 0.4])
+
+    middle = at(largest)
+    found = derivatives(middle, [path, *others], of=("pose", "efforts", "margin"))
+    near = [middle, *(at(largest - number * way) for number in (1, 2, 3))]
+    weights = np.array([11.0, -18.0, 9.0, -2.0]) / (6.0 * way)
+    for own, values in (
+        (found.position[:, 0], [equilibrium.platform_position for equilibrium in near]),
+        (found.efforts[:, 0], [equilibrium.efforts for equilibrium in near]),
+        (found.margin[:1], [[equilibrium.margin] for equilibrium in near]),
+    ):
+        expected = weights @ np.array(values)
+        assert_allclose(own, expected, rtol=0.0, atol=1e-4 * np.abs(expected).max() + 1e-9)
+    single = derivatives(middle, path)
+    assert_allclose(found.position[:, 0], single.position[:, 0], rtol=1e-9)
+
+
+def test_a_number_that_can_go_neither_way_is_refused_with_the_reason():
+    home = solve_home(load_robot("rfrfr"))
+    with pytest.raises(DescriptionError, match=r"expected z = 0 in a planar robot, got .* 1e-05"):
+        derivatives(home, "gravity[2]")
