@@ -17,6 +17,7 @@ from typing import Any
 from .identification.felt_wrench import estimate_wrench
 from .kernels.kernel_sources import kernel_modules, read_sources
 from .kernels.prepared_robot import evaluate_record
+from .lie import roll_pitch_yaw, rotation_from_angles
 from .model.kinemato_statics import kinemato_statics
 from .numba_fence import hear_compilation
 from .solving.discretisation_error import error_of
@@ -54,6 +55,8 @@ def compile_kernels() -> Iterator[str]:
     robot = load_robot("rfrfr", modes=2)
     home = solve_home(robot)
     solve_forward(robot, home.motors, start=home)
+    _ = home.margin
+    rotation_from_angles(*roll_pitch_yaw(home.platform_rotation))
     kinemato_statics(home).smallest_singular_value("forward")
     evaluate_record(robot.prepared, home.load_arrays, home.record)  # as straight legs are
     error_of(home)

@@ -108,6 +108,35 @@ def test_compiling_ahead_leaves_nothing_to_compile(compiled):
     assert json.loads(run("-c", QUICK_END + EVERYTHING).stdout) == []
 
 
+#: Prints kernels that are used, but not by what compiles them ahead. All are kept, so none is compiled.
+USED_BUT_NOT_AHEAD = """
+import importlib, json
+from cpr_core.kernel_warmup import compile_kernels
+from cpr_core.kernels.kernel_sources import kernel_modules, read_sources
+def used():
+    modules = [importlib.import_module("cpr_core." + name) for name in kernel_modules(read_sources())]
+    return {
+        module.__name__ + "." + name: len(member.signatures)
+        for module in modules
+        for name, member in vars(module).items()
+        if getattr(getattr(member, "py_func", None), "__module__", None) == module.__name__
+    }
+list(compile_kernels())
+ahead = used()
+exec(EVERYTHING)
+later = used()
+assert sum(ahead.values()) > 10
+print(json.dumps([name for name in later if later[name] > ahead[name]]))
+"""
+
+
+def test_compile_knows_all_that_is_used(compiled):
+    """By itself: what else has compiled kernels beside it (conftest.py) hides what it leaves out."""
+    program = USED_BUT_NOT_AHEAD.replace("exec(EVERYTHING)", EVERYTHING)
+    *_, found = run("-c", QUICK_END + program).stdout.splitlines()
+    assert json.loads(found) == []
+
+
 def test_what_is_compiled_is_counted(monkeypatch):
     def doubled(number):
         return 2.0 * number
