@@ -72,6 +72,11 @@ class MeasuredPose:
         """Take note of a message that is no pose."""
         self.problem = problem
 
+    @property
+    def jumping(self) -> bool:
+        """Whether the pose is elsewhere than it was believed, and nobody knows yet which is wrong."""
+        return bool(self._jump)
+
     def left_aside(self, now: float) -> str:
         """How often the pose has jumped lately, in words; empty: never."""
         count = self._jumps_lately(now)

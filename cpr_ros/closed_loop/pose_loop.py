@@ -214,7 +214,7 @@ class PoseLoop:
         newest = self._history.newest
         if self._wanted is self._correction or newest is None or newest.waiting:
             return
-        if self._problem(now):
+        if self._problem(now) or self._measured.jumping:
             self._wanted = self._correction
             return
         way = self.coordinates.way(self._correction, self._wanted)

@@ -223,6 +223,30 @@ def test_an_outlier_is_not_followed(bench):
     assert bench.error(TARGET) < 1e-6
 
 
+def test_nothing_is_corrected_while_the_pose_jumps(bench):
+    """In the middle of a correction, also before it is told to be frozen."""
+    bench.run(1.0)
+    bench.session.apply(live(loop_max_rate=0.002), bench.now)
+    bench.seen = lambda pose: pose + [0.004, 0.0]
+    loop = bench.session.loop
+    for _ in range(4):
+        bench.tick()
+        before = loop.correction
+    bench.tick()
+    assert np.abs(loop.correction - before).max() > 1e-6
+    bench.seen = lambda pose: pose + 0.1
+    bench.tick()
+    held = loop.correction
+    for _ in range(20):
+        bench.tick()
+        np.testing.assert_array_equal(loop.correction, held)
+    assert bench.status.loop == Loop.FROZEN
+    bench.seen = lambda pose: pose
+    bench.run(6.0)
+    assert np.abs(loop.correction - held).max() > 1e-6
+    assert bench.error(TARGET) < 1e-6
+
+
 def test_outliers_of_a_slow_camera_freeze_and_are_told_by_how_many_they_are(bench):
     """Where a pose of before is too old to tell which one is wrong."""
     bench.every, bench._next = 0.6, bench.now
