@@ -162,9 +162,10 @@ class PoseGoal:
             left[:3] = self._turn(start)
         try:
             axes = np.sort(start.robot.controlled_axes)
-            return current.kinemato_statics.motors_by_pose @ left[axes]
-        except InvalidRequest:  # an inverse singularity
+            way = current.kinemato_statics.motors_by_pose @ left[axes]
+        except Exception:  # an inverse singularity, or no tangent: who solves for the way is told
             return None
+        return way if np.isfinite(way).all() else None
 
     @property
     def _quaternion(self) -> slice:

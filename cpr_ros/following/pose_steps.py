@@ -48,7 +48,12 @@ class PoseSteps:
         self._ticks_per_way = math.nan  # of motors at full speed, by way of the platform
 
     def first(
-        self, current: Assessment, goal: PoseGoal, factor: float, motor_steps: list[float]
+        self,
+        current: Assessment,
+        goal: PoseGoal,
+        factor: float,
+        motor_steps: list[float],
+        platform_step: float,
     ) -> Floats | None:
         """Where the first step out of rest takes the motors, (n,) [rad or m]: along the tangent.
 
@@ -59,15 +64,17 @@ class PoseSteps:
         Args:
             current: Where the robot is.
             goal: Where it is to go.
-            factor: Part of their speed that motors may have.
+            factor: Part of their speed that motors and platform may have.
             motor_steps: How far every motor goes in a tick at full speed, (n,) [rad or m].
+            platform_step: How far the platform goes in a tick at most [rad, rod lengths].
         """
         start, way = current.equilibrium.motors, goal.motors_ahead(current)
         if way is None:
             return None
         ticks = largest_way(start, start + way, motor_steps)
-        if not 0.0 < ticks < math.inf:
+        if ticks == 0.0:
             return None
+        ticks = max(ticks, goal.remaining(current.equilibrium) / platform_step)
         part = 1.0 if ticks <= factor else _FIRST * factor / ticks
         try:
             aim = MotorGoal(self._robot, start + part * way)

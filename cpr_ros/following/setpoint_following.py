@@ -132,6 +132,7 @@ class SetpointFollower:
         self._settings, self._stirred = settings, True
         self._motor_steps = motor_steps(self.robot, settings.max_speed, self.period)
         self._steps_of_motors = self._motor_steps.tolist()
+        self._platform_step = settings.max_speed * self.period
         self.watchdog.timeout = settings.setpoint_timeout
 
     @property
@@ -338,8 +339,8 @@ class SetpointFollower:
         aim = self._first_towards(current, goal, factor)
         if aim is not None:
             return self._pose_steps.first_step(current, goal, aim, self._steps_of_motors)
-        longest = self.settings.max_speed * self.period
-        return self._pose_steps.step(current, goal, factor, self._steps_of_motors, longest)
+        motors, platform = self._steps_of_motors, self._platform_step
+        return self._pose_steps.step(current, goal, factor, motors, platform)
 
     def _first_towards(self, current: Assessment, goal: PoseGoal, factor: float) -> Floats | None:
         """Where the first step out of rest takes the motors, (n,), without a solution.
@@ -349,7 +350,8 @@ class SetpointFollower:
         """
         if not self._stood or goal is not self._goal or goal.driven:
             return None
-        return self._pose_steps.first(current, goal, factor, self._steps_of_motors)
+        motors, platform = self._steps_of_motors, self._platform_step
+        return self._pose_steps.first(current, goal, factor, motors, platform)
 
     def _crossing(self, current: Assessment, ahead: Assessment) -> Refusal | None:
         """Why the robot must not go there, if so; a measure that cannot be had is a reason."""

@@ -13,8 +13,10 @@ from helpers.shipped_steps import REDUNDANT, STEPS
 
 from cpr_core import solve_forward, solve_home
 from cpr_core.model.assessment import Assessment, Threshold
+from cpr_core.model.kinemato_statics import KinematoStatics
 from cpr_ros.following.first_step import FirstStep
 from cpr_ros.following.goals import MotorGoal, PoseGoal
+from cpr_ros.following.pose_steps import PoseSteps
 from cpr_ros.following.setpoint_following import SetpointFollower
 from cpr_ros.following.supervision import Refusal, State
 
@@ -142,6 +144,42 @@ def test_a_way_of_less_than_a_tick_is_gone_at_once_but_for_its_bend():
     assert 1e-9 < goal.remaining(rest.current.equilibrium) < 1e-2 * whole
     rest.tick()
     assert goal.remaining(rest.current.equilibrium) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "three_prs"])
+def test_where_the_tangent_tells_nothing_the_way_is_felt(name, monkeypatch):
+    """A matrix that cannot be had ends no tick."""
+    rest = Rest(name)
+    motors = rest.motors + 0.3 * np.array(STEPS[name])
+    pose = solve_forward(rest.robot, motors, start=rest.current.equilibrium).pose
+    rest.look_around()
+    rest.follow(PoseGoal(rest.robot, pose))
+    assert rest.aim() is not None
+
+    def failing(_model):
+        raise np.linalg.LinAlgError("for a test")
+
+    nothing = np.full((rest.robot.motor_count,) * 2, np.nan)
+    for tangent in (property(failing), property(lambda _model: nothing)):
+        monkeypatch.setattr(KinematoStatics, "motors_by_pose", tangent)
+        assert rest.aim() is None
+    rest.until_state(State.IDLE)
+    np.testing.assert_allclose(rest.current.equilibrium.pose, pose, atol=1e-9)
+
+
+def test_the_first_step_keeps_the_speed_of_the_platform():
+    """It is whole where neither motors nor platform need more than a tick, else short."""
+    rest = Rest("six_rfs")
+    current, motor_steps = rest.current, [1.0] * 6
+    start = current.equilibrium
+    goal = PoseGoal(rest.robot, solve_forward(rest.robot, start.motors + 0.001, start=start).pose)
+    steps, remaining = PoseSteps(rest.robot), goal.remaining(start)
+    way = goal.motors_ahead(current)
+    for platform_step, part in ((1.001, 1.0), (0.999, 0.0999), (0.1, 0.01)):
+        aim = steps.first(current, goal, 1.0, motor_steps, platform_step * remaining)
+        np.testing.assert_allclose(aim - start.motors, part * way, rtol=1e-9)
+        aim = steps.first(current, goal, 0.5, motor_steps, 2.0 * platform_step * remaining)
+        np.testing.assert_allclose(aim - start.motors, part * way, rtol=1e-9)
 
 
 def test_towards_a_pose_the_inverse_singularity_counts_too():
