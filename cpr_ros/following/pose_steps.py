@@ -10,6 +10,7 @@ step.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from .goals import SLACK, MotorGoal, PoseGoal, largest_way, whole
 from .steps import attempt
 from .supervision import Refusal
 
-__all__ = ["PoseSteps"]
+__all__ = ["PoseSteps", "TickWay"]
 
 Floats = NDArray[np.float64]
 
@@ -39,6 +40,18 @@ _NO_NEARER = 1e-9
 _NO_TICKS = 1e-9
 
 
+class TickWay(NamedTuple):
+    """How far a robot goes in a tick at full speed.
+
+    Attributes:
+        motors: Every motor, (n,) [rad or m].
+        platform: The platform [rad, rod lengths].
+    """
+
+    motors: list[float]
+    platform: float
+
+
 class PoseSteps:
     """Steps of one robot on its way to a pose."""
 
@@ -48,12 +61,7 @@ class PoseSteps:
         self._ticks_per_way = math.nan  # of motors at full speed, by way of the platform
 
     def first(
-        self,
-        current: Assessment,
-        goal: PoseGoal,
-        factor: float,
-        motor_steps: list[float],
-        platform_step: float,
+        self, current: Assessment, goal: PoseGoal, factor: float, tick: TickWay
     ) -> Floats | None:
         """Where the first step out of rest takes the motors, (n,) [rad or m]: along the tangent.
 
@@ -65,16 +73,15 @@ class PoseSteps:
             current: Where the robot is.
             goal: Where it is to go.
             factor: Part of their speed that motors and platform may have.
-            motor_steps: How far every motor goes in a tick at full speed, (n,) [rad or m].
-            platform_step: How far the platform goes in a tick at most [rad, rod lengths].
+            tick: How far they go in a tick at full speed.
         """
         start, way = current.equilibrium.motors, goal.motors_ahead(current)
         if way is None:
             return None
-        ticks = largest_way(start, start + way, motor_steps)
+        ticks = largest_way(start, start + way, tick.motors)
         if ticks == 0.0:
             return None
-        ticks = max(ticks, goal.remaining(current.equilibrium) / platform_step)
+        ticks = max(ticks, goal.remaining(current.equilibrium) / tick.platform)
         part = 1.0 if ticks <= factor else _FIRST * factor / ticks
         try:
             aim = MotorGoal(self._robot, start + part * way)
@@ -83,12 +90,7 @@ class PoseSteps:
         return None if aim.clipped else aim.motors
 
     def step(
-        self,
-        current: Assessment,
-        goal: PoseGoal,
-        factor: float,
-        motor_steps: list[float],
-        platform_step: float,
+        self, current: Assessment, goal: PoseGoal, factor: float, tick: TickWay
     ) -> Assessment | Refusal:
         """Solve where the next step leads.
 
@@ -96,11 +98,10 @@ class PoseSteps:
             current: Where the robot is.
             goal: Where it is to go.
             factor: Part of their speed that motors and platform may have.
-            motor_steps: How far every motor goes in a tick at full speed, (n,) [rad or m].
-            platform_step: How far the platform goes in a tick at most [rad, rod lengths].
+            tick: How far they go in a tick at full speed.
         """
         start, remaining = current.equilibrium, goal.remaining(current.equilibrium)
-        way = factor * platform_step
+        way = factor * tick.platform
         if math.isnan(self._ticks_per_way):
             way *= _FELT
         else:
@@ -110,7 +111,7 @@ class PoseSteps:
             ahead = attempt(current, goal, fraction, start.loads)
             if isinstance(ahead, Refusal):
                 return ahead
-            ticks = largest_way(start.motors, ahead.equilibrium.motors, motor_steps)
+            ticks = largest_way(start.motors, ahead.equilibrium.motors, tick.motors)
             self._ticks_per_way = ticks / (fraction * remaining)
             if ticks <= factor * (1.0 + SLACK):
                 return ahead
@@ -118,7 +119,7 @@ class PoseSteps:
         return Refusal("inverse_singularity", "the motors would have to move beyond their speed")
 
     def first_step(
-        self, current: Assessment, goal: PoseGoal, aim: Floats, motor_steps: list[float]
+        self, current: Assessment, goal: PoseGoal, aim: Floats, tick: TickWay
     ) -> Assessment | Refusal:
         """Solve where the first step leads.
 
@@ -126,12 +127,12 @@ class PoseSteps:
             current: Where the robot is.
             goal: Where it is to go.
             aim: Where the step takes the motors, (n,) [rad or m].
-            motor_steps: How far every motor goes in a tick at full speed, (n,) [rad or m].
+            tick: How far motors and platform go in a tick at full speed.
         """
         start = current.equilibrium
         ahead = attempt(current, MotorGoal(self._robot, aim), 1.0, start.loads)
         if isinstance(ahead, Assessment):
             nearer = goal.remaining(start) - goal.remaining(ahead.equilibrium)
-            ticks = largest_way(start.motors, aim, motor_steps)
+            ticks = largest_way(start.motors, aim, tick.motors)
             self._ticks_per_way = ticks / max(nearer, _NO_NEARER)
         return ahead

@@ -24,7 +24,7 @@ from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
 from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import SLACK, Goal, MotorGoal, PoseGoal, largest_way, motor_steps, whole
-from .pose_steps import PoseSteps
+from .pose_steps import PoseSteps, TickWay
 from .steps import attempt, change_between, falls
 from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict
 from .trajectory_goal import TrajectoryGoal
@@ -131,8 +131,7 @@ class SetpointFollower:
     def settings(self, settings: Settings) -> None:
         self._settings, self._stirred = settings, True
         self._motor_steps = motor_steps(self.robot, settings.max_speed, self.period)
-        self._steps_of_motors = self._motor_steps.tolist()
-        self._platform_step = settings.max_speed * self.period
+        self._tick_way = TickWay(self._motor_steps.tolist(), settings.max_speed * self.period)
         self.watchdog.timeout = settings.setpoint_timeout
 
     @property
@@ -338,9 +337,8 @@ class SetpointFollower:
         assert isinstance(goal, PoseGoal)
         aim = self._first_towards(current, goal, factor)
         if aim is not None:
-            return self._pose_steps.first_step(current, goal, aim, self._steps_of_motors)
-        motors, platform = self._steps_of_motors, self._platform_step
-        return self._pose_steps.step(current, goal, factor, motors, platform)
+            return self._pose_steps.first_step(current, goal, aim, self._tick_way)
+        return self._pose_steps.step(current, goal, factor, self._tick_way)
 
     def _first_towards(self, current: Assessment, goal: PoseGoal, factor: float) -> Floats | None:
         """Where the first step out of rest takes the motors, (n,), without a solution.
@@ -350,8 +348,7 @@ class SetpointFollower:
         """
         if not self._stood or goal is not self._goal or goal.driven:
             return None
-        motors, platform = self._steps_of_motors, self._platform_step
-        return self._pose_steps.first(current, goal, factor, motors, platform)
+        return self._pose_steps.first(current, goal, factor, self._tick_way)
 
     def _crossing(self, current: Assessment, ahead: Assessment) -> Refusal | None:
         """Why the robot must not go there, if so; a measure that cannot be had is a reason."""
@@ -395,7 +392,7 @@ class SetpointFollower:
 
     def _ticks_between(self, first: Floats, last: Floats) -> float:
         """Ticks at full speed the motors need from one place to another, (n,) each."""
-        return largest_way(first, last, self._steps_of_motors)
+        return largest_way(first, last, self._tick_way.motors)
 
     def _part_of_way(self, start: Equilibrium, goal: MotorGoal, factor: float) -> float:
         """Part of the way to motors that a tick takes at a fraction of their speed."""

@@ -16,7 +16,7 @@ from cpr_core.model.assessment import Assessment, Threshold
 from cpr_core.model.kinemato_statics import KinematoStatics
 from cpr_ros.following.first_step import FirstStep
 from cpr_ros.following.goals import MotorGoal, PoseGoal
-from cpr_ros.following.pose_steps import PoseSteps
+from cpr_ros.following.pose_steps import PoseSteps, TickWay
 from cpr_ros.following.setpoint_following import SetpointFollower
 from cpr_ros.following.supervision import Refusal, State
 
@@ -176,9 +176,10 @@ def test_the_first_step_keeps_the_speed_of_the_platform():
     steps, remaining = PoseSteps(rest.robot), goal.remaining(start)
     way = goal.motors_ahead(current)
     for platform_step, part in ((1.001, 1.0), (0.999, 0.0999), (0.1, 0.01)):
-        aim = steps.first(current, goal, 1.0, motor_steps, platform_step * remaining)
+        tick = TickWay(motor_steps, platform_step * remaining)
+        aim = steps.first(current, goal, 1.0, tick)
         np.testing.assert_allclose(aim - start.motors, part * way, rtol=1e-9)
-        aim = steps.first(current, goal, 0.5, motor_steps, 2.0 * platform_step * remaining)
+        aim = steps.first(current, goal, 0.5, tick._replace(platform=2.0 * tick.platform))
         np.testing.assert_allclose(aim - start.motors, part * way, rtol=1e-9)
 
 

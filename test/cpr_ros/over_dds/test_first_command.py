@@ -4,6 +4,7 @@
 """A setpoint that comes at rest is commanded before it is solved, over real DDS."""
 
 import numpy as np
+import pytest
 from cpr_msgs.msg import StabilityMetrics
 from helpers.driver import Driver
 from helpers.node_process import running_node
@@ -52,37 +53,34 @@ def send_held_up(drive, before, target, held_up, looked):
     arrives_in_ticks(drive, before, target)
 
 
-def test_the_first_command_comes_while_the_node_has_not_solved_it_yet(tmp_path):
+@pytest.fixture
+def placed(tmp_path):
+    """A node that knows where its motors are: its driver, and the files that hold it up and tell."""
     arguments = "robot:=rfrfr", "start_from:=home", "max_speed:=1.0"
     with running_node(tmp_path, *arguments, module="helpers.held_up_node") as running:
         drive, held_up = Driver(running.client), running.process.home / "held_up"
-        looked = running.process.home / "looked_around"
         try:
-            drive.send_motors(*HOME)  # now it knows where the motors are
+            drive.send_motors(*HOME)
             drive.client.spin_until(lambda: drive.all(Float64MultiArray))
-            send_held_up(drive, HOME, HOME + [0.001, -0.002], held_up, looked)
-            send_held_up(drive, HOME + [0.001, -0.002], HOME + [0.3, -0.2], held_up, looked)
+            yield drive, held_up, running.process.home / "looked_around"
         finally:
             held_up.unlink(missing_ok=True)
             drive.close()
 
 
-def test_so_does_the_first_one_towards_a_pose(tmp_path):
+def test_the_first_command_comes_while_the_node_has_not_solved_it_yet(placed):
+    drive, *files = placed
+    send_held_up(drive, HOME, HOME + [0.001, -0.002], *files)
+    send_held_up(drive, HOME + [0.001, -0.002], HOME + [0.3, -0.2], *files)
+
+
+def test_so_does_the_first_one_towards_a_pose(placed):
     """A tenth of a tick's way along the tangent."""
-    arguments = "robot:=rfrfr", "start_from:=home", "max_speed:=1.0"
+    drive, *files = placed
     home = solve_home(load_robot("rfrfr"))
-    with running_node(tmp_path, *arguments, module="helpers.held_up_node") as running:
-        drive, held_up = Driver(running.client), running.process.home / "held_up"
-        looked = running.process.home / "looked_around"
-        try:
-            drive.send_motors(*HOME)  # now it knows where the motors are
-            drive.client.spin_until(lambda: drive.all(Float64MultiArray))
-            pose = home.pose + [0.05, -0.02]
-            first = first_held_up(drive, HOME, lambda: drive.send_platform(*pose), held_up, looked)
-            way = kinemato_statics(home).motors_by_pose @ [0.05, -0.02]
-            step = 0.1 * TICK * way / np.abs(way).max()
-            np.testing.assert_allclose(first, HOME + step, rtol=0.0, atol=1e-9)
-            arrives_in_ticks(drive, HOME, solve_inverse(home.robot, pose).motors)
-        finally:
-            held_up.unlink(missing_ok=True)
-            drive.close()
+    pose = home.pose + [0.05, -0.02]
+    first = first_held_up(drive, HOME, lambda: drive.send_platform(*pose), *files)
+    way = kinemato_statics(home).motors_by_pose @ [0.05, -0.02]
+    step = 0.1 * TICK * way / np.abs(way).max()
+    np.testing.assert_allclose(first, HOME + step, rtol=0.0, atol=1e-9)
+    arrives_in_ticks(drive, HOME, solve_inverse(home.robot, pose).motors)
