@@ -30,6 +30,7 @@ from .middleware.late_clients import LateClients
 from .operation.announcements import Announcements
 from .operation.session import Session
 from .operation.starting_place import HELD
+from .process.in_pieces import InPieces
 from .process.periodic import Periodic
 from .process.stop_signal import Stopped, StopSignal
 from .process.ticking import Ticking
@@ -72,7 +73,8 @@ class CprNode(LifecycleNode):
         self._session: Session | None = None
         self._whereabouts: Whereabouts | None = None
         self._active, self._looked_past = False, False
-        self._streams, self._health = Periodic(), Periodic()
+        self._streams, self._health, self._telling = Periodic(), Periodic(), InPieces()
+        self._tell = self._guarded(lambda: self._telling.look(self._ticking.due))
         self._late_clients = LateClients(self, time.monotonic)
         self._last_state = 0.0
         self._ticking = Ticking(
@@ -138,6 +140,7 @@ class CprNode(LifecycleNode):
             self.interfaces.waiting.look(now)
         if self._session is not None:
             self._session.look_around(now, self._ticking.resting)
+        self._tell()
 
     def until_due(self) -> float:
         """Time until something is due [s]."""
@@ -146,7 +149,8 @@ class CprNode(LifecycleNode):
             due = min(due, self.interfaces.waiting.due)
         if self._session is not None:
             due = min(due, self._session.first_step.due)
-        return max(0.0, due - time.monotonic())
+        now = time.monotonic()
+        return 0.0 if self._telling.fits(now, self._ticking.due) else max(0.0, due - now)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the robot, find its home and compile the kernels."""
@@ -275,6 +279,7 @@ class CprNode(LifecycleNode):
         self._active = False
         self._ticking.stop()
         self._streams.begin(0.0)
+        self._telling.stop()
 
     def _forget(self) -> None:
         self._deactivate()
@@ -322,6 +327,7 @@ class CprNode(LifecycleNode):
 
     def _tick(self, now: float) -> None:
         session = self._required_session()
+        asked = session.outcome.verdict.action
         ahead = session.command_ahead(now)
         if ahead is not None:
             self.outputs.motor_commands(ahead)
@@ -338,6 +344,9 @@ class CprNode(LifecycleNode):
         if outcome.moved:
             self._last_state = now
             self.outputs.step(session, now)
+        if outcome.verdict.action != asked and self.outputs.stability_wanted(now):
+            # A supervisor does not wait for its turn.
+            self._telling.begin("stability", self.outputs.stability(session), anew=True)
         if outcome.home_missed:
             self.get_logger().error(
                 "the motors are at home, but this is another equilibrium than home"
@@ -363,10 +372,11 @@ class CprNode(LifecycleNode):
             self.outputs.state(self._required_session(), now)
 
     def _publish_stability(self) -> None:
-        self.outputs.stability(self._required_session(), time.monotonic())
+        self._telling.begin("stability", self.outputs.stability(self._required_session()))
 
     def _publish_markers(self) -> None:
-        self.outputs.markers(self._required_session(), self.parameters.marker_color)
+        work = self.outputs.markers(self._required_session(), self.parameters.marker_color)
+        self._telling.begin("markers", work)
 
     def _publish_diagnostics(self) -> None:
         session, now = self.active_session(), time.monotonic()

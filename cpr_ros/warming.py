@@ -21,7 +21,7 @@ from cpr_core import (
 
 from .messages.conversions import Frames, fill_equilibrium
 from .messages.leg_markers import POINTS
-from .messages.stability_stream import StabilityStream
+from .messages.stability_stream import Moment, StabilityStream
 from .operation.session import Session
 
 __all__ = ["USED_LATER", "warm_up"]
@@ -43,11 +43,9 @@ def warm_up(session: Session, frames: Frames) -> Iterator[str]:
         yield "inverse problem"
     fill_equilibrium(EquilibriumMessage(), home, frames, Time(), 0.0, eigenvalues=True)
     StabilityStream().message(
-        session.outcome,
+        Moment(session.outcome, 0.0, (0, 0)),
         session.follower.settings.thresholds,
         frames,
-        (0, 0),
-        now=0.0,
         setpoint_age=-1.0,
         wrench_age=-1.0,
     )

@@ -27,7 +27,7 @@ from ..messages.conversions import joint_state, platform_pose
 from ..messages.leg_markers import leg_markers
 from ..messages.motor_messages import measured_motors
 from ..messages.platform_messages import measurement_delay
-from ..messages.stability_stream import StabilityStream
+from ..messages.stability_stream import Moment, StabilityStream
 from ..messages.transforms import Transforms
 from ..messages.urdf import robot_urdf
 from ..messages.wrench_messages import estimated_wrench, measured_efforts, wrench_estimate
@@ -36,6 +36,7 @@ from ..middleware.listeners import Listeners
 from ..middleware.other_commanders import OtherCommanders
 from ..middleware.repeated_message import RepeatedMessage, Stamp
 from ..operation.session import Session
+from ..process.in_pieces import Work
 from ..settings.parameters import Parameters
 from .diagnostics import diagnostic_array, wrench_status
 
@@ -170,14 +171,16 @@ class Outputs:
         assert self._command is not None  # made when the node became active
         self._motor_commands.publish(self._command.of(commands))
 
-    def stability(self, session: Session, now: float) -> None:
-        """The message for the supervisor."""
+    def stability(self, session: Session) -> Work:
+        """Measure the robot, and publish the message for the supervisor."""
+        moment = yield from self._stream.measure(
+            lambda: Moment(session.outcome, time.monotonic(), self._now())
+        )
+        now = time.monotonic()
         message = self._stream.message(
-            session.outcome,
+            moment,
             session.follower.settings.thresholds,
             self._transforms.frames,
-            self._now(),
-            now=now,
             setpoint_age=session.input_watchdog.age(now),
             wrench_age=session.wrench.watchdog.age(now),
             loop=session.loop_status(now),
@@ -228,10 +231,11 @@ class Outputs:
             )
             self._felt_well.publish(told)
 
-    def markers(self, session: Session, by: str) -> None:
+    def markers(self, session: Session, by: str) -> Work:
         """Legs for rviz."""
-        frames = self._transforms.frames
-        self._markers.publish(leg_markers(session.outcome, by, frames, self._stamp()))
+        message = leg_markers(session.outcome, by, self._transforms.frames, self._stamp())
+        yield
+        self._markers.publish(message)
 
     def diagnostics(
         self,

@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 from cpr_msgs.msg import Singularity as SingularityMessage
 from cpr_msgs.msg import StabilityMetrics
@@ -29,6 +31,20 @@ _OPEN = LoopStatus()
 _AGES = ("margin_trend", "setpoint_age", "wrench_age", "measured_pose_age")
 
 
+class Moment(NamedTuple):
+    """When the robot was looked at.
+
+    Attributes:
+        outcome: Of the last tick.
+        now: Steady time [s].
+        stamp: ROS time.
+    """
+
+    outcome: Outcome
+    now: float
+    stamp: Stamp
+
+
 class StabilityStream:
     """Makes the messages of the stream; remembers the last one for the trend."""
 
@@ -39,14 +55,45 @@ class StabilityStream:
             tuple[Outcome, Thresholds, tuple[LoopStatus, str], float, RepeatedMessage] | None
         ) = None
 
+    def measure(self, look: Callable[[], Moment]) -> Generator[None, None, Moment]:
+        """Find what a message takes time for, in pieces; all of it is kept.
+
+        Args:
+            look: At the robot now.
+
+        Returns:
+            What the message is about: the tick in which this began; of a robot that has come to rest
+            elsewhere meanwhile, where it is now.
+        """
+        told = look()
+        yield from self._pieces(told.outcome.assessment)
+        while (newest := look()).outcome.assessment is not told.outcome.assessment:
+            if newest.outcome.moved:
+                return told
+            told = newest
+            yield from self._pieces(told.outcome.assessment)
+        return newest
+
+    def _pieces(self, assessment: Assessment) -> Iterator[None]:
+        if self._known is not None and self._known[0].assessment is assessment:
+            return
+        equilibrium = assessment.equilibrium
+        for find in (
+            lambda: equilibrium.spectrum_locked.eigenvalues,
+            lambda: equilibrium.spectrum_free.eigenvalues,
+            lambda: assessment.kinemato_statics.matrices(assessment.characteristic_length),
+            lambda: assessment.forward,
+            lambda: assessment.inverse,
+        ):
+            find()
+            yield
+
     def message(
         self,
-        outcome: Outcome,
+        moment: Moment,
         thresholds: Thresholds,
         frames: Frames,
-        stamp: Stamp,
         *,
-        now: float,
         setpoint_age: float,
         wrench_age: float,
         loop: LoopStatus = _OPEN,
@@ -57,11 +104,9 @@ class StabilityStream:
         What differs from message to message is given by name.
 
         Args:
-            outcome: Of the last tick.
+            moment: What it is about.
             thresholds: In force.
             frames: Names of the frames.
-            stamp: ROS time of the message.
-            now: Steady time [s].
             setpoint_age: Age of the newest setpoint [s], -1 without.
             wrench_age: Age of the external wrench [s], -1 without.
             loop: Whether the measured pose corrects the setpoint.
@@ -70,8 +115,9 @@ class StabilityStream:
         Returns:
             The message, as bytes where nothing but time has gone on since the last one.
         """
-        message, margin = self._of_tick(outcome, thresholds, frames, loop, unseen)
-        return message.at(stamp, self._trend(margin, now), setpoint_age, wrench_age, loop.age)
+        message, margin = self._of_tick(moment.outcome, thresholds, frames, loop, unseen)
+        trend = self._trend(margin, moment.now)
+        return message.at(moment.stamp, trend, setpoint_age, wrench_age, loop.age)
 
     def _of_tick(
         self,

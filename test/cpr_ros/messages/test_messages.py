@@ -3,6 +3,7 @@
 
 """What decisions look like as messages; no node is needed for that."""
 
+from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -30,6 +31,7 @@ from cpr_core import (
 from cpr_core.drawing.robot_lines import bending_curvature
 from cpr_core.lie import rotation_exp
 from cpr_core.model.assessment import Assessment
+from cpr_core.model.kinemato_statics import KinematoStatics
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.supervision import BLIND
 from cpr_ros.interface.diagnostics import diagnostic_array
@@ -41,7 +43,7 @@ from cpr_ros.messages.conversions import (
 )
 from cpr_ros.messages.leg_markers import leg_markers
 from cpr_ros.messages.motor_messages import measured_motors, motor_setpoint
-from cpr_ros.messages.stability_stream import StabilityStream
+from cpr_ros.messages.stability_stream import Moment, StabilityStream
 from cpr_ros.messages.transforms import transform_of
 
 FRAMES = Frames("base", "platform")
@@ -49,8 +51,13 @@ FRAMES = Frames("base", "platform")
 
 def metrics_of(outcome):
     """The message of the stream after a tick, without setpoint and wrench."""
-    return StabilityStream().message(
-        outcome, SETTINGS.thresholds, FRAMES, (0, 0), now=0.0, setpoint_age=-1.0, wrench_age=-1.0
+    return told_of(StabilityStream(), outcome)
+
+
+def told_of(stream, outcome, **about):
+    moment = Moment(outcome, 0.0, (0, 0))
+    return stream.message(
+        moment, SETTINGS.thresholds, FRAMES, setpoint_age=-1.0, wrench_age=-1.0, **about
     )
 
 
@@ -125,10 +132,7 @@ def test_a_platform_that_is_to_be_seen_and_is_not_is_slowed_down(rfrfr):
     stream, outcome = StabilityStream(), rfrfr.tick()
 
     def told(unseen):
-        ages = {"now": 0.0, "setpoint_age": -1.0, "wrench_age": -1.0}
-        message = stream.message(
-            outcome, SETTINGS.thresholds, FRAMES, (0, 0), **ages, unseen=unseen
-        )
+        message = told_of(stream, outcome, unseen=unseen)
         return message.action, message.status, message.status_text, message.speed_scale
 
     good = told("")
@@ -137,6 +141,66 @@ def test_a_platform_that_is_to_be_seen_and_is_not_is_slowed_down(rfrfr):
     slow = (StabilityMetrics.ACTION_SLOW, StabilityMetrics.STATUS_STALE_COMMAND, why, BLIND)
     assert told(why) == slow
     assert told("") == good
+
+
+def test_all_that_takes_long_is_measured_in_pieces_before_the_message(rfrfr, monkeypatch):
+    """The message itself is made between two ticks."""
+    stream, outcome = StabilityStream(), elsewhere(rfrfr, 0.01)
+    assert finished(stream.measure(lambda: Moment(outcome, 0.0, (0, 0)))) == (5, outcome)
+
+    def long(*_about, **_more):
+        raise AssertionError("this takes long")
+
+    with monkeypatch.context() as patch:
+        for function in ("eigh", "eigvalsh", "slogdet"):
+            patch.setattr(np.linalg, function, long)
+        for method in ("singularity", "matrices"):
+            patch.setattr(KinematoStatics, method, long)
+        found = told_of(stream, outcome)
+        assert finished(stream.measure(lambda: Moment(outcome, 0.0, (0, 0)))) == (0, outcome)
+    expected = metrics_of(elsewhere(rfrfr, 0.01))
+    assert repr(found) == repr(expected)  # with NaN in them they are not equal
+
+
+def test_the_message_is_about_the_tick_it_was_begun_in_or_where_the_robot_stands_now(rfrfr):
+    start, next_one, last = (elsewhere(rfrfr, way) for way in (0.0, 0.01, 0.02))
+    moving = [replace(outcome, moved=True) for outcome in (start, next_one, last)]
+    assert told_while(moving) == (5, moving[0])
+    standing = replace(last, moved=False)
+    assert told_while([*moving, standing]) == (10, standing)
+    again = replace(standing, refusal=None)  # a halted robot goes on trying
+    assert told_while([standing, again]) == (5, again)
+
+
+def told_while(outcomes):
+    """How many pieces there are and what is told if the robot does this meanwhile, one a piece."""
+    outcomes = iter(outcomes)
+    newest = [next(outcomes)]
+    work = StabilityStream().measure(lambda: Moment(newest[0], 0.0, (0, 0)))
+
+    def meanwhile():
+        newest[0] = next(outcomes, newest[0])
+
+    return finished(work, meanwhile)
+
+
+def finished(work, meanwhile=lambda: None):
+    """How many pieces there are, and which outcome is told."""
+    pieces = 0
+    while True:
+        try:
+            next(work)
+        except StopIteration as end:
+            return pieces, end.value.outcome
+        pieces += 1
+        meanwhile()
+
+
+def elsewhere(drive, way):
+    """A tick that led to where no other one did."""
+    planar = robot("rfrfr")
+    moved = solve_forward(planar, solve_home(planar).motors + way)
+    return replace(drive.tick(), assessment=Assessment(moved), moved=False)
 
 
 def test_legs_are_coloured_by_bending_strain_or_by_stability(rfrfr):

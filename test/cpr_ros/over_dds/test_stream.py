@@ -3,6 +3,7 @@
 
 """The stability stream, external wrench, description, markers: what a supervisor and rviz see."""
 
+import itertools
 import math
 from xml.etree import ElementTree
 
@@ -12,6 +13,8 @@ import yaml
 from cpr_msgs.msg import StabilityMetrics
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
+from helpers.driver import Driver
+from helpers.node_process import running_node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -60,6 +63,18 @@ def test_the_stream_comes_in_every_state(drive):
     drive.send_platform(0.0, 3.0)
     drive.until_state(StabilityMetrics.STATE_HALTED)
     assert_it_comes(StabilityMetrics.STATE_HALTED)
+
+
+def test_a_supervisor_hears_of_another_action_out_of_turn(tmp_path):
+    """On the way the action is SLOW for less than the 5 s between two messages."""
+    with running_node(tmp_path, "robot:=rfrfr", "stability_rate:=0.2") as node:
+        drive = Driver(node.client)
+        drive.send_platform(0.0, 3.0)
+        drive.until(lambda: drive.metrics.action == StabilityMetrics.ACTION_HALT)
+        told = [metrics.action for metrics in drive.all(StabilityMetrics)]
+        drive.close()
+    slow, halt = StabilityMetrics.ACTION_SLOW, StabilityMetrics.ACTION_HALT
+    assert [action for action, _ in itertools.groupby(told) if action] == [slow, halt]
 
 
 def test_the_action_does_not_chatter_while_the_robot_trembles_about_a_threshold(drive):

@@ -1,0 +1,98 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Work that takes longer than ticks leave time for, a piece at a time. No ROS here.
+
+What is told of one tick would else make the next ones late, and with them motor commands.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+
+__all__ = ["InPieces", "Work"]
+
+#: What a piece took before counts so much less every time.
+_FORGETTING = 0.9
+
+#: Does a piece whenever it is asked for its next value.
+Work = Iterator[None]
+
+
+class InPieces:
+    """Works of several kinds, in pieces between ticks.
+
+    A piece begins where it will be done before the next tick, if it takes what it took lately, and
+    after a tick before which none began: work comes to an end however short ticks are.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        """Have nothing to do yet.
+
+        Args:
+            clock: Steady time [s].
+        """
+        self._clock = clock
+        #: By kind; kinds that came first are done first.
+        self._works: dict[str, Work] = {}
+        #: Which piece is the next one.
+        self._next: dict[str, int] = {}
+        self._took: dict[tuple[str, int], float] = {}
+        self._next_tick, self._waited = math.inf, False
+
+    def begin(self, kind: str, work: Work, *, anew: bool = False) -> None:
+        """Do this, too; not if one of its kind is still under way, as that comes too often then.
+
+        Args:
+            kind: Its pieces take about the same time whenever it is done.
+            work: Does its pieces.
+            anew: Instead of what is under way of its kind.
+        """
+        if anew or kind not in self._works:
+            self._works[kind], self._next[kind] = work, 0
+
+    def stop(self) -> None:
+        """Do nothing any more."""
+        self._works.clear()
+
+    def fits(self, now: float, next_tick: float) -> bool:
+        """Whether there is a piece that will be done in time.
+
+        Args:
+            now: Steady time [s].
+            next_tick: When the next tick is due [s]; infinite at rest.
+        """
+        for kind in self._works:
+            return now + self._took.get((kind, self._next[kind]), 0.0) <= next_tick
+        return False
+
+    def look(self, next_tick: float) -> None:
+        """Do a piece if it is time to; to be asked whenever it may be, and after every tick.
+
+        A piece that raises an error ends its work.
+
+        Args:
+            next_tick: When the next tick is due [s]; infinite at rest.
+        """
+        ticked, self._next_tick = next_tick != self._next_tick, next_tick
+        if not self._works:
+            return
+        begin = self._clock()
+        if not self.fits(begin, next_tick) and not (ticked and self._waited):
+            self._waited = self._waited or ticked
+            return
+        self._waited = False
+        kind, work = next(iter(self._works.items()))
+        piece = self._next[kind]
+        self._next[kind] += 1
+        try:
+            next(work)
+        except StopIteration:
+            self._works.pop(kind, None)
+        except Exception:
+            self._works.pop(kind, None)
+            raise
+        took, before = self._clock() - begin, self._took.get((kind, piece), 0.0)
+        self._took[kind, piece] = max(took, _FORGETTING * before)
