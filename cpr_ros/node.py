@@ -345,8 +345,7 @@ class CprNode(LifecycleNode):
             self._last_state = now
             self.outputs.step(session, now)
         if outcome.verdict.action != asked and self.outputs.stability_wanted(now):
-            # A supervisor does not wait for its turn.
-            self._telling.begin("stability", self.outputs.stability(session), anew=True)
+            self._publish_stability()  # out of turn: a supervisor does not wait
         if outcome.home_missed:
             self.get_logger().error(
                 "the motors are at home, but this is another equilibrium than home"

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Generator
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -172,7 +173,16 @@ class Outputs:
         self._motor_commands.publish(self._command.of(commands))
 
     def stability(self, session: Session) -> Work:
-        """Measure the robot, and publish the message for the supervisor."""
+        """Measure the robot, and publish the message for the supervisor.
+
+        If the action has changed meanwhile, the next message follows at once.
+        """
+        moment = yield from self._tell_stability(session)
+        while session.outcome.verdict.action != moment.outcome.verdict.action:
+            yield
+            moment = yield from self._tell_stability(session)
+
+    def _tell_stability(self, session: Session) -> Generator[None, None, Moment]:
         moment = yield from self._stream.measure(
             lambda: Moment(session.outcome, time.monotonic(), self._now())
         )
@@ -187,6 +197,7 @@ class Outputs:
             unseen=session.unseen(now),
         )
         self._stability.publish(message)
+        return moment
 
     @property
     def wrench_wanted(self) -> bool:

@@ -67,12 +67,12 @@ class StabilityStream:
         """
         told = look()
         yield from self._pieces(told.outcome.assessment)
-        while (newest := look()).outcome.assessment is not told.outcome.assessment:
-            if newest.outcome.moved:
-                return told
+        newest = look()
+        if newest.outcome.assessment is not told.outcome.assessment and not newest.outcome.moved:
             told = newest
             yield from self._pieces(told.outcome.assessment)
-        return newest
+            newest = look()
+        return newest if newest.outcome.assessment is told.outcome.assessment else told
 
     def _pieces(self, assessment: Assessment) -> Iterator[None]:
         if self._known is not None and self._known[0].assessment is assessment:

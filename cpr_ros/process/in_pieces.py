@@ -42,15 +42,14 @@ class InPieces:
         self._took: dict[tuple[str, int], float] = {}
         self._next_tick, self._waited = math.inf, False
 
-    def begin(self, kind: str, work: Work, *, anew: bool = False) -> None:
+    def begin(self, kind: str, work: Work) -> None:
         """Do this, too; not if one of its kind is still under way, as that comes too often then.
 
         Args:
             kind: Its pieces take about the same time whenever it is done.
             work: Does its pieces.
-            anew: Instead of what is under way of its kind.
         """
-        if anew or kind not in self._works:
+        if kind not in self._works:
             self._works[kind], self._next[kind] = work, 0
 
     def stop(self) -> None:

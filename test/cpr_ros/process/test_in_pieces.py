@@ -134,15 +134,6 @@ def test_kinds_are_done_in_order_and_one_of_a_kind_at_a_time():
     assert clock.pieces[4:] == [("metrics", 0)]
 
 
-def test_work_that_is_begun_anew_takes_the_place_of_what_is_under_way():
-    clock = Clockwork()
-    clock.begin("metrics", 0.001, 0.001)
-    clock.in_pieces.look(math.inf)
-    clock.in_pieces.begin("metrics", clock.work("newer", 0.001, 0.001), anew=True)
-    clock.until(0.1)
-    assert clock.pieces == [("metrics", 0), ("newer", 0), ("newer", 1)]
-
-
 def test_an_error_ends_its_own_work_only():
     clock = Clockwork()
 
