@@ -35,10 +35,8 @@ class InPieces:
             clock: Steady time [s].
         """
         self._clock = clock
-        #: By kind; kinds that came first are done first.
-        self._works: dict[str, Work] = {}
-        #: Which piece is the next one.
-        self._next: dict[str, int] = {}
+        #: By kind, each with the number of its next piece; kinds that came first are done first.
+        self._works: dict[str, tuple[Work, int]] = {}
         self._took: dict[tuple[str, int], float] = {}
         self._next_tick, self._waited = math.inf, False
 
@@ -50,7 +48,7 @@ class InPieces:
             work: Does its pieces.
         """
         if kind not in self._works:
-            self._works[kind], self._next[kind] = work, 0
+            self._works[kind] = work, 0
 
     def stop(self) -> None:
         """Do nothing any more."""
@@ -63,9 +61,10 @@ class InPieces:
             now: Steady time [s].
             next_tick: When the next tick is due [s]; infinite at rest.
         """
-        for kind in self._works:
-            return now + self._took.get((kind, self._next[kind]), 0.0) <= next_tick
-        return False
+        if not self._works:
+            return False
+        kind, (_, piece) = next(iter(self._works.items()))
+        return now + self._took.get((kind, piece), 0.0) <= next_tick
 
     def look(self, next_tick: float) -> None:
         """Do a piece if it is time to; to be asked whenever it may be, and after every tick.
@@ -83,9 +82,8 @@ class InPieces:
             self._waited = self._waited or ticked
             return
         self._waited = False
-        kind, work = next(iter(self._works.items()))
-        piece = self._next[kind]
-        self._next[kind] += 1
+        kind, (work, piece) = next(iter(self._works.items()))
+        self._works[kind] = work, piece + 1
         try:
             next(work)
         except StopIteration:
