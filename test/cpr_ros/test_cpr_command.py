@@ -25,7 +25,12 @@ sys.exit(main())
 """
 
 
-def interrupted(module, first="", command="cpr_ros.cpr_command"):
+#: As in a terminal; tests that run in the background of a script inherit that it is ignored.
+HEARD = "signal.signal(signal.SIGINT, signal.default_int_handler)"
+IGNORED = "signal.signal(signal.SIGINT, signal.SIG_IGN)"
+
+
+def interrupted(module, first=HEARD, command="cpr_ros.cpr_command"):
     """What became of the command that was interrupted as it began to import a module."""
     script = SCRIPT.format(module=module, first=first, command=command)
     ended = subprocess.run(
@@ -42,6 +47,6 @@ def test_an_interrupt_within_the_imports_is_told_in_one_line(module):
 
 
 def test_an_interrupt_that_is_ignored_ends_nothing():
-    status, said, problems = interrupted("numpy", "signal.signal(signal.SIGINT, signal.SIG_IGN)")
+    status, said, problems = interrupted("numpy", IGNORED)
     assert (status, problems) == (0, "")
     assert said.startswith("begun\ncpr ")
