@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from typing import Protocol, Self
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,7 +29,6 @@ Floats = NDArray[np.float64]
 
 #: Overshoot of a step, relative, that is rounding.
 SLACK = 1e-6
-_ANGLES = ("roll", "pitch", "yaw")
 #: Axes of the platform that coordinates move along or about.
 _AXES = {"roll": 0, "pitch": 1, "yaw": 2, "angle": 2, "x": 3, "y": 4, "z": 5}
 
@@ -116,6 +115,9 @@ class PoseGoal:
         if not self.names:
             raise InvalidRequest("pose", "the inverse problem of this robot has no solution")
         self.pose = checked_vector("pose", pose, len(self.names), " ".join(self.names))
+        first = self.names.index("qw") if "qw" in self.names else None
+        self._quaternion = None if first is None else slice(first, first + 4)
+        self._asked: tuple[Equilibrium, Floats, _Way] | None = None
 
     def at(self, pose: Floats) -> Self:
         """The same with another pose."""
@@ -125,24 +127,16 @@ class PoseGoal:
 
     def remaining(self, start: Equilibrium) -> float:
         """Larger one of distance (in rod lengths) and angle."""
-        shifts, turns = [0.0], [0.0]
-        for name, change in zip(self.names, self._changes(start), strict=True):
-            if name in ("x", "y", "z"):
-                shifts.append(change)
-            elif not name.startswith("q"):
-                turns.append(abs(change))
-        if "qw" in self.names:
-            turns.append(math.hypot(*self._turn(start).tolist()))
-        # Not by squares: those of a pose far beyond all robots are infinite, and it went on for ever.
-        return max(math.hypot(*shifts) / start.robot.mean_length, *turns)
+        return self._way(start).length
 
     def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """Inverse problem at the pose on the way."""
-        pose = start.pose + fraction * np.array(self._changes(start))
+        way = self._way(start)
+        pose = start.pose + fraction * np.array(way.changes)
         if fraction == 1.0:
             pose = self.pose
-        elif "qw" in self.names:
-            rotation = rotation_exp(fraction * self._turn(start)) @ start.platform_rotation
+        elif self._quaternion is not None:
+            rotation = rotation_exp(fraction * np.array(way.turn)) @ start.platform_rotation
             pose[self._quaternion] = quaternion_from_rotation(rotation)
         return solve_inverse(start.robot, pose, start=start, loads=loads)
 
@@ -154,39 +148,57 @@ class PoseGoal:
         start = current.equilibrium
         if start.robot.redundancy:
             return None
-        left = np.zeros(6)
-        for name, change in zip(self.names, self._changes(start), strict=True):
+        way = self._way(start)
+        twist = dict(enumerate(way.turn))
+        for name, change in zip(self.names, way.changes, strict=True):
             if name in _AXES:
-                left[_AXES[name]] = change
-        if "qw" in self.names:
-            left[:3] = self._turn(start)
+                twist[_AXES[name]] = change
+        controlled = sorted(start.robot.controlled_axes.tolist())
         try:
-            axes = np.sort(start.robot.controlled_axes)
-            way = current.kinemato_statics.motors_by_pose @ left[axes]
+            motors = current.kinemato_statics.motors_by_pose @ [twist[axis] for axis in controlled]
         except Exception:  # an inverse singularity, or no tangent: who solves for the way is told
             return None
-        return way if np.isfinite(way).all() else None
+        return motors if all(map(math.isfinite, motors.tolist())) else None
 
-    @property
-    def _quaternion(self) -> slice:
-        first = self.names.index("qw")
-        return slice(first, first + 4)
+    def _way(self, start: Equilibrium) -> _Way:
+        """The way that is left; it is asked for several times a tick."""
+        if self._asked is None or self._asked[0] is not start or self._asked[1] is not self.pose:
+            self._asked = start, self.pose, self._find_way(start)
+        return self._asked[2]
 
-    def _turn(self, start: Equilibrium) -> Floats:
-        """Rotation vector in the world that is left."""
-        return turn_between(start.platform_quaternion, self.pose[self._quaternion])
-
-    def _changes(self, start: Equilibrium) -> list[float]:
-        """What is left in every number, angles on the short way; zero for quaternions."""
-        changes = []
+    def _find_way(self, start: Equilibrium) -> _Way:
+        # In lists: numpy takes several times as long on so few numbers.
+        changes, shifts, turns, turn = [], [0.0], [0.0], list[float]()
         for name, now, then in zip(
             self.names, start.pose.tolist(), self.pose.tolist(), strict=True
         ):
             change = 0.0 if name.startswith("q") else then - now
-            if name in (*_ANGLES, "angle"):
+            if name in ("x", "y", "z"):
+                shifts.append(change)
+            elif name in _AXES:  # an angle
                 change -= 2.0 * math.pi * round(change / (2.0 * math.pi))
+                turns.append(abs(change))
             changes.append(change)
-        return changes
+        if self._quaternion is not None:
+            turn = turn_between(start.platform_quaternion, self.pose[self._quaternion]).tolist()
+            turns.append(math.hypot(*turn))
+        # Not by squares: those of a pose far beyond all robots are infinite, and it went on for ever.
+        length = max(math.hypot(*shifts) / start.robot.mean_length, *turns)
+        return _Way(changes, turn, length)
+
+
+class _Way(NamedTuple):
+    """The way to a pose.
+
+    Attributes:
+        changes: Of every number of the pose [m or rad], angles on the short way; zero for quaternions.
+        turn: Rotation vector in the world [rad] of a pose with a quaternion; empty for others.
+        length: Larger one of distance [rod lengths] and angle [rad].
+    """
+
+    changes: list[float]
+    turn: list[float]
+    length: float
 
 
 def largest_way(first: Floats, last: Floats, units: list[float]) -> float:

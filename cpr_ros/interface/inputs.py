@@ -28,7 +28,8 @@ from ..following.trajectory_following import Ending
 from ..messages.command_message import CommandMessage
 from ..messages.conversions import (
     Frames,
-    pose_from_message,
+    check_pose_frame,
+    controlled_pose,
     with_wrench,
 )
 from ..messages.motor_messages import measured_motors, motor_setpoint
@@ -38,6 +39,7 @@ from ..messages.platform_messages import (
     platform_in_base,
     platform_twist,
 )
+from ..messages.pose_bytes import read_pose
 from ..messages.trajectory_messages import trajectory_order
 from ..messages.wrench_messages import whole_pose
 from ..middleware.dropped_messages import DroppedMessages
@@ -48,6 +50,8 @@ __all__ = ["Inputs"]
 
 #: The newest setpoint is the one that counts; some by name may belong together.
 NEWEST, SOME = QoSProfile(depth=1), QoSProfile(depth=10)
+#: Setpoints that rclpy is too slow to read: see CommandMessage and read_pose.
+_READ_FROM_BYTES = ("~/commands", "~/platform_setpoint")
 
 
 class Inputs:
@@ -104,7 +108,7 @@ class Inputs:
         ):
             if topic == MEASURED and own:
                 continue
-            as_bytes = kind is Float64MultiArray  # read by ourselves, see CommandMessage
+            as_bytes = topic in _READ_FROM_BYTES
             self._subscriptions.append(
                 node.create_subscription(kind, topic, self._guarded(topic, take), qos, raw=as_bytes)
             )
@@ -152,8 +156,10 @@ class Inputs:
         motors = self._ready[count].numbers(message)
         session.follow(MotorGoal(session.robot, motors, "data"), now)
 
-    def _platform_setpoint(self, session: Session, message: PoseStamped, now: float) -> None:
-        pose = pose_from_message(session.robot, message, [], self._frames)
+    def _platform_setpoint(self, session: Session, message: bytes, now: float) -> None:
+        frame, numbers = read_pose(message)
+        check_pose_frame(frame, self._frames)
+        pose = controlled_pose(session.robot, numbers)
         session.follow(PoseGoal(session.robot, pose), now)
 
     def _joint_trajectory(self, session: Session, message: JointTrajectory, now: float) -> None:

@@ -18,10 +18,10 @@ from std_msgs.msg import Float64MultiArray
 
 from cpr_core import InvalidRequest
 
+from ..middleware.serialized import LITTLE_ENDIAN
+
 __all__ = ["CommandMessage"]
 
-#: How DDS says that numbers are written little-endian.
-_LITTLE_ENDIAN = b"\x00\x01"
 #: Bytes up to the count of the numbers, which are aligned behind it: who writes them leaves in between
 #: what is there.
 _HEAD = 16
@@ -43,7 +43,7 @@ class CommandMessage:
 
     def of(self, commands: NDArray[np.float64]) -> Float64MultiArray | bytes:
         """What to publish for commands in motor order, (n,)."""
-        if self._bytes[:2] != _LITTLE_ENDIAN or self._place < 0:
+        if self._bytes[:2] != LITTLE_ENDIAN or self._place < 0:
             return Float64MultiArray(data=commands.tolist())
         self._numbers.pack_into(self._bytes, self._place, *commands.tolist())
         return bytes(self._bytes)
@@ -54,7 +54,7 @@ class CommandMessage:
         Raises:
             InvalidRequest: It is no such message.
         """
-        known = self._bytes[:2] == _LITTLE_ENDIAN and self._place >= _HEAD
+        known = self._bytes[:2] == LITTLE_ENDIAN and self._place >= _HEAD
         same = len(received) == len(self._bytes) and received[:_HEAD] == self._bytes[:_HEAD]
         if known and same:
             return np.frombuffer(received, "<f8", offset=self._place)

@@ -9,6 +9,7 @@ import math
 from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -37,6 +38,8 @@ from .motor_messages import motors_from_joint_state
 
 __all__ = [
     "Frames",
+    "PoseNumbers",
+    "check_pose_frame",
     "controlled_pose",
     "equilibrium_from_message",
     "fill_equilibrium",
@@ -44,6 +47,7 @@ __all__ = [
     "joint_state",
     "platform_pose",
     "pose_from_message",
+    "pose_numbers",
     "twist_message",
     "twist_vector",
     "with_wrench",
@@ -74,6 +78,24 @@ class Frames:
     tracker: str = "tracker"
 
 
+class PoseNumbers(NamedTuple):
+    """Numbers of a pose, as messages have them.
+
+    Attributes:
+        position: x y z [m].
+        orientation: Quaternion x y z w.
+    """
+
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float, float]
+
+
+def pose_numbers(message: Pose) -> PoseNumbers:
+    """Numbers of a message."""
+    point, turn = message.position, message.orientation
+    return PoseNumbers((point.x, point.y, point.z), (turn.x, turn.y, turn.z, turn.w))
+
+
 def pose_from_message(
     robot: Robot, message: PoseStamped, controlled: list[str], frames: Frames, where: str = ""
 ) -> Floats:
@@ -92,26 +114,37 @@ def pose_from_message(
         NonFiniteInput: A NaN or an infinity.
         InvalidQuaternion: No rotation, or in the plane one that leaves it.
     """
-    if message.header.frame_id not in ("", frames.base):
-        raise RequestError(
-            ErrorCode.FRAME_TRANSFORM_FAILURE,
-            f"{where}header.frame_id: expected {frames.base!r}, got {message.header.frame_id!r}",
-        )
+    check_pose_frame(message.header.frame_id, frames, where)
     description = robot.description
     if controlled and sorted(controlled) != sorted(description.controlled):
         raise InvalidRequest(
             "controlled",
             f"expected {', '.join(description.controlled)}, got {', '.join(controlled)}",
         )
-    return controlled_pose(robot, message.pose, where=where)
+    return controlled_pose(robot, pose_numbers(message.pose), where=where)
 
 
-def controlled_pose(robot: Robot, message: Pose, *, tilt: float = 1e-9, where: str = "") -> Floats:
+def check_pose_frame(frame: str, frames: Frames, where: str = "") -> None:
+    """Whether a pose is given in the base frame, by its name or by none.
+
+    Raises:
+        RequestError: It is another frame; ``where`` comes before the name of the field.
+    """
+    if frame not in ("", frames.base):
+        raise RequestError(
+            ErrorCode.FRAME_TRANSFORM_FAILURE,
+            f"{where}header.frame_id: expected {frames.base!r}, got {frame!r}",
+        )
+
+
+def controlled_pose(
+    robot: Robot, pose: PoseNumbers, *, tilt: float = 1e-9, where: str = ""
+) -> Floats:
     """Controlled coordinates of a pose in the base frame, in the order of the description.
 
     Args:
         robot: The robot.
-        message: The pose.
+        pose: Its numbers.
         tilt: By how much of 1 - cos(angle) the pose of a planar robot may leave the plane.
         where: What comes before the names of its fields in error messages.
 
@@ -119,27 +152,25 @@ def controlled_pose(robot: Robot, message: Pose, *, tilt: float = 1e-9, where: s
         NonFiniteInput: A NaN or an infinity.
         InvalidQuaternion: No rotation, or in the plane one that leaves it.
     """
-    position, orientation = message.position, message.orientation
-    values = {"x": position.x, "y": position.y, "z": position.z}
+    values = dict(zip(("x", "y", "z"), pose.position, strict=True))
     read = [name for name in robot.description.controlled if name in values]
     checked_vector(
         f"{where}pose.position", [values[name] for name in read], len(read), " ".join(read)
     )
     if len(read) < len(robot.description.controlled):
-        quaternion = [orientation.w, orientation.x, orientation.y, orientation.z]
+        x, y, z, w = pose.orientation
         try:
-            _, x, y, _ = checked_quaternion(quaternion)
+            _, unit_x, unit_y, _ = checked_quaternion((w, x, y, z))
         except InvalidRequest as error:
             raise type(error)(f"{where}pose.orientation", error.problem) from None
-        if robot.planar and 2.0 * (x * x + y * y) > tilt:
+        if robot.planar and 2.0 * (unit_x * unit_x + unit_y * unit_y) > tilt:
             raise InvalidQuaternion(
                 f"{where}pose.orientation", "expected a rotation about z for a planar robot"
             )
-        values |= dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
+        values |= {"qw": w, "qx": x, "qy": y, "qz": z, "angle": turn_about_z(w, z)}
         if robot.controls_angles:
-            angles = roll_pitch_yaw(rotation_from_quaternion(quaternion)).tolist()
+            angles = roll_pitch_yaw(rotation_from_quaternion((w, x, y, z))).tolist()
             values |= dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
-        values["angle"] = turn_about_z(orientation.w, orientation.z)
     return np.array([values[name] for name in pose_meaning(robot)])
 
 

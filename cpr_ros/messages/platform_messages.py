@@ -21,7 +21,7 @@ from cpr_core.validation import checked_vector
 
 from ..closed_loop.jogging import PlatformTwist
 from ..error_codes import RequestError
-from .conversions import Frames, controlled_pose, twist_vector
+from .conversions import Frames, controlled_pose, pose_numbers, twist_vector
 
 __all__ = ["measured_pose", "measurement_delay", "platform_in_base", "platform_twist"]
 
@@ -53,7 +53,7 @@ def measured_pose(robot: Robot, message: PoseStamped) -> NDArray[np.float64]:
         NonFiniteInput: A NaN or an infinity in a controlled coordinate.
     """
     _check_controlled(robot)
-    pose = controlled_pose(robot, message.pose, tilt=_TILT)
+    pose = controlled_pose(robot, pose_numbers(message.pose), tilt=_TILT)
     return checked_vector("pose", pose, len(pose), " ".join(pose_meaning(robot)))
 
 

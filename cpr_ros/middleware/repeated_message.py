@@ -12,15 +12,14 @@ from typing import Any
 from builtin_interfaces.msg import Time
 from rclpy.serialization import serialize_message
 
+from .serialized import FIRST, LITTLE_ENDIAN, STAMP
+
 __all__ = ["RepeatedMessage", "Stamp"]
 
 #: Seconds and nanoseconds.
 Stamp = tuple[int, int]
 
-#: How DDS writes a message that begins with a header: what the numbers are written like (little-endian),
-#: then the stamp.
-_LITTLE_ENDIAN, _STAMP, _NUMBER = b"\x00\x01", struct.Struct("<iI"), struct.Struct("<d")
-_FIRST = 4
+_NUMBER = struct.Struct("<d")
 #: Numbers that no message has: where they are written, others belong.
 _MARK = -1.2345678912345e-280
 
@@ -54,9 +53,9 @@ class RepeatedMessage:
             return self.stamped(stamp, *numbers)
         if not self._bytes:
             self._translate()
-        if self._bytes[:2] != _LITTLE_ENDIAN or len(self._places) < len(self._changing):
+        if self._bytes[:2] != LITTLE_ENDIAN or len(self._places) < len(self._changing):
             return self.stamped(stamp, *numbers)
-        _STAMP.pack_into(self._bytes, _FIRST, *stamp)
+        STAMP.pack_into(self._bytes, FIRST, *stamp)
         for place, number in zip(self._places, numbers, strict=True):
             _NUMBER.pack_into(self._bytes, place, number)
         return bytes(self._bytes)

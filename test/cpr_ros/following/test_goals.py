@@ -50,6 +50,19 @@ def test_a_rod_length_of_way_is_one_however_long_rods_are(name):
     assert PoseGoal(home.robot, away).remaining(home) == pytest.approx(1.0)
 
 
+def test_what_is_left_is_that_of_another_start_and_of_another_pose():
+    home = solve_home(robot("rfrfr"))
+    away = solve_forward(home.robot, home.motors + [0.02, -0.01])
+    goal = PoseGoal(home.robot, away.pose)
+    far = goal.remaining(home)
+    assert goal.remaining(away) == 0.0
+    assert goal.remaining(home) == far
+    goal.pose = home.pose  # as a twist moves it on
+    assert goal.remaining(home) == 0.0
+    assert goal.at(away.pose).remaining(home) == far
+    assert goal.remaining(home) == 0.0
+
+
 def test_the_orientation_turns_about_one_axis():
     home = solve_home(robot("six_rfs"))
     away = solve_forward(home.robot, home.motors + [0.1, -0.1, 0.05, 0.0, -0.05, 0.1])

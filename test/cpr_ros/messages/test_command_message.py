@@ -34,7 +34,7 @@ def test_what_was_sent_before_does_not_change():
 
 
 def test_where_numbers_are_written_otherwise_it_is_an_ordinary_message(monkeypatch):
-    monkeypatch.setattr(command_message, "_LITTLE_ENDIAN", b"\x00\x00")
+    monkeypatch.setattr(command_message, "LITTLE_ENDIAN", b"\x00\x00")
     sent = CommandMessage(2).of(np.array([1.0, 2.0]))
     assert sent == Float64MultiArray(data=[1.0, 2.0])
 
@@ -64,7 +64,7 @@ def test_numbers_behind_a_layout_are_read(numbers):
 
 def test_where_numbers_are_written_otherwise_they_are_read_as_well(monkeypatch):
     received = serialize_message(Float64MultiArray(data=[1.0, 2.0]))
-    monkeypatch.setattr(command_message, "_LITTLE_ENDIAN", b"\x00\x00")
+    monkeypatch.setattr(command_message, "LITTLE_ENDIAN", b"\x00\x00")
     assert list(CommandMessage(2).numbers(received)) == [1.0, 2.0]
 
 
