@@ -24,6 +24,7 @@ class QuickClient:
 
     Attributes:
         publisher: Of rclpy.
+        published: When the message that was taken last was published, by the system's clock [ns].
     """
 
     def __init__(
@@ -47,7 +48,7 @@ class QuickClient:
         self._subscription = node.create_subscription(
             Float64MultiArray, received, lambda message: None, depth, raw=True
         )
-        self._newest = b""
+        self._newest, self.published = b"", 0
         self._waiting: Any = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
 
     def wait(self, seconds: float) -> None:
@@ -59,7 +60,11 @@ class QuickClient:
     def take(self) -> bytes:
         """The oldest message that is there; empty without."""
         taken = self._subscription.handle.take_message(Float64MultiArray, True)
-        return taken[0] if taken else b""
+        if not taken:
+            return b""
+        message, information = taken
+        self.published = information["source_timestamp"]
+        return message
 
     def latency(self, setpoint: Any) -> float:
         """Time from sending a message to the first one that is new [s].

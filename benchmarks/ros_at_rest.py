@@ -18,10 +18,8 @@ from __future__ import annotations
 
 import argparse
 import os
-import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -42,6 +40,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from .quick_client import QuickClient
+from .running_node import Spun, running_node
 
 #: Of a motor from setpoint to setpoint [rad], and of the platform [m].
 STEP, PLATFORM_STEP = 0.002, 0.0005
@@ -109,21 +108,6 @@ def floor() -> None:
         client.wait(1.0)
         if message := client.take():
             client.publisher.publish(message)
-
-
-class Spun(Node):
-    """A node with an executor of its own."""
-
-    def __init__(self, name: str) -> None:
-        super().__init__(name)
-        self.executor_ = EventsExecutor()
-        self.executor_.add_node(self)
-
-    def spin(self, seconds: float) -> None:
-        """Let time go by."""
-        end = time.perf_counter() + seconds
-        while time.perf_counter() < end:
-            self.executor_.spin_once(timeout_sec=max(0.0, end - time.perf_counter()))
 
 
 class Listener(Spun):
@@ -249,9 +233,8 @@ def measure(processes: dict[str, subprocess.Popen[bytes]], seconds: float, setpo
             f"{name:36} p10 {least:5.2f} ms, median {median:5.2f} ms, p99 {high:5.2f} ms, "
             f"largest {largest:5.1f} ms"
         )
-    for spun in node, listener:
-        spun.executor_.shutdown()
-        spun.destroy_node()
+    node.end()
+    listener.end()
     quick.destroy_node()
     rclpy.try_shutdown()
 
@@ -268,24 +251,15 @@ def main() -> int:
         echo()
     if options.floor:
         floor()
-    os.environ.setdefault("ROS_DOMAIN_ID", str(os.getpid() % 100 + 1))
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    folder = tempfile.TemporaryDirectory()
-    os.environ["ROS_HOME"] = folder.name  # the node begins at home, whatever was done before
     program = [sys.executable, "-m", "benchmarks.ros_at_rest"]
-    bare = subprocess.Popen([*program, "--echo"])
-    least = subprocess.Popen([*program, "--floor"])
-    process = subprocess.Popen(
-        [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", "-p", "start_from:=home"]
-    )
-    try:
-        measure({"node": process, "bare node": bare}, options.seconds, options.setpoints)
-    finally:
-        bare.kill()
-        least.kill()
-        process.send_signal(signal.SIGINT)
-        status = process.wait(timeout=20)
-    return status
+    with running_node("--ros-args", "-p", "start_from:=home") as process:
+        bare, least = (subprocess.Popen([*program, name]) for name in ("--echo", "--floor"))
+        try:
+            measure({"node": process, "bare node": bare}, options.seconds, options.setpoints)
+        finally:
+            bare.kill()
+            least.kill()
+    return process.returncode
 
 
 if __name__ == "__main__":

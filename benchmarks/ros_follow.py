@@ -3,7 +3,7 @@
 
 """How fast and how steadily the node follows a 1 kHz setpoint stream.
 
-    .venv/bin/python benchmarks/ros_follow.py --seconds 600
+    .venv/bin/python -m benchmarks.ros_follow --seconds 600
 
 A node with the 6-RFS robot (5 modes, ticks at 200 Hz) in its own process; this process sends motor
 setpoints at 1 kHz and listens to the joint states. The latency of a setpoint is the time from sending it
@@ -14,10 +14,8 @@ from __future__ import annotations
 
 import argparse
 import os
-import signal
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
@@ -29,7 +27,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from cpr_ros.process.own_domain import enter_own_domain
+from .running_node import running_node
 
 HOME = np.array([5.86, 5.56, 5.86, 5.46, 5.86, 5.26])
 NAMES = [f"motor{k + 1}" for k in range(6)]
@@ -128,18 +126,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=60.0)
     options = parser.parse_args()
-    enter_own_domain()
-    folder = tempfile.TemporaryDirectory()
-    os.environ["ROS_HOME"] = folder.name  # the node begins at home, whatever was done before
-    process = subprocess.Popen(
-        [sys.executable, "-m", "cpr_ros.cpr_node", "--ros-args", "-p", "robot:=six_rfs"]
-    )
-    try:
+    with running_node("--ros-args", "-p", "robot:=six_rfs") as process:
         measure(process, options.seconds)
-    finally:
-        process.send_signal(signal.SIGINT)
-        status = process.wait(timeout=20)
-    return status
+    return process.returncode
 
 
 if __name__ == "__main__":

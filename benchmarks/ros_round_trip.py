@@ -3,7 +3,7 @@
 
 """Round trip of the forward service beside that of an empty service of the same node.
 
-    .venv/bin/python benchmarks/ros_round_trip.py --calls 2000
+    .venv/bin/python -m benchmarks.ros_round_trip --calls 2000
 
 The calls alternate, so that both see the same machine.
 """
@@ -11,11 +11,7 @@ The calls alternate, so that both see the same machine.
 from __future__ import annotations
 
 import argparse
-import os
-import signal
-import subprocess
 import sys
-import tempfile
 import time
 from typing import Any
 
@@ -32,10 +28,11 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from cpr_core import load_robot, solve_home
-from cpr_ros.process.own_domain import enter_own_domain
 from cpr_ros.node import CprNode
 from cpr_ros.node_run import run
 from cpr_ros.process.stop_signal import StopSignal
+
+from .running_node import running_node
 
 
 class NodeWithEmptyService(CprNode):
@@ -96,18 +93,10 @@ def main() -> int:
     options, others = parser.parse_known_args()
     if options.serve:
         run(NodeWithEmptyService, [sys.argv[0], *others])
-    enter_own_domain()
-    folder = tempfile.TemporaryDirectory()
-    os.environ["ROS_HOME"] = folder.name  # the node begins at home, whatever was done before
-    process = subprocess.Popen(
-        [sys.executable, __file__, "--serve", "--ros-args", "-p", f"robot:={options.robot}"]
-    )
-    try:
+    arguments = ("--serve", "--ros-args", "-p", f"robot:={options.robot}")
+    with running_node(*arguments, module="benchmarks.ros_round_trip") as process:
         measure(options.robot, options.calls)
-    finally:
-        process.send_signal(signal.SIGINT)
-        status = process.wait(timeout=20)
-    return status
+    return process.returncode
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How evenly motor commands come along a trajectory, whoever listens meanwhile.
+"""How evenly and how soon motor commands come along a trajectory, whoever listens meanwhile.
 
     .venv/bin/python -m benchmarks.ros_trajectory --seconds 8
 
@@ -13,11 +13,8 @@ stream, as a supervisor does; and while that one looks at the legs as well, as r
 from __future__ import annotations
 
 import argparse
-import os
-import signal
 import subprocess
 import sys
-import tempfile
 import time
 
 import numpy as np
@@ -28,15 +25,17 @@ from builtin_interfaces.msg import Duration
 from cpr_core import load_robot, solve_home
 from cpr_msgs.msg import StabilityMetrics
 from cpr_ros.interface.outputs import LATCHED
-from cpr_ros.process.own_domain import enter_own_domain
 from geometry_msgs.msg import PoseStamped
 from numpy.typing import NDArray
+from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import MarkerArray
 
-from .ros_at_rest import Spun
+from .quick_client import QuickClient
+from .running_node import Spun, running_node
+
+Floats = NDArray[np.float64]
 
 #: Of the motors [rad], and how fast they swing [rad/s].
 AMPLITUDE, FREQUENCY = 0.05, 1.5
@@ -56,27 +55,35 @@ class Follower(Spun):
 
     def __init__(self) -> None:
         super().__init__("trajectory_benchmark")
-        self.came: list[float] = []
         self.ready = False
-        topic = "/cpr_node/motor_commands"
-        self.create_subscription(Float64MultiArray, topic, self._on_command, 50)
+        self._client = QuickClient(
+            Node("commands"),
+            "/cpr_node/joint_trajectory",
+            "/cpr_node/motor_commands",
+            depth=50,
+            kind=JointTrajectory,
+        )
+        self.publisher = self._client.publisher
         self.create_subscription(JointState, "/cpr_node/home", self._on_home, LATCHED)
-        self.publisher = self.create_publisher(JointTrajectory, "/cpr_node/joint_trajectory", 1)
 
     def _on_home(self, _message: JointState) -> None:
         self.ready = True
 
-    def _on_command(self, _message: Float64MultiArray) -> None:
-        self.came.append(time.perf_counter())
-
-    def intervals(self, trajectory: JointTrajectory, seconds: float) -> NDArray[np.float64]:
-        """Between the commands of a trajectory that takes so long [s]."""
-        self.came.clear()
+    def follow(self, trajectory: JointTrajectory, seconds: float) -> tuple[Floats, Floats]:
+        """Intervals between the commands of a trajectory that takes so long, and their delays [s]."""
+        came, delays = list[float](), list[float]()
+        while self._client.take():
+            pass
         begin = time.perf_counter()
         self.publisher.publish(trajectory)
-        self.spin(seconds + 1.0)
-        came = np.array(self.came)
-        return np.diff(came[(came > begin + 0.2) & (came < begin + seconds - 0.2)])
+        while time.perf_counter() < begin + seconds - 0.2:
+            self._client.wait(0.1)
+            while self._client.take():
+                came.append(time.perf_counter())
+                delays.append(1e-9 * (time.time_ns() - self._client.published))
+        self.spin(1.2)
+        counts = np.array(came) > begin + 0.2
+        return np.diff(np.array(came)[counts]), np.array(delays)[counts]
 
 
 def swinging(seconds: float) -> JointTrajectory:
@@ -103,6 +110,14 @@ def listen(count: int) -> None:
         node.spin(1.0)
 
 
+def told(times: Floats) -> str:
+    """Times [s] in words."""
+    median, high, higher, largest = 1e3 * np.percentile(times, [50, 90, 99, 100])
+    return (
+        f"median {median:.2f} ms, p90 {high:.2f} ms, p99 {higher:.2f} ms, largest {largest:.1f} ms"
+    )
+
+
 def measure(seconds: float) -> None:
     """Print what was found."""
     rclpy.init()
@@ -114,17 +129,13 @@ def measure(seconds: float) -> None:
         listener = subprocess.Popen(program)
         try:
             node.spin(4.0)  # until it is found
-            found = 1e3 * node.intervals(trajectory, seconds)
+            intervals, delays = node.follow(trajectory, seconds)
         finally:
             listener.kill()
             listener.wait()
-        median, high, higher, largest = np.percentile(found, [50, 90, 99, 100])
-        print(
-            f"{name:22} listens: {len(found)} commands, median {median:.2f} ms, p90 {high:.2f} ms, "
-            f"p99 {higher:.2f} ms, largest {largest:.1f} ms"
-        )
-    node.executor_.shutdown()
-    node.destroy_node()
+        print(f"{name:22} listens: {len(delays)} commands, {told(intervals)} apart")
+        print(f"{'':32}from publishing to receipt {told(delays)}")
+    node.end()
     rclpy.try_shutdown()
 
 
@@ -136,16 +147,9 @@ def main() -> int:
     options = parser.parse_args()
     if options.listen is not None:
         listen(options.listen)
-    enter_own_domain()
-    folder = tempfile.TemporaryDirectory()
-    os.environ["ROS_HOME"] = folder.name  # the node begins at home, whatever was done before
-    process = subprocess.Popen([sys.executable, "-m", "cpr_ros.cpr_node"])
-    try:
+    with running_node() as process:
         measure(options.seconds)
-    finally:
-        process.send_signal(signal.SIGINT)
-        status = process.wait(timeout=20)
-    return status
+    return process.returncode
 
 
 if __name__ == "__main__":

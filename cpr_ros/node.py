@@ -47,9 +47,11 @@ _REPEAT_RATE = 1.0
 #: How often the file of the last state is looked at: others may remove it [Hz].
 _FILE_RATE = 1.0
 
-#: Who waits for a command may have been woken on this processor, which is to solve now: it has it for
-#: that part of a tick, 0.5 ms of 5. With a fifth of that one of thirty had its command 2 ms later.
-_GIVING_WAY = 0.1
+#: How long the node sleeps after a command [s]: who waits for it may have been woken on this processor,
+#: and had it up to 3 ms later otherwise. After a pause others take longer, too.
+_GIVING_WAY, _GIVING_WAY_AFTER_PAUSE = 2e-4, 5e-4
+#: Part of a tick that it sleeps at most.
+_MOST_OF_TICK = 0.1
 
 
 class CprNode(LifecycleNode):
@@ -331,14 +333,13 @@ class CprNode(LifecycleNode):
         asked = session.outcome.verdict.action
         ahead = session.command_ahead(now)
         if ahead is not None:
-            self.outputs.motor_commands(ahead)
-            time.sleep(_GIVING_WAY / self.parameters.tick_rate)
+            self._command(ahead, _GIVING_WAY_AFTER_PAUSE)
         outcome = session.move(now)
         command = session.next_command(now)
         if self._whereabouts is not None:
             self._whereabouts.keep()  # before anybody hears of it, but for a first step
         if command is not None:
-            self.outputs.motor_commands(command)
+            self._command(command, _GIVING_WAY)
         # The motors are on their way; nobody waits for the rest.
         session.take_note(now)
         self._announce(*self._announcements.after_tick(outcome, now))
@@ -353,6 +354,11 @@ class CprNode(LifecycleNode):
             )
         if self.interfaces is not None:
             self.interfaces.after_tick(session, now)
+
+    def _command(self, motors: NDArray[np.float64], giving_way: float) -> None:
+        """Send the motors, (n,), on their way, and leave the processor to whoever waits for that."""
+        self.outputs.motor_commands(motors)
+        time.sleep(min(giving_way, _MOST_OF_TICK / self.parameters.tick_rate))
 
     def _announce(self, warning: str, information: str) -> None:
         if warning:
