@@ -25,7 +25,7 @@ from cpr_core import CprError, Equilibrium, solve_home
 
 from ..messages.command_message import CommandMessage
 from ..messages.conversions import joint_state, platform_pose
-from ..messages.leg_markers import leg_markers
+from ..messages.leg_markers import leg_markers, marked_lines
 from ..messages.motor_messages import measured_motors
 from ..messages.platform_messages import measurement_delay
 from ..messages.stability_stream import Moment, StabilityStream
@@ -244,7 +244,11 @@ class Outputs:
 
     def markers(self, session: Session, by: str) -> Work:
         """Legs for rviz."""
-        message = leg_markers(session.outcome, by, self._transforms.frames, self._stamp())
+        outcome, stamp = session.outcome, self._stamp()
+        lines = marked_lines(outcome)
+        yield
+        frames = self._transforms.frames
+        message = leg_markers(lines, outcome.verdict.action, by, frames, stamp)
         yield
         self._markers.publish(message)
 

@@ -20,7 +20,7 @@ from ..following.setpoint_following import Outcome
 from ..following.supervision import Action
 from .conversions import Frames
 
-__all__ = ["leg_markers"]
+__all__ = ["leg_markers", "marked_lines"]
 
 #: Points along a leg.
 POINTS = 24
@@ -33,19 +33,26 @@ _ACTION_COLORS = {
 }
 
 
-def leg_markers(outcome: Outcome, by: str, frames: Frames, stamp: Time) -> MarkerArray:
+def marked_lines(outcome: Outcome) -> RobotLines:
+    """The robot after a tick, as finely as markers show it."""
+    return equilibrium_lines(outcome.assessment.equilibrium, POINTS)
+
+
+def leg_markers(
+    lines: RobotLines, action: Action, by: str, frames: Frames, stamp: Time
+) -> MarkerArray:
     """A line for every leg and one for the platform; links as thicker lines, joints as spheres.
 
     Args:
-        outcome: Of the last tick.
+        lines: Of :func:`marked_lines`.
+        action: What is asked for.
         by: ``strain``: every point by its bending curvature, from blue (straight) to red (the largest
             of the robot now, or half a turn per rod length if that is more); ``stability``: by the
             action asked for, green, amber, red.
         frames: Names of the frames.
         stamp: ROS time of the message.
     """
-    lines = equilibrium_lines(outcome.assessment.equilibrium, POINTS)
-    action = ColorRGBA(a=1.0, **_rgb(_ACTION_COLORS[outcome.verdict.action]))
+    color = ColorRGBA(a=1.0, **_rgb(_ACTION_COLORS[action]))
     markers = []
     for number, (leg, shades) in enumerate(zip(lines.legs, lines.shades, strict=True)):
         line = _line("legs", number, frames, stamp)
@@ -53,7 +60,7 @@ def leg_markers(outcome: Outcome, by: str, frames: Frames, stamp: Time) -> Marke
         if by == "strain":
             line.colors = [ColorRGBA(a=1.0, **_rgb(shade)) for shade in shades.tolist()]
         else:
-            line.color = action
+            line.color = color
         markers.append(line)
     markers += _links_and_joints(lines, frames, stamp)
     platform = _line("platform", 0, frames, stamp)

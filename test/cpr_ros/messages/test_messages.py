@@ -15,6 +15,7 @@ from cpr_msgs.srv import GetKinematoStatics
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from helpers.drive import SETTINGS, Drive, changed_robot, robot, uncontrolled_robot
+from helpers.markers import markers_of
 from helpers.rigid_leg import rigid_leg
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import Marker
@@ -41,7 +42,6 @@ from cpr_ros.messages.conversions import (
     platform_pose,
     with_wrench,
 )
-from cpr_ros.messages.leg_markers import leg_markers
 from cpr_ros.messages.motor_messages import measured_motors, motor_setpoint
 from cpr_ros.messages.stability_stream import Moment, StabilityStream
 from cpr_ros.messages.transforms import transform_of
@@ -205,7 +205,7 @@ def elsewhere(drive, way):
 
 def test_legs_are_coloured_by_bending_strain_or_by_stability(rfrfr):
     outcome = rfrfr.tick()
-    by_strain = leg_markers(outcome, "strain", FRAMES, Time()).markers
+    by_strain = markers_of(outcome, "strain").markers
     legs = [marker for marker in by_strain if marker.ns == "legs"]
     assert len(legs) == 2
     for marker, shape in zip(legs, leg_shapes(outcome.assessment.equilibrium, 24), strict=True):
@@ -213,7 +213,7 @@ def test_legs_are_coloured_by_bending_strain_or_by_stability(rfrfr):
         red = [color.r - color.b for color in marker.colors]
         assert np.argmax(red) == np.argmax(curvature)
         assert np.argmin(red) == np.argmin(curvature)
-    by_stability = leg_markers(outcome, "stability", FRAMES, Time()).markers
+    by_stability = markers_of(outcome, "stability").markers
     color = by_stability[0].color
     assert not by_stability[0].colors
     assert color.g > color.r
@@ -277,9 +277,7 @@ def test_a_singular_solution_has_no_estimate(monkeypatch):
 
 def test_links_and_joints_have_markers():
     outcome = Drive(robot("three_prs")).tick()
-    by_name = {
-        marker.ns: marker for marker in leg_markers(outcome, "strain", FRAMES, Time()).markers
-    }
+    by_name = {marker.ns: marker for marker in markers_of(outcome, "strain").markers}
     shapes = leg_shapes(outcome.assessment.equilibrium, 24)
     links, joints = by_name["links"], by_name["joints"]
     pieces = [piece for shape in shapes for piece in shape.rigid_pieces]
@@ -297,9 +295,7 @@ def test_links_and_joints_have_markers():
 
 def test_clamped_tips_have_no_marker():
     outcome = Drive(robot("gough_stewart")).tick()
-    markers = {
-        marker.ns: marker for marker in leg_markers(outcome, "strain", FRAMES, Time()).markers
-    }
+    markers = {marker.ns: marker for marker in markers_of(outcome, "strain").markers}
     assert "links" not in markers
     assert len(markers["joints"].points) == 6
 

@@ -5,12 +5,10 @@
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
 from helpers.drive import Drive, robot
+from helpers.markers import markers_of
 
 from cpr_core.drawing.robot_lines import equilibrium_lines
-from cpr_ros.messages.conversions import Frames
-from cpr_ros.messages.leg_markers import leg_markers
 from cpr_ros.page.marker_lines import lines_of
 from cpr_ros.page.watched_node import LastMinute, Presence, topic_beside
 
@@ -63,7 +61,7 @@ def test_lines_come_back_from_markers():
     for name in ("six_rfs", "three_prs"):
         outcome = Drive(robot(name)).tick()
         expected = equilibrium_lines(outcome.assessment.equilibrium)
-        found = lines_of(leg_markers(outcome, "strain", Frames("base", "platform"), Time()))
+        found = lines_of(markers_of(outcome, "strain"))
         for mine, theirs in zip(found.legs, expected.legs, strict=True):
             np.testing.assert_array_equal(mine, theirs)
         for mine, theirs in zip(found.shades, expected.shades, strict=True):
@@ -72,7 +70,7 @@ def test_lines_come_back_from_markers():
         np.testing.assert_array_equal(found.joints, expected.joints)
         np.testing.assert_array_equal(found.driven, expected.driven)
         np.testing.assert_array_equal(found.platform, expected.platform)
-        flat = lines_of(leg_markers(outcome, "stability", Frames("base", "platform"), Time()))
+        flat = lines_of(markers_of(outcome, "stability"))
         assert {tuple(shade) for shades in flat.shades for shade in shades.tolist()} == {
             tuple(flat.shades[0][0].tolist())
         }

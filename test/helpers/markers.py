@@ -1,0 +1,15 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The markers of a robot after a tick."""
+
+from builtin_interfaces.msg import Time
+
+from cpr_ros.messages.conversions import Frames
+from cpr_ros.messages.leg_markers import leg_markers, marked_lines
+
+
+def markers_of(outcome, by):
+    """As the node publishes them, in frames ``base`` and ``platform``."""
+    frames = Frames("base", "platform")
+    return leg_markers(marked_lines(outcome), outcome.verdict.action, by, frames, Time())
