@@ -30,6 +30,7 @@ from .middleware.late_clients import LateClients
 from .operation.announcements import Announcements
 from .operation.session import Session
 from .operation.starting_place import HELD
+from .process.giving_way import GivingWay
 from .process.in_pieces import InPieces
 from .process.periodic import Periodic
 from .process.stop_signal import Stopped, StopSignal
@@ -47,10 +48,9 @@ _REPEAT_RATE = 1.0
 #: How often the file of the last state is looked at: others may remove it [Hz].
 _FILE_RATE = 1.0
 
-#: How long the node sleeps after a command [s]: who waits for it may have been woken on this processor,
-#: and had it up to 3 ms later otherwise. After a pause others take longer, too.
+#: How long the node gives way after a command [s]. After a pause others take longer, too.
 _GIVING_WAY, _GIVING_WAY_AFTER_PAUSE = 2e-4, 5e-4
-#: Part of a tick that it sleeps at most.
+#: Part of a tick that it gives way at most.
 _MOST_OF_TICK = 0.1
 
 
@@ -85,6 +85,7 @@ class CprNode(LifecycleNode):
             self._tick,
             lambda: self._required_session().at_rest and self._announcements.at_rest,
         )
+        self._giving_way = GivingWay(_MOST_OF_TICK / self.parameters.tick_rate)
         prefix, names = self.parameters.frame_prefix, self.parameters.frames
         self.transforms = Transforms(self, *(prefix + name for name in names))
         self.outputs = Outputs(self, self.transforms, self.parameters)
@@ -356,9 +357,9 @@ class CprNode(LifecycleNode):
             self.interfaces.after_tick(session, now)
 
     def _command(self, motors: NDArray[np.float64], giving_way: float) -> None:
-        """Send the motors, (n,), on their way, and leave the processor to whoever waits for that."""
+        """Send the motors, (n,), on their way; a controller on this computer has that time [s]."""
         self.outputs.motor_commands(motors)
-        time.sleep(min(giving_way, _MOST_OF_TICK / self.parameters.tick_rate))
+        self._giving_way.sleep(giving_way)
 
     def _announce(self, warning: str, information: str) -> None:
         if warning:
