@@ -33,7 +33,6 @@ import rclpy
 from cpr_core import Equilibrium, load_robot, solve_home
 from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import PoseStamped
-from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
@@ -79,7 +78,7 @@ def of_echo(topic: str) -> str:
 def echo() -> None:
     """A node that publishes what it receives, and streams if they are heard, until it is killed."""
     rclpy.init()
-    node, executor = Node("echo"), EventsExecutor()
+    node = Spun("echo")
     streams = [
         (node.create_publisher(kind, of_echo(topic), 10), serialize_message(kind()), 1.0 / rate)
         for kind, topic, rate in STREAMS
@@ -89,9 +88,8 @@ def echo() -> None:
     node.create_subscription(
         Float64MultiArray, "/echo/in", lambda message: publisher.publish(message), 1
     )
-    executor.add_node(node)
     while True:
-        executor.spin_once(timeout_sec=max(0.0, min(due) - time.monotonic()))
+        node.executor_.spin_once(timeout_sec=max(0.0, min(due) - time.monotonic()))
         heard = streams[0][0].get_subscription_count() > 0
         for number, (stream, message, period) in enumerate(streams):
             if due[number] <= time.monotonic():

@@ -19,7 +19,7 @@ class Interrupting:
 
 {first}
 sys.meta_path.insert(0, Interrupting())
-from {command} import main
+from cpr_ros.cpr_command import main
 sys.argv = ["cpr", "--version"]
 sys.exit(main())
 """
@@ -30,9 +30,9 @@ HEARD = "signal.signal(signal.SIGINT, signal.default_int_handler)"
 IGNORED = "signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 
-def interrupted(module, first=HEARD, command="cpr_ros.cpr_command"):
+def interrupted(module, first=HEARD):
     """What became of the command that was interrupted as it began to import a module."""
-    script = SCRIPT.format(module=module, first=first, command=command)
+    script = SCRIPT.format(module=module, first=first)
     ended = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, timeout=60
     )

@@ -48,7 +48,7 @@ def test_they_are_those_of_the_message_whatever_the_frame(frame, monkeypatch):
 
 def test_what_is_left_between_frame_and_numbers_is_not_read():
     written = serialize_message(message("base"))
-    left = written[:21] + b"\x00lef"[1:] + written[24:]
+    left = written[:21] + b"lef" + written[24:]
     assert written != left
     same(read_pose(left), message("base"))
 
