@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from cpr_core import Equilibrium, Robot
 
 from ..following.goals import PoseGoal
+from ..following.pose_coordinates import pose_coordinates
 from ..following.watchdog import Watchdog
-from .pose_coordinates import PoseCoordinates
 from .pose_loop import PoseLoop
 
 __all__ = ["JogGoal", "Jogger", "PlatformTwist"]
@@ -77,7 +77,7 @@ class Jogger:
             timeout: Age beyond which a twist moves nothing [s].
         """
         self.robot, self.watchdog = robot, Watchdog(timeout)
-        self._coordinates, self._period, self._loop = PoseCoordinates(robot), period, loop
+        self._coordinates, self._period, self._loop = pose_coordinates(robot), period, loop
         self._goal: JogGoal | None = None
         self._twist = PlatformTwist(np.zeros(6), in_platform=False)
         self._moving, self._new = False, False

@@ -12,7 +12,7 @@ from cpr_msgs.action import MoveTo
 from cpr_core import InvalidRequest
 from cpr_core.validation import checked_number
 
-from .pose_coordinates import PoseCoordinates
+from ..following.pose_coordinates import PoseCoordinates
 from .pose_loop import Loop, LoopStatus
 
 __all__ = ["MeasuredArrival", "measured_arrival"]

@@ -11,8 +11,8 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from ..following.pose_coordinates import PoseCoordinates
 from ..following.watchdog import Watchdog
-from .pose_coordinates import PoseCoordinates
 from .pose_history import HORIZON, PoseHistory
 
 __all__ = ["MeasuredPose"]

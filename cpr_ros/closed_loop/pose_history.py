@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cpr_core import Equilibrium
 
-from .pose_coordinates import PoseCoordinates
+from ..following.pose_coordinates import PoseCoordinates
 
 __all__ = ["HORIZON", "Place", "PoseHistory"]
 

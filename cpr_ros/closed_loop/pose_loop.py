@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from cpr_core import Equilibrium, Robot
 
 from ..following.goals import Goal, PoseGoal
+from ..following.pose_coordinates import pose_coordinates
 from ..following.supervision import State
 from .measured_pose import MeasuredPose
-from .pose_coordinates import PoseCoordinates
 from .pose_history import PoseHistory
 
 __all__ = ["Loop", "LoopSettings", "LoopStatus", "PoseLoop"]
@@ -109,7 +109,7 @@ class PoseLoop:
             period: Time of a tick [s].
             settings: Gain, limits, times.
         """
-        self.coordinates, self._period = PoseCoordinates(robot), period
+        self.coordinates, self._period = pose_coordinates(robot), period
         self._history = PoseHistory(self.coordinates)
         self._measured = MeasuredPose(self.coordinates, self._history, settings.timeout)
         self._correction: Floats

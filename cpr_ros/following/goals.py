@@ -7,21 +7,17 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from typing import NamedTuple, Protocol, Self
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cpr_core import Equilibrium, InvalidRequest, Loads, Robot, solve_forward, solve_inverse
-from cpr_core.lie import (
-    quaternion_from_rotation,
-    rotation_exp,
-    turn_between,
-)
 from cpr_core.model.assessment import Assessment
-from cpr_core.solving.requests import pose_meaning
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
+
+from .pose_coordinates import pose_coordinates
 
 __all__ = ["SLACK", "Goal", "MotorGoal", "PoseGoal", "largest_way", "motor_steps", "whole"]
 
@@ -29,8 +25,6 @@ Floats = NDArray[np.float64]
 
 #: Overshoot of a step, relative, that is rounding.
 SLACK = 1e-6
-#: Axes of the platform that coordinates move along or about.
-_AXES = {"roll": 0, "pitch": 1, "yaw": 2, "angle": 2, "x": 3, "y": 4, "z": 5}
 
 
 class Goal(Protocol):
@@ -111,13 +105,12 @@ class PoseGoal:
             InvalidRequest: Not as many numbers, or the robot has no inverse problem.
             NonFiniteInput: A NaN or an infinity.
         """
-        self.names = pose_meaning(robot)
-        if not self.names:
+        self._coordinates = pose_coordinates(robot)
+        names = self._coordinates.names
+        if not names:
             raise InvalidRequest("pose", "the inverse problem of this robot has no solution")
-        self.pose = checked_vector("pose", pose, len(self.names), " ".join(self.names))
-        first = self.names.index("qw") if "qw" in self.names else None
-        self._quaternion = None if first is None else slice(first, first + 4)
-        self._asked: tuple[Equilibrium, Floats, _Way] | None = None
+        self.pose = checked_vector("pose", pose, len(names), " ".join(names))
+        self._asked: tuple[Equilibrium, Floats, Floats, float] | None = None
 
     def at(self, pose: Floats) -> Self:
         """The same with another pose."""
@@ -127,17 +120,13 @@ class PoseGoal:
 
     def remaining(self, start: Equilibrium) -> float:
         """Larger one of distance (in rod lengths) and angle."""
-        return self._way(start).length
+        return self._way(start)[1]
 
     def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
         """Inverse problem at the pose on the way."""
-        way = self._way(start)
-        pose = start.pose + fraction * np.array(way.changes)
-        if fraction == 1.0:
-            pose = self.pose
-        elif self._quaternion is not None:
-            rotation = rotation_exp(fraction * np.array(way.turn)) @ start.platform_rotation
-            pose[self._quaternion] = quaternion_from_rotation(rotation)
+        pose = self.pose
+        if fraction != 1.0:
+            pose = self._coordinates.moved(start.pose, fraction * self._way(start)[0])
         return solve_inverse(start.robot, pose, start=start, loads=loads)
 
     def motors_ahead(self, current: Assessment) -> Floats | None:
@@ -148,57 +137,20 @@ class PoseGoal:
         start = current.equilibrium
         if start.robot.redundancy:
             return None
-        way = self._way(start)
-        twist = dict(enumerate(way.turn))
-        for name, change in zip(self.names, way.changes, strict=True):
-            if name in _AXES:
-                twist[_AXES[name]] = change
-        controlled = sorted(start.robot.controlled_axes.tolist())
+        way = self._coordinates.by_axis(self._way(start)[0])
         try:
-            motors = current.kinemato_statics.motors_by_pose @ [twist[axis] for axis in controlled]
+            motors = current.kinemato_statics.motors_by_pose @ way
         except Exception:  # an inverse singularity, or no tangent: who solves for the way is told
             return None
         return motors if all(map(math.isfinite, motors.tolist())) else None
 
-    def _way(self, start: Equilibrium) -> _Way:
-        """The way that is left; it is asked for several times a tick."""
-        if self._asked is None or self._asked[0] is not start or self._asked[1] is not self.pose:
-            self._asked = start, self.pose, self._find_way(start)
-        return self._asked[2]
-
-    def _find_way(self, start: Equilibrium) -> _Way:
-        # In lists: numpy takes several times as long on so few numbers.
-        changes, shifts, turns, turn = [], [0.0], [0.0], list[float]()
-        for name, now, then in zip(
-            self.names, start.pose.tolist(), self.pose.tolist(), strict=True
-        ):
-            change = 0.0 if name.startswith("q") else then - now
-            if name in ("x", "y", "z"):
-                shifts.append(change)
-            elif name in _AXES:  # an angle
-                change -= 2.0 * math.pi * round(change / (2.0 * math.pi))
-                turns.append(abs(change))
-            changes.append(change)
-        if self._quaternion is not None:
-            turn = turn_between(start.platform_quaternion, self.pose[self._quaternion]).tolist()
-            turns.append(math.hypot(*turn))
-        # Not by squares: those of a pose far beyond all robots are infinite, and it went on for ever.
-        length = max(math.hypot(*shifts) / start.robot.mean_length, *turns)
-        return _Way(changes, turn, length)
-
-
-class _Way(NamedTuple):
-    """The way to a pose.
-
-    Attributes:
-        changes: Of every number of the pose [m or rad], angles on the short way; zero for quaternions.
-        turn: Rotation vector in the world [rad] of a pose with a quaternion; empty for others.
-        length: Larger one of distance [rod lengths] and angle [rad].
-    """
-
-    changes: list[float]
-    turn: list[float]
-    length: float
+    def _way(self, start: Equilibrium) -> tuple[Floats, float]:
+        """The way that is left, and its size; it is asked for several times a tick."""
+        asked = self._asked
+        if asked is None or asked[0] is not start or asked[1] is not self.pose:
+            way = self._coordinates.way(start.pose, self.pose)
+            asked = self._asked = start, self.pose, way, self._coordinates.size(way)
+        return asked[2], asked[3]
 
 
 def largest_way(first: Floats, last: Floats, units: list[float]) -> float:

@@ -9,8 +9,8 @@ from helpers.drive import robot
 
 from cpr_core import solve_home, trace
 from cpr_ros.closed_loop.measured_pose import MeasuredPose
-from cpr_ros.closed_loop.pose_coordinates import PoseCoordinates
 from cpr_ros.closed_loop.pose_history import PoseHistory
+from cpr_ros.following.pose_coordinates import PoseCoordinates
 
 
 @pytest.fixture(scope="module")

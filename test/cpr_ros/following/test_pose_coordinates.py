@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cpr_core import kinemato_statics, solve_forward, solve_home
-from cpr_ros.closed_loop.pose_coordinates import PoseCoordinates
+from cpr_ros.following.pose_coordinates import PoseCoordinates, pose_coordinates
 
 NAMES = ["rfrfr", "planar_body", "three_rfs", "six_rfs"]
 SPACES = {name: PoseCoordinates(robot(name)) for name in NAMES}
@@ -49,6 +49,33 @@ def test_an_angle_takes_the_short_way():
     space = SPACES["planar_body"]
     way = space.way(np.array([0.0, 0.0, 3.1]), np.array([0.0, 0.0, -3.1]))
     assert way[2] == pytest.approx(2.0 * np.pi - 6.2)
+
+
+@pytest.mark.parametrize("name", [*NAMES, "gough_stewart"])
+def test_motors_by_pose_take_a_way_in_the_order_of_the_axes(name):
+    """Two equilibria close to each other: the way between them, and that of their motors."""
+    home = solve_home(robot(name))
+    tilted = solve_forward(home.robot, home.motors + 0.1 * np.sin(np.arange(len(home.motors))))
+    step = 1e-6 * np.cos(np.arange(len(home.motors)))
+    before, after = (
+        solve_forward(home.robot, tilted.motors + way, start=tilted) for way in (-step, step)
+    )
+    space = pose_coordinates(home.robot)
+    way = space.by_axis(space.way(before.pose, after.pose))
+    motors = kinemato_statics(tilted).motors_by_pose @ way
+    np.testing.assert_allclose(motors, 2.0 * step, rtol=0.0, atol=1e-11)
+
+
+def test_the_size_of_a_pose_far_beyond_all_robots_is_finite():
+    space = SPACES["rfrfr"]
+    assert 1e199 < space.size(space.way(space.nowhere, np.array([1e200, -1e200]))) < np.inf
+
+
+def test_a_robot_has_one_and_nobody_moves_what_is_nowhere():
+    six_rfs = robot("six_rfs")
+    assert pose_coordinates(six_rfs) is pose_coordinates(six_rfs)
+    with pytest.raises(ValueError, match="read-only"):
+        pose_coordinates(six_rfs).nowhere[0] = 1.0
 
 
 @pytest.mark.parametrize("name", NAMES)

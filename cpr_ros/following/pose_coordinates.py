@@ -1,0 +1,129 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Differences of platform poses in the coordinates a robot controls. No ROS here."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cpr_core import Robot
+from cpr_core.lie import (
+    angle_motions,
+    quaternion_from_rotation,
+    rotation_exp,
+    rotation_from_quaternion,
+    turn_between,
+)
+from cpr_core.solving.requests import pose_meaning
+
+__all__ = ["PoseCoordinates", "pose_coordinates"]
+
+Floats = NDArray[np.float64]
+
+#: Axes of the platform, [rotation; position], that numbers of a pose turn it about or move it along.
+_AXES = {"roll": 0, "pitch": 1, "yaw": 2, "angle": 2, "x": 3, "y": 4, "z": 5}
+_FIRST_POSITION = 3
+_TURN = 2.0 * math.pi
+
+
+class PoseCoordinates:
+    """Poses as a manifold: numbers in the order of the description, and ways between them.
+
+    A pose has the numbers of :func:`cpr_core.solve_inverse`. A way is what leads from one pose to
+    another: the positions [m] and single angles [rad] the pose has, in its order, then the rotation
+    vector in the base frame [rad] where the whole orientation is controlled.
+
+    Attributes:
+        names: Names of the numbers of a pose; none if the robot controls nothing.
+        nowhere: The pose of zeros and no rotation.
+    """
+
+    # In lists: numpy takes several times as long on so few numbers when it has not run lately.
+
+    def __init__(self, robot: Robot) -> None:
+        """Take the controlled coordinates of a robot."""
+        self.names = pose_meaning(robot)
+        self._length = robot.mean_length
+        # Place and axis of the numbers that are no quaternion, and the axes of a way.
+        self._plain = [
+            (place, _AXES[name]) for place, name in enumerate(self.names) if name in _AXES
+        ]
+        self._axes = [axis for _, axis in self._plain]
+        self._quaternion: slice | None = None
+        self.nowhere = np.zeros(len(self.names))
+        if "qw" in self.names:
+            first = self.names.index("qw")
+            self._quaternion = slice(first, first + 4)
+            self._axes += range(3)
+            self.nowhere[first] = 1.0
+        self.nowhere.setflags(write=False)
+        self._by_axis = sorted(range(len(self._axes)), key=self._axes.__getitem__)
+
+    def way(self, first: Floats, last: Floats) -> Floats:
+        """The way from one pose to another; angles go the short way."""
+        before, after, way = first.tolist(), last.tolist(), list[float]()
+        for place, axis in self._plain:
+            change = after[place] - before[place]
+            turns = 0 if axis >= _FIRST_POSITION else round(change / _TURN)
+            way.append(change - _TURN * turns)
+        if self._quaternion is not None:
+            way += turn_between(first[self._quaternion], last[self._quaternion]).tolist()
+        return np.array(way)
+
+    def moved(self, pose: Floats, way: Floats) -> Floats:
+        """The pose at the end of a way."""
+        moved, count = pose.copy(), len(self._plain)
+        for (place, _), change in zip(self._plain, way[:count].tolist(), strict=True):
+            moved[place] += change
+        if self._quaternion is not None:
+            rotation = rotation_exp(way[count:]) @ rotation_from_quaternion(pose[self._quaternion])
+            moved[self._quaternion] = quaternion_from_rotation(rotation)
+        return moved
+
+    def sizes(self, way: Floats) -> tuple[float, float]:
+        """Distance [m] and angle [rad] of a way; NaN for what the robot does not control."""
+        positions, angles = self._parts(way)
+        return (
+            math.hypot(*positions) if positions else math.nan,
+            math.hypot(*angles) if angles else math.nan,
+        )
+
+    def size(self, way: Floats) -> float:
+        """Larger one of distance, in rod lengths, and angle [rad]."""
+        positions, angles = self._parts(way)
+        # Not by squares: those of a pose far beyond all robots are infinite.
+        return max(math.hypot(*positions) / self._length, math.hypot(*angles))
+
+    def by_axis(self, way: Floats) -> Floats:
+        """A way in the order that ``KinematoStatics.motors_by_pose`` takes it in."""
+        return way[self._by_axis]
+
+    def velocity(self, twist: Floats, rotation: Floats) -> Floats:
+        """Way per second of a platform with a twist.
+
+        Args:
+            twist: [omega; v] in the base frame, (6,) [rad/s, m/s].
+            rotation: Of the platform, (3, 3).
+        """
+        rates = twist
+        if {"roll", "pitch", "yaw"} & set(self.names):
+            # At a pitch of 90 degrees they are not unique.
+            angles = np.linalg.lstsq(angle_motions(rotation), twist[:3], rcond=None)[0]
+            rates = np.concatenate([angles, twist[3:]])
+        return rates[self._axes]
+
+    def _parts(self, way: Floats) -> tuple[list[float], list[float]]:
+        """Positions [m] and angles [rad] of a way."""
+        positions, angles = list[float](), list[float]()
+        for axis, number in zip(self._axes, way.tolist(), strict=True):
+            (positions if axis >= _FIRST_POSITION else angles).append(number)
+        return positions, angles
+
+
+def pose_coordinates(robot: Robot) -> PoseCoordinates:
+    """The coordinates a robot controls, made once for every robot."""
+    return robot.kept("pose_coordinates", lambda: PoseCoordinates(robot))
