@@ -29,6 +29,8 @@ Floats = NDArray[np.float64]
 #: On the way and at the end, in the order of joint names; how much later the end may be reached [s].
 Tolerances = tuple[Sequence[float], Sequence[float], float]
 
+#: A velocity that is rounding where a trajectory ends at rest [rad/s, m/s].
+_RESTING = 1e-6
 #: More points than this are refused: looking at them would hold up the node.
 _MOST_POINTS = 10_000
 
@@ -122,13 +124,27 @@ def _columns(
     assert positions is not None
     if accelerations is not None and velocities is None:
         raise InvalidRequest("points[0].velocities", "expected some where accelerations are given")
-    if velocities is not None and np.any(velocities[-1]):
+    if velocities is not None:
+        velocities = _ending_at_rest(names, times, velocities)
+    return positions, velocities, accelerations
+
+
+def _ending_at_rest(names: list[str], times: Floats, velocities: Floats) -> Floats:
+    """The same velocities, (P, n), without what sines and cosines leave of the zeros at the end.
+
+    Raises:
+        TrajectoryRefused: There a motor still moves.
+    """
+    fastest = int(np.argmax(np.abs(velocities[-1])))
+    speed = float(velocities[-1, fastest])
+    if abs(speed) > _RESTING:
         raise TrajectoryRefused(
             float(times[-1]),
             "points",
-            f"expected a trajectory that ends at rest, its last velocities are {velocities[-1]}",
+            "expected a trajectory that ends at rest, at its last point "
+            f"{names[fastest]} has a velocity of {speed:.6g}",
         )
-    return positions, velocities, accelerations
+    return np.vstack([velocities[:-1], np.zeros(len(names))])
 
 
 def point_message(

@@ -307,6 +307,29 @@ def test_refusals_show_what_is_compared_in_enough_digits(rfrfr, points, words):
         rfrfr.take(*points, start_in=start_in)
 
 
+def swung(velocity):
+    """A trajectory of the RFRFR whose motor1 ends with a velocity."""
+    message = JointTrajectory(joint_names=["motor2", "motor1"])
+    for second, speeds in ((1, [0.0, 0.1]), (2, [0.0, velocity])):
+        point = JointTrajectoryPoint(positions=[0.5, 2.6], velocities=speeds)
+        point.time_from_start.sec = second
+        message.points.append(point)
+    return message
+
+
+@pytest.mark.parametrize("velocity", [0.1 * math.sin(math.pi), -0.9e-6, 0.0])
+def test_a_velocity_that_rounding_left_at_the_end_is_rest(velocity):
+    order = trajectory_order(robot("rfrfr"), swung(velocity), Time())
+    np.testing.assert_array_equal(order.velocities, [[0.1, 0.0], [0.0, 0.0]])
+
+
+@pytest.mark.parametrize("velocity", [1.1e-6, -0.1])
+def test_a_motor_that_moves_at_the_end_is_named(velocity):
+    words = rf"ends at rest, at its last point motor1 has a velocity of {velocity:g}\Z"
+    with pytest.raises(TrajectoryRefused, match=words):
+        trajectory_order(robot("rfrfr"), swung(velocity), Time())
+
+
 @pytest.mark.parametrize(
     ("given", "told"),
     [(1.5000001, r"1\.5000001"), (math.nextafter(1.5, 2.0), r"1\.5000000000000002")],
