@@ -17,6 +17,7 @@ from .inertia_kernel import eliminate
 from .kernel_decorators import inlined, part
 from .lanes import broadcast, get, load, put, store, total
 from .lu_kernel import lu_factor, lu_solve
+from .pencil_layout import pencil_column
 
 __all__ = [
     "compliance_of_platform",
@@ -77,36 +78,33 @@ def _gather_condensed(robot, factors, condensed):
 def _gather_leg_rows(robot, number, blocks, pencil):
     """Rows of the inner slots of a group."""
     slots, units = robot.slots, robot.units
-    inner, last = slots.inner_count, slots.first_motor
-    for i in range(inner):
+    for i in range(slots.inner_count):
         scale = (1.0 / robot.energy_unit) * load(units, (number, i))
         for j in range(i, slots.total):
             value = scale * load(units, (number, j)) * load(blocks, (number, i, j))
             if i == j:
                 value += load(robot.missing, (number, i))
-            at = j if j < inner else (j + 1 if j < last else inner)
-            store(pencil.blocks, (number, i, at), value)
+            store(pencil.blocks, (number, i, pencil_column(slots, pencil.layout, j)), value)
 
 
 @inlined
 def _gather_motor_rows(robot, number, blocks, pencil):
     """Rows of the motors of a group."""
-    slots, units = robot.slots, robot.units
-    inner, motor = slots.inner_count, slots.first_motor
-    scale = (1.0 / robot.energy_unit) * load(units, (number, motor))
-    for row in range(inner, motor + 1):
-        value = scale * load(units, (number, row)) * load(blocks, (number, row, motor))
-        at = row + 1 if row < motor else inner
-        store(pencil.blocks, (number, inner, at), value)
+    slots, units, layout = robot.slots, robot.units, pencil.layout
+    motor_slot = slots.first_motor
+    scale = (1.0 / robot.energy_unit) * load(units, (number, motor_slot))
+    for slot in range(slots.first_platform, motor_slot + 1):
+        value = scale * load(units, (number, slot)) * load(blocks, (number, slot, motor_slot))
+        store(pencil.blocks, (number, layout.motor, pencil_column(slots, layout, slot)), value)
     for lane in range(robot.slot_index.shape[2]):
         if robot.motor_slot_index[number, 0, lane] < 0:
-            put(pencil.blocks, (number, inner, inner), lane, 1.0)
+            put(pencil.blocks, (number, layout.motor, layout.motor), lane, 1.0)
 
 
 @inlined
 def _set_aside(slots, number, slot, lane, q, pencil):
     """Take the couplings of delayed slot q out of the rows of its leg, into its next round."""
-    blocks, inner, width = pencil.blocks, slots.inner_count, slots.platform_count
+    blocks, platform, width = pencil.blocks, pencil.layout.first_platform, slots.platform_count
     beside, beside_platform, places = pencil.beside, pencil.beside_platform, pencil.places
     count, r = pencil.rounds[number], 0
     while r < count and places[number, r, lane] >= 0:
@@ -124,9 +122,9 @@ def _set_aside(slots, number, slot, lane, q, pencil):
         put(beside, (number, r, k), lane, get(blocks, (number, row, column), lane))
         put(blocks, (number, row, column), lane, 1.0 if k == slot else 0.0)
     for j in range(width):
-        coupling = get(blocks, (number, slot, inner + 1 + j), lane)
+        coupling = get(blocks, (number, slot, platform + j), lane)
         put(beside_platform, (number, r, j), lane, coupling)
-        put(blocks, (number, slot, inner + 1 + j), lane, 0.0)
+        put(blocks, (number, slot, platform + j), lane, 0.0)
 
 
 @part
@@ -162,8 +160,8 @@ def eliminate_delayed(pencil, first, size):
 def _eliminate_round(pencil, number, r, first, size):
     """What the legs of a group leave of the delayed slots of a round."""
     upper, beyond, inverse, places = pencil.upper, pencil.beyond, pencil.inverse, pencil.places
-    width, platform, lanes = pencil.left.shape[0], pencil.beside.shape[2], places.shape[2]
-    whole, left = pencil.whole, pencil.rows
+    width, platform = pencil.left.shape[0], pencil.layout.first_platform
+    whole, by_leg, lanes = pencil.whole, pencil.by_leg, places.shape[2]
     for k in range(size):
         value = load(pencil.beside, (number, r, k))
         for m in range(k):
@@ -174,21 +172,21 @@ def _eliminate_round(pencil, number, r, first, size):
         for k in range(size):
             own = load(inverse, (number, k)) * load(beyond, (number, r, k))
             value -= load(beyond, (number, before, k)) * own
-        store(left, (0, 0), value)
+        store(by_leg, 0, value)
         for lane in range(lanes):
             q, p = places[number, r, lane], places[number, before, lane]
             if q >= 0:
-                entry = get(left, (0, 0), lane)
+                entry = get(by_leg, 0, lane)
                 whole[width + q, width + p] = whole[width + p, width + q] = entry
     for j in range(width):
         value = load(pencil.beside_platform, (number, r, j))
         for k in range(first, size):
             value -= load(beyond, (number, r, k)) * load(upper, (number, k, platform + j))
-        store(left, (0, 0), value)
+        store(by_leg, 0, value)
         for lane in range(lanes):
             q = places[number, r, lane]
             if q >= 0:
-                whole[width + q, j] = whole[j, width + q] = get(left, (0, 0), lane)
+                whole[width + q, j] = whole[j, width + q] = get(by_leg, 0, lane)
 
 
 @inlined
@@ -206,11 +204,11 @@ def reduce_delayed(pencil, size):
             for k in range(size):
                 eliminated = load(pencil.inverse, (number, k)) * load(pencil.vector, (number, k))
                 value -= load(pencil.beyond, (number, r, k)) * eliminated
-            store(pencil.rows, (0, 0), value)
+            store(pencil.by_leg, 0, value)
             for lane in range(places.shape[2]):
                 q = places[number, r, lane]
                 if q >= 0:
-                    part[width + q] = get(pencil.rows, (0, 0), lane)
+                    part[width + q] = get(pencil.by_leg, 0, lane)
     lu_solve(pencil.factored, width + pencil.delayed_count[0], pencil.pivots, part)
     for i in range(width):
         pencil.border[i] = part[i]

@@ -137,7 +137,7 @@ def _respond(robot, record, response, pencil):
     condensed, column = pencil.condensed, pencil.part
     if not _invert_answering(answering, pencil):
         return False
-    inverse, turn, turned = pencil.inverse_stiffness[1], pencil.turn[0], pencil.turn[1]
+    compliance, turn, turned = pencil.compliance, pencil.turn, pencil.turned_compliance
     _turn_into_world(robot, record, answering, pencil)
     for i in range(width):
         for j in range(width):
@@ -150,7 +150,7 @@ def _respond(robot, record, response, pencil):
         for j in range(answering):
             value = 0.0
             for k in range(answering):
-                value += row[k] * inverse[j, k]
+                value += row[k] * compliance[j, k]
             column[j] = value
         for i in range(width):
             moved, pushed = 0.0, 0.0
@@ -172,7 +172,7 @@ def _respond(robot, record, response, pencil):
 def _invert_answering(answering, pencil):
     """Compliance of platform and delayed slots, kept by columns as rows; whether there is one."""
     condensed, pivots = pencil.condensed, pencil.pivots
-    stiffness, inverse = pencil.inverse_stiffness[0], pencil.inverse_stiffness[1]
+    stiffness, compliance = pencil.stiffness, pencil.compliance
     for i in range(answering):
         for j in range(answering):
             stiffness[i, j] = condensed[i, j]
@@ -180,8 +180,8 @@ def _invert_answering(answering, pencil):
         return False
     for j in range(answering):
         for i in range(answering):
-            inverse[j, i] = 1.0 if i == j else 0.0
-        lu_solve(stiffness, answering, pivots, inverse[j])
+            compliance[j, i] = 1.0 if i == j else 0.0
+        lu_solve(stiffness, answering, pivots, compliance[j])
     return True
 
 
@@ -190,7 +190,7 @@ def _turn_into_world(robot, record, answering, pencil):
     """World twists, dimensionless, of body twists in the units of the state; and of the compliance."""
     unit, inner, width = robot.unit, robot.platform_index, robot.slots.platform_count
     rotation = unit.shape[0] + ROTATION
-    inverse, turn, turned = pencil.inverse_stiffness[1], pencil.turn[0], pencil.turn[1]
+    compliance, turn, turned = pencil.compliance, pencil.turn, pencil.turned_compliance
     for i in range(width):
         for j in range(width):
             row_axis, column_axis = robot.platform_axes[i], robot.platform_axes[j]
@@ -202,5 +202,5 @@ def _turn_into_world(robot, record, answering, pencil):
         for j in range(answering):
             value = 0.0
             for k in range(width):
-                value += turn[k, i] * inverse[j, k]
+                value += turn[k, i] * compliance[j, k]
             turned[i, j] = value

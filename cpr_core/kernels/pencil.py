@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .kernel_arrays import RobotArrays
 from .lanes import empty_lanes, zeros_lanes
+from .pencil_layout import PencilLayout, pencil_layout
 
 __all__ = ["Pencil", "pencil_of"]
 
@@ -26,10 +27,11 @@ _STEPS = 24
 class Pencil(NamedTuple):
     """K and M of ``pencil_kernel`` for G groups of legs, their factors, and vectors.
 
-    A leg has r = n + 1 rows, its n inner slots and its motor, and c = r + b columns, the same and the
-    platform. Delayed may be all C multipliers at most, up to E of a leg. All numbers are dimensionless.
+    A leg has r rows and c columns, b of them of the platform. Delayed may be all C multipliers at most,
+    up to E of a leg. All numbers are dimensionless.
     """
 
+    layout: PencilLayout
     gram: Lanes  # (G, S, S) int Phi^T Phi dsigma by slots: M of unit motions
     weights: Lanes  # (G, r) M of unit motions on other slots: 1 where something moves
     springs: Lanes  # (G, r) stiffness of springs on other slots
@@ -58,9 +60,15 @@ class Pencil(NamedTuple):
     border_loaded: Floats  # (b,)
     basis: Lanes  # (T, G, r) of Lanczos' method
     border_basis: Floats  # (T, b)
-    tridiagonal: Floats  # (4, T)
-    inverse_stiffness: Floats  # (2, b + C, b + C)
-    turn: Floats  # (2, b, b + C)
+    along_diagonal: Floats  # (T,) of its tridiagonal matrix
+    beside_diagonal: Floats  # (T,)
+    ritz_vector: Floats  # (T,)
+    ritz_pivots: Floats  # (T,)
+    stiffness: Floats  # (b + C, b + C) LU factors of platform and delayed slots
+    compliance: Floats  # (b + C, b + C) its inverse, transposed
+    turn: Floats  # (b, b) world twists of body twists
+    turned_compliance: Floats  # (b, b + C) the turn of the compliance
+    by_leg: Lanes  # (1,) written by lanes and read leg by leg
     pivots: Integers  # (b + C,)
 
 
@@ -73,8 +81,8 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
     """
     slots, groups, width = arrays.slots, len(arrays.groups), arrays.slot_index.shape[2]
     strains, platform = slots.strain_count, slots.platform_count
-    rows = slots.inner_count + 1
-    columns = rows + platform
+    layout = pencil_layout(slots)
+    rows, columns = layout.row_count, layout.column_count
     border, constraints = len(arrays.border_indices), arrays.constraint_count
     most = slots.first_passive - slots.first_multiplier
 
@@ -82,6 +90,7 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
         return empty_lanes(width, *shape)
 
     return Pencil(
+        layout=layout,
         gram=_grams_of_slots(arrays, grams),
         weights=_weights_of_slots(arrays, rows),
         springs=_springs_of_slots(arrays, rows),
@@ -110,9 +119,15 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
         border_loaded=np.empty(platform),
         basis=empty(_STEPS, groups, rows),
         border_basis=np.empty((_STEPS, platform)),
-        tridiagonal=np.empty((4, _STEPS)),
-        inverse_stiffness=np.empty((2, platform + constraints, platform + constraints)),
-        turn=np.empty((2, platform, platform + constraints)),
+        along_diagonal=np.empty(_STEPS),
+        beside_diagonal=np.empty(_STEPS),
+        ritz_vector=np.empty(_STEPS),
+        ritz_pivots=np.empty(_STEPS),
+        stiffness=np.empty((platform + constraints, platform + constraints)),
+        compliance=np.empty((platform + constraints, platform + constraints)),
+        turn=np.empty((platform, platform)),
+        turned_compliance=np.empty((platform, platform + constraints)),
+        by_leg=zeros_lanes(width, 1),
         pivots=np.empty(platform + constraints, np.int64),
     )
 

@@ -8,9 +8,8 @@ its finite eigenvalues are those of H_r on motions of unit size v^T M v. A leg t
 platform only, in K as in M. K - mu M is eliminated for all legs at once onto the platform; its negative
 pivots, less the number of constraints, are the eigenvalues below mu (Sylvester).
 
-Rows of a leg are its inner slots (`slots`), then its motor; columns are the same and then the platform.
-With the motors held their row and column are left out. Vectors are the rows of the legs, and the
-platform's beside them.
+Rows and columns of a leg are those of `pencil_layout`; with the motors held theirs are left out. Vectors
+are the rows of the legs, and the platform's beside them.
 """
 
 from __future__ import annotations
@@ -26,6 +25,7 @@ from .delayed_pencil_kernel import (
 )
 from .kernel_decorators import inlined, part
 from .lanes import absolute, broadcast, load, store, total
+from .pencil_layout import eliminated_rows
 
 __all__ = [
     "Measure",
@@ -85,7 +85,7 @@ def eliminate_pencil(robot, pencil, measure, shift):
     balance = total(signs)
     if not math.isfinite(balance):
         return -1
-    size = robot.slots.inner_count + (1 if measure.free else 0)
+    size = eliminated_rows(pencil.layout, measure.free)
     pivots = blocks.shape[0] * robot.slot_index.shape[2] * size
     negative = round(0.5 * (pivots - balance)) - robot.constraint_count
     if pencil.delayed_count[0] > 0:
@@ -115,8 +115,8 @@ def _eliminate_platform(left):
 def _eliminate_legs(slots, number, measure, shift, pencil):
     """Eliminate a group, and take it off the platform's part; returns the sum of its pivots' signs."""
     blocks, upper, rows, others = pencil.blocks, pencil.upper, pencil.rows, measure.others
-    inner, width, strains = slots.inner_count, slots.platform_count, slots.strain_count
-    first, size = slots.first_coupled, inner + (1 if measure.free else 0)
+    layout, strains, first = pencil.layout, slots.strain_count, slots.first_coupled
+    size, platform = eliminated_rows(layout, measure.free), layout.first_platform
     signs = broadcast(others, 0.0)
     for i in range(size):
         value = load(blocks, (number, i, i)) - shift * load(others, (number, i))
@@ -137,18 +137,18 @@ def _eliminate_legs(slots, number, measure, shift, pencil):
             store(upper, (number, i, j), inverse * value)
         if i < first:
             continue
-        for j in range(inner + 1, inner + 1 + width):
+        for j in range(platform, layout.column_count):
             value = load(blocks, (number, i, j))
             for k in range(first, i):
                 value -= load(upper, (number, k, i)) * load(rows, (k, j))
             store(rows, (i, j), value)
             store(upper, (number, i, j), inverse * value)
-    for i in range(inner + 1, inner + 1 + width):
-        for j in range(i, inner + 1 + width):
+    for i in range(platform, layout.column_count):
+        for j in range(i, layout.column_count):
             value = broadcast(others, 0.0)
             for k in range(first, size):
                 value += load(upper, (number, k, i)) * load(rows, (k, j))
-            pencil.left[i - inner - 1, j - inner - 1] -= total(value)
+            pencil.left[i - platform, j - platform] -= total(value)
     return signs
 
 
@@ -162,8 +162,8 @@ def solve_pencil(pencil, first, free):
         free: Whether the motors move.
     """
     upper, vector, border = pencil.upper, pencil.vector, pencil.border
-    inner, width = upper.shape[1] - 1, border.shape[0]
-    size = inner + 1 if free else inner
+    width, platform = border.shape[0], pencil.layout.first_platform
+    size = eliminated_rows(pencil.layout, free)
     for number in range(upper.shape[0]):
         for k in range(size - 1):
             eliminated = load(vector, (number, k))
@@ -173,7 +173,7 @@ def solve_pencil(pencil, first, free):
         for j in range(width):
             value = broadcast(vector, 0.0)
             for k in range(first, size):
-                value += load(upper, (number, k, inner + 1 + j)) * load(vector, (number, k))
+                value += load(upper, (number, k, platform + j)) * load(vector, (number, k))
             border[j] -= total(value)
     if pencil.delayed_count[0] > 0:
         reduce_delayed(pencil, size)
@@ -184,7 +184,7 @@ def solve_pencil(pencil, first, free):
             value = load(pencil.inverse, (number, i)) * load(vector, (number, i))
             if i >= first:
                 for j in range(width):
-                    value -= load(upper, (number, i, inner + 1 + j)) * border[j]
+                    value -= load(upper, (number, i, platform + j)) * border[j]
             store(vector, (number, i), value)
     if pencil.delayed_count[0] > 0:
         substitute_delayed(pencil, size)
@@ -212,10 +212,9 @@ def _solve_platform(left, border):
 
 
 @part
-def multiply_measure(measure, vector, border, result, border_result):
+def multiply_measure(layout, measure, vector, border, result, border_result):
     """``result = M vector``."""
-    mass, inner = measure.strain, vector.shape[1] - 1
-    strains = mass.shape[1]
+    mass, strains = measure.strain, measure.strain.shape[1]
     for number in range(vector.shape[0]):
         for i in range(strains):
             value = load(mass, (number, i, i)) * load(vector, (number, i))
@@ -225,8 +224,8 @@ def multiply_measure(measure, vector, border, result, border_result):
                 for j in range(i + 1, strains):
                     value += load(mass, (number, i, j)) * load(vector, (number, j))
             store(result, (number, i), value)
-        for i in range(strains, inner + 1):
-            moves = 1.0 if i < inner or measure.free else 0.0
+        for i in range(strains, layout.row_count):
+            moves = 1.0 if i != layout.motor or measure.free else 0.0
             value = load(measure.others, (number, i)) * load(vector, (number, i))
             store(result, (number, i), moves * value)
     for i in range(border.shape[0]):
@@ -237,8 +236,8 @@ def multiply_measure(measure, vector, border, result, border_result):
 def work_of_stiffness(pencil, free):
     """``vector^T K vector``, of a vector that was solved for last: delayed slots are those of then."""
     blocks, corner, vector, border = pencil.blocks, pencil.corner, pencil.vector, pencil.border
-    inner, width = vector.shape[1] - 1, border.shape[0]
-    size = inner + 1 if free else inner
+    width, platform = border.shape[0], pencil.layout.first_platform
+    size = eliminated_rows(pencil.layout, free)
     value, rest = broadcast(vector, 0.0), 0.0
     for number in range(blocks.shape[0]):
         for i in range(size):
@@ -247,7 +246,7 @@ def work_of_stiffness(pencil, free):
             for j in range(i + 1, size):
                 row += load(blocks, (number, i, j)) * load(vector, (number, j))
             for j in range(width):
-                row += load(blocks, (number, i, inner + 1 + j)) * border[j]
+                row += load(blocks, (number, i, platform + j)) * border[j]
             value += own * row
     for i in range(width):  # of symmetric matrices, the upper triangles
         row = 0.5 * corner[i, i] * border[i]

@@ -14,6 +14,7 @@ from .condensation_kernel import CONDENSED
 from .kept_factors import kept_border, kept_row, kept_status, recall_border
 from .kernel_decorators import inlined, part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
+from .pencil_layout import pencil_column
 
 __all__ = ["recall_pencil"]
 
@@ -64,7 +65,6 @@ def _recall_leg_rows(slots, number, kept, pencil):
     """Rows of the inner slots of a group; returns what is positive where too few digits are left."""
     blocks, rows = pencil.blocks, pencil.rows
     inner, extent, first = slots.inner_count, slots.total, slots.first_coupled
-    last = slots.first_motor
     largest, smallest = broadcast(rows, 0.0), broadcast(rows, np.inf)
     for i in range(inner):
         # Stored in place of the unit diagonal: the inverse pivot.
@@ -77,14 +77,13 @@ def _recall_leg_rows(slots, number, kept, pencil):
         for j in range(i + 1, extent):
             store(rows, (i, j), pivot * load(kept, row + j))
         for j in range(i, extent):
-            begin = 0 if j < inner or j >= last else first
+            begin = 0 if j < inner or j >= slots.first_motor else first
             value = broadcast(rows, 0.0)
             for k in range(begin, i):
                 value += load(kept, kept_row(slots, number, k) + i) * load(rows, (k, j))
             if i >= begin:
                 value += load(rows, (i, j))
-            at = j if j < inner else (j + 1 if j < last else inner)
-            store(blocks, (number, i, at), value)
+            store(blocks, (number, i, pencil_column(slots, pencil.layout, j)), value)
     return smallest - _SMALLEST_LEG_PIVOT * largest
 
 
@@ -104,24 +103,23 @@ def _recall_platform(slots, number, kept, pencil):
 @inlined
 def _recall_motor_rows(robot, number, kept, pencil):
     """Rows of the motors of a group, with what the legs had taken from them."""
-    slots, blocks, rows = robot.slots, pencil.blocks, pencil.rows
-    inner, width = slots.inner_count, slots.platform_count
-    for j in range(width + 1):
+    slots, blocks, rows, layout = robot.slots, pencil.blocks, pencil.rows, pencil.layout
+    platform, motor_slot = slots.first_platform, slots.first_motor
+    for slot in range(platform, motor_slot + 1):
         value = broadcast(rows, 0.0)
-        begin = slots.first_coupled if j < width else 0
-        for k in range(begin, inner):
-            left = load(kept, kept_row(slots, number, k) + inner + j)
-            value += left * load(rows, (k, slots.first_motor))
-        column = inner + 1 + j if j < width else inner
-        store(blocks, (number, inner, column), value)
+        begin = slots.first_coupled if slot < motor_slot else 0
+        for k in range(begin, slots.inner_count):
+            left = load(kept, kept_row(slots, number, k) + slot)
+            value += left * load(rows, (k, motor_slot))
+        store(blocks, (number, layout.motor, pencil_column(slots, layout, slot)), value)
     for lane in range(robot.slot_index.shape[2]):
         motor = robot.motor_slot_index[number, 0, lane]
         if motor < 0:
-            put(blocks, (number, inner, inner), lane, 1.0)
+            put(blocks, (number, layout.motor, layout.motor), lane, 1.0)
             continue
         m = motor - robot.platform_index
-        for j in range(width + 1):
-            column = inner + 1 + j if j < width else inner
-            value = get(blocks, (number, inner, column), lane)
-            value += pencil.condensed[m, j if j < width else m]
-            put(blocks, (number, inner, column), lane, value)
+        for slot in range(platform, motor_slot + 1):
+            column = pencil_column(slots, layout, slot)
+            value = get(blocks, (number, layout.motor, column), lane)
+            value += pencil.condensed[m, slot - platform if slot < motor_slot else m]
+            put(blocks, (number, layout.motor, column), lane, value)

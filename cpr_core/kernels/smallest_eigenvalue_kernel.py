@@ -144,7 +144,7 @@ def _quotient(pencil, measure):
     """Rayleigh quotient of the vector."""
     vector, border = pencil.vector, pencil.border
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
-    multiply_measure(measure, vector, border, loaded, border_loaded)
+    multiply_measure(pencil.layout, measure, vector, border, loaded, border_loaded)
     length = _inner_product(vector, border, loaded, border_loaded)
     return work_of_stiffness(pencil, measure.free) / length
 
@@ -162,13 +162,13 @@ def _iterate(robot, pencil, measure, shift):
     vector, border = pencil.vector, pencil.border
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
     first = robot.slots.first_coupled
-    multiply_measure(measure, vector, border, loaded, border_loaded)
+    multiply_measure(pencil.layout, measure, vector, border, loaded, border_loaded)
     old = _inner_product(vector, border, loaded, border_loaded)
     scale = 1.0 / math.sqrt(old)
     _put_multiple(scale, loaded, border_loaded, vector, border)
     solve_pencil(pencil, first, measure.free)
     work = scale * _inner_product(vector, border, loaded, border_loaded)
-    multiply_measure(measure, vector, border, loaded, border_loaded)
+    multiply_measure(pencil.layout, measure, vector, border, loaded, border_loaded)
     length = _inner_product(vector, border, loaded, border_loaded)
     solved, quotient = shift + work / length, work_of_stiffness(pencil, measure.free) / length
     residual = (1.0 - work * work / length) / length
@@ -187,13 +187,13 @@ def _lanczos(robot, pencil, measure):
     vector, border = pencil.vector, pencil.border
     basis, border_basis = pencil.basis, pencil.border_basis
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
-    along, beside = pencil.tridiagonal[0], pencil.tridiagonal[1]
-    parts, pivots = pencil.tridiagonal[2], pencil.tridiagonal[3]
+    along, beside = pencil.along_diagonal, pencil.beside_diagonal
+    parts, pivots = pencil.ritz_vector, pencil.ritz_pivots
     first = robot.slots.first_coupled
     most = basis.shape[0]
     largest, known = 0.0, 0 * most  # a constant would be compiled for on its own
     for step in range(most + 1):
-        multiply_measure(measure, vector, border, loaded, border_loaded)
+        multiply_measure(pencil.layout, measure, vector, border, loaded, border_loaded)
         length = math.sqrt(max(_inner_product(vector, border, loaded, border_loaded), 0.0))
         if step > 0:
             beside[step - 1] = length
