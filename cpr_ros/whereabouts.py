@@ -19,7 +19,12 @@ from .interface.first_measured import MEASURED, first_measured
 from .middleware.publishers import other_publishers
 from .operation.kept_state import KeptState, state_folder
 from .operation.session import Session
-from .operation.starting_place import begin_at_home, begin_at_last, begin_at_measured
+from .operation.starting_place import (
+    begin_at_commands,
+    begin_at_home,
+    begin_at_last,
+    begin_at_measured,
+)
 from .process.stop_signal import Stopped, StopSignal
 from .settings.parameters import Parameters
 
@@ -99,6 +104,9 @@ class Whereabouts:
                 last = None if self._kept is None or self._lost else self._kept.last()
                 if last is not None:
                     return begin_at_last(self._session, last)
+                before = None if self._kept is None else self._kept.commands_before
+                if before is not None:
+                    return self._begin_where_commanded(before)
             except CprError as error:
                 if self._from == "last":
                     raise
@@ -112,6 +120,20 @@ class Whereabouts:
         if self._from == "home":
             return f"start_from is home, as for a simulation: {said}"
         return "where the robot is has to be measured" if self._lost else said
+
+    def _begin_where_commanded(self, commands: NDArray[np.float64]) -> str:
+        """Begin where the same motors were sent last, (n,), under another description.
+
+        What was kept stays until the robot is placed or moved: the description may be the wrong one.
+
+        Raises:
+            CprError: No equilibrium explains them, or they are not there any more.
+        """
+        if np.isnan(commands).any():
+            raise CprError("under another description the motors had left their last equilibrium")
+        said = self._stop.wait_for(lambda: begin_at_commands(self._session, commands))
+        self._newest = self._session.known_place
+        return said
 
     def look(self) -> None:
         """Put the robot where its motors are measured, if they are.

@@ -5,7 +5,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from cpr_core import Loads, Robot
+from cpr_core.description.loads import compared
 
 from .watchdog import Watchdog
 
@@ -28,11 +31,24 @@ class ExternalWrench:
         """
         self.robot, self.watchdog = robot, Watchdog(timeout)
         self._loads: Loads | None = None
+        self._lost = False  # it was too old, and none has come since
 
     @property
     def acts(self) -> bool:
         """Whether what a message said acts, or its end is not borne yet."""
         return self._loads is not None
+
+    @property
+    def missing(self) -> str:
+        """Why what pushes on the platform is not known any more; empty: it is, or nothing was said."""
+        timeout = self.watchdog.timeout
+        if not self._lost or timeout <= 0.0:
+            return ""
+        return f"the external wrench is older than wrench_timeout {timeout:g} s and acts no more"
+
+    def forget_missing(self) -> None:
+        """Be as if no wrench had ever been too old."""
+        self._lost = False
 
     def take(self, loads: Loads, now: float) -> None:
         """Take loads with a new wrench.
@@ -41,7 +57,10 @@ class ExternalWrench:
             InvalidRequest: Loads that leave the plane of a planar robot.
         """
         self.robot.load_arrays(loads)
-        self._loads = loads
+        # Loads with the same numbers are not solved for again.
+        if self._loads is None or compared(loads) != compared(self._loads):
+            self._loads = loads
+        self._lost = False
         self.watchdog.feed(now)
 
     def at_rest(self, known: Loads) -> bool:
@@ -54,9 +73,15 @@ class ExternalWrench:
             return known
         if self.watchdog.stale(now):
             default = self.robot.default_loads
-            self._loads = known.with_(
+            without = known.with_(
                 wrench_world=default.wrench_world, wrench_body=default.wrench_body
             )
+            # A wrench of zero says that nothing pushes, and nothing changes when it is too old.
+            self._lost = not (
+                np.array_equal(self._loads.wrench_world, without.wrench_world)
+                and np.array_equal(self._loads.wrench_body, without.wrench_body)
+            )
+            self._loads = without
             self.watchdog.forget()
         elif self._loads is known and self.watchdog.age(now) < 0.0:
             self._loads = None  # its end is borne: what is applied later is not taken for it

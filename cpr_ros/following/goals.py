@@ -34,11 +34,13 @@ class Goal(Protocol):
         """Length of the way that is left, in radians and rod lengths; 0 at the goal."""
         ...
 
-    def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
+    def solve(
+        self, start: Equilibrium, fraction: float, loads: Loads, time_limit: float | None = None
+    ) -> Equilibrium:
         """The equilibrium at a fraction of the way that is left.
 
         Raises:
-            CprError: There is none on the branch.
+            CprError: There is none on the branch, or none was found in so many seconds.
         """
         ...
 
@@ -83,9 +85,12 @@ class MotorGoal:
             return self.motors
         return (1.0 - fraction) * start.motors + fraction * self.motors
 
-    def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
+    def solve(
+        self, start: Equilibrium, fraction: float, loads: Loads, time_limit: float | None = None
+    ) -> Equilibrium:
         """Forward problem at the motor positions on the way."""
-        return solve_forward(start.robot, self.at(start, fraction), start=start, loads=loads)
+        motors = self.at(start, fraction)
+        return solve_forward(start.robot, motors, start=start, loads=loads, time_limit=time_limit)
 
 
 class PoseGoal:
@@ -122,12 +127,14 @@ class PoseGoal:
         """Larger one of distance (in rod lengths) and angle."""
         return self._way(start)[1]
 
-    def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
+    def solve(
+        self, start: Equilibrium, fraction: float, loads: Loads, time_limit: float | None = None
+    ) -> Equilibrium:
         """Inverse problem at the pose on the way."""
         pose = self.pose
         if fraction != 1.0:
             pose = self._coordinates.moved(start.pose, fraction * self._way(start)[0])
-        return solve_inverse(start.robot, pose, start=start, loads=loads)
+        return solve_inverse(start.robot, pose, start=start, loads=loads, time_limit=time_limit)
 
     def motors_ahead(self, current: Assessment) -> Floats | None:
         """Way of the motors that what is left asks for, to first order, (n,) [rad or m].

@@ -13,7 +13,7 @@ from cpr_core.model.assessment import Assessment
 from .goals import MotorGoal
 from .measured_range import within_range
 from .setpoint_following import ARRIVED, LARGEST_CHANGE, Outcome, SetpointFollower
-from .steps import attempt, change_between
+from .steps import LONGEST_SOLVE, attempt, change_between
 from .supervision import Refusal, State
 from .watchdog import Watchdog
 
@@ -21,6 +21,8 @@ __all__ = ["MotorTracking"]
 
 #: Longest way in one tick [rad, rod lengths]: stability is looked at in between.
 LONGEST_WAY = 0.1
+#: Parts of it that are tried, one after the other: where the robot is soft, smaller steps help.
+_PARTS = (1.0, 0.25, 0.0625)
 
 
 class MotorTracking:
@@ -47,6 +49,7 @@ class MotorTracking:
         self._judge = judge
         self._goal: MotorGoal | None = None
         self._beyond = ""
+        self._lost: tuple[Assessment, list[float], Loads, Refusal] | None = None
         self.at_rest = False
 
     def take(self, motors: ArrayLike, now: float) -> None:
@@ -77,14 +80,26 @@ class MotorTracking:
         remaining = goal.remaining(current.equilibrium)
         if remaining <= ARRIVED and loads is current.equilibrium.loads:
             return Outcome(current, False, State.TRACKING, self._judge.judge(current))
-        fraction = min(1.0, LONGEST_WAY / max(remaining, ARRIVED))
-        for part in (1.0, 0.25, 0.0625):  # where the robot is soft, in smaller steps
-            ahead = self._looked_at(current, attempt(current, goal, part * fraction, loads))
-            if isinstance(ahead, Assessment):
-                break
+        ahead = self._step(current, goal, remaining, loads)
         if isinstance(ahead, Refusal):
             return Outcome(current, False, State.LOST, self._judge.judge(current, ahead))
         return Outcome(ahead, True, State.TRACKING, self._judge.judge(ahead))
+
+    def _step(
+        self, current: Assessment, goal: MotorGoal, remaining: float, loads: Loads
+    ) -> Assessment | Refusal:
+        """A step towards the measured motors, or why there is none; the same is not tried twice."""
+        motors, lost = goal.motors.tolist(), self._lost
+        if lost is not None and lost[0] is current and lost[1] == motors and lost[2] is loads:
+            return lost[3]
+        fraction = min(1.0, LONGEST_WAY / max(remaining, ARRIVED))
+        for part in _PARTS:
+            found = attempt(current, goal, part * fraction, loads, LONGEST_SOLVE / len(_PARTS))
+            ahead = self._looked_at(current, found)
+            if isinstance(ahead, Assessment):
+                return ahead
+            self._lost = current, motors, loads, ahead
+        return ahead
 
     def _looked_at(self, current: Assessment, ahead: Assessment | Refusal) -> Assessment | Refusal:
         """A step, or why it cannot be what the robot did."""

@@ -25,7 +25,7 @@ from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import SLACK, Goal, MotorGoal, PoseGoal, largest_way, motor_steps, whole
 from .pose_steps import PoseSteps, TickWay
-from .steps import attempt, change_between, falls
+from .steps import OutOfTime, attempt, change_between, falls
 from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict
 from .trajectory_goal import TrajectoryGoal
 from .watchdog import Watchdog
@@ -98,6 +98,7 @@ class SetpointFollower:
         period: Time of a tick [s].
         watchdog: Age of the newest setpoint.
         corrected: Where the robot is sent for a goal: there, or where it then is measured there.
+        caution: Factor that speeds do not exceed: less than 1 while something is not seen.
         dropped: Why the last setpoint was forgotten that none replaced.
         orders: How many setpoints, pauses and returns have come, and how often one was forgotten: it
             tells that something newer has come, also if that is gone already.
@@ -109,6 +110,7 @@ class SetpointFollower:
         self.watchdog = Watchdog(settings.setpoint_timeout)
         self.settings = settings
         self.corrected: Callable[[Goal], Goal] = lambda goal: goal
+        self.caution = 1.0
         self.paused = False
         self.dropped = ""
         self.orders = 0
@@ -119,6 +121,7 @@ class SetpointFollower:
         self._reach = 1.0
         self._refusal: Refusal | None = None
         self._burdened = False
+        self._unborne: tuple[Assessment, Loads, Refusal] | None = None
         self._worsening: frozenset[str] = frozenset(MEASURES)
         self._pose_steps = PoseSteps(robot)
 
@@ -198,9 +201,9 @@ class SetpointFollower:
             return None
         if isinstance(goal, MotorGoal):
             start = current.equilibrium
-            return goal.at(start, self._part_of_way(start, goal, 1.0))
+            return goal.at(start, self._part_of_way(start, goal, self.caution))
         if isinstance(goal, PoseGoal):
-            return self._first_towards(current, goal, 1.0)
+            return self._first_towards(current, goal, self.caution)
         return None
 
     def drop(self, reason: str = "") -> None:
@@ -272,13 +275,26 @@ class SetpointFollower:
         """
         if loads is current.equilibrium.loads:
             return current, None
+        known = self._unborne
+        if known is not None and known[0] is current and known[1] is loads:
+            return current, known[2]  # nothing has changed since
         goal = MotorGoal(self.robot, current.equilibrium.motors)
         ahead = attempt(current, goal, 1.0, loads)
+        if isinstance(ahead, OutOfTime):
+            reached = ahead.reached
+            if (
+                reached is not None and reached.index <= current.index
+            ):  # the next tick goes on there
+                text = f"the external wrench is not borne yet: {ahead.text}"
+                return reached, Refusal(ahead.reason, text)
         if isinstance(ahead, Refusal):
-            return current, Refusal(ahead.reason, f"the external wrench is not borne: {ahead.text}")
-        if ahead.index > current.index:
-            return current, Refusal("margin", "the external wrench is not borne: the robot buckles")
-        return ahead, None
+            refusal = Refusal(ahead.reason, f"the external wrench is not borne: {ahead.text}")
+        elif ahead.index > current.index:
+            refusal = Refusal("margin", "the external wrench is not borne: the robot buckles")
+        else:
+            return ahead, None
+        self._unborne = current, loads, refusal
+        return current, refusal
 
     def judge(
         self, current: Assessment, refusal: Refusal | None = None, *, stale: bool = False
@@ -388,7 +404,8 @@ class SetpointFollower:
         levels = [
             thresholds[name].level(current.value(name)) for name in worsening if name in watched
         ]
-        return max(CREEP, min([1.0, *(level for level in levels if not math.isnan(level))]))
+        known = (level for level in levels if not math.isnan(level))
+        return max(CREEP, min([self.caution, *known]))
 
     def _ticks_between(self, first: Floats, last: Floats) -> float:
         """Ticks at full speed the motors need from one place to another, (n,) each."""

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from operator import sub, truediv
 
 import numpy as np
@@ -18,6 +19,7 @@ from cpr_core import (
     NotReached,
     Robot,
     StrainLimitExceeded,
+    TimeLimitExceeded,
 )
 from cpr_core.model.assessment import Assessment
 from cpr_core.solving.distinct_numbers import distinct
@@ -25,14 +27,34 @@ from cpr_core.solving.distinct_numbers import distinct
 from .goals import Goal
 from .supervision import Refusal
 
-__all__ = ["attempt", "change_between", "falls"]
+__all__ = ["LONGEST_SOLVE", "OutOfTime", "attempt", "change_between", "falls"]
+
+#: Longest time that a solution of a tick may take [s]: meanwhile the node hears nothing.
+LONGEST_SOLVE = 0.1
 
 
-def attempt(current: Assessment, goal: Goal, fraction: float, loads: Loads) -> Assessment | Refusal:
+@dataclass(frozen=True)
+class OutOfTime(Refusal):
+    """Nothing was found in time.
+
+    Attributes:
+        reached: How far the branch was followed; None: not at all.
+    """
+
+    reached: Assessment | None
+
+
+def attempt(
+    current: Assessment,
+    goal: Goal,
+    fraction: float,
+    loads: Loads,
+    time_limit: float = LONGEST_SOLVE,
+) -> Assessment | Refusal:
     """Solve at a fraction of the way to a goal; cannot raise: a robot that cannot go on stays."""
     begin = time.perf_counter()
     try:
-        equilibrium = goal.solve(current.equilibrium, fraction, loads)
+        equilibrium = goal.solve(current.equilibrium, fraction, loads, time_limit)
     except MotorLimitExceeded as error:
         reason = "motor_range" if error.quantity == "position" else "effort_reserve"
         value, lower, upper = distinct(error.value, *error.limits)
@@ -44,6 +66,11 @@ def attempt(current: Assessment, goal: Goal, fraction: float, loads: Loads) -> A
         return Refusal(
             "strain_reserve", f"{error.leg}: bending strain {value} would be above {limit}"
         )
+    except TimeLimitExceeded as error:
+        last, length = error.last, current.characteristic_length
+        reached = Assessment(last, length) if last is not None and error.fraction > 0.0 else None
+        text = f"no equilibrium is found within {time_limit:g} s"
+        return OutOfTime("not_converged", text, reached)
     except NotReached as error:
         # How far a request goes and what it may have meant are of no use a step ahead.
         why = error.event.message if error.event is not None else str(error)

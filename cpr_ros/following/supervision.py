@@ -94,7 +94,7 @@ FIELDS = {name: name for name in MEASURES} | {
 }
 
 
-#: Recommended factor on speed where something is to be measured and is not.
+#: Factor on speed where something is to be measured and is not.
 BLIND = 0.5
 
 
@@ -139,8 +139,11 @@ def seen(told: Verdict, unseen: str) -> Verdict:
         told: Of what the model knows.
         unseen: What is not measured, in words; empty: nothing is missing.
     """
-    if not unseen or told.action != Action.NONE:
+    if not unseen or told.action == Action.HALT:
         return told
+    if told.action == Action.SLOW:
+        slower = min(told.speed_scale, BLIND)
+        return replace(told, text=f"{told.text}; {unseen}", speed_scale=slower)
     return replace(
         told, status=Status.STALE_COMMAND, text=unseen, action=Action.SLOW, speed_scale=BLIND
     )

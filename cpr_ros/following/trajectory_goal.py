@@ -82,10 +82,12 @@ class TrajectoryGoal:
         """0 at the end, infinite on the way."""
         return 0.0 if self.time >= self.path.end else math.inf
 
-    def solve(self, start: Equilibrium, fraction: float, loads: Loads) -> Equilibrium:
+    def solve(
+        self, start: Equilibrium, fraction: float, loads: Loads, time_limit: float | None = None
+    ) -> Equilibrium:
         """Forward problem at a fraction of the time that is left."""
-        time = self.time + fraction * (self.path.end - self.time)
-        return solve_forward(start.robot, self.path.at(time)[0], start=start, loads=loads)
+        motors = self.path.at(self.time + fraction * (self.path.end - self.time))[0]
+        return solve_forward(start.robot, motors, start=start, loads=loads, time_limit=time_limit)
 
     def aim(self, start: Equilibrium, factor: float, limits: Floats) -> MotorGoal:
         """Motors of the next tick; see :meth:`accept`.

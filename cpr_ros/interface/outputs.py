@@ -194,7 +194,7 @@ class Outputs:
             setpoint_age=session.input_watchdog.age(now),
             wrench_age=session.wrench.watchdog.age(now),
             loop=session.loop_status(now),
-            unseen=session.unseen(now),
+            unseen=session.senses.unseen(now),
         )
         self._stability.publish(message)
         return moment
@@ -265,7 +265,7 @@ class Outputs:
         counts = dropped.counts if dropped else {}
         newest = dropped.newest() if dropped else {}
         now, stamp = time.monotonic(), self._stamp()
-        unseen = session.unseen(now) if session else ""
+        unseen = session.senses.unseen(now) if session else ""
         array = diagnostic_array(
             name, life, session, unseen, counts, newest, late_ticks, others, stamp
         )

@@ -59,6 +59,14 @@ class Announcements:
         blind = f"{unmeasured}: what is moved now is moved without being seen" if unmeasured else ""
         return self._news("motors", blind, "the motors are measured again")
 
+    def of_wrench(self, unmeasured: str) -> tuple[str, str]:
+        """What to log of the external wrench: a warning when it is missing, and that it is back.
+
+        Args:
+            unmeasured: Why it is not known any more; empty: nothing is missing.
+        """
+        return self._news("wrench", unmeasured, "the external wrench is measured again")
+
     def of_commanders(self, others: str) -> tuple[str, str]:
         """What to log of others who command the motors: a warning when they come, and that they left.
 

@@ -11,6 +11,9 @@ Two slots are written in turn, each with a checksum: one that was being written 
 other one does. A new file has two slots of turn 0, and no state; it gets its name when it is whole. So
 what has no slot that is whole had a state once, which is lost, and is no file of a robot that never
 moved.
+
+An equilibrium is of one description. Commands are of motors: they stand where they were sent, however
+their robot is described later, which its calibration does.
 """
 
 from __future__ import annotations
@@ -35,9 +38,10 @@ __all__ = ["KeptState", "LastState", "state_folder"]
 
 Floats = NDArray[np.float64]
 
-_MAGIC = b"cpr_ros state 2\n"
-#: Before the slots: what this is, whose it is, how many numbers a slot has, and a checksum.
-_HEADER, _CHECKSUM = struct.Struct("=16s32sQ"), struct.Struct("=I")
+_MAGIC = b"cpr_ros state 3\n"
+#: Before the slots: what this is, of which description and motors, how many numbers a slot has, and a
+#: checksum.
+_HEADER, _CHECKSUM = struct.Struct("=16s32s32sQ"), struct.Struct("=I")
 _HEADER_SIZE = _HEADER.size + _CHECKSUM.size
 #: Before the numbers of a slot: which turn they are of, and a checksum.
 _SLOT = struct.Struct("=QI")
@@ -68,6 +72,8 @@ class KeptState:
 
     Attributes:
         problem: Why what another robot left in the file is of no use, in words; empty if there is none.
+        commands_before: The last commands of these motors under another description, (n,) [rad or m];
+            NaN: they are not there any more; None: there is no such file.
         damage: Why the file cannot be read, in words; empty if it can. The robot was somewhere then.
     """
 
@@ -83,11 +89,10 @@ class KeptState:
             BlockingIOError: Another node keeps its state there.
         """
         self.problem, self.damage, self._robot, self._path = "", "", robot, file
-        self._count = robot.state_size + 27 + robot.motor_count
-        header = _HEADER.pack(_MAGIC, _fingerprint(robot), self._count)
-        self._header = header + _CHECKSUM.pack(zlib.crc32(header))
+        self.commands_before: Floats | None = None
+        self._layout = _layout_of(robot)
         #: What is to be in the file; what is in it stays until the robot is placed or moved.
-        self._content = bytearray(self._header + 2 * self._slot(0, bytes(8 * self._count)))
+        self._content = bytearray(self._layout.empty())
         file.parent.mkdir(parents=True, exist_ok=True)
         self._file = _open_or_make(file, self._content)
         try:
@@ -95,27 +100,37 @@ class KeptState:
         except OSError:
             os.close(self._file)
             raise
-        self._turn, _ = self._newest_slot()
+        self._turn, _ = self._layout.newest(self._content)
 
     def _read(self) -> None:
         """Look whether what is in the file is of use, and where it is, take it."""
         content = os.pread(self._file, len(self._content) + 1, 0)
         header = content[:_HEADER_SIZE]
-        self._own = header == self._header
+        self._own = header == self._layout.header
         if _is_header(header) and not self._own:
-            self.problem = (
-                f"{self._path} is of another robot or description; "
-                "it stays until a new state is kept"
-            )
+            self._read_commands(_Layout(header))
+            others = "another robot" if self.commands_before is None else "another description"
+            self.problem = f"{self._path} is of {others}; it stays until a new state is kept"
         elif not self._own:
             self._spoil("it does not begin as a file of this version does")
         elif len(content) != len(self._content):
             self._spoil("its length is not that of a file of this robot")
-        elif [turn for turn, _ in self._slots(content)] in ([], [0]):  # new ones have two of turn 0
+        elif [turn for turn, _ in self._layout.slots(content)] in ([], [0]):  # new: two of turn 0
             self._spoil("its checksums are wrong")
         else:
             self._content[:] = content
             os.posix_fallocate(self._file, 0, len(content))  # a full disk is told of now
+
+    def _read_commands(self, before: _Layout) -> None:
+        """Take the commands that the same motors had under another description."""
+        count = self._robot.motor_count
+        if before.motors != self._layout.motors or before.count < count:
+            return
+        content = os.pread(self._file, before.size, 0)
+        if len(content) == before.size:
+            turn, numbers = max(before.slots(content), default=(0, b""))
+            if turn > 0:
+                self.commands_before = np.array(np.frombuffer(numbers)[-count:])
 
     def _spoil(self, reason: str) -> None:
         """Read nothing of the file."""
@@ -150,13 +165,13 @@ class KeptState:
             commands,
         )
         self._turn += 1
-        slot = self._slot(self._turn, b"".join([part.tobytes() for part in parts]))
+        slot = self._layout.slot(self._turn, b"".join([part.tobytes() for part in parts]))
         place = _HEADER_SIZE + (self._turn % 2) * len(slot)
         self._content[place : place + len(slot)] = slot
         if self._own:
             _write(self._file, slot, place)
         else:
-            self._own, self.problem, self.damage = True, "", ""
+            self._own, self.problem, self.damage, self.commands_before = True, "", "", None
             self._write_all()
 
     def mend(self) -> bool:
@@ -217,36 +232,64 @@ class KeptState:
 
     def last_commands(self) -> Floats | None:
         """The last motor commands, (n,) [rad or m], whatever the equilibrium; None: not known."""
-        numbers = self._newest()
+        numbers = self._newest() if self.commands_before is None else self.commands_before
         if numbers is None or np.isnan(numbers[-1]):
             return None
         return np.array(numbers[-self._robot.motor_count :])
 
     def _newest(self) -> Floats | None:
         """The numbers that were written last; None if none were."""
-        turn, numbers = self._newest_slot()
+        turn, numbers = self._layout.newest(self._content)
         return np.frombuffer(numbers) if turn > 0 else None
 
-    def _newest_slot(self) -> tuple[int, bytes]:
-        return max(self._slots(self._content))
 
-    def _slots(self, content: bytes | bytearray) -> list[tuple[int, bytes]]:
+class _Layout:
+    """Where things are in a file that begins with a header.
+
+    Attributes:
+        header: With its checksum.
+        motors: Fingerprint of the motors.
+        count: How many numbers a slot has.
+        size: Bytes of the file.
+    """
+
+    def __init__(self, header: bytes) -> None:
+        self.header = header
+        _, _, self.motors, self.count = _HEADER.unpack(header[: _HEADER.size])
+        self._slot_size = _SLOT.size + 8 * self.count
+        self.size = _HEADER_SIZE + 2 * self._slot_size
+
+    def empty(self) -> bytes:
+        """A file without a state."""
+        return self.header + 2 * self.slot(0, bytes(8 * self.count))
+
+    def newest(self, content: bytes | bytearray) -> tuple[int, bytes]:
+        """Turn and numbers of the newer slot."""
+        return max(self.slots(content))
+
+    def slots(self, content: bytes | bytearray) -> list[tuple[int, bytes]]:
         """Turns and numbers of the slots that are whole."""
         found: list[tuple[int, bytes]] = []
-        size = _SLOT.size + 8 * self._count
-        for place in (_HEADER_SIZE, _HEADER_SIZE + size):
-            slot = bytes(content[place : place + size])
+        for place in (_HEADER_SIZE, _HEADER_SIZE + self._slot_size):
+            slot = bytes(content[place : place + self._slot_size])
             turn, _ = _SLOT.unpack_from(slot)
-            if slot == self._slot(turn, slot[_SLOT.size :]):
+            if slot == self.slot(turn, slot[_SLOT.size :]):
                 found.append((turn, slot[_SLOT.size :]))
         return found
 
-    def _slot(self, turn: int, numbers: bytes) -> bytes:
+    def slot(self, turn: int, numbers: bytes) -> bytes:
         """What is written of a turn; slots of other headers have other checksums."""
         # Of a header with its own checksum the checksum is always the same.
-        of_header = zlib.crc32(self._header[: _HEADER.size])
+        of_header = zlib.crc32(self.header[: _HEADER.size])
         checksum = zlib.crc32(numbers, zlib.crc32(turn.to_bytes(8), of_header))
         return _SLOT.pack(turn, checksum) + numbers
+
+
+def _layout_of(robot: Robot) -> _Layout:
+    """The layout of the file of a robot."""
+    count = robot.state_size + 27 + robot.motor_count
+    header = _HEADER.pack(_MAGIC, _fingerprint(robot), _fingerprint_of_motors(robot), count)
+    return _Layout(header + _CHECKSUM.pack(zlib.crc32(header)))
 
 
 def _open_or_make(path: Path, content: bytes | bytearray) -> int:
@@ -333,6 +376,11 @@ def _fingerprint(robot: Robot) -> bytes:
     text = json.dumps(fields, default=repr, sort_keys=True)
     described = f"{text}\0{robot.motor_list}\0{robot.state_size}"
     return hashlib.sha256(described.encode()).digest()
+
+
+def _fingerprint_of_motors(robot: Robot) -> bytes:
+    """What tells the motors of a robot from those of others, whatever else is said of it."""
+    return hashlib.sha256(f"{robot.description.name}\0{robot.motor_list}".encode()).digest()
 
 
 def _loads(robot: Robot, gravity: Floats, world: Floats, body: Floats) -> Loads:

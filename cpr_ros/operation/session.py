@@ -13,7 +13,7 @@ import numpy as np
 from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 
-from cpr_core import Equilibrium, Robot, solve_home
+from cpr_core import Equilibrium, Loads, Robot, solve_home
 from cpr_core.model.assessment import Assessment
 
 from ..closed_loop.jogging import Jogger, PlatformTwist
@@ -22,20 +22,20 @@ from ..error_codes import RequestError
 from ..following.external_wrench import ExternalWrench
 from ..following.felt_wrench import FeltWrench
 from ..following.first_step import FirstStep
-from ..following.goals import Goal
+from ..following.goals import Goal, PoseGoal
 from ..following.measured_motors import MeasuredMotors
 from ..following.motor_commands import MotorCommands
 from ..following.motor_tracking import MotorTracking
 from ..following.moved_by_others import MovedByOthers
 from ..following.setpoint_following import Outcome, SetpointFollower
-from ..following.supervision import Refusal, State
+from ..following.supervision import BLIND, Refusal, State
 from ..following.trajectory_following import Ending, Motion, Trajectories
 from ..following.trajectory_order import TrajectoryOrder
 from ..following.watchdog import Watchdog
 from ..messages.conversions import Frames
 from ..settings.parameters import LiveParameters, Parameters
 from .admission import Admission
-from .sight import Sight
+from .senses import Senses
 from .solver import Solver
 
 __all__ = ["Session"]
@@ -61,6 +61,7 @@ class Session:
         unplaced: Whether the first measured motors say where the robot is; until it moves.
         measured: Measured motors of a robot that the node moves.
         others: Whether measured motors are elsewhere than the node has sent them.
+        senses: What is to be measured of the robot, and is not.
         admission: What is taken now.
     """
 
@@ -98,7 +99,8 @@ class Session:
         self.unplaced = False
         self.others = MovedByOthers(robot, live.moved_tolerance)
         self._told_away = ""
-        self._sight_of_motors, self._sight_of_platform = Sight(), Sight()
+        measured = self.measured if self.tracking is None else None
+        self.senses = Senses(measured, self.wrench, lambda now: self.loop_status(now))
         self.admission = Admission(
             self.solver,
             self.follower,
@@ -202,7 +204,8 @@ class Session:
             start = before.equilibrium
             self.jogger.advance(start, self.follower.arrived(start), now)
         self.loop.advance(now)
-        loads = self.wrench.loads(before.equilibrium.loads, now)
+        loads = self._loads(before.equilibrium.loads, now)
+        self._be_cautious(now)
         aligned, self._commanded_ahead = self._commanded_ahead or self.admission.aligned, False
         if self.tracking is None and not aligned and not self.follower.paused:
             borne, burden = self.follower.bear(before, loads)
@@ -219,6 +222,18 @@ class Session:
             self.outcome = replace(self.outcome, verdict=told, refusal=refusal)
         self.solver.current = self.outcome.assessment
         return self.outcome
+
+    def _loads(self, known: Loads, now: float) -> Loads:
+        """Loads that act now. Motors that hold a pose do not follow a wrench that is too old."""
+        was_missing = self.wrench.missing
+        loads = self.wrench.loads(known, now)
+        if self.wrench.missing and not was_missing and isinstance(self.follower.goal, PoseGoal):
+            self.follower.drop(self.wrench.missing)
+        return loads
+
+    def _be_cautious(self, now: float) -> None:
+        """What is not seen is moved slowly."""
+        self.follower.caution = BLIND if self.follower.moving and self.senses.unseen(now) else 1.0
 
     def take_note(self, now: float) -> None:
         """The second half of a tick: what follows from where the robot is now, at the time of `move`."""
@@ -244,6 +259,7 @@ class Session:
         commands lead back, as they do wherever the motors are not where the node has the robot.
         """
         current = self.solver.current
+        self._be_cautious(now)
         aim = self.first_step.aim(current, now)
         if aim is None or self._commands_held or not self.admission.aligned:
             return None
@@ -353,8 +369,8 @@ class Session:
         self.follower.drop()
         self.loop.forget_poses()
         self.measured.forget()
-        self._sight_of_motors.forget()
-        self._sight_of_platform.forget()
+        self.wrench.forget_missing()
+        self.senses.forget()
         if self.tracking is not None:
             self.tracking.forget()
         self._be(self._state_at_rest)
@@ -440,20 +456,6 @@ class Session:
     def loop_status(self, now: float) -> LoopStatus:
         """Whether the measured pose corrects the setpoint."""
         return self.loop.status(self.follower.goal, now)
-
-    def unmeasured(self, now: float) -> str:
-        """Why motors that were measured are no more; empty without, and of those that are tracked."""
-        if self.tracking is not None:
-            return ""
-        return self._sight_of_motors.missing(self.measured.missing(now, with_age=False), now)
-
-    def unseen(self, now: float) -> str:
-        """What is not measured though it is to be, or was, in words; empty if nothing is missing."""
-        loop = self.loop_status(now)
-        if loop.loop == Loop.OPEN:
-            self._sight_of_platform.forget()
-        of_platform = self._sight_of_platform.missing(loop.text if loop.blind else "", now)
-        return self.unmeasured(now) or of_platform
 
     def pause(self, paused: bool) -> str:
         """Pause or release; says what was done.

@@ -17,7 +17,13 @@ from ..following.measured_range import within_range
 from .kept_state import LastState
 from .session import Session
 
-__all__ = ["HELD", "begin_at_home", "begin_at_last", "begin_at_measured"]
+__all__ = [
+    "HELD",
+    "begin_at_commands",
+    "begin_at_home",
+    "begin_at_last",
+    "begin_at_measured",
+]
 
 Floats = NDArray[np.float64]
 
@@ -85,9 +91,7 @@ def begin_at_measured(session: Session, measured: Floats) -> str:
         CprError: No stable equilibrium of these branches is there, or a motor is beyond its range.
     """
     begin, current = time.perf_counter(), session.solver.current.equilibrium
-    measured, beyond = within_range(session.robot, measured)
-    if beyond:
-        raise CprError(f"no place to begin: {beyond}")
+    measured = _within_range(session, measured)
     ways = np.abs(measured - current.motors) / session.robot.motor_units
     try:
         if float(ways.max(initial=0.0)) <= _NEAR:
@@ -105,6 +109,41 @@ def begin_at_measured(session: Session, measured: Floats) -> str:
     if not session.wrench.acts and compared(current.loads) != compared(found.loads):
         said += ", without the wrench of the solution that was applied"
     return said
+
+
+def begin_at_commands(session: Session, commands: Floats) -> str:
+    """Begin where motors were sent by a node with another description, on the branch of home.
+
+    Says what was done.
+
+    Raises:
+        CprError: No stable equilibrium of it is there, or a motor is beyond its range.
+    """
+    begin = time.perf_counter()
+    try:
+        found = _stable_at(solve_home(session.robot), _within_range(session, commands))
+    except NotReached as error:
+        raise CprError(
+            f"the last commands, under another description, were {_words(commands)}, "
+            f"where the branch of home does not lead: {error}"
+        ) from None
+    session.begin_at(found, commands, time.perf_counter() - begin)
+    return (
+        f"where the last commands were, {_words(commands)}, on the branch of home: "
+        "the description is another one"
+    )
+
+
+def _within_range(session: Session, motors: Floats) -> Floats:
+    """Motors, (n,), within their ranges, which rounding may have left.
+
+    Raises:
+        CprError: One is beyond.
+    """
+    within, beyond = within_range(session.robot, motors)
+    if beyond:
+        raise CprError(f"no place to begin: {beyond}")
+    return within
 
 
 def _unburdened(found: Equilibrium) -> Equilibrium:

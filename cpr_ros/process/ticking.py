@@ -10,6 +10,7 @@ rclpy that is cancelled and reset as motions come and go was seen to stop, and o
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 
 __all__ = ["JITTER", "Ticking"]
@@ -17,13 +18,16 @@ __all__ = ["JITTER", "Ticking"]
 #: How much later than planned a tick may come without moving the next one, part of a period: so much
 #: closer together than a period may two ticks come, and no closer.
 JITTER = 0.05
+#: What a tick leaves to all else before the next one, part of the time it took.
+_BREATHER = 0.1
 
 
 class Ticking:
     """Ticks while there is something to do.
 
     What comes at rest is acted on at once, and ticks follow a period apart from that moment. A tick that
-    was late is not made up for: in any time there are no more ticks than periods that have begun.
+    was late is not made up for: in any time there are no more ticks than periods that have begun. Where
+    a tick takes nearly a period or more, the next one waits, so that other things are heard meanwhile.
 
     Attributes:
         due: Steady time of the next tick [s]; infinite at rest.
@@ -31,7 +35,11 @@ class Ticking:
     """
 
     def __init__(
-        self, period: float, tick: Callable[[float], None], at_rest: Callable[[], bool]
+        self,
+        period: float,
+        tick: Callable[[float], None],
+        at_rest: Callable[[], bool],
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Do not tick yet.
 
@@ -39,9 +47,10 @@ class Ticking:
             period: Time of a tick [s].
             tick: Does one, at a steady time [s].
             at_rest: Whether a tick would change nothing, until something comes from outside.
+            clock: Steady time [s].
         """
         self.due, self.late = math.inf, 0
-        self._period, self._tick, self._at_rest = period, tick, at_rest
+        self._period, self._tick, self._at_rest, self._clock = period, tick, at_rest, clock
         self._started = False
 
     @property
@@ -73,3 +82,5 @@ class Ticking:
         on_time = -math.inf < lateness <= JITTER * self._period
         self.due = (self.due if on_time else now) + self._period
         self._tick(now)
+        end = self._clock()
+        self.due = max(self.due, end + _BREATHER * (end - now))

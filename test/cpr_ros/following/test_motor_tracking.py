@@ -8,9 +8,10 @@ from helpers.drive import SETTINGS, robot
 
 from cpr_core import solve_home
 from cpr_core.model.assessment import Assessment
+from cpr_ros.following import motor_tracking
 from cpr_ros.following.motor_tracking import LONGEST_WAY, MotorTracking
 from cpr_ros.following.setpoint_following import LARGEST_CHANGE, SetpointFollower
-from cpr_ros.following.steps import change_between
+from cpr_ros.following.steps import attempt, change_between
 from cpr_ros.following.supervision import Action, State, Status
 
 
@@ -139,3 +140,21 @@ def test_noise_at_a_stop_does_not_lose_a_robot_and_a_place_beyond_it_is_told():
     outcome = tracking.tick(motors)
     assert outcome.state == State.LOST
     assert f"{name} is measured at {stop + 0.01:.3g} rad, beyond its range" in outcome.verdict.text
+
+
+def test_motors_that_nothing_explains_are_not_tried_again_while_they_stay(monkeypatch):
+    """Every tick tried, and took so long that nothing else was heard."""
+    tracking, solves = Tracking("rfrfr"), []
+
+    def counted(*given):
+        solves.append(given)
+        return attempt(*given)
+
+    for shift in np.linspace(0.0, 4.0, 200):
+        outcome = tracking.tick([2.59 + shift, 0.55 - shift])
+    assert outcome.state == State.LOST
+    monkeypatch.setattr(motor_tracking, "attempt", counted)
+    texts = {tracking.tick([2.59 + 4.0, 0.55 - 4.0]).verdict.text for _ in range(20)}
+    assert (solves, texts) == ([], {outcome.verdict.text})
+    tracking.tick([2.59 + 4.0, 0.55 - 3.999])
+    assert solves

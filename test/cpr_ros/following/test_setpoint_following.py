@@ -16,6 +16,8 @@ from helpers.shipped_steps import STEPS
 
 from cpr_core import Equilibrium, load_robot, solve_forward, solve_home
 from cpr_core.model.assessment import Assessment, Threshold
+from cpr_core.solving import path
+from cpr_ros.following import pose_steps, setpoint_following, steps
 from cpr_ros.following.external_wrench import ExternalWrench
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import Action, State, Status
@@ -364,10 +366,10 @@ def test_a_solver_that_fails_holds_the_robot_and_it_goes_on_when_it_works_again(
     class Failing(MotorGoal):
         broken = True
 
-        def solve(self, start: Equilibrium, fraction, loads):
+        def solve(self, start: Equilibrium, fraction, loads, time_limit=None):
             if self.broken:
                 raise ZeroDivisionError("forced")
-            return super().solve(start, fraction, loads)
+            return super().solve(start, fraction, loads, time_limit)
 
     goal = Failing(rfrfr.robot, rfrfr.motors + 0.05)
     rfrfr.follow(goal)
@@ -400,7 +402,7 @@ def test_a_solver_that_jumps_is_not_believed(rfrfr):
     elsewhere.until_state(State.IDLE)
 
     class Jumping(MotorGoal):
-        def solve(self, start, fraction, loads):
+        def solve(self, start, fraction, loads, time_limit=None):
             return elsewhere.current.equilibrium
 
     rfrfr.follow(Jumping(rfrfr.robot, rfrfr.motors + 0.05))
@@ -421,6 +423,92 @@ def test_the_platform_is_held_against_a_wrench(six_rfs):
     six_rfs.until_state(State.IDLE)
     np.testing.assert_allclose(six_rfs.position, pose[:3], atol=1e-9)
     assert np.abs(six_rfs.motors - motors).max() > 1e-3
+
+
+class Solves:
+    """How often `attempt` is asked, and how long it is allowed to take instead of as it is."""
+
+    def __init__(self, monkeypatch, module, time_limit=None):
+        self.count, self._attempt, self.time_limit = 0, steps.attempt, time_limit
+        monkeypatch.setattr(module, "attempt", self)
+
+    def __call__(self, current, goal, fraction, loads, time_limit=steps.LONGEST_SOLVE):
+        self.count += 1
+        limit = time_limit if self.time_limit is None else self.time_limit
+        return self._attempt(current, goal, fraction, loads, limit)
+
+
+def test_a_wrench_that_is_not_borne_is_tried_again_only_where_something_is_new(rfrfr, monkeypatch):
+    """Every tick tried, and took so long that nothing else was heard."""
+    solves = Solves(monkeypatch, setpoint_following)
+    rfrfr.loads = rfrfr.loads.with_(wrench_world=[0, 0, 0, 0, -10.0, 0])
+    told = [rfrfr.tick().verdict.text for _ in range(20)]
+    assert solves.count == 1
+    assert set(told) == {told[0]}
+    assert told[0].startswith("the external wrench is not borne: ")
+    rfrfr.loads = rfrfr.loads.with_(wrench_world=[0, 0, 0, 0, -11.0, 0])
+    rfrfr.tick()
+    assert solves.count == 2
+    rfrfr.loads = rfrfr.loads.with_(wrench_world=[0, 0, 0, 0, -0.1, 0])
+    assert rfrfr.tick().verdict.action == Action.NONE
+    assert rfrfr.current.equilibrium.loads is rfrfr.loads
+
+
+def test_a_wrench_that_takes_long_to_be_followed_is_followed_from_tick_to_tick(monkeypatch):
+    drive, whole = Drive(robot("six_rfs")), Drive(robot("six_rfs"))
+    wrench = drive.loads.with_(wrench_world=[0, 0, 0, 0.4, 0, -1.0])
+    drive.loads = whole.loads = wrench
+    whole.tick()
+    solved = []
+
+    def one_step(asked):
+        """There is time for one step of a walk."""
+        if asked in solved:
+            raise path.OutOfTime
+        solved.append(asked)
+
+    monkeypatch.setattr(path.Path, "_check_time", one_step)
+    reached = []
+    while drive.current.equilibrium.loads is not wrench:
+        assert len(reached) < 100
+        outcome = drive.tick()
+        reached.append(drive.current.equilibrium.loads.wrench_world[5])
+        if drive.current.equilibrium.loads is not wrench:
+            assert outcome.verdict.action == Action.HALT
+            assert "not borne yet: no equilibrium is found within 0.1 s" in outcome.verdict.text
+    assert len(reached) > 2
+    assert (np.diff(reached) < 0.0).all()
+    assert outcome.verdict.action == whole.outcomes[-1].verdict.action
+    one, other = drive.current.equilibrium.state, whole.current.equilibrium.state
+    np.testing.assert_allclose(one, other, rtol=0.0, atol=1e-9)
+
+
+def test_a_step_for_which_there_is_no_time_is_not_taken(rfrfr, monkeypatch):
+    for module in (setpoint_following, pose_steps):
+        Solves(monkeypatch, module, time_limit=0.0)
+    to(rfrfr, *(rfrfr.position[:2] + [0.02, 0.0]))
+    halted = rfrfr.until_state(State.HALTED, ticks=20)
+    assert halted.verdict.text == "no equilibrium is found within 0 s"
+    assert rfrfr.current.equilibrium is solve_home(rfrfr.robot)
+
+
+@pytest.mark.parametrize("caution", [0.5, 1.0])
+@pytest.mark.parametrize("ask", [to, lambda drive, *way: drive.follow(MotorGoal(drive.robot, way))])
+def test_what_is_not_seen_is_moved_slowly(rfrfr, ask, caution):
+    """A supervisor was told of half the speed, and the robot went at its full one."""
+    rfrfr.follower.caution = caution
+    way = [0.0, 0.75] if ask is to else rfrfr.motors + [0.2, 0.1]
+    ask(rfrfr, *way)
+    before, speeds = rfrfr.motors, []
+    aim = rfrfr.follower.aim(rfrfr.current, rfrfr.now)
+    if aim is not None:
+        assert np.abs(aim - before).max() <= caution * PERIOD * (1.0 + 1e-6)
+    for _ in range(10):
+        rfrfr.tick()
+        speeds.append(np.abs(rfrfr.motors - before).max() / PERIOD)
+        before = rfrfr.motors
+    assert max(speeds) == pytest.approx(caution * SETTINGS.max_speed, rel=0.15)
+    assert max(speeds) <= caution * SETTINGS.max_speed * (1.0 + 1e-6)
 
 
 def test_a_wrench_that_is_not_borne_halts_and_changes_nothing(rfrfr):

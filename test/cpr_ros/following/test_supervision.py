@@ -4,6 +4,7 @@
 """Statuses, actions and hysteresis."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,12 +21,14 @@ from cpr_core.model.assessment import (
     thresholds_problem,
 )
 from cpr_ros.following.supervision import (
+    BLIND,
     FIELDS,
     Action,
     Refusal,
     State,
     Status,
     next_action,
+    seen,
     verdict,
 )
 from cpr_ros.settings.parameter_table import PARAMETERS
@@ -181,3 +184,21 @@ def test_a_warning_that_is_not_above_its_stop_leaves_the_stop_as_it_is(warning):
     assert threshold.level(0.3001) > 1.0
     assert np.isnan(threshold.level(np.nan))
     assert threshold.level(np.inf) == np.inf
+
+
+def test_a_warning_does_not_hide_that_the_robot_is_not_seen():
+    """The speed scale stayed that of the warning, and nobody was told."""
+    told, why = judged(0.1), "the measured motors are older than measured_timeout 0.5 s"
+    assert told.action == Action.SLOW
+    for scale in (0.93, 0.1):
+        blind = seen(replace(told, speed_scale=scale), why)
+        assert blind.speed_scale == min(scale, BLIND)
+        assert blind.text == f"{told.text}; {why}"
+        assert (blind.action, blind.status) == (told.action, told.status)
+    assert seen(told, "") is told
+
+
+def test_a_halt_stays_what_it_is_where_the_robot_is_not_seen():
+    told = judged(0.75, refusal=Refusal("margin", "the next equilibrium is unstable"))
+    assert told.action == Action.HALT
+    assert seen(told, "the measured motors are too old") is told

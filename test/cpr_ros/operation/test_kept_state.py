@@ -100,7 +100,7 @@ def half(content, number):
     return range(HEADER + number * slot, HEADER + (number + 1) * slot)
 
 
-HEADER = 60
+HEADER = 92
 #: What may happen to a file; each gives some damaged ones.
 DAMAGES = {
     "cut": lambda content: [content[:length] for length in range(len(content))],
@@ -252,7 +252,7 @@ def test_a_file_that_lost_its_name_before_it_was_locked_is_not_taken(file, monke
     others[0].close()
 
 
-@pytest.mark.parametrize("written", [60, 100, 300, 500, 700])
+@pytest.mark.parametrize("written", [92, 100, 300, 500, 700])
 def test_a_file_that_was_half_taken_over_has_no_state_of_another_robot(file, monkeypatch, written):
     """Of the same size: its slots would be where those of this robot are."""
     for fraction in (0.3, 0.6):
@@ -397,9 +397,68 @@ def test_another_robot_or_description_is_told(file):
         kept.keep(at(0.5), at(0.5).motors)
         kept.close()
         kept = KeptState(file, other)
-        assert "another robot or description" in kept.problem
+        assert "another description" in kept.problem
         assert kept.last() is None
         kept.close()
+
+
+def renamed(name, old="rfrfr", new="other"):
+    content = yaml_content(shipped_robots()[name].read_text())
+    content["name"] = new
+    return load_robot(yaml.safe_dump(content))
+
+
+def test_motors_stand_where_they_were_sent_whatever_is_said_of_their_robot(file):
+    """A calibration moved them home with the next command, one radian at once."""
+    calibrated = ROBOT.with_parameters({"rod.density": 7801.0})
+    for other in (calibrated, load_robot("rfrfr", modes=6), load_robot("rfrfr", modes=3)):
+        kept = KeptState(file, ROBOT)
+        for fraction in (0.2, 0.5):
+            kept.keep(at(fraction), at(fraction).motors + 0.01)
+        assert kept.commands_before is None
+        kept.close()
+        kept = KeptState(file, other)
+        np.testing.assert_array_equal(kept.commands_before, at(0.5).motors + 0.01)
+        np.testing.assert_array_equal(kept.last_commands(), at(0.5).motors + 0.01)
+        home = solve_home(other)
+        kept.keep(home, home.motors)
+        assert kept.commands_before is None
+        np.testing.assert_array_equal(kept.last_commands(), home.motors)
+        kept.close()
+
+
+def test_motors_that_were_lost_are_lost_for_another_description_too(file):
+    kept = KeptState(file, ROBOT)
+    kept.keep(at(0.5), None)
+    kept.close()
+    kept = KeptState(file, load_robot("rfrfr", modes=6))
+    assert np.isnan(kept.commands_before).all()
+    assert kept.last_commands() is None
+    kept.close()
+
+
+@pytest.mark.parametrize(
+    "other", [lambda: renamed("rfrfr"), lambda: renamed("three_rfs", new="rfrfr")]
+)
+def test_motors_of_another_robot_tell_nothing(file, other):
+    kept = KeptState(file, ROBOT)
+    kept.keep(at(0.5), at(0.5).motors)
+    kept.close()
+    kept = KeptState(file, other())
+    assert "another robot" in kept.problem
+    assert kept.commands_before is None and kept.last_commands() is None
+    kept.close()
+
+
+@pytest.mark.parametrize("length", [0, 1, 8])
+def test_a_cut_file_of_another_description_tells_nothing(file, length):
+    kept = KeptState(file, ROBOT)
+    kept.keep(at(0.5), at(0.5).motors)
+    kept.close()
+    file.write_bytes(file.read_bytes()[: HEADER + length])
+    kept = KeptState(file, load_robot("rfrfr", modes=6))
+    assert kept.commands_before is None and kept.last_commands() is None
+    kept.close()
 
 
 def test_a_comment_is_no_other_description(file):
@@ -427,7 +486,7 @@ def test_what_another_description_left_stays_until_something_new_is_kept(file):
     others = (load_robot("rfrfr", modes=6), same_size, load_robot("rfrfr", modes=3))
     for other in others:
         kept = KeptState(file, other)
-        assert "another robot or description" in kept.problem
+        assert "another description" in kept.problem
         assert kept.last() is None
         kept.close()
     kept = KeptState(file, ROBOT)
@@ -443,7 +502,7 @@ def test_what_another_description_left_stays_until_something_new_is_kept(file):
         np.testing.assert_array_equal(kept.last().commands, home.motors + 0.01)
         kept.close()
         kept = KeptState(file, ROBOT)  # the robot has been elsewhere since
-        assert "another robot or description" in kept.problem
+        assert "another description" in kept.problem
         assert kept.last() is None
         kept.close()
 

@@ -14,6 +14,7 @@ from cpr_ros.operation.kept_state import LastState
 from cpr_ros.operation.session import Session
 from cpr_ros.operation.starting_place import (
     HELD,
+    begin_at_commands,
     begin_at_home,
     begin_at_last,
     begin_at_measured,
@@ -120,6 +121,18 @@ def test_words_tell_which_branch_does_not_lead_to_where_the_motors_are(session):
         begin_at_measured(session, unstable.motors + 0.01)
     with pytest.raises(CprError, match="the branch of home does not lead"):
         begin_at_measured(session, np.array([20.0, 0.55]))
+
+
+def test_commands_of_another_description_are_begun_at_on_the_branch_of_home(session):
+    home, last = solve_home(session.robot), np.array([3.6, -0.4])
+    assert "(3.6, -0.4), on the branch of home" in begin_at_commands(session, last)
+    np.testing.assert_array_equal(session.commands.newest, last)
+    found = solve_forward(session.robot, last, start=home)
+    np.testing.assert_allclose(at(session).configuration, found.configuration, atol=1e-9)
+    for nowhere, why in (([20.0, 0.55], "does not lead"), ([1e3, 0.5], "does not lead")):
+        with pytest.raises(CprError, match=f"the last commands, under another description.*{why}"):
+            begin_at_commands(session, np.array(nowhere))
+        np.testing.assert_array_equal(session.commands.newest, last)
 
 
 def test_home_is_gone_to_from_the_last_commands(session):

@@ -113,6 +113,30 @@ def test_a_timeout_of_zero_makes_nothing_stale(drive):
         assert drive.set_parameters(max_speed=4.0).successful
 
 
+def test_wrenches_that_are_not_borne_do_not_make_the_node_deaf(tmp_path):
+    """Pauses waited behind wrenches that came faster than they were found not to be borne."""
+    with running_node(tmp_path, "robot:=six_rfs") as running:
+        drive, sent = Driver(running.client), []
+
+        def push():
+            wrench = WrenchStamped()
+            wrench.wrench.torque.x = 1.0 + 1e-6 * len(sent)
+            drive.wrench.publish(wrench)
+            sent.append(wrench)
+
+        pushing = drive.client.node.create_timer(0.01, push)
+        drive.until(lambda: drive.metrics.action == StabilityMetrics.ACTION_HALT)
+        for paused in (True, False, True):
+            assert drive.pause(paused).success
+        drive.until_state(StabilityMetrics.STATE_PAUSED)
+        assert drive.metrics.action == StabilityMetrics.ACTION_HALT
+        assert "is not borne" in drive.metrics.status_text
+        drive.client.node.destroy_timer(pushing)
+        drive.until(lambda: drive.metrics.action == StabilityMetrics.ACTION_SLOW)
+        assert "older than wrench_timeout" in drive.metrics.status_text
+        drive.close()
+
+
 DYING = """
 import cpr_ros, os, rclpy, signal
 from cpr_msgs.srv import SolveInverse

@@ -15,6 +15,7 @@ from builtin_interfaces.msg import Time
 from cpr_msgs.msg import Equilibrium, StabilityMetrics
 from cpr_msgs.srv import SolveForward
 from helpers.branches import stable_elsewhere
+from helpers.drive import changed_robot
 from helpers.driver import EVERY_MESSAGE
 from helpers.node_process import Client, NodeProcess, change, free_domain
 from lifecycle_msgs.msg import Transition
@@ -556,11 +557,52 @@ def test_a_state_of_the_robot_that_is_no_equilibrium_is_not_as_if_nothing_were_k
     assert "nothing publishes measured_joint_states" in bench.process.output()
 
 
+def softer(content):
+    content["rod"]["young_modulus"] = 0.999 * float(content["rod"]["young_modulus"])
+
+
+@pytest.mark.parametrize(
+    "before", [lambda: load_robot("rfrfr", modes=6), lambda: changed_robot("rfrfr", softer)]
+)
+def test_another_description_begins_where_the_motors_were_sent_last(bench, before):
+    """A calibrated robot led its motors home with the first command, a radian at once."""
+    last, described = [3.6, -0.4], before()
+    bench.keep(described, solve_forward(described, last))
+    bench.start()
+    assert "is of another description" in bench.process.output()
+    assert "where the last commands were, (3.6, -0.4)" in bench.process.output()
+    bench.until_at(last)
+    bench.process.stop()
+    kept = bench.kept(described)  # the description may have been the wrong one
+    np.testing.assert_array_equal(kept.last().commands, last)
+    kept.close()
+    bench.start()
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    bench.send(3.5, -0.3)
+    bench.until_at([3.5, -0.3])
+    assert bench.longest_step() <= 1.0 + 2e-5
+    assert np.abs(bench.commands[0] - last).max() <= STEP * (1.0 + 2e-5)
+
+
+def test_last_commands_that_another_description_does_not_explain_are_measured_first(bench):
+    described = load_robot("rfrfr", modes=6)
+    found = solve_forward(described, [2.7, 0.4])
+    kept = bench.kept(described)
+    kept.keep(found, np.array([20.0, 0.55]))
+    kept.close()
+    bench.start("autostart:=false", until="")
+    bench.change(Transition.TRANSITION_CONFIGURE)
+    said = "the last commands, under another description, were (20, 0.55), where the branch of home"
+    assert said in bench.process.output()
+    assert not change(bench.client, Transition.TRANSITION_ACTIVATE)
+    assert "nothing publishes measured_joint_states" in bench.process.output()
+
+
 def test_the_state_of_another_robot_is_left_aside_with_a_word(bench):
-    bench.keep(load_robot("rfrfr", modes=6))
+    bench.keep(changed_robot("rfrfr", lambda content: content.update(name="another")))
     bench.start()
     assert "the last state is not used" in bench.process.output()
-    assert "another robot or description" in bench.process.output()
+    assert "is of another robot" in bench.process.output()
     assert "nothing is known of where the robot is" in bench.process.output()
     bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
     bench.spin(1.5)

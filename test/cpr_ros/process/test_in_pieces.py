@@ -21,7 +21,7 @@ class Clockwork:
         self.now, self.ticks, self.pieces = 0.0, [], []
         self.durations = itertools.cycle(durations or [TICK])
         self.in_pieces = InPieces(lambda: self.now)
-        self.ticking = Ticking(PERIOD, self._tick, lambda: False)
+        self.ticking = Ticking(PERIOD, self._tick, lambda: False, lambda: self.now)
         self.ticking.start(self.now)
 
     def _tick(self, now):

@@ -7,6 +7,7 @@ import math
 from itertools import pairwise
 
 import numpy as np
+import pytest
 
 from cpr_ros.process.ticking import JITTER, Ticking
 
@@ -17,15 +18,16 @@ NEAREST = (1.0 - JITTER) * PERIOD
 class Clockwork:
     """Whoever spins, and what ticks."""
 
-    def __init__(self):
-        self.now, self.ticks, self.work = 0.0, [], 0
-        self.ticking = Ticking(PERIOD, self._tick, lambda: self.work == 0)
+    def __init__(self, duration=0.0):
+        self.now, self.ticks, self.work, self.duration = 0.0, [], 0, duration
+        self.ticking = Ticking(PERIOD, self._tick, lambda: self.work == 0, lambda: self.now)
         self.ticking.start(self.now)
 
     def _tick(self, now):
         assert now == self.now
         self.ticks.append(now)
         self.work = max(0, self.work - 1)
+        self.now += self.duration
 
     def come(self, work):
         """Something to do comes, for so many ticks."""
@@ -106,3 +108,24 @@ def test_nothing_ticks_after_the_end():
     clock.come(5)
     clock.ticking.look(10.0)
     assert clock.ticks == []
+
+
+@pytest.mark.parametrize("part", [0.98, 1.0, 20.0])
+def test_a_tick_that_takes_long_leaves_time_to_all_else_before_the_next(part):
+    """Pauses and resets came behind the wrenches that a tick could not bear, and were never heard."""
+    clock = Clockwork(part * PERIOD)
+    clock.come(5)
+    free = []
+    while clock.work:
+        clock.now = clock.ticking.due
+        clock.ticking.look(clock.now)
+        free.append(clock.ticking.due - clock.now)
+    assert len(free) == 5
+    assert min(free) >= 0.09 * clock.duration
+
+
+def test_ticks_that_leave_enough_time_come_every_period():
+    clock = Clockwork(0.9 * PERIOD)
+    clock.come(20)
+    clock.until(1.0)
+    np.testing.assert_allclose(np.diff(clock.ticks), PERIOD, rtol=1e-9)

@@ -3,7 +3,7 @@
 
 import pytest
 
-from cpr_ros.operation.sight import SETTLED, Sight
+from cpr_ros.operation.senses import SETTLED, Sight
 
 
 def test_nothing_is_missing_before_anything_was():

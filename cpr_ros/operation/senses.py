@@ -1,0 +1,92 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What is not measured though it should be, until it has come again for a while. No ROS here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from ..closed_loop.pose_loop import Loop, LoopStatus
+from ..following.external_wrench import ExternalWrench
+from ..following.measured_motors import MeasuredMotors
+
+__all__ = ["SETTLED", "Senses", "Sight"]
+
+#: What is measured again and is missing again within this time was missing all along [s].
+SETTLED = 1.0
+
+
+class Sight:
+    """Keeps what a supervisor is told from changing with every message of a slow or broken sensor."""
+
+    def __init__(self) -> None:
+        """Miss nothing."""
+        self.forget()
+
+    def forget(self) -> None:
+        """Be as if nothing had ever been missing."""
+        self._problem, self._missed_at = "", -math.inf
+
+    def missing(self, problem: str, now: float) -> str:
+        """What is missing, in words; empty: nothing.
+
+        Args:
+            problem: What is missing at this moment; empty: nothing.
+            now: Steady time [s], not before the last.
+        """
+        if problem:
+            self._problem, self._missed_at = problem, now
+            return problem
+        if now - self._missed_at >= SETTLED:
+            return ""
+        return f"{self._problem}; it came again less than {SETTLED:g} s ago"
+
+
+class Senses:
+    """What of a robot is to be measured, or was, and is not: what is moved then is moved unseen."""
+
+    def __init__(
+        self,
+        motors: MeasuredMotors | None,
+        wrench: ExternalWrench,
+        loop: Callable[[float], LoopStatus],
+    ) -> None:
+        """Miss nothing.
+
+        Args:
+            motors: Measured motors of a robot that the node moves; None: of those that are tracked
+                the state tells.
+            wrench: External wrench.
+            loop: Tells at a steady time [s] whether the measured pose corrects the setpoint.
+        """
+        self._motors, self._wrench, self._loop = motors, wrench, loop
+        self._sight_of_motors, self._sight_of_platform = Sight(), Sight()
+        self._sight_of_wrench = Sight()
+
+    def forget(self) -> None:
+        """Be as if nothing had ever been missing."""
+        for sight in (self._sight_of_motors, self._sight_of_wrench, self._sight_of_platform):
+            sight.forget()
+
+    def unseen(self, now: float) -> str:
+        """What is missing at a steady time [s], in words; empty if nothing is."""
+        missing = self.missing_motors(now), self._missing_platform(now), self.missing_wrench(now)
+        return next(filter(None, missing), "")
+
+    def missing_motors(self, now: float) -> str:
+        """Why motors that were measured are no more; empty without, and of those that are tracked."""
+        if self._motors is None:
+            return ""
+        return self._sight_of_motors.missing(self._motors.missing(now, with_age=False), now)
+
+    def missing_wrench(self, now: float) -> str:
+        """Why what pushes on the platform is not known any more; empty otherwise."""
+        return self._sight_of_wrench.missing(self._wrench.missing, now)
+
+    def _missing_platform(self, now: float) -> str:
+        loop = self._loop(now)
+        if loop.loop == Loop.OPEN:
+            self._sight_of_platform.forget()
+        return self._sight_of_platform.missing(loop.text if loop.blind else "", now)
