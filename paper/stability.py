@@ -23,8 +23,6 @@ __all__ = ["Crossing", "Line", "Sample", "line_of", "sample", "workspace_of"]
 
 Floats = NDArray[np.float64]
 
-POINTS = 50
-
 
 @dataclass(frozen=True, eq=False)
 class Sample:

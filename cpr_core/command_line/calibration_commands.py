@@ -17,7 +17,7 @@ from typing import Any, get_args
 from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..identification.calibration import calibrate
-from ..identification.calibration_result import CalibrationResult, CalibrationWarning
+from ..identification.calibration_result import KINDS, CalibrationResult, CalibrationWarning
 from ..identification.measurement_file import read_measurements, write_poses
 from ..identification.measurements import StandardDeviations
 from ..identification.proposed_poses import ProposedPoses, propose_poses
@@ -29,7 +29,6 @@ from .path_commands import add_seed, progress_bar
 
 __all__ = ["add_calibrate_options", "add_measure_options"]
 
-_KINDS = ("position", "rotation", "motors", "efforts")
 _UNITS = {"position": "m", "rotation": "rad", "motors": "rad or m", "efforts": "N m or N"}
 
 
@@ -109,7 +108,7 @@ def _add_parameters(parser: argparse.ArgumentParser) -> None:
         type=_deviation,
         metavar="KIND=VALUE",
         help="standard deviations of what is measured: "
-        + ", ".join(f"{kind} [{_UNITS[kind]}]" for kind in _KINDS),
+        + ", ".join(f"{kind} [{_UNITS[kind]}]" for kind in KINDS),
     )
 
 
@@ -119,9 +118,9 @@ def _deviation(text: str) -> tuple[str, float]:
         number = float(value)
     except ValueError:
         number = math.nan
-    if kind not in _KINDS or not 0.0 < number < math.inf:
+    if kind not in KINDS or not 0.0 < number < math.inf:
         raise argparse.ArgumentTypeError(
-            f"expected one of {', '.join(_KINDS)}, =, and a positive number, got {text!r}"
+            f"expected one of {', '.join(KINDS)}, =, and a positive number, got {text!r}"
         )
     return kind, number
 

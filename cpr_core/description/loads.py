@@ -17,9 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InvalidRequest
 from ..validation import checked_number, checked_vector, read_only
 
-__all__ = ["DistributedForce", "Loads", "PointForce", "compared"]
+__all__ = ["WRENCH_NAMES", "DistributedForce", "Loads", "PointForce", "compared"]
 
 Floats = NDArray[np.float64]
+
+#: Of the numbers of a wrench, in their order.
+WRENCH_NAMES = ("mx", "my", "mz", "fx", "fy", "fz")
 
 
 def _bytes(vector: Floats) -> bytes:
@@ -31,8 +34,8 @@ def _bytes(vector: Floats) -> bytes:
 _VECTORS = {
     "gravity": (3, "x y z in the world, m/s^2"),
     "rod_force": (3, "x y z in the world, N/m"),
-    "wrench_world": (6, "mx my mz fx fy fz, N m and N"),
-    "wrench_body": (6, "mx my mz fx fy fz, N m and N"),
+    "wrench_world": (6, f"{' '.join(WRENCH_NAMES)}, N m and N"),
+    "wrench_body": (6, f"{' '.join(WRENCH_NAMES)}, N m and N"),
 }
 _FLOAT = np.dtype(np.float64)
 

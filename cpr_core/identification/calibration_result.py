@@ -16,13 +16,14 @@ from ..model.robot import Robot
 from ..validation import ReadOnlyArrays, cached_array
 from .compared import ComparedRow
 
-__all__ = ["CalibrationResult", "CalibrationWarning"]
+__all__ = ["KINDS", "CalibrationResult", "CalibrationWarning"]
 
 Floats = NDArray[np.float64]
 
 #: Half the width of an interval that holds the truth 95 times of 100, in standard deviations.
 _95_PERCENT = 1.959963984540054
-_KINDS = ("position", "rotation", "motors", "efforts")
+#: What residuals are of.
+KINDS = ("position", "rotation", "motors", "efforts")
 
 
 class CalibrationWarning(UserWarning):
@@ -100,12 +101,12 @@ class CalibrationResult(ReadOnlyArrays):
         Args:
             calibrated: With the parameters found, else as in ``before``.
         """
-        found: dict[str, list[Floats]] = {kind: [] for kind in _KINDS}
+        found: dict[str, list[Floats]] = {kind: [] for kind in KINDS}
         equilibria = self.after if calibrated else self.before
         for row, equilibrium in zip(self.rows, equilibria, strict=True):
             each, count = row.differences(equilibrium), equilibrium.robot.motor_count
             edges = (0, 3, 6, 6 + count, 6 + 2 * count)
-            for kind, first, last in zip(_KINDS, edges[:-1], edges[1:], strict=True):
+            for kind, first, last in zip(KINDS, edges[:-1], edges[1:], strict=True):
                 found[kind].append(each[(row.places >= first) & (row.places < last)])
         return {
             kind: np.concatenate(parts)

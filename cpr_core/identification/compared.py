@@ -16,11 +16,11 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..kernels.problems import ProblemName
 from ..lie import rotation_log, skew
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
 from ..solving.parameter_derivatives import derivatives
-from ..solving.targets import ProblemName
 from ..validation import ReadOnlyArrays
 from .measurements import Measurement, StandardDeviations, driven_by
 from .tracker_rates import of_tracker, tracker_rates

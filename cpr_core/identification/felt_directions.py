@@ -84,7 +84,7 @@ class FeltDirections(ReadOnlyArrays):
     @cached_array
     def covariance(self) -> Floats:
         """Covariance of the wrench in the world, (6, 6); what is not felt has ``UNFELT``."""
-        axes, units = self.robot.platform_axes, _all_units(self.robot)
+        axes, units = self.robot.platform_axes, self.robot.wrench_units
         deviations = np.full(len(axes), UNFELT)
         deviations[: self.count] = 1.0 / self.answers[: self.count]
         within = self.directions * deviations
@@ -154,11 +154,6 @@ def felt_directions(
         count = sum(value > threshold for value in values.tolist())
     gain = (right[:count].T / values[:count]) @ left[:, :count].T
     return FeltDirections(response, right.T, values, count, gain)
-
-
-def _all_units(robot: Robot) -> Floats:
-    energy = robot.arrays.energy_unit
-    return np.repeat([energy, energy / robot.mean_length], 3)
 
 
 def _listed(names: list[str]) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..description.inherited_loads import inherited_loads
 from ..description.loads import Loads
 from ..errors import CprError, InvalidRequest
+from ..kernels.problems import ProblemName
 from ..kernels.square_problem import Tolerances
 from ..model.equilibrium import Equilibrium, corrected
 from ..model.robot import Robot
@@ -22,7 +23,7 @@ from ..solving.limits import margins, violated
 from ..solving.near_request import solve_near
 from ..solving.not_reached import NotReached
 from ..solving.solve_from import solve_from
-from ..solving.targets import MotorTarget, ProblemName
+from ..solving.targets import MotorTarget
 from .doubts import unit_doubt
 from .measurements import Drive, Measurement, driven_by
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..description.loads import Loads
+from ..description.loads import WRENCH_NAMES, Loads
 from ..errors import InvalidRequest
 from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
@@ -29,8 +29,6 @@ _POSITION = ("x", "y", "z")
 _QUATERNION = ("qw", "qx", "qy", "qz")
 #: Before their names where they are those of the marker in the tracker's frame.
 _TRACKER = "tracker:"
-#: In the order of ``Loads.wrench_world``.
-_WRENCH = ("mx", "my", "mz", "fx", "fy", "fz")
 #: Mistakes that an error names one by one.
 _NAMED = 8
 
@@ -90,14 +88,14 @@ def _lines(place: Path, texts: Sequence[str]) -> list[tuple[int, list[str]]]:
 
 def _motors(robot: Robot) -> tuple[str, ...]:
     """Columns of the motors: their names, unless something else is called so."""
-    others = (*_POSITION, *_QUATERNION, *_of_tracker(robot), *_WRENCH)
+    others = (*_POSITION, *_QUATERNION, *_of_tracker(robot), *WRENCH_NAMES)
     return tuple(f"motor:{name}" if name in others else name for name in robot.motor_names)
 
 
 def _columns(robot: Robot) -> tuple[str, ...]:
     """Names that columns can have."""
     efforts = tuple(f"effort:{name}" for name in robot.motor_names)
-    return (*_motors(robot), *_POSITION, *_QUATERNION, *_of_tracker(robot), *efforts, *_WRENCH)
+    return (*_motors(robot), *_POSITION, *_QUATERNION, *_of_tracker(robot), *efforts, *WRENCH_NAMES)
 
 
 def _of_tracker(robot: Robot) -> tuple[str, ...]:
@@ -164,7 +162,7 @@ def _measurement(
         each = [values.get(name) for name in names]
         return each if any(value is not None for value in each) else None
 
-    wrench = some(_WRENCH)
+    wrench = some(WRENCH_NAMES)
     if wrench is not None:
         base = robot.default_loads if loads is None else loads
         loads = base.with_(wrench_world=[value or 0.0 for value in wrench])
@@ -210,7 +208,7 @@ def write_poses(
     turned = turned and not robot.description.point_platform
     names = (*_POSITION * placed, *_QUATERNION * turned)
     posed = [f"{frame}{name}" for name in names]
-    header = [*_motors(robot), *posed, *(_WRENCH if loaded else ())]
+    header = [*_motors(robot), *posed, *(WRENCH_NAMES if loaded else ())]
     try:
         with Path(file).open("w", newline="", encoding="utf-8") as opened:
             writer = csv.writer(opened)
@@ -225,7 +223,7 @@ def write_poses(
 def _values(equilibrium: Equilibrium) -> Mapping[str, float]:
     """Numbers of an equilibrium by column."""
     robot = equilibrium.robot
-    names = [*_motors(robot), *_POSITION, *_QUATERNION, *_WRENCH]
+    names = [*_motors(robot), *_POSITION, *_QUATERNION, *WRENCH_NAMES]
     parts = [
         equilibrium.motors,
         equilibrium.platform_position,

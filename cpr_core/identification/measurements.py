@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest, NonFiniteInput
+from ..kernels.problems import ProblemName
 from ..lie import roll_pitch_yaw, rotation_from_quaternion, turn_about_z
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.requests import pose_meaning
-from ..solving.targets import ProblemName
 from ..validation import checked_number, read_only
 
 __all__ = [

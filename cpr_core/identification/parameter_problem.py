@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from ..description.changed_description import named_parameters
 from ..errors import DescriptionError, DescriptionWarning, InvalidRequest
+from ..kernels.problems import ProblemName
 from ..model.equilibrium import Equilibrium
 from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot
 from ..solving.not_reached import NotReached
-from ..solving.targets import ProblemName
 from .compared import ComparedRow
 from .measured_equilibria import followed
 from .robust_loss import Loss, loss_width

@@ -20,7 +20,7 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..model.world_response import WorldResponse, effort_units, twist_units
 from ..validation import checked_vector
-from .doubts import plane_doubt
+from .doubts import THOUSAND, plane_doubt
 from .measurements import LARGEST_DEVIATION, SMALLEST_DEVIATION
 from .residual_kernel import residual_into
 
@@ -31,8 +31,8 @@ Floats = NDArray[np.float64]
 #: What is not measured, of the same types for the kernel: read-only, but for the turn.
 _NO_EFFORTS, _NO_PLACE, _NO_TURN = np.zeros(0), np.zeros(3), np.eye(3)
 _NO_EFFORTS.flags.writeable = _NO_PLACE.flags.writeable = False
-#: A factor of efforts that looks like a thousand; what such efforts are large and small beside.
-_IS_THOUSAND, _LARGE, _SMALL = (200.0, 5000.0), 10.0, 0.01
+#: What efforts that are a thousand times too large, or too small, are large or small beside.
+_LARGE, _SMALL = 10.0, 0.01
 #: Trace of a turn by a right angle: less is farther, and only there an order of numbers is doubted.
 _FAR_TRACE = 1.0
 #: So many weights are kept: a camera may send other deviations with every pose.
@@ -128,11 +128,9 @@ class WrenchMeasurements:
         units = effort_units(equilibrium.robot)
         measured = float(np.linalg.norm(self.efforts / units))
         modelled = float(np.linalg.norm(equilibrium.efforts / units))
-        if _IS_THOUSAND[0] * modelled < measured < _IS_THOUSAND[1] * modelled and measured > _LARGE:
+        if THOUSAND[0] * modelled < measured < THOUSAND[1] * modelled and measured > _LARGE:
             seen = "a thousand times those of the model without a wrench: are they in N mm?"
-        elif (
-            _IS_THOUSAND[0] * measured < modelled < _IS_THOUSAND[1] * measured and modelled > _SMALL
-        ):
+        elif THOUSAND[0] * measured < modelled < THOUSAND[1] * measured and modelled > _SMALL:
             seen = "a thousandth of those of the model without a wrench: are they in kN m?"
         else:
             return ""

@@ -38,6 +38,7 @@ __all__ = [
     "CONDENSED",
     "DELAYED",
     "NO_INVERSE",
+    "SMALLEST_LEG_PIVOT",
     "UNKNOWN",
     "condense",
     "condense_delaying",
@@ -58,7 +59,7 @@ __all__ = [
 CONDENSED, DELAYED, NO_INVERSE, UNKNOWN = 0, 1, 2, 3
 
 #: Pivots below this fraction of the largest strain stiffness of a leg are not divided by.
-_SMALLEST_LEG_PIVOT = 1e-8
+SMALLEST_LEG_PIVOT = 1e-8
 _SMALLEST_PIVOT = 1e-14
 
 
@@ -144,7 +145,7 @@ def _eliminate(robot, number, delaying, work, factors):
         if i >= first:
             _eliminate_row(robot, number, i, first, inner, last, scale, inverse, work, factors)
         _eliminate_row(robot, number, i, 0, last, slots.total, scale, inverse, work, factors)
-    return highest(_SMALLEST_LEG_PIVOT * largest - smallest) < 0.0
+    return highest(SMALLEST_LEG_PIVOT * largest - smallest) < 0.0
 
 
 @inlined

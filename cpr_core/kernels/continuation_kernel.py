@@ -76,7 +76,7 @@ def continue_equilibria(
     robot, work, watched = prepared.robot, prepared.work, mode == WATCHED
     tolerances = Tolerances(residual, iterations, contraction)
     size, square = robot.unit.shape[0], square_problem(robot, problem)
-    work.bends[0], work.factors.status[0] = 0, UNKNOWN
+    work.bend_count[0], work.factors.status[0] = 0, UNKNOWN
     if mode != UNPREDICTED:
         recall(robot, kept_before, work.factors)
     if work.factors.status[0] == DELAYED:  # these are not kept: the tangent is evaluated again

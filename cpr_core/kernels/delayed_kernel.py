@@ -20,6 +20,9 @@ from .kernel_decorators import inlined
 from .lanes import absolute, broadcast, get, load, lower, put, store
 
 __all__ = [
+    "GROUP",
+    "LANE",
+    "SLOT",
     "add_delayed",
     "delay_small_pivots",
     "gather_delayed",
@@ -27,6 +30,8 @@ __all__ = [
     "scatter_delayed",
 ]
 
+#: Columns of ``factors.delayed``: where a delayed slot is from.
+GROUP, SLOT, LANE = 0, 1, 2
 #: Pivots not above this fraction of the largest strain stiffness of a leg are delayed. Multipliers are
 #: few: delaying one costs little, and spares digits.
 _SMALLEST_STRAIN_PIVOT, _SMALLEST_PIVOT = 1e-8, 1e-4
@@ -67,7 +72,7 @@ def delay_small_pivots(index, is_strain, number, i, border_count, by_leg, factor
         put(by_leg, PIVOT_INVERSE, lane, 0.0)
         put(factors.inverse, (number, i), lane, 1.0)
         count = factors.delayed_count[0]
-        delayed[count, 0], delayed[count, 1], delayed[count, 2] = number, i, lane
+        delayed[count, GROUP], delayed[count, SLOT], delayed[count, LANE] = number, i, lane
         at = border_count + count
         for j in range(at):
             border[at, j] = border[j, at] = 0.0
@@ -90,23 +95,23 @@ def add_delayed(slots, motors, platform_index, width, number, rows, factors):
     """
     upper, beyond, border, delayed = factors.upper, factors.beyond, factors.border, factors.delayed
     first, count = 0, factors.delayed_count[0]
-    while first < count and delayed[first, 0] < number:
+    while first < count and delayed[first, GROUP] < number:
         first += 1
     for q in range(first, count):
-        slot, lane = delayed[q, 1], delayed[q, 2]
+        slot, lane = delayed[q, SLOT], delayed[q, LANE]
         for k in range(slot + 1, slots.inner_count):
             value = get(rows, (slot, k), lane)
             for m in range(slot + 1, k):
                 value -= get(upper, (number, m, k), lane) * beyond[q, m]
             beyond[q, k] = value
         for p in range(q + 1, count):
-            if delayed[p, 2] == lane:
-                border[width + q, width + p] = beyond[q, delayed[p, 1]]
-                beyond[q, delayed[p, 1]] = 0.0
+            if delayed[p, LANE] == lane:
+                border[width + q, width + p] = beyond[q, delayed[p, SLOT]]
+                beyond[q, delayed[p, SLOT]] = 0.0
     for q in range(first, count):
-        slot, lane = delayed[q, 1], delayed[q, 2]
+        slot, lane = delayed[q, SLOT], delayed[q, LANE]
         for p in range(first, q + 1):
-            if delayed[p, 2] != lane:
+            if delayed[p, LANE] != lane:
                 continue
             value = border[width + p, width + q]
             for m in range(slot + 1, slots.inner_count):
@@ -131,7 +136,11 @@ def gather_delayed(slots, width, solution, border, factors):
     """What the slots after them leave of the right sides of delayed slots, into the border's vector."""
     beyond = factors.beyond
     for q in range(factors.delayed_count[0]):
-        number, slot, lane = factors.delayed[q, 0], factors.delayed[q, 1], factors.delayed[q, 2]
+        number, slot, lane = (
+            factors.delayed[q, GROUP],
+            factors.delayed[q, SLOT],
+            factors.delayed[q, LANE],
+        )
         value = get(solution, (number, slot), lane)
         for m in range(slot + 1, slots.inner_count):
             eliminated = get(factors.inverse, (number, m), lane) * get(solution, (number, m), lane)
@@ -144,7 +153,11 @@ def scatter_delayed(slots, width, solution, border, factors):
     """Delayed slots from the border's vector, and what they do to right sides of slots after them."""
     beyond = factors.beyond
     for q in range(factors.delayed_count[0]):
-        number, slot, lane = factors.delayed[q, 0], factors.delayed[q, 1], factors.delayed[q, 2]
+        number, slot, lane = (
+            factors.delayed[q, GROUP],
+            factors.delayed[q, SLOT],
+            factors.delayed[q, LANE],
+        )
         found = border[width + q]
         put(solution, (number, slot), lane, found)
         for m in range(slot + 1, slots.inner_count):

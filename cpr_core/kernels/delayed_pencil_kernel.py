@@ -13,6 +13,7 @@ factored with exchanges.
 from __future__ import annotations
 
 from .condensation_kernel import condense_delaying
+from .delayed_kernel import GROUP, LANE, SLOT
 from .inertia_kernel import eliminate
 from .kernel_decorators import inlined, part
 from .lanes import broadcast, get, load, put, store, total
@@ -40,7 +41,7 @@ def gather_pencil(robot, work, pencil):
     condense_delaying(robot, work, factors)
     count = factors.delayed_count[0]
     for q in range(count):
-        slot = factors.delayed[q, 1]
+        slot = factors.delayed[q, SLOT]
         if slot < slots.first_multiplier or slot >= slots.first_passive:
             return False
     pencil.delayed_count[0] = count
@@ -57,7 +58,11 @@ def gather_pencil(robot, work, pencil):
             _gather_motor_rows(robot, number, work.blocks, pencil)
     pencil.rounds[:] = 0
     for q in range(count):
-        number, slot, lane = factors.delayed[q, 0], factors.delayed[q, 1], factors.delayed[q, 2]
+        number, slot, lane = (
+            factors.delayed[q, GROUP],
+            factors.delayed[q, SLOT],
+            factors.delayed[q, LANE],
+        )
         _set_aside(slots, number, slot, lane, q, pencil)
     return True
 

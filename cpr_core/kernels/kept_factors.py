@@ -11,6 +11,7 @@ Where slots were delayed nothing but that is kept: the tangent is found again wh
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .condensation_kernel import CONDENSED
 from .kernel_arrays import Lanes, RobotArrays
@@ -19,7 +20,9 @@ from .lanes import get, lanes_dtype, load, put, store
 from .slots import SlotLayout
 
 __all__ = [
+    "border_of",
     "keep",
+    "kept_border",
     "kept_count",
     "kept_factors",
     "kept_row",
@@ -29,6 +32,9 @@ __all__ = [
 ]
 
 
+Floats = NDArray[np.float64]
+
+
 def kept_factors(robot: RobotArrays) -> Lanes:
     """Memory in which factors are kept with an equilibrium."""
     return np.empty(robot.kept_count, lanes_dtype(robot.slot_index.shape[2]))
@@ -36,8 +42,21 @@ def kept_factors(robot: RobotArrays) -> Lanes:
 
 def kept_count(group_count: int, slots: SlotLayout, border_count: int, width: int) -> int:
     """Lanes of it."""
-    border = -(-(border_count**2) // width)
-    return 1 + group_count * slots.inner_count * slots.total + border
+    return _legs_count(group_count, slots) - (-(border_count**2) // width)
+
+
+def _legs_count(group_count: int, slots: SlotLayout) -> int:
+    """Lanes before the border, as `kept_border` has it."""
+    return 1 + group_count * slots.inner_count * slots.total
+
+
+def border_of(robot: RobotArrays, kept: Lanes) -> Floats | None:
+    """The border of a kept tangent, dimensionless, (b + n, b + n); None: it was not condensed."""
+    numbers, count = kept["lane"], len(robot.border_indices)
+    if numbers[0, 0] != CONDENSED:
+        return None
+    border: Floats = numbers[_legs_count(len(robot.groups), robot.slots) :]
+    return border.ravel()[: count**2].reshape(count, count)
 
 
 @inlined

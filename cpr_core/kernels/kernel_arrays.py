@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .lanes import empty_lanes, zeros_lanes
-from .slots import SlotLayout
+from .slots import COMPONENTS, SlotLayout
 
 __all__ = [
     "LANCZOS_STEPS",
@@ -98,7 +98,8 @@ def rod_dtype(width: int) -> np.dtype[Any]:
     lane = (width,)
     return np.dtype(
         [
-            ("component_start", "i8", 4),  # first strain slot of torsion and both bendings; last
+            # First strain slot of every component, and where one after the last would begin.
+            ("component_start", "i8", COMPONENTS + 1),
             ("length_slot", "i8"),  # slot of the motor that feeds it; -1: all of fixed length
             ("turned", "i8"),  # 1: some coordinate before turns the rod
             ("followed", "i8"),  # 1: something comes after it
@@ -268,7 +269,10 @@ class Workspace(NamedTuple):
     position: Floats  # (3,)
     residual: Floats  # (N,) in the order of the state
     signs: Integers  # (3,)
-    bends: Integers  # (2,) number of differences that tell how the branch bends, and of those that fall
+    bend_count: (
+        Integers  # (1,) number of differences that tell how the branch bends; -1: nothing does
+    )
+    bend_order: Integers  # (1,) number of those that fall
     bend: Floats  # (N,) what was added to a prediction for it, dimensionless
     differences: Floats  # (4, N) backward differences of what predictions missed
     last_known: Floats  # (B,) what was imposed then
@@ -369,7 +373,8 @@ def workspace(robot: RobotArrays) -> Workspace:
         position=np.empty(3),
         residual=np.empty(size),
         signs=np.empty(3, np.int64),
-        bends=np.zeros(2, np.int64),
+        bend_count=np.zeros(1, np.int64),
+        bend_order=np.zeros(1, np.int64),
         bend=np.zeros(size),
         differences=np.zeros((4, size)),
         last_known=np.zeros(border),

@@ -20,6 +20,7 @@ from .kernel_decorators import inlined
 from .lane_vectors import dot, load_vector, negated
 from .lanes import broadcast, get, load, put, total
 from .rod_balance_kernel import balance_rod
+from .slots import COMPONENTS
 from .tip_kernel import couple_platform, hold_tips, push_platform, store_upper
 
 __all__ = ["evaluate_group"]
@@ -105,7 +106,7 @@ def _couple_chain(robot, number, work):
         element = robot.elements[number, e]
         if element.kind == Element.ROD:
             rod = robot.rods[number, element.rod]
-            first, last = rod.component_start[0], rod.component_start[3]
+            first, last = rod.component_start[0], rod.component_start[COMPONENTS]
             _couple_with_before(robot, number, e, first, last, work)
             if rod.length_slot >= 0:
                 slot = rod.length_slot
@@ -124,7 +125,7 @@ def _couple_with_before(robot, number, later, first, last, work):
             start, end = element.slot, element.slot + 1
         elif element.kind == Element.ROD:
             rod = robot.rods[number, element.rod]
-            start, end = rod.component_start[0], rod.component_start[3]
+            start, end = rod.component_start[0], rod.component_start[COMPONENTS]
         for a in range(start, end):
             turn = load_vector(work.slot_turn, a)
             for b in range(first, last):

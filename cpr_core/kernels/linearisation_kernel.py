@@ -15,9 +15,13 @@ from .lu_kernel import lu_factor, lu_solve
 from .pencil_kernel import Measure, eliminate_pencil, is_diagonal
 from .recall_kernel import recall_pencil
 from .record_layout import ROTATION
+from .slots import COMPONENTS
 from .smallest_eigenvalue_kernel import smallest_eigenvalue
 
-__all__ = ["linearise"]
+__all__ = ["FREE", "LOCKED", "MARGIN", "linearise"]
+
+#: Of the eigenvalues: which is smallest of what.
+MARGIN, LOCKED, FREE = 0, 1, 2
 
 #: Elastic stiffness this large hides all other; what is left of the platform's then is this part of the
 #: largest at least, or some motion counts as one without stiffness.
@@ -41,8 +45,8 @@ def linearise(prepared, kept, record, all_of_it, evaluated, eigenvalues, respons
         all_of_it: Whether more is asked for than the margin, which is to be known before motors move.
         evaluated: Whether its tangent is in the workspace: then legs may be straight.
         eigenvalues: Result, (3,): smallest eigenvalue of H_r with the motors held relative to the
-            elastic stiffness (the margin), in itself [J], and with the motors free [J]; NaN where the
-            dense method has to tell, or nobody asked.
+            elastic stiffness (MARGIN), in itself (LOCKED) [J], and with the motors free (FREE) [J]; NaN
+            where the dense method has to tell, or nobody asked.
         response: Result, if all is asked for, (b + n, n + b): ``[dSigma_p/dq_a, dSigma_p/dw_p;
             dtau_a/dq_a, dtau_a/dw_p]`` at motors and wrench held in turn, body twists and wrenches.
 
@@ -64,19 +68,21 @@ def linearise(prepared, kept, record, all_of_it, evaluated, eigenvalues, respons
     diagonal = is_diagonal(pencil.elastic)
     stored = Measure(pencil.elastic, diagonal, pencil.springs, 0.0, held)
     if _definite(robot, pencil, stored):
-        eigenvalues[0] = smallest_eigenvalue(robot, pencil, stored, _MARGIN_ABOVE, unguided)
+        eigenvalues[MARGIN] = smallest_eigenvalue(robot, pencil, stored, _MARGIN_ABOVE, unguided)
     if not all_of_it:
         return True, False
-    orthogonal, guided = is_diagonal(pencil.gram), math.isfinite(eigenvalues[0])
+    orthogonal, guided = is_diagonal(pencil.gram), math.isfinite(eigenvalues[MARGIN])
     motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, held)
     # The softest motion is nearly the same in both measures.
-    eigenvalues[1] = robot.energy_unit * smallest_eigenvalue(robot, pencil, motions, 0.0, guided)
+    eigenvalues[LOCKED] = robot.energy_unit * smallest_eigenvalue(
+        robot, pencil, motions, 0.0, guided
+    )
     if robot.one_slot_a_motor:
         motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, released)
         # A motor that feeds a straight rod has no stiffness of its own: its pivot at zero is rounding.
         low = _BELOW_MOTORS if pencil.delayed_count[0] > 0 else 0.0
         smallest = smallest_eigenvalue(robot, pencil, motions, low, unguided)
-        eigenvalues[2] = robot.energy_unit * smallest
+        eigenvalues[FREE] = robot.energy_unit * smallest
     return True, _respond(robot, record, response, pencil)
 
 
@@ -95,7 +101,7 @@ def _put_elastic(robot, record, elastic):
         numbers = elastic["lane"]
         for r in range(robot.rods.shape[1]):
             rod = robot.rods[number, r]
-            first, last = rod.component_start[0], rod.component_start[3]
+            first, last = rod.component_start[0], rod.component_start[COMPONENTS]
             for lane in range(robot.slot_index.shape[2]):
                 if rod.extensible[lane] == 0.0:
                     continue

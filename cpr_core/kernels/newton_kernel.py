@@ -145,8 +145,8 @@ def predict_state(robot, problem, configuration, work):
             predicted), and what is imposed, as it is where nothing is: ``given_motors``,
             ``given_rotation``, ``given_position`` and ``effort_change``.
 
-    ``work.bends`` counts the steps before of which the missing part is known; 0: only the tangent tells;
-    -1: nothing is predicted, nothing can be learnt.
+    ``work.bend_count`` counts the steps before of which the missing part is known; 0: only the tangent
+    tells; -1: nothing is predicted, nothing can be learnt.
 
     Returns:
         Dimensionless length of the predicted change; 0 where nothing is predicted.
@@ -183,7 +183,7 @@ def predict_state(robot, problem, configuration, work):
             _add_bend(size, work)
             move(robot, problem, work.step, -1.0, configuration, work)
             return _norm(work.step, size)
-    work.bends[0] = -1
+    work.bend_count[0] = -1
     return 0.0
 
 
@@ -201,14 +201,14 @@ def _add_bend(size, work):
             last += last_change[i] * last_change[i]
             now += change[i] * change[i]
             last_change[i] = change[i]
-    count, differences = max(work.bends[0], 0), work.differences
+    count, differences = max(work.bend_count[0], 0), work.differences
     if count > 0 and not along > _SAME_DIRECTION * math.sqrt(last * now):
         count = 0
     ratio = along / last if count > 0 else 0.0
     if not ratio < _LONGEST_RATIO:
         count = 0
-    work.bends[0] = count
-    order = work.bends[1] if ratio * _LONGEST_RATIO > 1.0 else 1
+    work.bend_count[0] = count
+    order = work.bend_order[0] if ratio * _LONGEST_RATIO > 1.0 else 1
     for i in range(size):
         work.bend[i] = 0.0
     for k in range(count):
@@ -224,9 +224,9 @@ def _add_bend(size, work):
 @inlined
 def learn_bend(size, work):
     """Remember what a prediction has missed: what was added to it and what Newton's method added."""
-    known, differences, now = work.bends[0], work.differences, work.bend
+    known, differences, now = work.bend_count[0], work.differences, work.bend
     if known < 0:
-        work.bends[0] = 0
+        work.bend_count[0] = 0
         return
     for i in range(size):
         now[i] += work.total[i]
@@ -243,7 +243,7 @@ def learn_bend(size, work):
         if falling:
             order = k + 1
         before = squared
-    work.bends[0], work.bends[1] = count, order
+    work.bend_count[0], work.bend_order[0] = count, order
 
 
 @part

@@ -10,17 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from .condensation_kernel import CONDENSED
+from .condensation_kernel import CONDENSED, SMALLEST_LEG_PIVOT
 from .kept_factors import kept_border, kept_row, kept_status, recall_border
 from .kernel_decorators import inlined, part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 from .pencil_layout import pencil_column
 
 __all__ = ["recall_pencil"]
-
-#: A leg is put together again from its factors if no pivot is below this fraction of its largest strain
-#: stiffness: beyond, too many digits of the rest are lost.
-_SMALLEST_LEG_PIVOT = 1e-8
 
 
 @part
@@ -84,7 +80,8 @@ def _recall_leg_rows(slots, number, kept, pencil):
             if i >= begin:
                 value += load(rows, (i, j))
             store(blocks, (number, i, pencil_column(slots, pencil.layout, j)), value)
-    return smallest - _SMALLEST_LEG_PIVOT * largest
+    # Beyond, too many digits of the rest are lost, as in what was eliminated.
+    return smallest - SMALLEST_LEG_PIVOT * largest
 
 
 @inlined

@@ -38,6 +38,7 @@ from .lane_vectors import (
 )
 from .lanes import broadcast, load, put, store
 from .rod_kernel import integrate_beyond
+from .slots import COMPONENTS
 from .stiffness_kernel import strain_block
 from .tip_kernel import couple_tip, couple_tip_turn
 
@@ -155,7 +156,7 @@ def _rod_loads(robot, r, length, work):
 def _stretch(robot, number, r, length, work):
     """Elastic forces of the strain coordinates; returns what they have stored."""
     rod, coordinates = robot.rods[number, r], work.coordinates
-    first, last = rod.component_start[0], rod.component_start[3]
+    first, last = rod.component_start[0], rod.component_start[COMPONENTS]
     ratio = load(rod.length, ()) / length
     stored, relaxed = broadcast(length, 0.0), broadcast(length, 0.0)
     for slot in range(first, last):

@@ -13,7 +13,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["SlotLayout", "slot_layout"]
+__all__ = ["COMPONENTS", "SlotLayout", "slot_layout"]
+
+#: Strain components of a rod: torsion, bending about d2 and about d3.
+COMPONENTS = 3
 
 
 class SlotLayout(NamedTuple):

@@ -18,6 +18,7 @@ from __future__ import annotations
 from .kernel_decorators import inlined
 from .lane_vectors import add, add_scaled, dot, load_vector, store_vector, zero_vector
 from .lanes import broadcast, load, store
+from .slots import COMPONENTS
 
 __all__ = ["strain_block"]
 
@@ -38,17 +39,17 @@ def strain_block(robot, number, rod, length, work):
     nodes, panel = robot.weights.shape[0], robot.panel_nodes
     nominal = load(robot.rods[number, rod].length, ())
     for first in range(0, nodes, panel):
-        for c in range(3):
-            for d in range(c, 3):
+        for c in range(COMPONENTS):
+            for d in range(c, COMPONENTS):
                 if start[c] < start[c + 1] and start[d] < start[d + 1]:
                     _multiply_pairs(robot, number, rod, c, d, first, work)
                     _multiply_partial(robot, number, rod, c, d, first, work)
         if panel < nodes:
             _panels_before(robot, number, rod, first, work)
     ratio = nominal / length
-    for c in range(3):
+    for c in range(COMPONENTS):
         for slot in range(start[c], start[c + 1]):
-            for other_slot in range(slot, start[3]):
+            for other_slot in range(slot, start[COMPONENTS]):
                 value = load(geometric, (slot, other_slot))
                 if other_slot < start[c + 1]:
                     value += load(geometric, (other_slot, slot))
@@ -190,7 +191,7 @@ def _panels_before(robot, number, rod, first, work):
     """What the modes have turned before a panel does in it; then their turns up to its end."""
     geometric, end = work.geometric, first + robot.panel_nodes
     start = robot.rods[number, rod].component_start
-    for c in range(3):
+    for c in range(COMPONENTS):
         for slot in range(start[c], start[c + 1]):
             function = robot.function[number, slot]
             growth, carried = zero_vector(geometric), zero_vector(geometric)
@@ -212,7 +213,7 @@ def _panels_before(robot, number, rod, first, work):
                 if start[c] <= other_slot < slot:
                     value = load(geometric, (slot, other_slot)) + _carried(work, slot, other_slot)
                     store(geometric, (slot, other_slot), value)
-    for slot in range(start[0], start[3]):
+    for slot in range(start[0], start[COMPONENTS]):
         turn = load_vector(work.mode_growth, slot)
         if first > 0:
             turn = add(turn, load_vector(work.mode_turn, slot))

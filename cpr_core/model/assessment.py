@@ -14,7 +14,7 @@ import numpy as np
 
 from .bending_strain import bending_strains
 from .equilibrium import Equilibrium
-from .kinemato_statics import KinematoStatics, Problem, Singularity, kinemato_statics
+from .kinemato_statics import KinematoStatics, LinearProblem, Singularity, kinemato_statics
 
 __all__ = [
     "DEFAULT_THRESHOLDS",
@@ -161,7 +161,7 @@ class Assessment:
             self._smallest("inverse") if self.equilibrium.robot.description.controlled else np.inf
         )
 
-    def _smallest(self, problem: Problem) -> float:
+    def _smallest(self, problem: LinearProblem) -> float:
         return self.kinemato_statics.smallest_singular_value(problem, self.characteristic_length)
 
     @cached_property

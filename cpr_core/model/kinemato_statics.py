@@ -42,8 +42,8 @@ _RIGID = 1e-12
 #:   problem has it: [A P_u E W_a] with P_u the uncontrolled coordinates; with redundant motors it has
 #:   more columns than rows, and is singular where it loses rank;
 #: - ``inverse_by_effort``: whole platform motion and efforts given, [A E W_p] of Eq. (46).
-Problem = Literal["forward", "inverse", "inverse_by_effort"]
-_PROBLEMS: tuple[Problem, ...] = get_args(Problem)
+LinearProblem = Literal["forward", "inverse", "inverse_by_effort"]
+_PROBLEMS: tuple[LinearProblem, ...] = get_args(LinearProblem)
 _WITHOUT_INVERSE = tuple(problem for problem in _PROBLEMS if problem != "inverse")
 
 
@@ -60,7 +60,7 @@ class Singularity(ReadOnlyArrays):
         sign: Sign of the determinant: which side of the singularity this is; 0 where there is none.
     """
 
-    problem: Problem
+    problem: LinearProblem
     singular_values: Floats
     motors: Floats
     platform: Floats
@@ -376,13 +376,13 @@ class KinematoStatics:
         return stacked[:, :n], stacked[:, last:], stacked[:, n:last], right
 
     @property
-    def problems(self) -> tuple[Problem, ...]:
+    def problems(self) -> tuple[LinearProblem, ...]:
         """Linear problems of this robot: ``inverse`` where coordinates are controlled."""
         return _PROBLEMS if len(self.equilibrium.robot.controlled_axes) else _WITHOUT_INVERSE
 
     @on_one_numpy_thread
     def singularity(
-        self, problem: Problem, characteristic_length: float | None = None
+        self, problem: LinearProblem, characteristic_length: float | None = None
     ) -> Singularity:
         """Distance of a linear problem from a singularity.
 
@@ -408,7 +408,7 @@ class KinematoStatics:
         )
 
     def smallest_singular_value(
-        self, problem: Problem, characteristic_length: float | None = None
+        self, problem: LinearProblem, characteristic_length: float | None = None
     ) -> float:
         """``singularity(...).smallest``, to a millionth of it, in a fraction of the time.
 
@@ -425,13 +425,13 @@ class KinematoStatics:
 
     @on_one_numpy_thread
     def singular_values(
-        self, problem: Problem, characteristic_length: float | None = None
+        self, problem: LinearProblem, characteristic_length: float | None = None
     ) -> Floats:
         """``singularity(...).singular_values`` without the directions, at a third of the time."""
         matrix, _, _ = self._problem_matrix(problem, characteristic_length)
         return np.asarray(np.linalg.svd(matrix, compute_uv=False)[::-1], float)
 
-    def _check_problem(self, problem: Problem) -> None:
+    def _check_problem(self, problem: LinearProblem) -> None:
         """Whether this robot has such a problem.
 
         Raises:
@@ -449,7 +449,7 @@ class KinematoStatics:
             )
 
     def _problem_matrix(
-        self, problem: Problem, characteristic_length: float | None
+        self, problem: LinearProblem, characteristic_length: float | None
     ) -> tuple[Floats, Floats, int]:
         """Dimensionless matrix of a problem, platform motions it solves for, motors it solves for."""
         self._check_problem(problem)
@@ -462,7 +462,7 @@ class KinematoStatics:
         efforts = w[:, n:] if problem == "inverse_by_effort" else w[:, :n]
         return np.hstack([a[:, :moved], p @ free, e, -efforts]), free, moved
 
-    def _free_motions(self, problem: Problem, lengths: Floats) -> Floats:
+    def _free_motions(self, problem: LinearProblem, lengths: Floats) -> Floats:
         """Platform motions a problem solves for, as body twists in columns.
 
         ``lengths`` are the units of the platform coordinates, (platform,).
@@ -484,7 +484,7 @@ class KinematoStatics:
             motions[:3, :3] = angle_motions(equilibrium.platform_rotation)
         return platform_turn(equilibrium).T @ motions
 
-    def _sign(self, problem: Problem) -> int:
+    def _sign(self, problem: LinearProblem) -> int:
         """Sign of the determinant of the problem's own equations: free of the basis Z; 0: not square."""
         robot, unit = self.equilibrium.robot, self.equilibrium.robot.arrays.unit
         if problem == "inverse" and robot.redundancy:

@@ -14,6 +14,7 @@ from ..description.chain import ChainElement
 from ..description.leg_description import LegDescription
 from ..kernels.kernel_arrays import Element
 from ..kernels.lanes import WIDTH
+from ..kernels.slots import COMPONENTS
 
 __all__ = ["LegGroup", "leg_groups"]
 
@@ -41,7 +42,7 @@ class LegGroup:
     @property
     def strain_count(self) -> int:
         """Strain slots."""
-        return int(self.component_start[-1][3]) if self.component_start else 0
+        return int(self.component_start[-1][COMPONENTS]) if self.component_start else 0
 
     @property
     def function_count(self) -> int:
@@ -101,5 +102,5 @@ def _strain_slots(legs: list[LegDescription]) -> tuple[tuple[Integers, ...], tup
                 name = (number, same[0] if same else component, n)
                 function.append(names.setdefault(name, len(names)))
         starts.append(start)
-        end = int(start[3])
+        end = int(start[COMPONENTS])
     return tuple(starts), tuple(function)

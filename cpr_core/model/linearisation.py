@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.kernel_arrays import Lanes
+from ..kernels.linearisation_kernel import MARGIN
 from ..kernels.prepared_robot import evaluate_record, linearise_prepared
 from ..validation import ReadOnlyArrays
 from .model_state import ModelState
@@ -97,7 +98,9 @@ class LinearisedState(ModelState):
     def condensed_margin(self) -> float:
         """The margin from the condensed legs, before anything else is asked for; NaN: not found so."""
         known = self.__dict__.get("linearisation")
-        return known.margin if known is not None else self._found(False, np.empty((0, 0)))[0][0]
+        return (
+            known.margin if known is not None else self._found(False, np.empty((0, 0)))[0][MARGIN]
+        )
 
     @cached_property
     def linearisation(self) -> Linearisation:
@@ -113,7 +116,7 @@ class LinearisedState(ModelState):
         eigenvalues, prepared = np.empty(3), self.robot.prepared
         asked, results = (self.factors, self.record, all_of_it), (eigenvalues, matrix)
         known, answered = linearise_prepared(prepared, *asked, False, *results)
-        if not known or math.isnan(eigenvalues[0]):
+        if not known or math.isnan(eigenvalues[MARGIN]):
             evaluate_record(prepared, self.load_arrays, self.record)
             _, answered = linearise_prepared(prepared, *asked, True, *results)
         return eigenvalues.tolist(), answered

@@ -276,6 +276,12 @@ class Robot:
         return self.arrays.motor_index + np.arange(self.motor_count)
 
     @cached_array
+    def wrench_units(self) -> Floats:
+        """Natural units of a whole wrench, moments E J / l and forces E J / l^2, (6,) [N m, N]."""
+        energy = self.arrays.energy_unit
+        return np.repeat([energy, energy / self.mean_length], 3)
+
+    @cached_array
     def motor_units(self) -> Floats:
         """Natural units of the motors, (n,): what moves their joints by a radian or a rod length."""
         return self.arrays.unit[self.motor_indices]

@@ -25,7 +25,7 @@ from ..kernels.kernel_arrays import (
     rod_dtype,
 )
 from ..kernels.lanes import WIDTH, zeros_lanes
-from ..kernels.slots import SlotLayout, slot_layout
+from ..kernels.slots import COMPONENTS, SlotLayout, slot_layout
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid
 from ..rods.rod import Rod, StrainModes
 from .leg_groups import LegGroup, leg_groups
@@ -356,7 +356,7 @@ class _Builder:
         """Slots of the strain modes of a rod, found once for all legs of a group."""
         key = group, rod, tuple(element.modes.counts)
         if key not in self.mode_slots:
-            starts = arrays.rods[group, rod]["component_start"][:3]
+            starts = arrays.rods[group, rod]["component_start"][:COMPONENTS]
             pairs = zip(starts, element.modes.counts, strict=True)
             self.mode_slots[key] = np.concatenate([start + np.arange(n) for start, n in pairs])
         return self.mode_slots[key]

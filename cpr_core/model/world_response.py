@@ -15,8 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..kernels.condensation_kernel import CONDENSED
-from ..kernels.kept_factors import kept_count
+from ..kernels.kept_factors import border_of
 from ..validation import ReadOnlyArrays
 from .equilibrium import Equilibrium
 from .kinemato_statics import kinemato_statics
@@ -55,7 +54,7 @@ class WorldResponse(ReadOnlyArrays):
 
 def wrench_units(robot: Robot) -> Floats:
     """Natural units of a wrench on the platform, (b,) [N m, N]."""
-    return robot.kept("wrench units", lambda: robot.arrays.energy_unit / twist_units(robot))
+    return robot.kept("wrench units", lambda: robot.wrench_units[robot.platform_axes])
 
 
 def effort_units(robot: Robot) -> Floats:
@@ -73,7 +72,7 @@ def world_response(equilibrium: Equilibrium) -> WorldResponse:
 
     Where they cannot be condensed from `kinemato_statics`, which takes milliseconds.
     """
-    border = _border(equilibrium)
+    border = border_of(equilibrium.robot.arrays, equilibrium.factors)
     if border is None:
         return _dense(equilibrium)
     size = len(equilibrium.robot.platform_axes)
@@ -89,17 +88,6 @@ def world_response(equilibrium: Equilibrium) -> WorldResponse:
         twist_by_motors=-inverse @ coupling.T,
         efforts_by_motors=border[size:, size:] - efforts @ coupling.T,
     )
-
-
-def _border(equilibrium: Equilibrium) -> Floats | None:
-    """Tangent of platform and motors, the legs eliminated, (b + n, b + n); None: not kept."""
-    arrays = equilibrium.robot.arrays
-    kept = equilibrium.factors["lane"]
-    if kept[0, 0] != CONDENSED:
-        return None
-    count = len(arrays.border_indices)
-    first = kept_count(len(arrays.groups), arrays.slots, 0, 1)
-    return kept[first:].ravel()[: count**2].reshape(count, count)
 
 
 def _dense(equilibrium: Equilibrium) -> WorldResponse:

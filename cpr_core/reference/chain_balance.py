@@ -34,7 +34,6 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 class ChainPoint(NamedTuple):
@@ -189,7 +188,6 @@ def chain_balance(model: ChainRobot, point: ChainPoint) -> ChainBalance:
     """Residual and derivative at a point."""
     robot, numbers = model.robot, model.robot.numbers
     units = variable_units(model, len(point.nodes))
-    wrench_units = np.repeat([numbers.energy_unit, numbers.energy_unit / robot.mean_length], 3)
     twist = np.zeros((6, len(units)))
     twist[robot.platform_axes, numbers.platform_index + np.arange(len(robot.platform_axes))] = 1.0
     wrench, turned = platform_wrench(robot, model.loads, point.rotation)
@@ -210,7 +208,9 @@ def chain_balance(model: ChainRobot, point: ChainPoint) -> ChainBalance:
         wrench_by_all[:3] -= of_moment + skew(tip.force) @ skew(arm) @ twist[:3]
         wrench_by_all[3:] -= motion[9:]
     axes = robot.platform_axes
-    parts.append(((wrench / wrench_units)[axes], (wrench_by_all / wrench_units[:, None])[axes]))
+    parts.append(
+        ((wrench / robot.wrench_units)[axes], (wrench_by_all / robot.wrench_units[:, None])[axes])
+    )
     residual, slopes = (np.concatenate(blocks) for blocks in zip(*parts, strict=True))
     return ChainBalance(residual, slopes * units, tuple(legs), efforts)
 

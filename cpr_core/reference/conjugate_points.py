@@ -122,10 +122,6 @@ class JacobiFields:
         """Number n of independent variations."""
         return self.terminal.shape[1]
 
-    def phases(self, u: float) -> Floats:
-        """Arguments in (-pi, pi] of the eigenvalues of W W^T; pi where b(u) is singular, (n,)."""
-        return np.asarray(_phases(*self._at_all([u]))[0])
-
     def signatures(self, sections: Sequence[float] | Floats) -> list[tuple[float, float]]:
         """Sum of the phases and the determinant of b(u) at sections."""
         b, z = self._at_all(sections)

@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..description.robot_description import ModeCounts
 from ..errors import CprError, InvalidRequest
@@ -37,8 +36,6 @@ __all__ = [
     "exactness_of",
     "with_many_modes",
 ]
-
-Floats = NDArray[np.float64]
 
 #: Numbers of modes in every direction that are tried for the solution others are compared with.
 _MANY = range(6, 25, 2)

@@ -22,6 +22,7 @@ from ..description.robot_description import RobotDescription
 from ..errors import DescriptionError, InvalidRequest
 from ..kernels.continuation_kernel import UNPREDICTED
 from ..kernels.natural_units import LONGEST_STEP
+from ..kernels.problems import ProblemName
 from ..model.equilibrium import Equilibrium, check_equilibrium, stepped
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_time
@@ -36,7 +37,7 @@ from .not_reached import (
     UnstableEquilibrium,
 )
 from .path import Path, Point
-from .targets import PoseTarget, ProblemName
+from .targets import PoseTarget
 
 __all__ = ["continued"]
 

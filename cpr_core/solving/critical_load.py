@@ -97,7 +97,7 @@ def critical_load(
         raise InvalidRequest("direction", f"expected a direction, got {axis.tolist()}")
     axis = axis / size  # the squares of large numbers are infinite
     axis /= np.linalg.norm(axis)
-    natural = equilibrium.robot.arrays.energy_unit / equilibrium.robot.mean_length
+    natural = float(equilibrium.robot.wrench_units[3])
     start = equilibrium.loads
 
     def loads(force: float) -> Loads:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..errors import CprError, InvalidRequest
 from ..kernels.prepared_robot import newton_step_prepared
-from ..kernels.problems import PROBLEMS
+from ..kernels.problems import PROBLEMS, ProblemName
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
@@ -24,7 +24,6 @@ from ..rods.quadrature import rod_grid
 from ..rods.rod import StrainModes
 from ..validation import cached_array
 from .held_problem import checked_problem
-from .targets import ProblemName
 
 __all__ = [
     "MORE_MODES",

@@ -8,9 +8,10 @@ from __future__ import annotations
 from typing import get_args
 
 from ..errors import InvalidRequest
+from ..kernels.problems import ProblemName
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from .targets import EffortTarget, MotorTarget, PoseTarget, ProblemName, Target
+from .targets import EffortTarget, MotorTarget, PoseTarget, Target
 
 __all__ = ["checked_problem", "held"]
 

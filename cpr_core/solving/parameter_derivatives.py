@@ -19,14 +19,13 @@ from ..description.changed_description import named_parameters
 from ..description.parameters import Parameter, checked_paths
 from ..errors import CprError, InvalidRequest
 from ..kernels.parameter_kernel import answer_rates
-from ..kernels.problems import PROBLEMS
+from ..kernels.problems import PROBLEMS, ProblemName
 from ..model.equilibrium import Equilibrium, check_equilibrium
 from ..model.residual_rates import residual_rates
 from ..model.robot import Robot
 from ..validation import ReadOnlyArrays
 from .held_problem import checked_problem
 from .stability_slopes import stability_slopes
-from .targets import ProblemName
 
 __all__ = ["Derivative", "ParameterDerivatives", "derivatives"]
 

@@ -6,13 +6,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal, Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidRequest
 from ..kernels.natural_units import EFFORT_UNIT
+from ..kernels.problems import ProblemName
 from ..kernels.record_layout import IMPOSED_MOTORS, POSITION, ROTATION
 from ..lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_log
 from ..model.equilibrium import Equilibrium
@@ -23,7 +24,6 @@ __all__ = [
     "Imposed",
     "MotorTarget",
     "PoseTarget",
-    "ProblemName",
     "Target",
     "check_rod_lengths",
     "pose_between",
@@ -33,9 +33,6 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 _NO_EFFORTS: Floats = np.zeros(0)
-
-#: Keys of ``Robot.problems``.
-ProblemName = Literal["motors", "efforts", "pose"]
 
 
 class Imposed:

@@ -20,7 +20,7 @@ from ..kernels.continuation_kernel import WATCHED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import Lanes
 from ..kernels.prepared_robot import continue_prepared
-from ..kernels.problems import PROBLEMS
+from ..kernels.problems import PROBLEMS, ProblemName
 from ..kernels.record_layout import INVERSE_SIGN, SIGNS
 from ..kernels.square_problem import Tolerances
 from ..model.equilibrium import Equilibrium, new_record
@@ -32,7 +32,7 @@ from .limits import margins_along, undisturbed
 from .objectives import objective_of
 from .redundant_walk import walk_to
 from .requests import pose_meaning, target_of
-from .targets import ProblemName, check_rod_lengths
+from .targets import check_rod_lengths
 from .trace import Trace
 
 __all__ = ["trace_through"]

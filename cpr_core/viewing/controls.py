@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from ..description.loads import WRENCH_NAMES
 from ..errors import CprError
 from ..model.robot import Robot
 from ..rods.rod import MOST_MODES
@@ -25,7 +26,6 @@ __all__ = ["Controls", "Do", "MotorSliders"]
 #: Asks for something under a name; of one name only the newest counts.
 Do = Callable[[str, Callable[[HandledRobot], Any]], None]
 
-_WRENCH = ("mx", "my", "mz", "fx", "fy", "fz")
 #: Way of a motor without a limit from where it is, in radians or rod lengths.
 _REACH = {"rad": math.pi, "m": 0.5}
 _STEPS = 2000
@@ -153,7 +153,7 @@ class Controls:
         return act
 
     def _add_fields(self, gui: viser.GuiApi, handled: HandledRobot) -> None:
-        meanings = {"motors": handled.robot.motor_names, "wrench": _WRENCH}
+        meanings = {"motors": handled.robot.motor_names, "wrench": WRENCH_NAMES}
         if handled.robot.description.controlled:
             meanings["pose"] = pose_meaning(handled.robot)
         given: Any = gui.add_dropdown("type", tuple(sorted(meanings)))

@@ -8,7 +8,6 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,14 +39,6 @@ _GESTURE = 1.0
 _KEPT = 200
 #: Platforms nearer than this, in rod lengths, are at the same place after other modes were chosen.
 _SAME = 0.02
-
-
-@dataclass(frozen=True, eq=False)
-class _Before:
-    """Where a gesture began."""
-
-    equilibrium: Equilibrium
-    hand: str
 
 
 class HandledRobot:
@@ -82,7 +73,7 @@ class HandledRobot:
         self.refused: Refused | None = None
         self.words = "at home" if start is None else "at the start"
         self._clock, self._last = clock, -np.inf
-        self._history: deque[_Before] = deque(maxlen=_KEPT)
+        self._history: deque[Equilibrium] = deque(maxlen=_KEPT)
         self._hand = ""
 
     @property
@@ -238,7 +229,7 @@ class HandledRobot:
         if not self._history:
             return False
         before = self._history.pop()
-        self.equilibrium, self.refused, self.words = before.equilibrium, None, "undone"
+        self.equilibrium, self.refused, self.words = before, None, "undone"
         self._hand, self._last = "", -np.inf
         return True
 
@@ -285,7 +276,7 @@ class HandledRobot:
         """Keep where the robot is, unless this goes on with a gesture."""
         now = self._clock()
         if hand != self._hand or now - self._last > _GESTURE:
-            self._history.append(_Before(self.equilibrium, hand))
+            self._history.append(self.equilibrium)
         self._hand, self._last = hand, now
 
     def _pose_meant(self, pose: ArrayLike) -> Pose:

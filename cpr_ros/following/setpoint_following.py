@@ -30,7 +30,15 @@ from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict
 from .trajectory_goal import TrajectoryGoal
 from .watchdog import Watchdog
 
-__all__ = ["LARGEST_CHANGE", "WATCHED", "Outcome", "SetpointFollower", "Settings"]
+__all__ = [
+    "ARRIVED",
+    "LARGEST_CHANGE",
+    "ON_WAY_TO_MOTORS",
+    "WATCHED",
+    "Outcome",
+    "SetpointFollower",
+    "Settings",
+]
 
 Floats = NDArray[np.float64]
 
@@ -44,9 +52,9 @@ LARGEST_CHANGE = 0.5
 #: A goal nearer than this is reached [rad, rod lengths].
 ARRIVED = 1e-9
 #: Measures that count on the way to motors: the inverse problem matters to platform setpoints only.
-_ON_WAY_TO_MOTORS = tuple(name for name in MEASURES if name != "inverse_singularity")
+ON_WAY_TO_MOTORS = tuple(name for name in MEASURES if name != "inverse_singularity")
 #: Measures that may count together.
-WATCHED = (_ON_WAY_TO_MOTORS, MEASURES)
+WATCHED = (ON_WAY_TO_MOTORS, MEASURES)
 
 
 @dataclass(frozen=True)
@@ -317,7 +325,7 @@ class SetpointFollower:
     @property
     def watched(self) -> tuple[str, ...]:
         """Measures that count now."""
-        return MEASURES if isinstance(self._goal, PoseGoal) else _ON_WAY_TO_MOTORS
+        return MEASURES if isinstance(self._goal, PoseGoal) else ON_WAY_TO_MOTORS
 
     def _move(self, current: Assessment, goal: Goal) -> Assessment:
         """One step towards the goal, or the same equilibrium if it is refused."""

@@ -10,16 +10,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from cpr_msgs.msg import ErrorCode
-from numpy.typing import NDArray
 
 from cpr_core import Robot
-from cpr_core.model.assessment import MEASURES, Assessment
+from cpr_core.model.assessment import Assessment
 from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import motor_steps
 from .measured_motors import MeasuredMotors
 from .motor_path import MotorPath
-from .setpoint_following import Outcome, SetpointFollower
+from .setpoint_following import ON_WAY_TO_MOTORS, Outcome, SetpointFollower
 from .supervision import State
 from .trajectory_goal import TrajectoryGoal
 from .trajectory_order import TrajectoryOrder, TrajectoryRefused, ordered_path
@@ -27,8 +26,6 @@ from .trajectory_plan import TrajectoryPlan
 from .trajectory_tolerances import arrived, broken_tolerance
 
 __all__ = ["Ending", "Motion", "Trajectories"]
-
-Floats = NDArray[np.float64]
 
 #: A trajectory may take so long, waiting for its start included [s].
 LONGEST = 600.0
@@ -43,7 +40,6 @@ _RESERVE = 1.5
 #: One with a stamp takes the place of an older one so shortly before it is joined [ticks]: more than the
 #: older one goes on in a tick, so that no tick passes the moment by.
 _BEFORE_JOINED = 3.0
-_WATCHED = tuple(name for name in MEASURES if name != "inverse_singularity")
 
 
 @dataclass(frozen=True)
@@ -222,7 +218,7 @@ class Trajectories:
         before, own_time = self._until_joined(order, current, now, pace)
         settings = self._follower.settings
         path = ordered_path(self._robot, order, before, settings.max_speed)
-        plan = TrajectoryPlan(path, current, self._period, settings.thresholds, _WATCHED)
+        plan = TrajectoryPlan(path, current, self._period, settings.thresholds, ON_WAY_TO_MOTORS)
         return plan, own_time, before.end
 
     def _put_off_if_late(self, current: Assessment, now: float) -> None:

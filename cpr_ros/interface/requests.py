@@ -16,8 +16,8 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from cpr_core import CprError, Equilibrium
+from cpr_core.kernels.problems import ProblemName
 from cpr_core.model.assessment import Assessment
-from cpr_core.solving.targets import ProblemName
 
 from ..error_codes import active, error_code
 from ..messages.analysis import fill_kinemato_statics, fill_prediction, fill_stability

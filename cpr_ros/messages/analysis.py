@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot, kinemato_statics, spectrum
 from cpr_core.errors import InvalidRequest
-from cpr_core.model.kinemato_statics import KinematoStatics, Problem, Singularity
+from cpr_core.model.kinemato_statics import KinematoStatics, LinearProblem, Singularity
 from cpr_core.validation import checked_vector
 
 from ..error_codes import RequestError
-from .conversions import twist_message, twist_vector, wrench_vector
+from .conversions import LINEAR_FIRST, twist_message, twist_vector, wrench_vector
 
 __all__ = [
     "fill_kinemato_statics",
@@ -31,9 +31,6 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-
-#: Order of twists in messages: linear first.
-_LINEAR_FIRST = np.array([3, 4, 5, 0, 1, 2])
 
 
 def fill_kinemato_statics(
@@ -148,7 +145,9 @@ def fill_stability(
     response.softest_platform = twist_message(_whole(robot, motion[robot.platform_indices]))
 
 
-def _singularity(model: KinematoStatics, problem: Problem, length: float) -> SingularityMessage:
+def _singularity(
+    model: KinematoStatics, problem: LinearProblem, length: float
+) -> SingularityMessage:
     return singularity_message(model.equilibrium.robot, model.singularity(problem, length or None))
 
 
@@ -174,7 +173,7 @@ def _rows(robot: Robot, matrix: Floats) -> Floats:
     """A matrix with platform rows, made whole and put in the order of messages, (6, ...)."""
     whole = np.zeros((6, matrix.shape[1]))
     whole[robot.platform_axes] = matrix
-    return whole[_LINEAR_FIRST]
+    return whole[LINEAR_FIRST]
 
 
 def message_matrix(robot: Robot, matrix: Floats) -> Floats:

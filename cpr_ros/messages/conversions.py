@@ -37,6 +37,7 @@ from ..error_codes import RequestError
 from .motor_messages import motors_from_joint_state
 
 __all__ = [
+    "LINEAR_FIRST",
     "Frames",
     "PoseNumbers",
     "check_pose_frame",
@@ -55,6 +56,9 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
+
+#: Order of twists and wrenches in messages, of those with rotation and moment first.
+LINEAR_FIRST = np.array([3, 4, 5, 0, 1, 2])
 
 #: Numbers of a wrench in the order of the core.
 _WRENCH_PARTS = "torque.x torque.y torque.z force.x force.y force.z"

@@ -11,8 +11,8 @@ from cpr_msgs.msg import ModelError
 from geometry_msgs.msg import Vector3
 
 from cpr_core import CprError, Equilibrium, error_of
+from cpr_core.kernels.problems import ProblemName
 from cpr_core.solving.chosen_modes import TOLD
-from cpr_core.solving.targets import ProblemName
 
 __all__ = ["estimated_error", "model_error_message", "warned_error"]
 

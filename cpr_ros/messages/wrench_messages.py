@@ -17,14 +17,11 @@ from cpr_core import InvalidRequest, Robot, WrenchEstimate
 from cpr_core.lie import quaternion_from_rotation, rotation_from_quaternion
 from cpr_core.validation import checked_vector
 
-from .conversions import Frames, fill_wrench
+from .conversions import LINEAR_FIRST, Frames, fill_wrench
 
 __all__ = ["estimated_wrench", "measured_efforts", "whole_pose", "wrench_estimate"]
 
 Floats = NDArray[np.float64]
-
-#: Forces first, as messages have it.
-_ORDER = np.array([3, 4, 5, 0, 1, 2])
 
 
 def measured_efforts(robot: Robot, message: JointState) -> Floats:
@@ -86,10 +83,10 @@ def wrench_estimate(
     """
     message = WrenchEstimateMessage(
         header=Header(stamp=stamp, frame_id=frames.base),
-        covariance=estimate.covariance[np.ix_(_ORDER, _ORDER)].ravel(),
+        covariance=estimate.covariance[np.ix_(LINEAR_FIRST, LINEAR_FIRST)].ravel(),
         felt=len(estimate.felt),
         coordinates=len(estimate.felt) + len(estimate.unfelt),
-        unfelt=estimate.unfelt[:, _ORDER].ravel().tolist(),
+        unfelt=estimate.unfelt[:, LINEAR_FIRST].ravel().tolist(),
         words=estimate.words,
         observability=estimate.observability,
         chi_square=estimate.chi_square,
