@@ -1,4 +1,4 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Reference methods that share no kernel with the strain-mode model they check."""
+"""Reference methods that share no kernel but rotations with the strain-mode model they check."""

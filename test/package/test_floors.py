@@ -7,10 +7,10 @@ import ast
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 from helpers.import_statements import import_statements
+from helpers.package_imports import Import, imports_of
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -63,41 +63,6 @@ APART = (
     ("paper", "verification"),
     ("benchmarks", "verification"),
 )
-PACKAGES = ("cpr_core", "cpr_ros", "paper", "benchmarks", "verification")
-
-
-class Import(NamedTuple):
-    importer: str
-    imported: str
-    place: str
-
-
-def modules_of(root: Path) -> dict[str, Path]:
-    found = {}
-    for package in PACKAGES:
-        for file in sorted((root / package).rglob("*.py")):
-            name = ".".join(file.relative_to(root).with_suffix("").parts)
-            found[name.removesuffix(".__init__")] = file
-    return found
-
-
-def imports_of(root: Path) -> list[Import]:
-    """Every import of a module of ours by another, resolved to the module that is meant."""
-    modules, found = modules_of(root), []
-    for importer, file in modules.items():
-        package = importer if file.name == "__init__.py" else importer.rpartition(".")[0]
-        for node in import_statements(file.read_text()):
-            if isinstance(node, ast.Import):
-                names = [alias.name for alias in node.names]
-            else:
-                above = package.split(".")[: len(package.split(".")) - node.level + 1]
-                base = ".".join([*(above if node.level else []), *filter(None, [node.module])])
-                # A name imported from a package is a module of it, or the package's own.
-                names = [f"{base}.{alias.name}" for alias in node.names]
-                names = [name if name in modules else base for name in names]
-            place = f"{file.relative_to(root)}:{node.lineno}"
-            found += [Import(importer, name, place) for name in names if name in modules]
-    return [line for line in found if line.importer != line.imported]
 
 
 @pytest.fixture(scope="module")
@@ -116,11 +81,11 @@ def upward(imports: list[Import]) -> list[str]:
     """Places where a module imports a floor above its own, or one it is to be apart from."""
     height = {name: number for number, name in enumerate(FLOORS)}
     lines = []
-    for importer, imported, place in imports:
+    for importer, imported, _, place in imports:
         own, other = floor_of(importer), floor_of(imported)
         if height[other] > height[own] or (other, own) in APART or (own, other) in APART:
             lines.append(f"{place}: {own} imports {other}")
-    return lines
+    return [*dict.fromkeys(lines)]
 
 
 def circles(imports: list[Import]) -> list[str]:
@@ -133,7 +98,8 @@ def circles(imports: list[Import]) -> list[str]:
         if kept == left:
             break
         left = kept
-    return [found.place for found in imports if (found.importer, found.imported) in left]
+    places = [found.place for found in imports if (found.importer, found.imported) in left]
+    return [*dict.fromkeys(places)]
 
 
 def test_every_import_leads_down(imports):
@@ -170,7 +136,7 @@ def drawn_graphs() -> list[dict[str, set[str]]]:
 def test_the_arrows_of_the_architecture_lead_to_everything_that_is_imported(imports):
     library, node = drawn_graphs()
     missing = []
-    for importer, imported, place in imports:
+    for importer, imported, _, place in imports:
         for package, graph in (("cpr_core", library), ("cpr_ros", node)):
             own, other = (
                 name.split(".")[name.startswith(f"{package}.")] for name in (importer, imported)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from helpers.chain_robots import CHAINS
-from helpers.imported_kernels import imported_kernels
 from helpers.reference_paths import numbers, read
 from helpers.reference_robots import (
     FILES,
@@ -31,16 +30,8 @@ from cpr_core import (
 from cpr_core.description.chain import ChainJoint, ChainRod
 from cpr_core.description.loads import DistributedForce, PointForce
 from cpr_core.reference import (
-    chain_balance,
     chain_robot,
-    chain_shooting,
-    chain_steps,
-    continuous_equilibrium,
     morse_index,
-    rod_equations,
-    rough_point,
-    second_variation,
-    shooting_method,
 )
 from cpr_core.reference.chain_shooting import solve_chains
 from cpr_core.reference.continuous_rods import follow_motors, solve_continuous
@@ -264,22 +255,3 @@ def test_elements_it_does_not_know_are_refused():
         InvalidRequest, match="leg1: expected turns, shifts, links and rods, got Screw"
     ):
         chain_robot.chain_robot(robot, robot.default_loads, ACCURATE)
-
-
-@pytest.mark.parametrize(
-    "module",
-    [
-        chain_balance,
-        chain_robot,
-        chain_shooting,
-        chain_steps,
-        continuous_equilibrium,
-        morse_index,
-        rod_equations,
-        rough_point,
-        second_variation,
-        shooting_method,
-    ],
-)
-def test_no_kernel_of_the_strain_mode_model_is_used(module):
-    assert not imported_kernels(module)

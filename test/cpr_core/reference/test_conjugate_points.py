@@ -8,7 +8,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from helpers.imported_kernels import imported_kernels
 from helpers.reference_paths import numbers, read, straight_path
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
@@ -24,8 +23,6 @@ from cpr_core import (
     solve_home,
     solve_inverse,
 )
-from cpr_core.reference import conjugate_points as conjugate_points_module
-from cpr_core.reference import continuous_rods, rod_integration, shooting_kernel, shooting_robot
 from cpr_core.reference.conjugate_points import conjugate_points, robot_fields, rod_fields
 from cpr_core.reference.continuous_rods import solve_continuous
 from cpr_core.reference.rod_integration import integrate, transition
@@ -80,20 +77,6 @@ def path(name, heavy, values):
         pose = [0.0, value] if name == "rfrfr" else slice_pose(value)
         equilibrium = solve_inverse(equilibrium.robot, pose, start=equilibrium)
         yield equilibrium
-
-
-@pytest.mark.parametrize(
-    "module",
-    [
-        rod_integration,
-        shooting_kernel,
-        shooting_robot,
-        continuous_rods,
-        conjugate_points_module,
-    ],
-)
-def test_no_kernel_of_the_strain_mode_model_is_used(module):
-    assert not imported_kernels(module)
 
 
 def test_rod_agrees_with_a_general_solver():
