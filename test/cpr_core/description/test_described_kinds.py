@@ -10,6 +10,7 @@ from importlib import resources
 from pathlib import Path
 from typing import ClassVar
 
+import jsonschema
 import numpy as np
 import pytest
 from helpers.yaml_content import yaml_content
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 
 from cpr_core import DescriptionError, InvalidRequest, load_robot, solve_forward, solve_home
 from cpr_core.description.chain import Turn
+from cpr_core.description.chain_joints import CHAIN_JOINTS
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.description_schema import description_schema
 from cpr_core.description.joints import JOINTS, Fixed, Joint
@@ -33,7 +35,16 @@ from cpr_core.rods.sections import SECTIONS, RectangularSection, Section
 from cpr_core.rods.strain_basis import STRAIN_BASES, DescribedBasis
 
 ROOT = Path(__file__).parents[3]
-FAMILIES = {"motor": MOTORS, "tip": JOINTS, "section": SECTIONS, "strain": STRAIN_BASES}
+FAMILIES = {
+    "motor": MOTORS,
+    "tip": JOINTS,
+    "section": SECTIONS,
+    "strain": STRAIN_BASES,
+    "joint": CHAIN_JOINTS,
+}
+#: Where the schema has them, and the field that says which one it is, where it is not ``type``.
+IN_SCHEMA = {family: family for family in FAMILIES} | {"joint": "chain_element"}
+CHOSEN_BY = {"section": "shape", "strain": "basis", "joint": "joint"}
 
 
 def content_of(name):
@@ -74,8 +85,8 @@ def words_of_schema(node):
     return found
 
 
-def documented_rows():
-    """Rows of the tables of descriptions, in the one section where they are."""
+def section_of_descriptions():
+    """The one section of the documentation where the tables of descriptions are."""
     pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
     sections = [
         section
@@ -84,7 +95,12 @@ def documented_rows():
         if "\n| `motor.type` |" in section
     ]
     assert len(sections) == 1
-    return [line for line in sections[0].splitlines() if line.startswith("| ")]
+    return sections[0]
+
+
+def documented_rows():
+    """Rows of its tables."""
+    return [line for line in section_of_descriptions().splitlines() if line.startswith("| ")]
 
 
 def words_of_row(row):
@@ -116,11 +132,46 @@ def test_every_kind_is_documented_beside_its_fields(family, first):
         assert {name, *kind.fields} - {"position"} <= text, name
 
 
+@pytest.mark.parametrize("name", CHAIN_JOINTS)
+def test_every_joint_of_chains_is_documented_under_its_name(name):
+    parts = re.split(r"^#### ", section_of_descriptions(), flags=re.MULTILINE)[1:]
+    [part] = [part for part in parts if name in part.partition("\n")[0].lower()]
+    assert f"{{joint: {name}, " in part
+    rows = [line for line in part.splitlines() if line.startswith("| `")]
+    assert {*CHAIN_JOINTS[name].fields} <= words_of_row("".join(rows))
+
+
 @pytest.mark.parametrize("family", FAMILIES)
 def test_required_fields_are_fields(family):
     for kind in FAMILIES[family].values():
         assert {*kind.required} <= {*kind.fields}
         assert all(meaning.get("description") for meaning in kind.fields.values())
+
+
+def missing_and_refused(family, content):
+    """Fields that the schema asks for beside these, and those of these that it does not know."""
+    where = {"$ref": f"#/$defs/{IN_SCHEMA[family]}", "$defs": description_schema()["$defs"]}
+    missing, refused = set(), set()
+    for error in jsonschema.Draft202012Validator(where).iter_errors(content):
+        match error.validator:
+            case "required":
+                missing |= {*error.validator_value} - {*content}
+            case "additionalProperties":
+                refused |= {*content} - {*error.schema["properties"]}
+            case "not":
+                refused.add(error.absolute_path[-1])
+    return missing, refused
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_schema_asks_for_what_a_kind_requires_and_refuses_what_only_others_have(family):
+    every = {name for kind in FAMILIES[family].values() for name in kind.fields}
+    for name, kind in FAMILIES[family].items():
+        chosen = {CHOSEN_BY.get(family, "type"): name}
+        missing, refused = missing_and_refused(family, chosen)
+        assert (missing, refused) == ({*kind.required}, set()), name
+        missing, refused = missing_and_refused(family, dict.fromkeys(every) | chosen)
+        assert (missing, refused) == (set(), every - {*kind.fields}), name
 
 
 # Kinds of one's own.
