@@ -15,7 +15,7 @@ from benchmarks.walks import PROBLEMS, SOLVERS
 from cpr_core import Loads, NotReached, load_robot, solve_forward, solve_home, solve_inverse
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.condensation_kernel import DELAYED
-from cpr_core.kernels.continuation_kernel import UNPREDICTED, WATCHED
+from cpr_core.kernels.continuation_kernel import FREELY, UNPREDICTED, WATCHED
 from cpr_core.kernels.kept_factors import kept_factors
 from cpr_core.kernels.natural_units import EFFORT_UNIT, LONGEST_STEP
 from cpr_core.kernels.prepared_robot import continue_prepared
@@ -88,21 +88,24 @@ def test_predictions_from_delayed_slots_are_used(straight):
     pose = np.append(home.platform_position, home.platform_quaternion)
     pose[:3] += 1e-4 * np.array([1.0, 0.5, 0.2])
     near = solve_inverse(straight, pose, start=home)
-    target = target_of(home, "pose", pose)
-    records, kept = new_record(straight, 1), kept_factors(straight.arrays)
-    made = continue_prepared(
-        straight.prepared,
-        home.load_arrays,
-        NUMBERS["pose"],
-        target.given(home),
-        UNPREDICTED,
-        *Tolerances(),
-        home.record,
-        home.factors,
-        records,
-        kept,
-    )
-    assert made == 0 or near.iterations < records[0, straight.state_size + STEPS_TAKEN]
+    target, steps = target_of(home, "pose", pose), {}
+    for mode in (FREELY, UNPREDICTED):
+        records, kept = new_record(straight, 1), kept_factors(straight.arrays)
+        made = continue_prepared(
+            straight.prepared,
+            home.load_arrays,
+            NUMBERS["pose"],
+            target.given(home),
+            mode,
+            *Tolerances(),
+            home.record,
+            home.factors,
+            records,
+            kept,
+        )
+        assert made == 1
+        steps[mode] = records[0, straight.state_size + STEPS_TAKEN]
+    assert near.iterations == steps[FREELY] < steps[UNPREDICTED]
 
 
 @pytest.fixture(scope="module", params=[*SHORT_FORM, "delta", "three_prs"])
