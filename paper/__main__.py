@@ -15,13 +15,12 @@ from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
-import numba
 import numpy as np
 import scipy
 from tqdm import tqdm
 
 import cpr_core
-from cpr_core import kinemato_statics, solve_home
+from cpr_core import kinemato_statics, numba_fence, solve_home
 
 from . import accuracy, claims, figures, stability, tables, timing
 from .cases import RFRFR, SIX_RFS, Case
@@ -79,7 +78,7 @@ def main(arguments: list[str] | None = None) -> int:
         "date": datetime.now(UTC).strftime("%Y-%m-%d"),
         "machine": timing.machine(),
         "software": f"Python {platform.python_version()}, numpy {np.__version__}, "
-        f"scipy {scipy.__version__}, numba {numba.__version__}, cpr_core {cpr_core.__version__}",
+        f"scipy {scipy.__version__}, numba {numba_fence.VERSION}, cpr_core {cpr_core.__version__}",
         "extent": f"{'quick' if options.quick else 'full'}, {time.monotonic() - begin:.0f} s",
     }
     for table in found.values():

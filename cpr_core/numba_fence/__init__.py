@@ -47,7 +47,10 @@ try:
 except (ImportError, AttributeError):
     KNOWN_OPTIONS = frozenset()
 
-__all__ = ["MISSING", "compile_kernel", "entry_point", "hear_compilation", "njit"]
+__all__ = ["MISSING", "VERSION", "compile_kernel", "entry_point", "hear_compilation", "njit"]
+
+#: Of numba.
+VERSION: str = numba.__version__
 
 #: Options of the compiler that numba does not document.
 _PRIVATE_OPTIONS = ("_nrt", "forceinline", "no_cpython_wrapper", "no_cfunc_wrapper")
@@ -118,7 +121,7 @@ def hear_compilation(
 
 if MISSING:
     warnings.warn(
-        f"numba {numba.__version__} lacks {', '.join(MISSING)}: everything works, but more slowly; "
+        f"numba {VERSION} lacks {', '.join(MISSING)}: everything works, but more slowly; "
         "versions without this warning are named in setup.py",
         RuntimeWarning,
         stacklevel=2,
