@@ -102,55 +102,72 @@ def heard(client, looker, kind, topic, good):
     return next(message for message in received if good(message))
 
 
+MOTOR_SETPOINT = "/cpr_node/motor_setpoint"
+
+
+def see_platform_at(looker, equilibrium):
+    """Wait until the page has it there."""
+    expected = equilibrium.platform_position
+    looker.until(lambda: np.allclose(looker.position("/platform"), expected, rtol=0, atol=1e-9))
+
+
+def see_node_at(looker, home):
+    """Wait until a node is shown at home, and nobody else commands it."""
+    looker.page.get_by_text("cpr_node is there").wait_for()
+    looker.page.get_by_text("motor2").first.wait_for()
+    looker.until(lambda: looker.visible("/robot/legs"))
+    see_platform_at(looker, home)
+    looker.page.get_by_text("NONE").wait_for()
+    looker.page.get_by_text("setpoints may also come from: nobody").wait_for()
+
+
+def move_without_control(looker, client):
+    """Nothing is sent."""
+    thumb = looker.page.get_by_role("slider").first
+    thumb.focus()
+    thumb.press("ArrowRight")
+    looker.page.get_by_text("nothing was sent").wait_for()
+    assert client.node.count_publishers(MOTOR_SETPOINT) == 0
+
+
+def move_with_control(looker, client, home):
+    """The node goes there, and the page shows where it is."""
+    looker.press("take control")
+    looker.page.get_by_text("give control back").wait_for()
+    thumb = looker.page.get_by_role("slider").first
+    for _ in range(30):
+        thumb.press("ArrowRight")
+    looker.page.get_by_text("sent: motor1").wait_for()
+    moved = heard(
+        client,
+        looker,
+        JointState,
+        "/joint_states",
+        lambda message: message.position[0] > home.motors[0] + 0.05,
+    )
+    assert moved.position[1] == home.motors[1]
+    looker.until(lambda: not np.allclose(looker.position("/platform"), home.platform_position))
+    looker.picture("node")
+    looker.press("give control back")
+    looker.page.get_by_text("take control").wait_for()
+
+
+def see_who_else_commands(looker, client):
+    """Who else may move it is named."""
+    other = client.node.create_publisher(JointState, MOTOR_SETPOINT, 10)
+    looker.page.get_by_text(client.node.get_name()).wait_for()
+    client.node.destroy_publisher(other)
+
+
 def test_a_node_is_shown_moved_lost_and_found_again(view, looker, client, domain, tmp_path_factory):
     assert "waiting for cpr_node" in looker.text()
+    home = cpr_core.solve_home(cpr_core.load_robot("rfrfr"))
     node = started(tmp_path_factory, domain)
     try:
-        looker.page.get_by_text("cpr_node is there").wait_for()
-        looker.page.get_by_text("motor2").first.wait_for()
-        looker.until(lambda: looker.visible("/robot/legs"))
-        robot = cpr_core.load_robot("rfrfr")
-        home = cpr_core.solve_home(robot)
-        looker.until(
-            lambda: np.allclose(
-                looker.position("/platform"), home.platform_position, rtol=0, atol=1e-9
-            )
-        )
-        looker.page.get_by_text("NONE").wait_for()
-        looker.page.get_by_text("setpoints may also come from: nobody").wait_for()
-
-        # Without control nothing is sent.
-        topic = "/cpr_node/motor_setpoint"
-        thumb = looker.page.get_by_role("slider").first
-        thumb.focus()
-        thumb.press("ArrowRight")
-        looker.page.get_by_text("nothing was sent").wait_for()
-        assert client.node.count_publishers(topic) == 0
-
-        # With control the node goes there, and the page shows where it is.
-        looker.press("take control")
-        looker.page.get_by_text("give control back").wait_for()
-        for _ in range(30):
-            thumb.press("ArrowRight")
-        looker.page.get_by_text("sent: motor1").wait_for()
-        moved = heard(
-            client,
-            looker,
-            JointState,
-            "/joint_states",
-            lambda message: message.position[0] > home.motors[0] + 0.05,
-        )
-        assert moved.position[1] == home.motors[1]
-        looker.until(lambda: not np.allclose(looker.position("/platform"), home.platform_position))
-        looker.picture("node")
-        looker.press("give control back")
-        looker.page.get_by_text("take control").wait_for()
-
-        # Who else may move it is named.
-        other = client.node.create_publisher(JointState, topic, 10)
-        looker.page.get_by_text(client.node.get_name()).wait_for()
-        client.node.destroy_publisher(other)
-
+        see_node_at(looker, home)
+        move_without_control(looker, client)
+        move_with_control(looker, client, home)
+        see_who_else_commands(looker, client)
         node.stop(signal.SIGKILL)
         looker.page.get_by_text("cpr_node is gone").wait_for()
         looker.page.get_by_text("nothing is known of the robot").wait_for()
@@ -161,11 +178,7 @@ def test_a_node_is_shown_moved_lost_and_found_again(view, looker, client, domain
     node = started(tmp_path_factory, domain)
     try:
         looker.page.get_by_text("cpr_node is back").wait_for()
-        looker.until(
-            lambda: np.allclose(
-                looker.position("/platform"), home.platform_position, rtol=0, atol=1e-9
-            )
-        )
+        see_platform_at(looker, home)
         looker.picture("node_back")
         assert looker.complaints == []
     finally:
