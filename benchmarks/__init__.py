@@ -5,6 +5,8 @@
 
 import os
 
+__all__ = ["THREAD_VARIABLES"]
+
 #: Variables that tell BLAS how many threads to use.
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 

@@ -24,7 +24,7 @@ from cpr_core.kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TO
 from cpr_core.model.equilibrium import corrected
 from cpr_core.solving.discretisation_error import MORE_MODES, embedded
 
-__all__ = ["MODES", "Compared", "compare", "in_richer_space"]
+__all__ = ["MODES", "RANGE", "TRUE_MODES", "Compared", "compare", "in_richer_space"]
 
 Floats = NDArray[np.float64]
 Answer = TypeVar("Answer")

@@ -19,6 +19,7 @@ from .kernels.rotation_matrices import (
 from .validation import checked_matrix, checked_vector
 
 __all__ = [
+    "ROTATION_TOLERANCE",
     "angle_motions",
     "checked_quaternion",
     "directions_across",

@@ -19,7 +19,7 @@ from cpr_core.reference.continuous_rods import (
     solve_continuous_rough,
 )
 
-__all__ = ["RFRFR", "SIX_RFS", "SLICE_ROTATION", "Case", "slice_pose"]
+__all__ = ["RFRFR", "SIX_RFS", "SLICE", "SLICE_ROTATION", "Case", "slice_pose"]
 
 Floats = NDArray[np.float64]
 

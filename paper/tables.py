@@ -21,6 +21,7 @@ __all__ = [
     "Entry",
     "Table",
     "error_table",
+    "number",
     "table_i",
     "table_iii",
     "table_v",

@@ -23,7 +23,7 @@ from scipy.spatial.transform import Rotation
 
 from .placed_robot import Frame, PlacedRod
 
-__all__ = ["BEAMS", "CABLES", "AddedRod", "RodKind", "coordinates_of"]
+__all__ = ["BEAMS", "CABLES", "AddedRod", "RodKind", "coordinates_of", "quaternion"]
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from cpr_core.description.joints import Fixed
 from .mujoco_model import xml_of
 from .placed_robot import BOW, Frame, PlacedRobot, tip_frame
 
-__all__ = ["MujocoRobot", "NotBalanced"]
+__all__ = ["LARGEST", "SMALL", "MujocoRobot", "NotBalanced"]
 
 Floats = NDArray[np.float64]
 

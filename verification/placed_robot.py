@@ -17,7 +17,16 @@ from cpr_core.description.joints import Fixed, Joint
 from cpr_core.description.leg_description import LegDescription
 from cpr_core.description.robot_description import RobotDescription
 
-__all__ = ["Frame", "NotPossible", "PlacedLeg", "PlacedRobot", "PlacedRod", "placed"]
+__all__ = [
+    "BOW",
+    "Frame",
+    "NotPossible",
+    "PlacedLeg",
+    "PlacedRobot",
+    "PlacedRod",
+    "placed",
+    "tip_frame",
+]
 
 Floats = NDArray[np.float64]
 

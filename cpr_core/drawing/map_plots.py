@@ -17,7 +17,7 @@ from ..model.robot import Robot
 from ..solving.limits import limits_of
 from ..workspace.grid import Grid
 from ..workspace.workspace_map import WorkspaceMap
-from .path_plots import _figure
+from .path_plots import new_figure
 
 __all__ = ["FIELDS", "check_field", "field_names", "fields_of", "plot_map", "prepare"]
 
@@ -89,7 +89,7 @@ def fields_of(found: WorkspaceMap) -> dict[str, Floats]:
 
 def prepare() -> None:
     """Load matplotlib: it takes half a second, which may pass while a map is computed."""
-    _figure((1.0, 1.0))
+    new_figure((1.0, 1.0))
     importlib.import_module("matplotlib.collections")
 
 
@@ -121,7 +121,7 @@ def plot_map(
     )
     columns = min(3, len(planes))
     rows = -(-len(planes) // columns)
-    figure = _figure((7.0 * columns if len(planes) == 1 else 5.0 * columns, 5.6 * rows))
+    figure = new_figure((7.0 * columns if len(planes) == 1 else 5.0 * columns, 5.6 * rows))
     shown, keys = None, []
     for number, plane in enumerate(planes.tolist(), start=1):
         axes = figure.add_subplot(rows, columns, number)

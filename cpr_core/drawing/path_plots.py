@@ -15,7 +15,7 @@ from ..solving.find_equilibria import FoundEquilibrium
 from ..solving.trace import Trace
 from .robot_drawing import draw_equilibrium, set_equal_scale
 
-__all__ = ["plot_equilibria", "plot_trace"]
+__all__ = ["new_figure", "plot_equilibria", "plot_trace"]
 
 #: Colours that the colour-blind tell apart (Okabe and Ito).
 _BLUE, _ORANGE, _GREEN, _RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -35,7 +35,7 @@ def plot_trace(found: Trace, file: Path) -> None:
         found: The path.
         file: Picture to write; its ending tells the format.
     """
-    figure = _figure((13.0, 8.0))
+    figure = new_figure((13.0, 8.0))
     spatial = not found.robot.planar
     views = figure.add_subplot(2, 2, 1, projection="3d" if spatial else None)
     count = len(found.equilibria)
@@ -83,7 +83,7 @@ def plot_equilibria(found: Sequence[FoundEquilibrium], file: Path, most: int = 2
     shown = sorted(found, key=lambda entry: not entry.stable)[:most]
     columns = min(6, len(shown))
     rows = -(-len(shown) // columns)
-    figure = _figure((3.0 * columns, 3.2 * rows + 0.6))
+    figure = new_figure((3.0 * columns, 3.2 * rows + 0.6))
     planar = shown[0].equilibrium.robot.planar
     for place, entry in enumerate(shown, start=1):
         axes = figure.add_subplot(rows, columns, place, projection=None if planar else "3d")
@@ -124,7 +124,8 @@ def _motor_units(found: Trace) -> str:
     return " or ".join(sorted(units))
 
 
-def _figure(size: tuple[float, float]) -> Any:
+def new_figure(size: tuple[float, float]) -> Any:
+    """A figure of this size [in] that needs no window."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -27,6 +27,7 @@ __all__ = [
     "PLATFORM_LOADS",
     "Element",
     "Factors",
+    "Lanes",
     "LoadArrays",
     "RobotArrays",
     "Workspace",

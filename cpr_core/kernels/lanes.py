@@ -39,6 +39,7 @@ from ..numba_fence.typing_extension import (
 
 __all__ = [
     "WIDTH",
+    "LanesType",
     "absolute",
     "broadcast",
     "element_type",

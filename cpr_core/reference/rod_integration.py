@@ -23,6 +23,7 @@ __all__ = [
     "EIGHTH_ORDER",
     "STEPS",
     "RodProperties",
+    "RodTables",
     "RodTrajectory",
     "Start",
     "Tableau",

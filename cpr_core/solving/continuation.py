@@ -37,7 +37,7 @@ from .limits import Limit, limit_error
 from .path import OutOfTime, Path, Point, Tangent
 from .targets import Target
 
-__all__ = ["Walk", "follow"]
+__all__ = ["SINGULAR", "Walk", "follow"]
 
 #: Smallest path step before the branch is followed by arc length, as a fraction of a full step.
 SMALLEST_STEP = 1e-3

@@ -23,6 +23,7 @@ __all__ = [
     "LeastMotion",
     "Objective",
     "ObjectiveName",
+    "Probe",
     "objective_of",
 ]
 

@@ -18,7 +18,7 @@ from .exact_place import put
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["Landmarks", "PlatformNode", "aim_camera"]
+__all__ = ["Landmarks", "PlatformNode", "aim_camera", "light"]
 
 Floats = NDArray[np.float64]
 

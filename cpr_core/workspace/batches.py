@@ -22,6 +22,7 @@ __all__ = [
     "EIGENVALUES",
     "Cancelled",
     "Task",
+    "Ways",
     "analyses_and_arrivals",
     "analyses_of",
     "arrivals_of",

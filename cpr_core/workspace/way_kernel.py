@@ -26,7 +26,7 @@ from ..kernels.record_layout import INDEX_LOCKED, INVERSE_SIGN, POSITION, ROTATI
 from ..kernels.rotation_matrices import roll_pitch_yaw_into, rotation_from_angles_into
 from ..kernels.square_problem import Configuration
 
-__all__ = ["ARRIVED", "BLOCKED", "FLIPPED", "Way", "advance"]
+__all__ = ["ARRIVED", "BLOCKED", "FLIPPED", "Way", "advance", "impose"]
 
 ARRIVED = 0
 BLOCKED = 1  # Newton's method does not contract, however small the step

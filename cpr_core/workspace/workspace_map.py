@@ -25,7 +25,7 @@ from .borders import Border
 from .grid import Grid
 from .map_limits import limit_margins, map_strains
 
-__all__ = ["CellArrays", "EdgeState", "WorkspaceMap"]
+__all__ = ["CellArrays", "EdgeState", "WorkspaceMap", "equilibrium_of"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -22,7 +22,7 @@ from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import largest_way
 
-__all__ = ["MovedByOthers"]
+__all__ = ["SETTLING", "MovedByOthers"]
 
 Floats = NDArray[np.float64]
 

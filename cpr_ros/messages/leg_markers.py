@@ -20,7 +20,7 @@ from ..following.setpoint_following import Outcome
 from ..following.supervision import Action
 from .conversions import Frames
 
-__all__ = ["leg_markers", "marked_lines"]
+__all__ = ["POINTS", "leg_markers", "marked_lines"]
 
 #: Points along a leg.
 POINTS = 24

@@ -24,7 +24,7 @@ from .analysis import singularity_message, stiffness_message
 from .conversions import Frames
 from .model_error import estimated_error, warned_error
 
-__all__ = ["StabilityStream"]
+__all__ = ["Moment", "StabilityStream"]
 
 _OPEN = LoopStatus()
 #: What changes while the robot rests.

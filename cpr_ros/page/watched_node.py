@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LastMinute", "Presence", "topic_beside"]
+__all__ = ["LastMinute", "Presence", "Seen", "topic_beside"]
 
 Floats = NDArray[np.float64]
 Seen = Literal["waiting", "there", "gone", "back"]

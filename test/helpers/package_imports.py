@@ -19,12 +19,14 @@ class Import(NamedTuple):
         importer: The module that imports.
         imported: The module it is taken from.
         name: The name; empty where it is the module itself.
+        bound: What it is called in the module that imports it.
         place: File and line.
     """
 
     importer: str
     imported: str
     name: str
+    bound: str
     place: str
 
 
@@ -45,15 +47,17 @@ def imports_of(root: Path) -> list[Import]:
         package = importer if file.name == "__init__.py" else importer.rpartition(".")[0]
         for node in import_statements(file.read_text()):
             if isinstance(node, ast.Import):
-                taken = [(alias.name, "") for alias in node.names]
+                taken = [(alias.name, "", alias.asname or alias.name) for alias in node.names]
             else:
                 above = package.split(".")[: len(package.split(".")) - node.level + 1]
                 base = ".".join([*(above if node.level else []), *filter(None, [node.module])])
-                # A name imported from a package is a module of it, or the package's own.
-                inner = [(f"{base}.{alias.name}", alias.name) for alias in node.names]
-                taken = [
-                    (module, "") if module in modules else (base, name) for module, name in inner
-                ]
+                taken = []
+                for alias in node.names:
+                    # A name imported from a package is a module of it, or the package's own.
+                    inner, bound = f"{base}.{alias.name}", alias.asname or alias.name
+                    taken.append(
+                        (inner, "", bound) if inner in modules else (base, alias.name, bound)
+                    )
             place = f"{file.relative_to(root)}:{node.lineno}"
-            found += [Import(importer, *pair, place) for pair in taken if pair[0] in modules]
+            found += [Import(importer, *name, place) for name in taken if name[0] in modules]
     return [line for line in found if line.importer != line.imported]

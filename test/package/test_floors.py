@@ -81,7 +81,7 @@ def upward(imports: list[Import]) -> list[str]:
     """Places where a module imports a floor above its own, or one it is to be apart from."""
     height = {name: number for number, name in enumerate(FLOORS)}
     lines = []
-    for importer, imported, _, place in imports:
+    for importer, imported, *_, place in imports:
         own, other = floor_of(importer), floor_of(imported)
         if height[other] > height[own] or (other, own) in APART or (own, other) in APART:
             lines.append(f"{place}: {own} imports {other}")
@@ -136,7 +136,7 @@ def drawn_graphs() -> list[dict[str, set[str]]]:
 def test_the_arrows_of_the_architecture_lead_to_everything_that_is_imported(imports):
     library, node = drawn_graphs()
     missing = []
-    for importer, imported, _, place in imports:
+    for importer, imported, *_, place in imports:
         for package, graph in (("cpr_core", library), ("cpr_ros", node)):
             own, other = (
                 name.split(".")[name.startswith(f"{package}.")] for name in (importer, imported)
