@@ -21,7 +21,7 @@ import cpr_core.workspace
 
 
 def section() -> str:
-    """All public names: functions with their arguments, values with their attributes, errors."""
+    """Public names: functions with arguments, values with attributes, errors with what they carry."""
     functions, values, errors = [], [], []
     for package in (cpr_core, cpr_core.workspace):
         for name in package.__all__:
@@ -32,7 +32,7 @@ def section() -> str:
                 functions.append((shown, member))
             elif inspect.isclass(member) and issubclass(member, (Exception, Warning)):
                 errors.append((shown, member))
-            elif inspect.isclass(member) and not issubclass(member, enum.Enum):
+            elif inspect.isclass(member):
                 values.append((shown, member))
     lines = ["### Functions", ""]
     for name, function in functions:
@@ -41,12 +41,27 @@ def section() -> str:
     lines += ["### Values", ""]
     for name, kind in values:
         lines += [f"**`{name}`**  ", _first(kind), ""]
-        lines += _attributes(kind)
-    lines += ["### Errors and warnings", "", row("name", "code", "meaning"), "|---|---|---|"]
+        lines += _members(kind) if issubclass(kind, enum.Enum) else _attributes(kind)
+    lines += ["### Errors and warnings", ""]
+    return "\n".join([*lines, *_errors_table(errors), "", *_data_table(errors)])
+
+
+def _errors_table(errors: list[tuple[str, Any]]) -> list[str]:
+    lines = [row("name", "kind of", "code", "meaning"), "|---|---|---|---|"]
     for name, error in errors:
         code = f"`{error.code}`" if hasattr(error, "code") else ""
-        lines.append(row(f"`{name}`", code, _first(error)))
-    return "\n".join(lines)
+        lines.append(row(f"`{name}`", f"`{error.__base__.__name__}`", code, _first(error)))
+    return lines
+
+
+def _data_table(errors: list[tuple[str, Any]]) -> list[str]:
+    """What errors carry, each where it is declared."""
+    lines = ["What an error carries, every kind of it carries too:", ""]
+    lines += [row("attribute", "meaning"), "|---|---|"]
+    for name, error in errors:
+        entries = _listed(error, "Attributes")
+        lines += [row(f"`{name}.{attribute}`", meaning) for attribute, meaning in entries]
+    return lines
 
 
 def _arguments(function: Any) -> str:
@@ -61,13 +76,18 @@ def _arguments(function: Any) -> str:
 
 def _first(member: Any) -> str:
     """First paragraph of a docstring."""
-    return " ".join((inspect.getdoc(member) or "").split("\n\n")[0].split())
+    return " ".join(_text(member).split("\n\n")[0].split())
+
+
+def _text(member: Any) -> str:
+    """A docstring, names in it as pages have them: code, and with parentheses what is called."""
+    text = re.sub(r":(?:func|meth):`([^`]+)`", r"``\1()``", inspect.getdoc(member) or "")
+    return re.sub(r":\w+:`([^`]+)`", r"``\1``", text)
 
 
 def _listed(member: Any, heading: str) -> list[tuple[str, str]]:
     """Entries under a heading of a docstring."""
-    text = inspect.getdoc(member) or ""
-    found = re.search(rf"^{heading}:\n((?:[ ]{{4}}.*\n?|\n)+)", text, re.MULTILINE)
+    found = re.search(rf"^{heading}:\n((?:[ ]{{4}}.*\n?|\n)+)", _text(member), re.MULTILINE)
     entries: list[tuple[str, str]] = []
     for line in (found[1] if found else "").splitlines():
         begin = re.match(r"    (\w+): (.*)", line)
@@ -84,6 +104,15 @@ def _arguments_table(function: Any) -> list[str]:
         return []
     lines = [row("argument", "meaning"), "|---|---|"]
     return [*lines, *(row(f"`{name}`", meaning) for name, meaning in entries), ""]
+
+
+def _members(kind: type[enum.Enum]) -> list[str]:
+    """Members of an enumeration, their numbers and what the comments behind them say."""
+    said = dict(re.findall(r"^    (\w+) = .*?  # (.*)$", inspect.getsource(kind), re.MULTILINE))
+    lines = [row("member", "value", "meaning"), "|---|---|---|"]
+    for member in kind:
+        lines.append(row(f"`{member.name}`", f"`{member.value}`", said.get(member.name, "")))
+    return [*lines, ""]
 
 
 def _attributes(kind: type) -> list[str]:
