@@ -17,10 +17,18 @@ import numpy as np
 from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 
-from cpr_core import CprError, Equilibrium, solve_forward
+from cpr_core import (
+    CprError,
+    Equilibrium,
+    TimeLimitExceeded,
+    Trace,
+    solve_forward,
+    trace_through,
+)
 from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
 
 from ..error_codes import RequestError
+from .deadline import Deadline
 from .goals import largest_way
 from .motor_path import MotorPath
 from .steps import change_between
@@ -43,7 +51,7 @@ def check_straight_way(
     commands: Floats,
     target: Equilibrium,
     thresholds: Thresholds,
-    time_limit: float,
+    deadline: Deadline,
 ) -> None:
     """Whether the commands lead from where they are to an equilibrium, straight in the motors.
 
@@ -54,7 +62,7 @@ def check_straight_way(
         commands: Where the motors are commanded, (n,) [rad or m].
         target: Where they are to go.
         thresholds: Of every measure; none that gets worse may fall below its stop.
-        time_limit: Longest time it may take to find out [s].
+        deadline: When it has to be found out.
 
     Raises:
         RequestError: They do not, or that was not found out in time.
@@ -63,17 +71,38 @@ def check_straight_way(
         return
     path, first = _path([start.equilibrium.motors, commands, target.motors], start)
     try:
-        plan = TrajectoryPlan(path, _under_loads_of(target, start), 1.0, thresholds, _WATCHED)
-        plan.advance(time_limit)
+        begin = _under_loads_of(target, start, deadline)
+    except TimeLimitExceeded:
+        raise _too_late("its loads acted where the motors are") from None
     except CprError as error:
         raise _refused(f"where the robot is: {error}") from None
-    if plan.refused is not None:
+    plan = _Way(path, begin, thresholds, deadline)
+    plan.advance(deadline.left)
+    if plan.refused is not None and plan.refused.measure != "time_limit":
         raise _refused(_where(plan.refused, path, first))
     if not plan.done:
-        why = f"apply: the way of the motors to it was not followed to its end in {time_limit:g} s"
-        raise RequestError(ErrorCode.TIMED_OUT, why)
+        raise _too_late("the way of the motors to it was followed to its end")
     if change_between(plan.last.equilibrium, target) > _SAME:
         raise _refused("it leads to another equilibrium at these motors")
+
+
+class _Way(TrajectoryPlan):
+    """A way that is solved in one go, which ends with the deadline in the middle of a stride too."""
+
+    def __init__(
+        self, path: MotorPath, start: Assessment, thresholds: Thresholds, deadline: Deadline
+    ) -> None:
+        super().__init__(path, start, 1.0, thresholds, _WATCHED)
+        self._deadline = deadline
+
+    def _traced(self, start: Equilibrium, times: Floats) -> Trace:
+        return trace_through(
+            start.robot,
+            motors=self.path.positions(times),
+            start=start,
+            singularities=False,
+            time_limit=self._deadline.left,
+        )
 
 
 def _path(corners: Sequence[Floats], start: Assessment) -> tuple[MotorPath, float]:
@@ -88,12 +117,17 @@ def _path(corners: Sequence[Floats], start: Assessment) -> tuple[MotorPath, floa
     return MotorPath.through(times[kept], np.array(corners)[kept]), looks[0]
 
 
-def _under_loads_of(target: Equilibrium, start: Assessment) -> Assessment:
+def _under_loads_of(target: Equilibrium, start: Assessment, deadline: Deadline) -> Assessment:
     """Where the way begins: the loads of the target act there too."""
     found = start.equilibrium
     if target.loads is not found.loads:
         found = solve_forward(
-            found.robot, found.motors, start=found, loads=target.loads, stable_only=True
+            found.robot,
+            found.motors,
+            start=found,
+            loads=target.loads,
+            stable_only=True,
+            time_limit=deadline.left,
         )
     return Assessment(found, start.characteristic_length)
 
@@ -101,6 +135,10 @@ def _under_loads_of(target: Equilibrium, start: Assessment) -> Assessment:
 def _refused(why: str) -> RequestError:
     text = f"apply: the motors would go straight to it, but {why}; go there by setpoints"
     return RequestError(ErrorCode.INVALID_MOTION_PLAN, text)
+
+
+def _too_late(what: str) -> RequestError:
+    return RequestError(ErrorCode.TIMED_OUT, f"apply: time_limit was over before {what}")
 
 
 def _where(refused: TrajectoryRefused, path: MotorPath, first: float) -> str:

@@ -12,6 +12,7 @@ from cpr_msgs.msg import ErrorCode
 from cpr_core import Equilibrium
 
 from ..error_codes import RequestError
+from ..following.deadline import Deadline
 from ..following.goals import Goal
 from ..following.motor_commands import MotorCommands
 from ..following.motor_tracking import MotorTracking
@@ -71,11 +72,11 @@ class Admission:
             return "the node is paused: release it first"  # else motors set off when the pause ends
         return ""  # commands that are on their way go to the new place instead
 
-    def check_way(self, solution: Equilibrium) -> None:
+    def check_way(self, solution: Equilibrium, deadline: Deadline) -> None:
         """Whether the motors may go to an equilibrium from where they are.
 
         Raises:
-            RequestError: They may not.
+            RequestError: They may not, or that was not found out in time.
         """
         if self.tracking is None and self.commands.newest is not None:
             check_straight_way(
@@ -83,7 +84,7 @@ class Admission:
                 self.commands.newest,
                 solution,
                 self.follower.settings.thresholds,
-                self.solver.time_limit,
+                deadline,
             )
 
     def check_moving(self) -> None:

@@ -25,6 +25,7 @@ from cpr_core import (
 from cpr_core.model.assessment import Assessment
 
 from ..error_codes import RequestError
+from ..following.deadline import Deadline
 from ..following.setpoint_following import SetpointFollower
 from ..messages.conversions import (
     Frames,
@@ -44,9 +45,11 @@ class Solver:
         robot: The robot.
         frames: Names of the frames.
         current: Current equilibrium; replaced by motion, and by a successful request with ``apply``.
-        time_limit: Longest time of a request [s].
+        time_limit: Longest time of a request, whatever belongs to it [s].
+        clock: Steady time, by which that is measured [s].
         occupied: Why no solution is applied now; empty: nothing is against it.
-        check_way: Raises where the motors may not go to a solution from where they are.
+        check_way: Raises where the motors may not go to a solution from where they are, or that is not
+            found out before the deadline.
     """
 
     def __init__(
@@ -63,8 +66,9 @@ class Solver:
         self._follower = follower
         self._length = characteristic_length
         self.time_limit = time_limit
+        self.clock: Callable[[], float] = time.perf_counter
         self.occupied: Callable[[], str] = lambda: ""
-        self.check_way: Callable[[Equilibrium], None] = lambda solution: None
+        self.check_way: Callable[[Equilibrium, Deadline], None] = lambda solution, deadline: None
         self.current = self._timed(lambda: solve_home(robot))
 
     def forward(self, request: SolveForward.Request) -> Assessment:
@@ -73,14 +77,14 @@ class Solver:
         Raises:
             CprError: The request cannot be met; the node is as it was.
         """
-        limit = self.time_limit
+        deadline = Deadline(self.time_limit, self.clock)
         by_effort, values = motors_from_joint_state(self.robot, request.motors)
         start, loads = self.start_and_loads(request)
         solve = solve_forward_by_effort if by_effort else solve_forward
         solution = self._timed(
-            lambda: solve(self.robot, values, start=start, loads=loads, time_limit=limit)
+            lambda: solve(self.robot, values, start=start, loads=loads, time_limit=deadline.left)
         )
-        return self._applied(solution, request.apply)
+        return self._applied(solution, request.apply, deadline)
 
     def inverse(self, request: SolveInverse.Request) -> Assessment:
         """Answer an inverse request.
@@ -88,7 +92,7 @@ class Solver:
         Raises:
             CprError: The request cannot be met; the node is as it was.
         """
-        limit = self.time_limit
+        deadline = Deadline(self.time_limit, self.clock)
         pose = pose_from_message(
             self.robot, request.platform, list(request.controlled), self.frames, "platform."
         )
@@ -99,11 +103,11 @@ class Solver:
                 pose,
                 start=start,
                 loads=loads,
-                time_limit=limit,
+                time_limit=deadline.left,
                 objective=request.objective or None,
             )
         )
-        return self._applied(solution, request.apply)
+        return self._applied(solution, request.apply, deadline)
 
     def equilibrium_of(
         self, request: GetKinematoStatics.Request | Predict.Request | CheckStability.Request
@@ -156,7 +160,7 @@ class Solver:
             )
         return equilibrium_from_message(self.robot, messages[0])
 
-    def _applied(self, solution: Assessment, apply: bool) -> Assessment:
+    def _applied(self, solution: Assessment, apply: bool, deadline: Deadline) -> Assessment:
         if apply:
             occupied = self.occupied()
             if occupied:
@@ -167,7 +171,7 @@ class Solver:
                     f"apply: the solution is unstable with the motors held (index {solution.index}), "
                     "so the robot cannot rest there; ask without apply to see it",
                 )
-            self.check_way(solution.equilibrium)
+            self.check_way(solution.equilibrium, deadline)
             self._follower.drop("a solution was applied")
             self.current = solution
         return solution

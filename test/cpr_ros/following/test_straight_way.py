@@ -4,6 +4,7 @@
 """Ways of the motors on which nothing halts them: through what would be refused they are not taken."""
 
 from dataclasses import replace
+from itertools import chain, repeat
 
 import numpy as np
 import pytest
@@ -15,11 +16,22 @@ from helpers.geared_robots import geared
 from cpr_core import solve_forward, solve_home, solve_inverse
 from cpr_core.model.assessment import Assessment, Threshold
 from cpr_ros.error_codes import RequestError
+from cpr_ros.following.deadline import Deadline
 from cpr_ros.following.straight_way import check_straight_way
 
 
-def checked(start, commands, target, time_limit=20.0):
-    check_straight_way(Assessment(start), commands, target, SETTINGS.thresholds, time_limit)
+def in_time():
+    return Deadline(1e3)
+
+
+def over_after(readings):
+    """Of a clock that stands still until it has been read so often; it is read first to begin."""
+    return Deadline(1e3, chain(repeat(0.0, 1 + readings), repeat(1e9)).__next__)
+
+
+def checked(start, commands, target, deadline=None):
+    deadline = in_time() if deadline is None else deadline
+    check_straight_way(Assessment(start), commands, target, SETTINGS.thresholds, deadline)
 
 
 def refusal(*arguments, **options):
@@ -66,9 +78,9 @@ def test_gears_change_nothing_of_what_is_said_of_a_way():
             solve_forward(machine, way_of_motors * np.array(joints))
             for joints in ([2.9, 0.2], [5.4, -2.2])
         )
-        check_straight_way(Assessment(home), home.motors, near, thresholds, 20.0)
+        check_straight_way(Assessment(home), home.motors, near, thresholds, in_time())
         with pytest.raises(RequestError) as refused:
-            check_straight_way(Assessment(home), home.motors, far, thresholds, 20.0)
+            check_straight_way(Assessment(home), home.motors, far, thresholds, in_time())
         told.append(str(refused.value))
     assert "% of the way: the margin would be 0.59" in told[0]
     assert told[1] == told[0]
@@ -104,4 +116,23 @@ def test_loads_of_the_solution_act_on_the_way():
 def test_what_takes_too_long_is_not_taken():
     home = solve_home(robot("six_rfs"))
     target = solve_forward(home.robot, home.motors + 0.3)
-    assert refusal(home, home.motors, target, time_limit=0.0).val == ErrorCode.TIMED_OUT
+    refused = refusal(home, home.motors, target, over_after(0))
+    assert refused.val == ErrorCode.TIMED_OUT
+    assert "before the way of the motors to it was followed to its end" in str(refused)
+
+
+def test_the_loads_of_a_solution_have_the_same_deadline():
+    """They were put on without any."""
+    home = solve_home(robot("rfrfr"))
+    loads = home.loads.with_(wrench_world=[0, 0, 0, 0.2, 0, 0])
+    pushed = solve_forward(home.robot, [2.9, 0.2], start=home, loads=loads)
+    refused = refusal(home, home.motors, pushed, over_after(0))
+    assert refused.val == ErrorCode.TIMED_OUT
+    assert "before its loads acted where the motors are" in str(refused)
+
+
+def test_a_way_ends_with_its_deadline_between_two_looks_too():
+    """Sixty of them, or 0.05 s, were always solved to the end."""
+    home = solve_home(robot("rfrfr"))
+    target = solve_forward(home.robot, [2.9, 0.2])
+    assert refusal(home, home.motors, target, over_after(1)).val == ErrorCode.TIMED_OUT

@@ -3,6 +3,7 @@
 
 """A robot in operation, tick by tick: what it sends to the motors and what it makes of a wrench."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -391,6 +392,18 @@ def test_no_solution_beyond_a_stop_threshold_is_applied(bench):
         session.solver.inverse(SolveInverse.Request(platform=target, apply=True))
     assert bench.tick().state == State.IDLE
     assert bench.commands == []
+
+
+def test_the_way_to_a_solution_is_given_the_time_that_its_request_has_left(bench):
+    session, home = bench.session, bench.session.solver.current
+    commanded(session, home.equilibrium.motors)
+    begun = session.solver.current
+    # The clock stands still while it is solved.
+    session.solver.clock = itertools.chain([0.0, 0.0], itertools.repeat(1e9)).__next__
+    with pytest.raises(RequestError, match="before the way of the motors") as refused:
+        apply(session, 2.9, 0.2)
+    assert refused.value.val == ErrorCode.TIMED_OUT
+    assert session.solver.current is begun
 
 
 def test_commands_that_were_on_their_way_are_held_after_a_restart_until_they_are_released(

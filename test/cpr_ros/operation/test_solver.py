@@ -1,17 +1,21 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Which equilibrium a request is about."""
+"""Which equilibrium a request is about, and how long it may take."""
+
+from itertools import count
 
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode
-from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict
+from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward, SolveInverse
+from geometry_msgs.msg import PoseStamped
 from helpers.drive import PERIOD, SETTINGS, robot
+from sensor_msgs.msg import JointState
 
-from cpr_core import solve_forward, solve_home
+from cpr_core import TimeLimitExceeded, solve_forward, solve_home
 from cpr_core.model.assessment import Assessment
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.setpoint_following import SetpointFollower
@@ -61,3 +65,33 @@ def test_a_question_about_no_equilibrium_is_refused(solver, service):
     with pytest.raises(RequestError, match="equilibrium: expected one, got 0") as refused:
         solver.equilibrium_of(request)
     assert refused.value.val == ErrorCode.INVALID_ROBOT_STATE
+
+
+def asked_forward(solver):
+    motors = JointState(name=list(solver.robot.motor_names), position=[2.9, 0.2])
+    return solver.forward(SolveForward.Request(motors=motors, apply=True))
+
+
+def asked_inverse(solver):
+    target = PoseStamped()
+    target.pose.position.x, target.pose.position.y = 0.1, 0.7
+    return solver.inverse(SolveInverse.Request(platform=target, apply=True))
+
+
+@pytest.mark.parametrize("ask", [asked_forward, asked_inverse])
+def test_what_is_applied_has_one_time_limit_for_all_of_it(solver, ask):
+    """The solution could take all of it, and the way of the motors there all of it again."""
+    left = []
+    solver.clock = count(step=3.0).__next__  # every part of a request takes so long
+    solver.check_way = lambda solution, deadline: left.append(deadline.left)
+    ask(solver)
+    assert left == [20.0 - 2 * 3.0]
+
+
+@pytest.mark.parametrize("ask", [asked_forward, asked_inverse])
+def test_a_solution_is_given_what_is_left_when_it_begins(solver, ask):
+    before = solver.current
+    solver.clock = count(step=20.0).__next__
+    with pytest.raises(TimeLimitExceeded):
+        ask(solver)
+    assert solver.current is before
