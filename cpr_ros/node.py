@@ -304,6 +304,7 @@ class CprNode(LifecycleNode):
             self.interfaces = Interfaces(
                 self, frames, self.active_session, self._place, self._feel, folder
             )
+            self.interfaces.apply(self._live({}))
             self._late_clients.watch()
 
     def _place(self, motors: NDArray[np.float64]) -> None:
@@ -425,6 +426,8 @@ class CprNode(LifecycleNode):
             return SetParametersResult(successful=False, reason=problem)
         if self._session is not None and self._session.apply(live, time.monotonic()):
             self.get_logger().info("parameters changed: the setpoint is forgotten")
+        if self.interfaces is not None:
+            self.interfaces.apply(live)
         if any(name.endswith(("_warning", "_stop")) for name in names):
             for line in crossed_thresholds(live.settings.thresholds):
                 self.get_logger().warning(line)

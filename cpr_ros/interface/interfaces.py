@@ -21,6 +21,7 @@ from ..messages.conversions import Frames
 from ..middleware.dropped_messages import DroppedMessages
 from ..middleware.waiting_requests import WaitingRequests
 from ..operation.session import Session
+from ..settings.parameters import LiveParameters
 from .inputs import Inputs
 from .move_action import MoveAction
 from .requests import Requests
@@ -66,6 +67,10 @@ class Interfaces:
     def dropped(self) -> DroppedMessages:
         """Messages that were dropped."""
         return self._inputs.dropped
+
+    def apply(self, live: LiveParameters) -> None:
+        """Take new live parameters."""
+        self._moves.arrived_tolerance = live.arrived_tolerance
 
     def forget_messages(self) -> None:
         """Leave aside what was sent to topics until now, because the node becomes active."""

@@ -22,6 +22,8 @@ from ..closed_loop.measured_arrival import MeasuredArrival, measured_arrival
 from ..closed_loop.pose_loop import LoopStatus
 from ..error_codes import RequestError, active, error_code
 from ..following.goals import Goal, MotorGoal, PoseGoal
+from ..following.motor_arrival import Elsewhere, MotorArrival
+from ..following.moved_by_others import SETTLING
 from ..following.setpoint_following import ARRIVED, Outcome
 from ..following.supervision import State
 from ..messages.conversions import Frames, pose_from_message
@@ -71,10 +73,16 @@ class _Motion:
     goal: Goal
     patience: float
     measured: MeasuredArrival
+    motors: MotorArrival
 
 
 class MoveAction(LongAction):
-    """The action."""
+    """The action.
+
+    Attributes:
+        arrived_tolerance: Measured motors nearer to their commands are there [rad, rod lengths]; 0: all
+            are, wherever they are measured.
+    """
 
     def __init__(self, node: Node, frames: Frames, session: Callable[[], Session | None]) -> None:
         """Offer the action.
@@ -86,6 +94,7 @@ class MoveAction(LongAction):
         """
         super().__init__(node, MoveTo, "~/move_to")
         self._frames, self._session = frames, session
+        self.arrived_tolerance = 0.0
         self._motion: _Motion | None = None
         self._held_up, self._held_up_since = "", 0.0
         self._told = -math.inf
@@ -100,9 +109,17 @@ class MoveAction(LongAction):
         motion = self._motion
         if motion is None:
             return
-        outcome = session.outcome
+        outcome, before = session.outcome, motion.motors.last
+        elsewhere = motion.motors.look(
+            session.commands.newest,
+            session.measured.newest(now),
+            session.measured.missing(now),
+            self.arrived_tolerance,
+            now,
+        )
         if session.follower.goal is not motion.goal:
-            self._end(motion, RequestError(ErrorCode.PREEMPTED, _replaced_by(session)))
+            # Where they rest already, the commands begin where they are measured.
+            self._end(motion, *_ended_by(session, elsewhere if elsewhere.why else before))
             return
         equilibrium = outcome.assessment.equilibrium
         remaining = session.follower.corrected(motion.goal).remaining(equilibrium)
@@ -111,9 +128,19 @@ class MoveAction(LongAction):
         aligned = aligned and outcome.state != State.ALIGNING
         arrived = remaining <= ARRIVED and aligned and outcome.refusal is None
         measured = session.loop_status(now)
-        if arrived and motion.measured.met(measured):
+        if arrived and not elsewhere.why and motion.measured.met(measured):
             self._end(motion, None)
             return
+        if arrived and elsewhere.why:
+            remaining = elsewhere.way
+            longest = max(motion.patience, SETTLING)
+            if motion.motors.waited(now) >= longest:
+                missed = f"the motors were not measured where they were sent for {longest:g} s"
+                text = f"{missed}: {elsewhere.why}"
+                session.drop(text)
+                error = RequestError(ErrorCode.CONTROL_FAILED, text)
+                self._end(motion, error, elsewhere.way)
+                return
         held_up, why = _hindrance(motion, outcome, measured if arrived else None)
         if held_up != self._held_up:
             self._held_up, self._held_up_since = held_up, now
@@ -124,18 +151,7 @@ class MoveAction(LongAction):
             return
         if now - self._told >= 1.0 / _FEEDBACK_RATE:
             self._told = now
-            told = outcome.verdict
-            motion.handle.publish_feedback(
-                MoveTo.Feedback(
-                    remaining=remaining,
-                    margin=outcome.assessment.margin,
-                    action=int(told.action),
-                    speed_scale=told.speed_scale,
-                    status_text=told.text,
-                    position_error=measured.position_error,
-                    rotation_error=measured.rotation_error,
-                )
-            )
+            self._feed_back(motion, outcome, remaining, measured)
 
     def stop(self, reason: str) -> None:
         """End the goal on its way, because the node cannot go on with it."""
@@ -151,7 +167,8 @@ class MoveAction(LongAction):
         measured = measured_arrival(handle.request, session.loop.coordinates)
         session.follow(goal, time.monotonic(), ages=False)
         session.admission.awaited = goal
-        replaced, self._motion = self._motion, _Motion(handle, goal, patience, measured)
+        motors = MotorArrival(session.robot)
+        replaced, self._motion = self._motion, _Motion(handle, goal, patience, measured, motors)
         self._held_up, self._told = "", -math.inf
         if replaced is not None:
             newer = RequestError(ErrorCode.PREEMPTED, "replaced by another goal")
@@ -169,14 +186,37 @@ class MoveAction(LongAction):
             session.drop()
         return True
 
-    def _end(self, motion: _Motion, error: Exception | None) -> None:
-        """Bring the goal on its way to its end."""
+    @staticmethod
+    def _feed_back(
+        motion: _Motion, outcome: Outcome, remaining: float, measured: LoopStatus
+    ) -> None:
+        told = outcome.verdict
+        motion.handle.publish_feedback(
+            MoveTo.Feedback(
+                remaining=remaining,
+                margin=outcome.assessment.margin,
+                action=int(told.action),
+                speed_scale=told.speed_scale,
+                status_text=told.text,
+                position_error=measured.position_error,
+                rotation_error=measured.rotation_error,
+            )
+        )
+
+    def _end(self, motion: _Motion, error: Exception | None, way: float = 0.0) -> None:
+        """Bring the goal on its way to its end; ``way`` is what measured motors have left of it."""
         self._motion, session = None, self._session()
         if session is not None and session.admission.awaited is motion.goal:
             session.admission.awaited = None
-        self._answer(motion.handle, motion.goal, error)
+        self._answer(motion.handle, motion.goal, error, way)
 
-    def _answer(self, handle: ServerGoalHandle, goal: Goal | None, error: Exception | None) -> None:
+    def _answer(
+        self,
+        handle: ServerGoalHandle,
+        goal: Goal | None,
+        error: Exception | None,
+        way: float = 0.0,
+    ) -> None:
         """Answer a goal: it was reached, or why not."""
         if error is not None and handle.is_cancel_requested:
             error = RequestError(ErrorCode.PREEMPTED, "the motion was cancelled, the robot holds")
@@ -188,6 +228,7 @@ class MoveAction(LongAction):
             if error is not None:
                 wanted = session.follower.corrected(goal)
                 remaining = wanted.remaining(session.solver.current.equilibrium)
+                remaining = way if math.isnan(way) else max(remaining, way)
         result = MoveTo.Result(
             error_code=code,
             reached=reached(self._node, session, self._frames),
@@ -212,6 +253,15 @@ def _hindrance(motion: _Motion, outcome: Outcome, measured: LoopStatus | None) -
         return "halted", outcome.verdict.text
     why = "" if measured is None else motion.measured.hindrance(measured)
     return ("not measured at its target" if why else "", why)
+
+
+def _ended_by(session: Session, elsewhere: Elsewhere) -> tuple[RequestError, float]:
+    """What ended a goal before it was reached, and what measured motors have left of the way."""
+    text = session.follower.dropped
+    if session.follower.goal is None and text and text == session.others.found:
+        text = f"{text}; {elsewhere.why}" if elsewhere.why else text
+        return RequestError(ErrorCode.CONTROL_FAILED, text), elsewhere.way
+    return RequestError(ErrorCode.PREEMPTED, _replaced_by(session)), 0.0
 
 
 def _replaced_by(session: Session) -> str:

@@ -226,6 +226,15 @@ _LIVE = (
         live=True,
     ),
     DeclaredParameter(
+        "arrived_tolerance",
+        0.02,
+        "rad, rod lengths",
+        "a goal of ~/move_to is reached when every motor that is measured is so near to its command; 0: "
+        "wherever they are measured",
+        (0.0, 1000.0),
+        live=True,
+    ),
+    DeclaredParameter(
         "loop_gain",
         1.0,
         "1/s",

@@ -110,6 +110,8 @@ class LiveParameters:
         measured_timeout: Age beyond which measured motors are stale [s]; 0: never.
         moved_tolerance: Motors measured farther from their last command were moved by others [rad, rod
             lengths]; 0: never.
+        arrived_tolerance: A goal of ``~/move_to`` is reached when every measured motor is so near to its
+            command [rad, rod lengths]; 0: wherever they are measured.
         time_limit: Longest time of a request [s].
         loop: Of the correction by measured poses.
         twist_timeout: Age beyond which a twist moves nothing [s].
@@ -120,6 +122,7 @@ class LiveParameters:
     wrench_timeout: float
     measured_timeout: float
     moved_tolerance: float
+    arrived_tolerance: float
     time_limit: float
     loop: LoopSettings
     twist_timeout: float
@@ -198,6 +201,7 @@ def live_parameters(value: Callable[[str], Any]) -> LiveParameters:
         value("wrench_timeout"),
         value("measured_timeout"),
         value("moved_tolerance"),
+        value("arrived_tolerance"),
         value("time_limit"),
         loop,
         value("twist_timeout"),
@@ -228,6 +232,7 @@ def live_problem(live: LiveParameters, changed: Collection[str] | None = None) -
         "wrench_timeout",
         "measured_timeout",
         "moved_tolerance",
+        "arrived_tolerance",
         "time_limit",
         "twist_timeout",
     ):

@@ -3,8 +3,10 @@
 
 """A goal of ``~/move_to`` that ends, on a clock of the test."""
 
+import math
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import rclpy
 from cpr_msgs.action import MoveTo
@@ -14,8 +16,10 @@ from helpers.node_process import free_domain
 from rclpy.context import Context
 from sensor_msgs.msg import JointState
 
+from cpr_ros.following.moved_by_others import SETTLING
 from cpr_ros.following.supervision import State
 from cpr_ros.interface.move_action import MoveAction
+from cpr_ros.operation.starting_place import begin_at_measured
 
 
 @pytest.fixture
@@ -54,3 +58,165 @@ def test_out_of_patience_it_holds_commands_that_a_wrench_held_back(node, monkeyp
     assert [result.error_code.val for result in results] == [ErrorCode.CONTROL_FAILED]
     assert states[-1] == State.PAUSED
     assert all(command is None for command in commands)
+
+
+class Machine:
+    """A session and the motors it commands, which are measured where they are."""
+
+    def __init__(self, node, monkeypatch, **parameters):
+        self.bench = ClosedLoop("rfrfr", **parameters)
+        self.session, self.home = self.bench.session, self.bench.model.motors.copy()
+        self.action, self.results, self.feedback = (
+            MoveAction(node, FRAMES, lambda: self.session),
+            [],
+            [],
+        )
+        self.action.arrived_tolerance = live(**parameters).arrived_tolerance
+        monkeypatch.setattr(
+            self.action, "_finish", lambda handle, val, result: self.results.append(result)
+        )
+        self.motors = self.home
+        self.begun = math.nan
+
+    def send(self, motors, patience=0.0):
+        names = [*self.session.robot.motor_names]
+        state = JointState(name=names, position=np.asarray(motors, float).tolist())
+        self._begin(MoveTo.Goal(given=MoveTo.Goal.GIVEN_MOTORS, motors=state, patience=patience))
+
+    def send_pose(self, x, y):
+        request = MoveTo.Goal(given=MoveTo.Goal.GIVEN_POSE)
+        request.platform.pose.position.x, request.platform.pose.position.y = x, y
+        self._begin(request)
+
+    def _begin(self, request):
+        self.begun = self.bench.now
+        self.action._begin(
+            SimpleNamespace(
+                request=request,
+                is_cancel_requested=False,
+                publish_feedback=self.feedback.append,
+            )
+        )
+
+    def run(self, seconds, moved, every=1):
+        """Go on until there is a result; ``moved`` is where motors go in a tick, by their commands.
+
+        Returns:
+            How long it took [s].
+        """
+        for number in range(round(seconds / PERIOD)):
+            self.bench.now += PERIOD
+            self.motors = moved(self.motors, self.session.commands.newest)
+            measured = bool(every) and number % every == 0
+            if measured and self.session.take_measured(self.motors, self.bench.now):
+                begin_at_measured(self.session, self.motors)
+            self.session.tick(self.bench.now)
+            self.session.next_command(self.bench.now)
+            self.action.after_tick(self.session, self.bench.now)
+            self.session.look_around(self.bench.now, False)
+            if self.results:
+                break
+        return self.bench.now - self.begun
+
+    @property
+    def told(self):
+        """Number and message of the only result."""
+        (result,) = self.results
+        return result.error_code.val, result.error_code.message
+
+
+def lagging(seconds):
+    share = -math.expm1(-PERIOD / seconds)
+    return lambda motors, commands: motors + share * (commands - motors)
+
+
+def without_power(motors, commands):
+    return motors
+
+
+@pytest.fixture
+def machine(node, monkeypatch):
+    return Machine(node, monkeypatch)
+
+
+@pytest.mark.parametrize("pose", [False, True])
+@pytest.mark.parametrize("lag", [0.05, 0.15])
+def test_motors_that_lag_behind_are_waited_for(machine, pose, lag):
+    if pose:
+        machine.send_pose(0.1, 0.7)
+    else:
+        machine.send(machine.home + [0.4, -0.4])
+    machine.run(5.0, lagging(lag))
+    assert machine.told == (ErrorCode.SUCCESS, "")
+    left = np.abs(machine.motors - machine.session.commands.newest).max()
+    assert 0.5 * machine.action.arrived_tolerance < left <= machine.action.arrived_tolerance
+    assert machine.results[0].remaining == 0.0
+
+
+@pytest.mark.parametrize("every", [1, 50])
+def test_motors_without_power_do_not_succeed(machine, every):
+    """They were said to be there as soon as their commands were, with all of the way to go.
+
+    However seldom they are measured: one message may tell that they rest elsewhere, and place the robot.
+    """
+    machine.session.measured.watchdog.timeout = 0.0
+    machine.send(machine.home + [0.4, -0.4], patience=2.0)
+    machine.run(3.0, without_power, every)
+    val, message = machine.told
+    assert val == ErrorCode.CONTROL_FAILED
+    assert "moved_tolerance" in message
+    assert "motor1 is measured at 2.59 rad, its command is 2." in message
+    assert "motor2 is measured at 0.55 rad, its command is " in message
+    assert machine.results[0].remaining == pytest.approx(0.4, abs=0.01)
+
+
+@pytest.mark.parametrize(("patience", "longest"), [(0.0, SETTLING), (2.0, 2.0)])
+def test_motors_that_stay_near_their_commands_do_not_succeed_either(machine, patience, longest):
+    """Nearer than moved_tolerance nobody ever found out."""
+    machine.send(machine.home + [0.0, -0.05], patience)
+    took = machine.run(5.0, without_power)
+    assert took == pytest.approx(0.05 + longest, abs=0.03 + PERIOD)
+    val, message = machine.told
+    assert val == ErrorCode.CONTROL_FAILED
+    assert message == (
+        f"the motors were not measured where they were sent for {longest:g} s: motor2 is measured at "
+        "0.55 rad, its command is 0.5: 0.05 (rad or rod lengths) away, more than arrived_tolerance 0.02"
+    )
+    assert machine.results[0].remaining == pytest.approx(0.05)
+    assert machine.feedback[-1].remaining == pytest.approx(0.05)
+    assert machine.session.follower.goal is None
+    assert not machine.session.follower.moving
+
+
+def test_where_nobody_measures_commands_count(machine):
+    machine.send(machine.home + [0.1, -0.1])
+    assert machine.run(3.0, without_power, every=0) == pytest.approx(0.1, abs=1.5 * PERIOD)
+    assert machine.told == (ErrorCode.SUCCESS, "")
+
+
+def test_motors_that_are_measured_no_more_are_nobody_knows_where(machine):
+    machine.session.take_measured(machine.home, machine.bench.now)
+    machine.send(machine.home + [0.6, -0.6])
+    machine.run(3.0, without_power, every=0)
+    val, message = machine.told
+    assert val == ErrorCode.CONTROL_FAILED
+    assert "more than measured_timeout 0.5 s" in message
+    assert math.isnan(machine.results[0].remaining)
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.05])
+def test_motors_that_a_load_holds_off_their_commands_want_a_larger_tolerance(
+    node, monkeypatch, tolerance
+):
+    machine = Machine(node, monkeypatch, arrived_tolerance=tolerance)
+    machine.send(machine.home + [0.2, -0.2])
+    machine.run(3.0, lambda motors, commands: commands + 0.04)
+    assert machine.told == (ErrorCode.SUCCESS, "")
+
+
+def test_a_goal_that_a_pause_ends_was_not_missed_by_the_motors(machine):
+    machine.send(machine.home + [0.4, -0.4])
+    machine.run(0.2, without_power)
+    machine.session.pause(True)
+    machine.run(0.1, without_power)
+    assert machine.told == (ErrorCode.PREEMPTED, "the node was paused")

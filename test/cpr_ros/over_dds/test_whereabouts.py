@@ -12,11 +12,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
-from cpr_msgs.msg import Equilibrium, StabilityMetrics
+from cpr_msgs.action import MoveTo
+from cpr_msgs.msg import Equilibrium, ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveForward
 from helpers.branches import stable_elsewhere
 from helpers.drive import changed_robot
-from helpers.driver import EVERY_MESSAGE
+from helpers.driver import EVERY_MESSAGE, Driver
+from helpers.goal_client import GoalClient
 from helpers.node_process import Client, NodeProcess, change, free_domain
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
@@ -307,6 +309,32 @@ def test_commands_do_not_run_away_from_motors_that_do_not_follow(bench):
     bench.send(2.75, 0.35)
     bench.until_at([2.75, 0.35])
     assert bench.longest_step() <= 1.0 + 2e-5
+
+
+def test_a_goal_is_not_reached_by_motors_that_stay_where_they_are(bench):
+    """It was said to be, as soon as the commands were there, and of a short way nobody found out."""
+    still = [2.7, 0.4]
+    bench.measure(still)
+    bench.start("start_from:=measured", until="")
+    bench.until_said("ready")
+    bench.until_heard()
+    drive = Driver(bench.client)
+    moves = GoalClient(bench.client, MoveTo, "/cpr_node/move_to")
+    motors = JointState(name=["motor1", "motor2"], position=[2.75, 0.4])
+    goal = {"given": MoveTo.Goal.GIVEN_MOTORS, "motors": motors}
+    result = moves.result(moves.send(**goal)).result
+    assert result.error_code.val == ErrorCode.CONTROL_FAILED
+    assert "motor1 is measured at 2.7 rad, its command is 2.75" in result.error_code.message
+    np.testing.assert_array_equal(bench.commands[-1], [2.75, 0.4])
+    # Who knows that a load holds them off says so.
+    assert drive.set_parameters(arrived_tolerance=0.06).successful
+    assert moves.result(moves.send(**goal)).result.error_code.val == ErrorCode.SUCCESS
+    assert drive.set_parameters(arrived_tolerance=0.01).successful
+    bench.measure([2.75, 0.4])
+    bench.spin(0.3)  # what is on the way
+    assert moves.result(moves.send(**goal)).result.error_code.val == ErrorCode.SUCCESS
+    moves.close()
+    drive.close()
 
 
 def test_motors_that_were_moved_and_are_measured_no_more_are_sent_nowhere(bench):
