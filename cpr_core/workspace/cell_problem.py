@@ -15,21 +15,14 @@ from ..kernels.kernel_arrays import LoadArrays, RobotArrays
 from ..kernels.square_problem import ProblemScales, SquareProblem, Tolerances
 from ..model.problem_units import problem_units
 from ..model.robot import Robot
-from .grid import Grid, OrientationKind
+from .grid import Grid
+from .orientations import Orientation
 
-__all__ = ["ORIENTATIONS", "CellProblem", "cell_problem"]
+__all__ = ["CellProblem", "cell_problem"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: How the kernels number the ways to impose an orientation.
-ORIENTATIONS: dict[OrientationKind, int] = {
-    "none": 0,
-    "zyz": 1,
-    "roll_pitch_yaw": 2,
-    "single_angles": 3,
-    "planar": 4,
-}
 _NONE = np.zeros(0, np.int64)
 
 
@@ -49,7 +42,7 @@ class CellProblem(NamedTuple):
     span: Integers  # (m, 2) first and last row of every unit motion that is not zero
     held: Integers  # (6,) x y z and three angles: whether a coordinate is imposed
     given_motors: bool  # whether motors are imposed, else the platform
-    orientation: int  # one of ORIENTATIONS
+    orientation: int  # an Orientation
     conservative: bool  # whether the loads have a potential
     tolerances: Tolerances
 
@@ -90,7 +83,7 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
         span=np.ascontiguousarray(span, np.int64),
         held=held,
         given_motors=forward,
-        orientation=ORIENTATIONS[grid.orientation],
+        orientation=Orientation.of(grid.orientation).value,
         conservative=loads.conservative(robot.planar),
         tolerances=Tolerances(),
     )

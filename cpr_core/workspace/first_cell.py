@@ -19,6 +19,7 @@ from ..solving.path import Path
 from ..solving.targets import MotorTarget, PoseTarget, Target
 from .cell_problem import CellProblem
 from .grid import Grid
+from .orientations import Orientation
 from .way_kernel import impose
 
 __all__ = [
@@ -69,7 +70,7 @@ def place_of(equilibrium: Equilibrium, grid: Grid) -> Floats:
     else:
         turn = equilibrium.platform_rotation
         angles = roll_pitch_yaw(turn)
-        if grid.orientation == "zyz":
+        if grid.orientation == Orientation.ZYZ.key:
             angles = np.array(
                 [
                     math.atan2(turn[1, 2], turn[0, 2]),

@@ -24,13 +24,12 @@ from ..validation import (
     checked_number,
     checked_vector,
 )
+from .orientations import Orientation
 
-__all__ = ["Grid", "OrientationKind", "check_grid", "motor_grid", "pose_grid"]
+__all__ = ["Grid", "check_grid", "motor_grid", "pose_grid"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-OrientationKind = Literal["none", "zyz", "roll_pitch_yaw", "single_angles", "planar"]
 
 #: Grids with more cells are refused: their states would not fit in the memory of most machines.
 MOST_CELLS = 20_000_000
@@ -62,7 +61,7 @@ class Grid(ReadOnlyArrays):
     given: Literal["pose", "motors"]
     names: tuple[str, ...]
     units: tuple[str, ...]
-    orientation: OrientationKind
+    orientation: str  # the key of an Orientation
     origin: Floats
     directions: Floats
     axis_names: tuple[str, ...]
@@ -219,7 +218,7 @@ def motor_grid(
     axes = {name for axis in vary for name in directions.get(axis, {axis: 1.0})}
     held = {name: value for name, value in home.items() if name not in axes} | held
     units = tuple(motor.unit for motor in robot.description.motors)
-    imposed = _Imposed("motors", names, units, "none", np.arange(len(names)))
+    imposed = _Imposed("motors", names, units, Orientation.NONE, np.arange(len(names)))
     return _grid(imposed, vary, held, resolution, directions)
 
 
@@ -234,12 +233,14 @@ def check_grid(robot: Robot, grid: Grid) -> None:
     if grid.given == "motors":
         if grid.names != robot.motor_names:
             raise InvalidRequest("grid", "expected a grid of this robot's motors")
-    elif _pose_names(robot, {*grid.names}) != (grid.names, grid.orientation):
+        return
+    names, orientation = _pose_names(robot, {*grid.names})
+    if (names, orientation.key) != (grid.names, grid.orientation):
         named = ", ".join(grid.names)
         raise InvalidRequest("grid", f"expected a grid of what this robot controls, got {named}")
 
 
-def _pose_names(robot: Robot, used: set[str]) -> tuple[tuple[str, ...], OrientationKind]:
+def _pose_names(robot: Robot, used: set[str]) -> tuple[tuple[str, ...], Orientation]:
     """Names of the coordinates of a robot's poses, and how its orientation is given."""
     controlled = robot.description.controlled
     names = tuple(name for name in controlled if name in ("x", "y", "z"))
@@ -249,12 +250,12 @@ def _pose_names(robot: Robot, used: set[str]) -> tuple[tuple[str, ...], Orientat
                 "grid", "expected phi theta psi or roll pitch yaw, got some of both"
             )
         if used & {*_RPY}:
-            return names + _RPY, "roll_pitch_yaw"
-        return names + _ZYZ, "zyz"
+            return names + _RPY, Orientation.ROLL_PITCH_YAW
+        return names + _ZYZ, Orientation.ZYZ
     if "angle" in controlled:
-        return (*names, "angle"), "planar"
+        return (*names, "angle"), Orientation.PLANAR
     single = tuple(name for name in _RPY if name in controlled)
-    return names + single, "single_angles" if single else "none"
+    return names + single, Orientation.SINGLE_ANGLES if single else Orientation.NONE
 
 
 def _place_of(name: str) -> int:
@@ -274,7 +275,7 @@ class _Imposed:
     given: Literal["pose", "motors"]
     names: tuple[str, ...]
     units: tuple[str, ...]
-    orientation: OrientationKind
+    orientation: Orientation
     index: Integers
 
 
@@ -317,7 +318,7 @@ def _grid(
         given=imposed.given,
         names=names,
         units=units,
-        orientation=imposed.orientation,
+        orientation=imposed.orientation.key,
         origin=origin,
         directions=np.array(rows),
         axis_names=tuple(vary),

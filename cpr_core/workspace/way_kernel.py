@@ -25,6 +25,7 @@ from ..kernels.newton_kernel import CONVERGED, newton
 from ..kernels.record_layout import INDEX_LOCKED, INVERSE_SIGN, POSITION, ROTATION
 from ..kernels.rotation_matrices import roll_pitch_yaw_into, rotation_from_angles_into
 from ..kernels.square_problem import Configuration
+from .orientations import Orientation
 
 __all__ = ["ARRIVED", "BLOCKED", "FLIPPED", "Way", "advance", "impose"]
 
@@ -59,18 +60,18 @@ def impose(problem, first, last, fraction, state, rotation, position):
             state[problem.robot.motor_index + i] = value
         return
     angles = np.empty(3)
-    if problem.orientation == 3:
+    if problem.orientation == Orientation.SINGLE_ANGLES:
         roll_pitch_yaw_into(rotation, angles)
     for i in range(3):
         if problem.held[i]:
             position[i] = (1.0 - fraction) * first[i] + fraction * last[i]
         if problem.held[3 + i]:
             angles[i] = (1.0 - fraction) * first[3 + i] + fraction * last[3 + i]
-    if problem.orientation == 1:
+    if problem.orientation == Orientation.ZYZ:
         _rotation_zyz(angles[0], angles[1], angles[2], rotation)
-    elif problem.orientation == 4:
+    elif problem.orientation == Orientation.PLANAR:
         rotation_from_angles_into(0.0, 0.0, angles[2], rotation)
-    elif problem.orientation != 0:
+    elif problem.orientation != Orientation.NONE:
         rotation_from_angles_into(angles[0], angles[1], angles[2], rotation)
 
 

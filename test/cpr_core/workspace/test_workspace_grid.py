@@ -88,6 +88,21 @@ def test_orientations_are_given_in_one_way():
         pose_grid(six_rfs(), AXES, {"phi": 0.1, "roll": 0.2})
 
 
+@pytest.mark.parametrize(
+    ("name", "axes", "key"),
+    [
+        ("delta", "x y", "none"),
+        ("six_rfs", "x y", "zyz"),
+        ("six_rfs", "x roll", "roll_pitch_yaw"),
+        ("three_rfs", "z roll", "single_angles"),
+        ("planar_body", "x angle", "planar"),
+    ],
+)
+def test_ways_to_give_an_orientation_are_called_as_files_have_them(name, axes, key):
+    vary = {axis: [0.0, 0.1] for axis in axes.split()}
+    assert pose_grid(load_robot(name), vary).orientation == key
+
+
 def test_motors_are_named():
     with pytest.raises(InvalidRequest, match="out of motor1, motor2, got 'motor3'"):
         motor_grid(rfrfr(), {"motor1": [0, 1], "motor3": [0, 1]})
