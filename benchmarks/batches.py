@@ -14,11 +14,11 @@ from functools import partial
 
 import numpy as np
 
-from cpr_core import Equilibrium
 from cpr_core.workspace import motor_grid
 from cpr_core.workspace.batch_kernel import Arrivals, Cells
 from cpr_core.workspace.batches import Ways, arrivals_of, in_pieces, joined
 from cpr_core.workspace.cell_problem import CellProblem, cell_problem
+from cpr_core.workspace.first_cell import signs_row
 from cpr_core.workspace.way_kernel import ARRIVED
 
 from .measure import Case
@@ -57,7 +57,8 @@ def _batch(count: int, modes: int) -> tuple[CellProblem, Cells, Ways]:
         state=np.array([point.state for point in points])[chosen],
         rotation=np.array([point.platform_rotation for point in points])[chosen],
         position=np.array([point.platform_position for point in points])[chosen],
-        signs=np.array([_signs(point) for point in points])[chosen],
+        # The branch of a forward problem is told by the index with motors held.
+        signs=np.array([signs_row(point, point.signs.index_locked) for point in points])[chosen],
     )
     ways = Ways(
         origin=np.arange(count),
@@ -67,12 +68,6 @@ def _batch(count: int, modes: int) -> tuple[CellProblem, Cells, Ways]:
         guesses=np.full((count, len(walk.start.state) + 12), np.nan),
     )
     return problem, cells, ways
-
-
-def _signs(point: Equilibrium) -> tuple[int, int, int, int]:
-    """As cells of a forward problem have them: its branch is told by the index with motors held."""
-    locked, free, inverse = point.signs
-    return locked, free, inverse, locked
 
 
 def _check(arrivals: Arrivals) -> None:

@@ -16,10 +16,16 @@ from ..kernels.model_kernel import evaluate, tangent_into
 from ..kernels.singularity_kernel import smallest_singular_value
 from ..kernels.square_problem import Configuration
 from .analysis_kernel import spectrum_of
+from .cell_layout import (
+    FORWARD_MARGIN,
+    INVERSE_MARGIN,
+    LARGEST_EIGENVALUE,
+    NEAREST_EIGENVALUE,
+    SIGN_COUNT,
+)
 from .way_kernel import Way, advance
 
 __all__ = [
-    "MEASURES",
     "Analyses",
     "Arrivals",
     "Cells",
@@ -31,9 +37,6 @@ __all__ = [
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Columns of an analysis: the smallest eigenvalues first, then these.
-MEASURES = ("nearest", "largest", "forward_margin", "inverse_margin")
-
 
 class Cells(NamedTuple):
     """Solved cells, B of them."""
@@ -42,9 +45,7 @@ class Cells(NamedTuple):
     state: Floats  # (B, N)
     rotation: Floats  # (B, 3, 3)
     position: Floats  # (B, 3)
-    signs: (
-        Integers  # (B, 4) index locked, index free, side of the inverse singularity, of the branch
-    )
+    signs: Integers  # (B, 4), see `cell_layout`
 
 
 class Ways(NamedTuple):
@@ -75,7 +76,7 @@ class Analyses(NamedTuple):
     """What is known of B cells beyond their solutions."""
 
     eigenvalues: Floats  # (B, K) smallest of H_r, motors held
-    measures: Floats  # (B, M) in the order of MEASURES
+    measures: Floats  # (B, 4), see `cell_layout`
 
 
 @compiled
@@ -89,15 +90,15 @@ def analyse_cells(problem, cells, work, analyses):
         evaluate(problem.robot, problem.loads, state, rotation, position, residual, work)
         tangent_into(problem.robot, work, tangent)
         nearest, largest, _ = spectrum_of(problem, tangent, analyses.eigenvalues[b])
-        measures[0], measures[1], measures[3] = nearest, largest, np.nan
+        measures[NEAREST_EIGENVALUE], measures[LARGEST_EIGENVALUE] = nearest, largest
+        measures[INVERSE_MARGIN] = np.nan
         factor(problem.robot, rotation, problem.forward, work, work.factors)
         for number in range(2 if problem.inverse.unknowns.shape[0] > 0 else 1):
             forward = number == 0
             square = problem.forward if forward else problem.inverse
             scales = problem.forward_scales if forward else problem.inverse_scales
-            measures[2 + number] = smallest_singular_value(
-                problem.robot, square, scales, rotation, work
-            )
+            margin = smallest_singular_value(problem.robot, square, scales, rotation, work)
+            measures[FORWARD_MARGIN if forward else INVERSE_MARGIN] = margin
 
 
 @compiled
@@ -123,7 +124,7 @@ def leave_cells(problem, cells, ways, work, arrivals):
             position[i] = cells.position[b, i]
             for j in range(3):
                 rotation[i, j] = cells.rotation[b, i, j]
-        for i in range(4):
+        for i in range(SIGN_COUNT):
             signs[i] = cells.signs[b, i]
         status, fraction, energy = advance(
             problem,

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.kernel_arrays import workspace
-from .batch_kernel import MEASURES, Analyses, Arrivals, Cells, Ways, analyse_cells, leave_cells
+from .batch_kernel import Analyses, Arrivals, Cells, Ways, analyse_cells, leave_cells
+from .cell_layout import MEASURE_COUNT, SIGN_COUNT
 from .cell_problem import CellProblem
 from .grid import Grid
 from .workspace_map import CellArrays
@@ -58,7 +59,7 @@ def analyses_and_arrivals(
 def analyses_of(problem: CellProblem, cells: Cells) -> Analyses:
     """Analyse cells."""
     count = len(cells.state)
-    analyses = Analyses(np.empty((count, EIGENVALUES)), np.empty((count, len(MEASURES))))
+    analyses = Analyses(np.empty((count, EIGENVALUES)), np.empty((count, MEASURE_COUNT)))
     analyse_cells(problem, cells, workspace(problem.robot), analyses)
     return analyses
 
@@ -72,7 +73,7 @@ def arrivals_of(problem: CellProblem, cells: Cells, ways: Ways) -> Arrivals:
         state=np.empty((count, size)),
         rotation=np.empty((count, 3, 3)),
         position=np.empty((count, 3)),
-        signs=np.empty((count, 4), np.int64),
+        signs=np.empty((count, SIGN_COUNT), np.int64),
         efforts=np.empty((count, size - problem.robot.motor_index)),
         energy=np.empty(count),
     )

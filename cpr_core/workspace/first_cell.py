@@ -17,6 +17,7 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.path import Path
 from ..solving.targets import MotorTarget, PoseTarget, Target
+from .cell_layout import BRANCH_SIGN, SIGN_COUNT
 from .cell_problem import CellProblem
 from .grid import Grid
 from .orientations import Orientation
@@ -27,6 +28,7 @@ __all__ = [
     "place_of",
     "reached_cells_near",
     "signs_at_equilibrium",
+    "signs_row",
     "step_fractions",
     "target_at",
     "target_of_cell",
@@ -126,7 +128,7 @@ def target_at(problem: CellProblem, values: Floats, start: Equilibrium) -> Targe
 
 
 def signs_at_equilibrium(problem: CellProblem, found: Equilibrium) -> Integers:
-    """Signs as the kernels have them, (4,)."""
+    """Signs as the kernels have them."""
     if not problem.conservative:
         target: Target = (
             MotorTarget(found.motors)
@@ -137,4 +139,11 @@ def signs_at_equilibrium(problem: CellProblem, found: Equilibrium) -> Integers:
     else:
         signs = found.signs
         branch = signs.index_locked if problem.given_motors else signs.inverse_sign
-    return np.array([*found.signs, branch], np.int64)
+    return signs_row(found, branch)
+
+
+def signs_row(found: Equilibrium, branch: int) -> Integers:
+    """The signs of an equilibrium and the one that tells branches apart, as cells have them."""
+    row = np.empty(SIGN_COUNT, np.int64)
+    row[:BRANCH_SIGN], row[BRANCH_SIGN] = found.signs, branch
+    return row

@@ -22,7 +22,7 @@ from ..solving.continuation import Walk
 from ..solving.not_reached import NoForwardSolution, NoInverseSolution
 from ..solving.objectives import objective_of
 from ..solving.redundant_walk import walk_to
-from .batch_kernel import MEASURES, Analyses, Arrivals, Ways
+from .batch_kernel import Analyses, Arrivals, Ways
 from .batches import (
     EIGENVALUES,
     Cancelled,
@@ -35,6 +35,7 @@ from .batches import (
     joined,
 )
 from .borders import Border
+from .cell_layout import MEASURE_COUNT, SIGN_COUNT
 from .cell_problem import cell_problem
 from .first_cell import (
     first_cells,
@@ -373,11 +374,11 @@ def _empty_cells(robot: Robot, grid: Grid) -> CellArrays:
         state=unknown(size),
         rotation=unknown(3, 3),
         position=unknown(3),
-        signs=np.full((count, 4), -1),
+        signs=np.full((count, SIGN_COUNT), -1),
         efforts=unknown(robot.motor_count),
         energy=unknown(),
         eigenvalues=unknown(EIGENVALUES),
-        measures=unknown(len(MEASURES)),
+        measures=unknown(MEASURE_COUNT),
         edges=np.full((count, ways), EdgeState.UNTRIED, np.int64),
         edge_fraction=np.zeros((count, ways)),
     )

@@ -19,8 +19,9 @@ from ..solving.objectives import Objective
 from ..solving.redundant_walk import walk_to
 from .batch_kernel import Analyses, Arrivals, Cells, Ways
 from .batches import analyses_of
+from .cell_layout import INVERSE_MARGIN, SIGN_COUNT
 from .cell_problem import CellProblem
-from .first_cell import target_at
+from .first_cell import signs_row, target_at
 from .way_kernel import ARRIVED, BLOCKED
 
 __all__ = ["RedundantWays"]
@@ -49,7 +50,7 @@ class RedundantWays:
         analyses, load_arrays = analyses_of(problem, cells), self.robot.load_arrays(self.loads)
         for cell in range(len(cells.state)):
             model = kinemato_statics(self._at(cells, cell, load_arrays))
-            analyses.measures[cell, 3] = model.singular_values("inverse")[0]
+            analyses.measures[cell, INVERSE_MARGIN] = model.singular_values("inverse")[0]
         return analyses, self.arrivals(problem, cells, ways)
 
     def arrivals(self, problem: CellProblem, cells: Cells, ways: Ways) -> Arrivals:
@@ -67,13 +68,14 @@ class RedundantWays:
             status.append(ARRIVED if walk.stopped is None else BLOCKED)
             fractions.append(1.0 if walk.stopped is None else walk.stopped.fraction)
         count, size = len(ends), cells.state.shape[1]
+        signs = [signs_row(end, 0) for end in ends]  # walks need no sign to stay on their branch
         return Arrivals(
             status=np.array(status, np.int64),
             fraction=np.array(fractions, float),
             state=np.array([end.state for end in ends]).reshape(count, size),
             rotation=np.array([end.platform_rotation for end in ends]).reshape(count, 3, 3),
             position=np.array([end.platform_position for end in ends]).reshape(count, 3),
-            signs=np.array([[*end.signs, 0] for end in ends], np.int64).reshape(count, 4),
+            signs=np.array(signs, np.int64).reshape(count, SIGN_COUNT),
             efforts=np.array([end.efforts for end in ends]).reshape(count, self.robot.motor_count),
             energy=np.array([end.energy for end in ends], float),
         )

@@ -23,9 +23,17 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
+from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED, INVERSE_SIGN
 from ..model.robot import Robot, checked_robot
 from ..version import __version__
 from .borders import Border, BorderKind
+from .cell_layout import (
+    BRANCH_SIGN,
+    FORWARD_MARGIN,
+    INVERSE_MARGIN,
+    LARGEST_EIGENVALUE,
+    NEAREST_EIGENVALUE,
+)
 from .grid import Grid
 from .map_files import MapNotWritten, check_axis_names, unfinished_file
 from .workspace_map import CellArrays, WorkspaceMap
@@ -153,9 +161,6 @@ def _map_of(
             dtype=float if values.dtype.kind == "f" else np.int64,
         )
     kinds = [kind for kind in _KINDS if kind in attributes["border_kinds"].split()]
-    signs = [whole[name] for name in ("index_locked", "index_free", "inverse_side", "branch_sign")]
-    measures = [whole["smallest_eigenvalue_size"], whole["largest_eigenvalue_size"]]
-    measures += [whole["forward_margin"], whole["inverse_margin"]]
     return WorkspaceMap(
         robot=robot,
         loads=loads,
@@ -165,11 +170,11 @@ def _map_of(
             state=whole["state"],
             rotation=whole["platform_rotation"],
             position=whole["platform_position"],
-            signs=np.stack(signs, axis=1),
+            signs=_side_by_side(whole, _SIGNS),
             efforts=whole["efforts"],
             energy=whole["energy"],
             eigenvalues=whole["eigenvalues_locked"],
-            measures=np.stack(measures, axis=1),
+            measures=_side_by_side(whole, _MEASURES),
             edges=whole["edges"],
             edge_fraction=whole["edge_fraction"],
         ),
@@ -180,6 +185,11 @@ def _map_of(
         tolerance=_tolerance(attributes.get("tolerance", 0.0)),
         refined_to=_tolerance(attributes.get("refined_to", math.inf)),
     )
+
+
+def _side_by_side(whole: dict[str, NDArray[Any]], columns: dict[str, int]) -> NDArray[Any]:
+    """Variables that are columns of one array of the cells."""
+    return np.stack([whole[name] for name in sorted(columns, key=columns.__getitem__)], axis=1)
 
 
 def _tolerance(value: Any) -> float:
@@ -205,23 +215,30 @@ def read_flood(file: Path, robot: Robot, loads: Loads, grid: Grid, objective: st
     return found
 
 
+#: Variables that are columns of the signs and the measures of the cells.
+_SIGNS = {
+    "index_locked": INDEX_LOCKED,
+    "index_free": INDEX_FREE,
+    "inverse_side": INVERSE_SIGN,
+    "branch_sign": BRANCH_SIGN,
+}
+_MEASURES = {
+    "smallest_eigenvalue_size": NEAREST_EIGENVALUE,
+    "largest_eigenvalue_size": LARGEST_EIGENVALUE,
+    "forward_margin": FORWARD_MARGIN,
+    "inverse_margin": INVERSE_MARGIN,
+}
 #: Variables a map is read from; the others follow from them.
 _STORED = (
     "order",
     "state",
     "platform_rotation",
     "platform_position",
-    "index_locked",
-    "index_free",
-    "inverse_side",
-    "branch_sign",
+    *_SIGNS,
     "efforts",
     "energy",
     "eigenvalues_locked",
-    "smallest_eigenvalue_size",
-    "largest_eigenvalue_size",
-    "forward_margin",
-    "inverse_margin",
+    *_MEASURES,
     "edges",
     "edge_fraction",
 )
@@ -244,9 +261,14 @@ def _variables(found: WorkspaceMap) -> dict[str, _Variable]:
                 {"units": units, "long_name": meaning},
             )
 
+    def add_column(name: str, units: str, meaning: str) -> None:
+        add(name, columns[name], "", units, meaning)
+
     units = {motor.unit for motor in robot.description.motors}
-    index_locked, index_free, inverse_side, branch_sign = cells.signs.astype(np.int16).T
-    measures = cells.measures
+    columns: dict[str, NDArray[Any]] = {
+        **{name: cells.signs[:, place].astype(np.int16) for name, place in _SIGNS.items()},
+        **{name: cells.measures[:, place] for name, place in _MEASURES.items()},
+    }
     usable = found.usable if np.any(found.reached) else np.zeros(grid.size, bool)
     meaning = "way to a neighbour: 0 untried 1 passed 2 blocked 3 flipped 4 disagrees"
     add("order", cells.order.astype(np.int32), "", "1", "when a cell was reached, -1: not reached")
@@ -255,16 +277,16 @@ def _variables(found: WorkspaceMap) -> dict[str, _Variable]:
     add("platform_position", cells.position, "xyz", "m", "platform origin in the world")
     add("platform_rotation", cells.rotation, "row column", "1", "platform in the world")
     add("energy", cells.energy, "", "J", "potential energy")
-    add("index_locked", index_locked, "", "1", "stability index, motors held, -1: not reached")
-    add("index_free", index_free, "", "1", "stability index, motors at constant effort")
-    add("inverse_side", inverse_side, "", "1", "sign of the determinant of the inverse problem")
-    add("branch_sign", branch_sign, "", "1", "sign that tells branches apart")
+    add_column("index_locked", "1", "stability index, motors held, -1: not reached")
+    add_column("index_free", "1", "stability index, motors at constant effort")
+    add_column("inverse_side", "1", "sign of the determinant of the inverse problem")
+    add_column("branch_sign", "1", "sign that tells branches apart")
     add("eigenvalues_locked", cells.eigenvalues, "eigenvalue", "J", "smallest of H_r, motors held")
-    add("smallest_eigenvalue_size", measures[:, 0], "", "J", "smallest absolute one of H_r")
-    add("largest_eigenvalue_size", measures[:, 1], "", "J", "largest absolute one of H_r")
+    add_column("smallest_eigenvalue_size", "J", "smallest absolute one of H_r")
+    add_column("largest_eigenvalue_size", "J", "largest absolute one of H_r")
     add("inverse_condition_number", found.inverse_condition_number, "", "1", "of H_r, motors held")
-    add("forward_margin", measures[:, 2], "", "1", "smallest singular value, forward problem")
-    add("inverse_margin", measures[:, 3], "", "1", "smallest singular value, inverse problem")
+    add_column("forward_margin", "1", "smallest singular value, forward problem")
+    add_column("inverse_margin", "1", "smallest singular value, inverse problem")
     add("bending_strain", found.strains, "rod", "1", "largest of every rod")
     add("limit_margin", found.limit_margins, "limit", "1", "distance from limits, negative: beyond")
     add("within_limits", found.within_limits.astype(np.int8), "", "1", "all limits hold")

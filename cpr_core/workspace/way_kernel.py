@@ -25,6 +25,7 @@ from ..kernels.newton_kernel import CONVERGED, newton
 from ..kernels.record_layout import INDEX_LOCKED, INVERSE_SIGN, POSITION, ROTATION
 from ..kernels.rotation_matrices import roll_pitch_yaw_into, rotation_from_angles_into
 from ..kernels.square_problem import Configuration
+from .cell_layout import BRANCH_SIGN, SIGN_COUNT
 from .orientations import Orientation
 
 __all__ = ["ARRIVED", "BLOCKED", "FLIPPED", "Way", "advance", "impose"]
@@ -45,10 +46,6 @@ class Way(NamedTuple):
         np.float64
     ]  # what is expected at the end, (N + 12,): state, rotation and position;
     # NaN first: nothing
-
-
-#: Behind the signs of the tangent: the one that tells branches apart.
-_BRANCH = 3
 
 
 @compiled
@@ -89,11 +86,11 @@ def _rotation_zyz(first, second, third, rotation):
 
 @allocating_part
 def _signs_at(problem, rotation, scratch, work, signs):
-    """Signs of the tangent, and the one that tells branches apart, at an equilibrium, (4,)."""
+    """Signs of a cell at an equilibrium, see `cell_layout`."""
     signs_of(problem.robot, rotation, work, signs)
-    signs[_BRANCH] = signs[INDEX_LOCKED if problem.given_motors else INVERSE_SIGN]
+    signs[BRANCH_SIGN] = signs[INDEX_LOCKED if problem.given_motors else INVERSE_SIGN]
     if not problem.conservative:
-        signs[_BRANCH] = _sign_without_energy(problem, rotation, scratch, work)
+        signs[BRANCH_SIGN] = _sign_without_energy(problem, rotation, scratch, work)
 
 
 @allocating_part
@@ -160,8 +157,7 @@ def advance(problem, way, configuration, signs, scratch, work):
         problem: CellProblem.
         way: Way.
         configuration: At the start, overwritten by the last point that was reached.
-        signs: The same for the signs: stability indices, side of the inverse singularity, and the sign
-            that tells branches apart, (4,).
+        signs: The same for the signs, see `cell_layout`.
         scratch: Memory, (N, N), zero where the model has no entries.
         work: Workspace; where the end was reached on return with the residual of the model there.
 
@@ -198,10 +194,10 @@ def advance(problem, way, configuration, signs, scratch, work):
         flipped = False
         if ok:
             _signs_at(problem, trial.rotation, scratch, work, found)
-            flipped = found[_BRANCH] != signs[_BRANCH]
+            flipped = found[BRANCH_SIGN] != signs[BRANCH_SIGN]
         if ok and not flipped:
             _copy(trial, configuration)
-            for i in range(4):
+            for i in range(SIGN_COUNT):
                 signs[i] = found[i]
             reached, step, passed = ahead, min(longest, 2.0 * step), passed + 1
             if reached >= beyond:

@@ -22,6 +22,7 @@ from ..model.robot import Robot
 from ..solving.limits import ROUNDING, limits_of
 from ..validation import cached_array, checked_count, read_only
 from .borders import Border
+from .cell_layout import FORWARD_MARGIN, INVERSE_MARGIN, LARGEST_EIGENVALUE, NEAREST_EIGENVALUE
 from .grid import Grid
 from .map_limits import limit_margins, map_strains
 
@@ -51,12 +52,13 @@ class CellArrays:
         state: States, (M, N).
         rotation: R_p in the world, (M, 3, 3).
         position: p_p in the world, (M, 3) [m].
-        signs: Index locked, index free, side of the inverse singularity, sign of the branch, (M, 4).
+        signs: Index locked, index free, side of the inverse singularity, sign of the branch, (M, 4), see
+            `cell_layout`.
         efforts: Motor efforts, (M, n) [N m or N].
         energy: Potential energy, (M,) [J].
         eigenvalues: Smallest eigenvalues of H_r, motors held, ascending, (M, 4) [J].
         measures: Smallest and largest absolute eigenvalue [J], smallest singular values of the forward
-            and of the inverse problem, (M, 4).
+            and of the inverse problem, (M, 4), see `cell_layout`.
         edges: ``EdgeState`` of the ways to the neighbours, as ``Grid.neighbours``, (M, 2 D).
         edge_fraction: How far the branch could be followed there, (M, 2 D).
     """
@@ -156,17 +158,18 @@ class WorkspaceMap:
     @cached_array
     def inverse_condition_number(self) -> Floats:
         """Smallest over largest absolute eigenvalue of H_r, motors held, (M,)."""
-        return self.cells.measures[:, 0] / self.cells.measures[:, 1]
+        measures = self.cells.measures
+        return measures[:, NEAREST_EIGENVALUE] / measures[:, LARGEST_EIGENVALUE]
 
     @property
     def forward_margin(self) -> Floats:
         """Smallest singular value of the forward problem, (M,), as ``KinematoStatics.singularity``."""
-        return self.cells.measures[:, 2]
+        return self.cells.measures[:, FORWARD_MARGIN]
 
     @property
     def inverse_margin(self) -> Floats:
         """Smallest singular value of the inverse problem, (M,); NaN where there is no such problem."""
-        return self.cells.measures[:, 3]
+        return self.cells.measures[:, INVERSE_MARGIN]
 
     @cached_array
     def strains(self) -> Floats:
