@@ -16,7 +16,7 @@ import numpy as np
 
 from cpr_core.workspace import motor_grid
 from cpr_core.workspace.batch_kernel import Arrivals, Cells
-from cpr_core.workspace.batches import Ways, arrivals_of, in_pieces, joined
+from cpr_core.workspace.batches import Ways, arrivals_of, in_pieces, joined, no_guesses
 from cpr_core.workspace.cell_problem import CellProblem, cell_problem
 from cpr_core.workspace.first_cell import signs_row
 from cpr_core.workspace.way_kernel import ARRIVED
@@ -65,7 +65,7 @@ def _batch(count: int, modes: int) -> tuple[CellProblem, Cells, Ways]:
         targets=np.array(walk.requests)[chosen],
         longest=np.ones(count),
         smallest=np.full(count, 1.0 / 64.0),
-        guesses=np.full((count, len(walk.start.state) + 12), np.nan),
+        guesses=no_guesses(count, robot.state_size),
     )
     return problem, cells, ways
 

@@ -31,6 +31,7 @@ __all__ = [
     "guesses_of",
     "in_pieces",
     "joined",
+    "no_guesses",
 ]
 
 Floats = NDArray[np.float64]
@@ -130,6 +131,11 @@ def cells_at(grid: Grid, known: CellArrays, numbers: Integers) -> Cells:
 def guesses_of(state: Floats, rotation: Floats, position: Floats) -> Floats:
     """What is expected at the ends of ways, as ``leave_cells`` reads it, (W, N + 12)."""
     return np.concatenate([state, rotation.reshape(-1, 9), position], axis=1)
+
+
+def no_guesses(count: int, size: int) -> Floats:
+    """The same of ways of which nothing is expected; ``size`` is that of a state."""
+    return guesses_of(*(np.full((count, *shape), np.nan) for shape in ((size,), (3, 3), (3,))))
 
 
 def joined(parts: list[Arrivals]) -> Arrivals:

@@ -33,6 +33,7 @@ from .batches import (
     guesses_of,
     in_pieces,
     joined,
+    no_guesses,
 )
 from .borders import Border
 from .cell_layout import MEASURE_COUNT, SIGN_COUNT
@@ -231,7 +232,7 @@ class Flood:
                 longest=self.longest[column // 2],
                 smallest=self.smallest[column // 2],
                 # Without guesses, which were of no use: with equal steps the ends are the same.
-                guesses=np.full((len(origin), self.cells.state.shape[1] + 12), np.nan),
+                guesses=no_guesses(len(origin), self.cells.state.shape[1]),
             )
             cells = cells_at(self.grid, self.cells, batch)
             pieces = in_pieces(executor, self.arrive, self.problem, cells, ways, cancelled)
@@ -245,7 +246,7 @@ class Flood:
     ) -> Floats:
         """What is expected at the ends of ways: straight on from the neighbour behind."""
         mine = self.cells
-        found = np.full((len(origin), mine.state.shape[1] + 12), np.nan)
+        found = no_guesses(len(origin), mine.state.shape[1])
         along = np.flatnonzero(mine.edges[batch[origin], column ^ 1] == EdgeState.PASSED)
         source = batch[origin[along]]
         behind = self.grid.neighbours[source, column[along] ^ 1]

@@ -20,7 +20,7 @@ from cpr_core.model.equilibrium import new_record
 from cpr_core.reference.continuous_rods import follow_motors
 from cpr_core.reference.rod_integration import integrate
 from cpr_core.workspace.batch_kernel import Cells, Ways
-from cpr_core.workspace.batches import analyses_and_arrivals
+from cpr_core.workspace.batches import analyses_and_arrivals, no_guesses
 from cpr_core.workspace.cell_layout import SIGN_COUNT
 from cpr_core.workspace.cell_problem import cell_problem
 from cpr_core.workspace.grid import pose_grid
@@ -65,7 +65,7 @@ def map_nothing(robot) -> None:
         np.empty((0, 3)),
         np.empty((0, SIGN_COUNT), np.int64),
     )
-    ways = Ways(numbers, coordinates, none, none, np.empty((0, size + 12)))
+    ways = Ways(numbers, coordinates, none, none, no_guesses(0, size))
     analyses_and_arrivals(cell_problem(robot, robot.default_loads, grid), cells, ways)
 
 
