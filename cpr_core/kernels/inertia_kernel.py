@@ -17,7 +17,7 @@ import numpy as np
 from .condensation_kernel import CONDENSED, condense_delaying, rotation_unknowns
 from .kernel_decorators import inlined, kernel, part
 from .lanes import get
-from .lu_kernel import lu_factor
+from .lu_kernel import lu_factor, lu_sign
 from .record_layout import INDEX_FREE, INDEX_LOCKED, INVERSE_SIGN
 
 __all__ = ["eliminate", "signs_of"]
@@ -174,11 +174,8 @@ def _inverse_sign(robot, rotation, delayed, below, work):
                 square[i, j] = left[i, delayed + column]
     if not lu_factor(square, first, work.pivots, 0.0):
         return 0
-    sign = 1 if below % 2 == 0 else -1
-    for i in range(first):
-        if (square[i, i] < 0.0) != (work.pivots[i] != i):
-            sign = -sign
-    return sign
+    sign = lu_sign(square, first, work.pivots)
+    return sign if below % 2 == 0 else -sign
 
 
 @part

@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-from .kernel_decorators import kernel
+from .kernel_decorators import kernel, part
 
-__all__ = ["lu_factor", "lu_solve", "lu_solve_transposed"]
+__all__ = ["lu_factor", "lu_sign", "lu_solve", "lu_solve_transposed"]
 
 
 @kernel
@@ -40,6 +40,16 @@ def lu_factor(matrix, size, pivots, smallest):
                 for j in range(k + 1, size):
                     target[j] -= multiple * pivot[j]
     return True
+
+
+@part
+def lu_sign(matrix, size, pivots):
+    """Sign of the determinant of what ``lu_factor`` factored."""
+    sign = 1
+    for i in range(size):
+        if (matrix[i, i] < 0.0) != (pivots[i] != i):
+            sign = -sign
+    return sign
 
 
 @kernel

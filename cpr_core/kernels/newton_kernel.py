@@ -33,6 +33,7 @@ __all__ = [
     "DIVERGED",
     "SINGULAR",
     "STALLED",
+    "copy_configuration",
     "learn_bend",
     "move",
     "newton",
@@ -115,7 +116,7 @@ def move(robot, problem, step, factor, configuration, work):
 
 
 @inlined
-def _copy(source, target):
+def copy_configuration(source, target):
     """Copy a configuration."""
     for i in range(source.state.shape[0]):
         target.state[i] = source.state[i]
@@ -279,7 +280,7 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
     length, fraction, count, started = predicted, 1.0, 0, False
     while True:
         # The trial: the start itself, or a step from the last configuration.
-        _copy(configuration, trial)
+        copy_configuration(configuration, trial)
         if started:
             move(robot, problem, step, fraction, trial, work)
         energy = evaluate_inlined(
@@ -300,7 +301,7 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
                 return STALLED, count, largest, energy
             continue
 
-        _copy(trial, configuration)
+        copy_configuration(trial, configuration)
         for i in range(size):
             total[i] -= fraction * step[i]
             step[i] = correction[i]

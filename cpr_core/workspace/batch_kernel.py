@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..kernels.condensation_kernel import factor
 from ..kernels.kernel_decorators import compiled
 from ..kernels.model_kernel import evaluate, tangent_into
+from ..kernels.newton_kernel import copy_configuration
 from ..kernels.singularity_kernel import smallest_singular_value
 from ..kernels.square_problem import Configuration
 from .analysis_kernel import spectrum_of
@@ -116,14 +117,9 @@ def leave_cells(problem, cells, ways, work, arrivals):
     scratch = np.zeros((size, size))
     for way in range(ways.origin.shape[0]):
         b = ways.origin[way]
-        state, rotation = arrivals.state[way], arrivals.rotation[way]
-        position, signs = arrivals.position[way], arrivals.signs[way]
-        for i in range(size):
-            state[i] = cells.state[b, i]
-        for i in range(3):
-            position[i] = cells.position[b, i]
-            for j in range(3):
-                rotation[i, j] = cells.rotation[b, i, j]
+        end = Configuration(arrivals.state[way], arrivals.rotation[way], arrivals.position[way])
+        copy_configuration(Configuration(cells.state[b], cells.rotation[b], cells.position[b]), end)
+        signs = arrivals.signs[way]
         for i in range(SIGN_COUNT):
             signs[i] = cells.signs[b, i]
         status, fraction, energy = advance(
@@ -135,7 +131,7 @@ def leave_cells(problem, cells, ways, work, arrivals):
                 ways.smallest[way],
                 ways.guesses[way],
             ),
-            Configuration(state, rotation, position),
+            end,
             signs,
             scratch,
             work,

@@ -16,12 +16,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.condensation_kernel import rotation_unknowns
 from ..kernels.inertia_kernel import signs_of
 from ..kernels.kernel_decorators import allocating_part, compiled
 from ..kernels.kernel_records import rods_exist
-from ..kernels.lu_kernel import lu_factor
+from ..kernels.lu_kernel import lu_factor, lu_sign
 from ..kernels.model_kernel import tangent_into
-from ..kernels.newton_kernel import CONVERGED, newton
+from ..kernels.newton_kernel import CONVERGED, copy_configuration, newton
 from ..kernels.record_layout import INDEX_LOCKED, INVERSE_SIGN, POSITION, ROTATION
 from ..kernels.rotation_matrices import roll_pitch_yaw_into, rotation_from_angles_into
 from ..kernels.square_problem import Configuration
@@ -105,25 +106,22 @@ def _sign_without_energy(problem, rotation, scratch, work):
     """
     tangent_into(problem.robot, work, scratch)
     if problem.inverse.angles:
-        _rows_and_columns_by_angles(problem.robot, rotation, scratch)
+        rotation_unknowns(rotation, problem.inverse.angles, work.motions)
+        _by_rotation_unknowns(problem.robot.platform_index, work.motions, scratch)
     return _determinant_sign(problem.robot, problem.square, scratch)
 
 
 @allocating_part
-def _rows_and_columns_by_angles(robot, rotation, tangent):
-    """World rotations replaced by roll, pitch and yaw, in rows and columns."""
-    first, size = robot.platform_index, tangent.shape[0]
-    angles = np.empty(3)
-    roll_pitch_yaw_into(rotation, angles)
-    cosine, sine = math.cos(angles[2]), math.sin(angles[2])
-    for i in range(size):
+def _by_rotation_unknowns(first, motions, tangent):
+    """World rotations, from index ``first`` on, replaced by unknowns, in rows and columns."""
+    for i in range(tangent.shape[0]):
         x, y, z = tangent[i, first], tangent[i, first + 1], tangent[i, first + 2]
-        tangent[i, first] = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z
-        tangent[i, first + 1] = cosine * y - sine * x
-    for j in range(size):
+        for k in range(3):
+            tangent[i, first + k] = motions[0, k] * x + motions[1, k] * y + motions[2, k] * z
+    for j in range(tangent.shape[0]):
         x, y, z = tangent[first, j], tangent[first + 1, j], tangent[first + 2, j]
-        tangent[first, j] = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z
-        tangent[first + 1, j] = cosine * y - sine * x
+        for k in range(3):
+            tangent[first + k, j] = motions[0, k] * x + motions[1, k] * y + motions[2, k] * z
 
 
 @allocating_part
@@ -140,11 +138,7 @@ def _determinant_sign(robot, square, tangent):
             matrix[i, j] = value / robot.energy_unit
     if not lu_factor(matrix, size, pivots, 0.0):
         return 0
-    sign = 1
-    for i in range(size):
-        if (matrix[i, i] < 0.0) != (pivots[i] != i):
-            sign = -sign
-    return sign
+    return lu_sign(matrix, size, pivots)
 
 
 @allocating_part
@@ -196,7 +190,7 @@ def advance(problem, way, configuration, signs, scratch, work):
             _signs_at(problem, trial.rotation, scratch, work, found)
             flipped = found[BRANCH_SIGN] != signs[BRANCH_SIGN]
         if ok and not flipped:
-            _copy(trial, configuration)
+            copy_configuration(trial, configuration)
             for i in range(SIGN_COUNT):
                 signs[i] = found[i]
             reached, step, passed = ahead, min(longest, 2.0 * step), passed + 1
@@ -216,17 +210,6 @@ def advance(problem, way, configuration, signs, scratch, work):
 
 
 @allocating_part
-def _copy(source, target):
-    """Copy a configuration."""
-    for i in range(source.state.shape[0]):
-        target.state[i] = source.state[i]
-    for i in range(3):
-        target.position[i] = source.position[i]
-        for j in range(3):
-            target.rotation[i, j] = source.rotation[i, j]
-
-
-@allocating_part
 def _distance(unit, state, trial_state):
     """How far legs and motors have moved, dimensionless."""
     total = 0.0
@@ -240,7 +223,7 @@ def _distance(unit, state, trial_state):
 def _begin_trial(guess, guessed, configuration, trial):
     """Write where Newton's method begins."""
     if not guessed:
-        _copy(configuration, trial)
+        copy_configuration(configuration, trial)
         return
     size = trial.state.shape[0]
     for i in range(size):

@@ -39,6 +39,9 @@ from cpr_core.workspace import (
     pose_grid,
     summary_of,
 )
+from cpr_core.workspace.cell_layout import BRANCH_SIGN
+from cpr_core.workspace.cell_problem import cell_problem
+from cpr_core.workspace.first_cell import signs_at_equilibrium
 
 
 def test_cells_are_the_equilibria_of_direct_solves():
@@ -104,6 +107,39 @@ def test_every_number_of_a_cell_is_that_of_scipy(name):
             exact = model.singularity(problem).smallest
             assert margin[cell] == pytest.approx(exact, rel=1e-4), problem
         np.testing.assert_allclose(found.strains[cell], bending_strains(equilibrium), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "axes"),
+    [
+        ("rfrfr", "x y"),
+        ("rfrfr", "motor1 motor2"),
+        ("three_rfs", "z roll"),
+        ("three_rfs", "motor1 motor2"),
+        ("six_rfs", "x roll"),
+    ],
+)
+def test_without_a_potential_the_branch_is_told_as_by_walks(name, axes):
+    robot = load_robot(name, modes=3)
+    home = solve_home(robot)
+    names = (*robot.motor_names, *"xyz", "roll", "pitch", "yaw")
+    angles = roll_pitch_yaw(home.platform_rotation)
+    at = dict(zip(names, [*home.motors, *home.platform_position, *angles], strict=True))
+    vary = {axis: [at[axis] - 0.01, at[axis] + 0.02] for axis in axes.split()}
+    held = {axis: at[axis] for axis in ("y", "z", "pitch", "yaw")} if name == "six_rfs" else None
+    grid = (motor_grid if "motor1" in vary else pose_grid)(robot, vary, held, resolution=0.01)
+    turning = {"wrench_body": [0, 0, 0, 0.02, 0.01, 0]}
+    loads = robot.default_loads.with_(
+        **turning if robot.planar else {"wrench_world": [0.001, 0.002, 0.001, 0, 0, 0]}
+    )
+    assert not loads.conservative(robot.planar)
+    found = map_workspace(robot, grid, loads=loads, workers=0, tolerance=0.0)
+    assert found.reached.sum() > 8
+    problem = cell_problem(robot, loads, grid)
+    for cell in np.flatnonzero(found.reached).tolist():
+        expected = signs_at_equilibrium(problem, found.equilibrium(cell))
+        assert expected[BRANCH_SIGN] != 0
+        np.testing.assert_array_equal(found.cells.signs[cell], expected)
 
 
 def test_both_indices_are_those_of_the_cells_where_they_differ():
