@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
+from ..model.configurations import configuration_distance
 from .limits import ROUNDING
 from .path import Path, Point, Tangent
 
@@ -207,9 +208,4 @@ def _signed(low: Point, high: Point) -> Callable[[Point], float] | None:
 def distance(low: Point, high: Point) -> float:
     """Largest dimensionless change of the state between two points."""
     first, second = low.equilibrium, high.equilibrium
-    changes = (
-        (first.state - second.state) / first.robot.arrays.unit,
-        first.platform_rotation - second.platform_rotation,
-        (first.platform_position - second.platform_position) / first.robot.mean_length,
-    )
-    return max(float(np.abs(change).max(initial=0.0)) for change in changes)
+    return float(configuration_distance(first.robot, first.configuration, second.configuration))

@@ -20,6 +20,7 @@ from ..description.loads import Loads
 from ..kernels.closing_kernel import close_joints
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.square_problem import Tolerances
+from ..model.configurations import SAME_EQUILIBRIUM, leg_units
 from ..model.equilibrium import Equilibrium, corrected, record_of
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_count, checked_vector
@@ -39,8 +40,6 @@ _MOST_STARTS = 1_000_000
 _BENDING = (0.3, 3.0)
 #: Newton steps of one start.
 _STEPS = 60
-#: States nearer than this (dimensionless) are the same equilibrium.
-_SAME = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,29 +240,19 @@ def _distinct(
 
 def _groups(robot: Robot, known: Sequence[Equilibrium]) -> list[list[int]]:
     """Numbers of those that are the same equilibrium, by energy."""
-    places = np.array([_place(robot, found) for found in known])
+    units = leg_units(robot)
+    places = np.array([found.configuration / units for found in known])
     energies = np.array([found.energy for found in known])
-    near = _SAME * robot.arrays.energy_unit
+    near = SAME_EQUILIBRIUM * robot.arrays.energy_unit
     groups: list[list[int]] = []
     for number in np.argsort(energies, kind="stable").tolist():
         for group in reversed(groups):
             if energies[number] - energies[group[0]] > near:
                 groups.append([number])
                 break
-            if np.abs(places[number] - places[group[0]]).max() < _SAME:
+            if np.abs(places[number] - places[group[0]]).max() < SAME_EQUILIBRIUM:
                 group.append(number)
                 break
         else:
             groups.append([number])
     return groups
-
-
-def _place(robot: Robot, found: Equilibrium) -> Floats:
-    """Where an equilibrium is, dimensionless: leg coordinates and platform."""
-    return np.concatenate(
-        [
-            found.leg_coordinates / robot.arrays.unit[robot.elastic_indices],
-            found.platform_rotation.ravel(),
-            found.platform_position / robot.mean_length,
-        ]
-    )

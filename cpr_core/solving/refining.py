@@ -12,6 +12,7 @@ from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..kernels.square_problem import Tolerances
 from ..lie import ROTATION_TOLERANCE, nearest_rotation
+from ..model.configurations import leg_units
 from ..model.equilibrium import Equilibrium, corrected, record_of
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_vector
@@ -75,17 +76,10 @@ def _near(found: Equilibrium, state: Floats, rotation: Floats, position: Floats)
     Multipliers do not count: they are found in one step wherever that begins.
     """
     robot = found.robot
-    legs, unit = robot.elastic_indices, robot.arrays.unit
-    pairs = (
-        (found.state[legs] / unit[legs], state[legs] / unit[legs]),
-        (found.platform_rotation, rotation),
-        (found.platform_position / robot.mean_length, position / robot.mean_length),
-    )
-    near = all(
-        np.allclose(last, first, rtol=ROTATION_TOLERANCE, atol=ROTATION_TOLERANCE)
-        for last, first in pairs
-    )
-    return near and robot.rods_exist(found.state)
+    first, units = np.concatenate([state, rotation.ravel(), position]), leg_units(robot)
+    last, near = found.configuration, ROTATION_TOLERANCE
+    same = np.allclose(last / units, first / units, rtol=near, atol=near)
+    return same and robot.rods_exist(found.state)
 
 
 def _check_freedom(robot: Robot, rotation: Floats, position: Floats) -> None:

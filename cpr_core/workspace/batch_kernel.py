@@ -56,8 +56,7 @@ class Ways(NamedTuple):
     targets: Floats  # (W, C) coordinates where it leads
     longest: Floats  # (W,) longest and
     smallest: Floats  # (W,) smallest step, as fractions of the way
-    guesses: Floats  # (W, N + 12) state, rotation and position expected at the ends, as ``advance``
-    # reads it; NaN: no guess
+    guesses: Floats  # (W, N + 12) configurations expected at the ends; NaN: no guess
 
 
 class Arrivals(NamedTuple):

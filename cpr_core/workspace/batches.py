@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.kernel_arrays import workspace
+from ..model.configurations import configuration_rows
 from .batch_kernel import Analyses, Arrivals, Cells, Ways, analyse_cells, leave_cells
 from .cell_layout import MEASURE_COUNT, SIGN_COUNT
 from .cell_problem import CellProblem
@@ -28,7 +29,6 @@ __all__ = [
     "analyses_of",
     "arrivals_of",
     "cells_at",
-    "guesses_of",
     "in_pieces",
     "joined",
     "no_guesses",
@@ -128,14 +128,10 @@ def cells_at(grid: Grid, known: CellArrays, numbers: Integers) -> Cells:
     )
 
 
-def guesses_of(state: Floats, rotation: Floats, position: Floats) -> Floats:
-    """What is expected at the ends of ways, as ``leave_cells`` reads it, (W, N + 12)."""
-    return np.concatenate([state, rotation.reshape(-1, 9), position], axis=1)
-
-
 def no_guesses(count: int, size: int) -> Floats:
-    """The same of ways of which nothing is expected; ``size`` is that of a state."""
-    return guesses_of(*(np.full((count, *shape), np.nan) for shape in ((size,), (3, 3), (3,))))
+    """Guesses of ways of whose ends nothing is expected; ``size`` is that of a state."""
+    shapes = (size,), (3, 3), (3,)
+    return configuration_rows(*(np.full((count, *shape), np.nan) for shape in shapes))
 
 
 def joined(parts: list[Arrivals]) -> Arrivals:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
+from ..model.configurations import SAME_EQUILIBRIUM, configuration_distance, configuration_rows
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.continuation import Walk
@@ -30,7 +31,6 @@ from .batches import (
     analyses_and_arrivals,
     arrivals_of,
     cells_at,
-    guesses_of,
     in_pieces,
     joined,
     no_guesses,
@@ -62,8 +62,6 @@ Integers = NDArray[np.int64]
 _BATCH = 2048
 #: Cells of a map that is gone on with of which one has to be found again.
 _LOOKED_FOR = 10
-#: Equilibria nearer than this (dimensionless) are the same.
-_SAME = 1e-5
 
 
 @dataclass(frozen=True)
@@ -161,7 +159,7 @@ class Flood:
         if walk.stopped is not None:
             return False
         end = self._arrived(walk.last)
-        return bool(self._distance(np.array([cell]), end, np.array([0]))[0] < _SAME)
+        return bool(self._distance(np.array([cell]), end, np.array([0]))[0] < SAME_EQUILIBRIUM)
 
     def begin(self) -> None:
         """Walk from the start to the nearest cell that can be reached."""
@@ -261,7 +259,7 @@ class Flood:
         ahead = mine.rotation[source] @ turn
         # The rounding of three factors would triple from cell to cell: one step back to a rotation.
         ahead = 0.5 * ahead @ (3.0 * np.eye(3) - _transposed(ahead) @ ahead)
-        found[along] = guesses_of(
+        found[along] = configuration_rows(
             mine.state[source] + factor * (mine.state[source] - mine.state[behind]),
             ahead,
             mine.position[source] + factor * (mine.position[source] - mine.position[behind]),
@@ -282,7 +280,7 @@ class Flood:
         _, first = np.unique(target[new], return_index=True)
         makers = new[np.sort(first)]
         self._accept(target[makers], arrivals, makers)
-        same = self._distance(target[arrived], arrivals, arrived) < _SAME
+        same = self._distance(target[arrived], arrivals, arrived) < SAME_EQUILIBRIUM
         passed, differing = arrived[same], arrived[~same]
         edges[source[passed], column[passed]] = EdgeState.PASSED
         edges[target[passed], back[passed]] = EdgeState.PASSED
@@ -337,12 +335,11 @@ class Flood:
     def _distance(self, cells: Integers, arrivals: Arrivals, ways: Integers) -> Floats:
         """Largest dimensionless difference between cells and the ends of ways to them."""
         mine = self.cells
-        parts = (
-            (mine.state[cells] - arrivals.state[ways]) / self.robot.arrays.unit,
-            (mine.rotation[cells] - arrivals.rotation[ways]).reshape(len(cells), 9),
-            (mine.position[cells] - arrivals.position[ways]) / self.robot.mean_length,
+        found, others = (
+            configuration_rows(part.state[rows], part.rotation[rows], part.position[rows])
+            for part, rows in ((mine, cells), (arrivals, ways))
         )
-        return np.max([np.abs(part).max(axis=1) for part in parts], axis=0)
+        return configuration_distance(self.robot, found, others)
 
     def as_map(self) -> WorkspaceMap:
         """What was found so far."""

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED
+from ..model.configurations import configuration_rows
 from ..solving.limits import ROUNDING
 from .batch_kernel import Arrivals, Cells, Ways
-from .batches import Task, arrivals_of, cells_at, guesses_of, in_pieces, joined
+from .batches import Task, arrivals_of, cells_at, in_pieces, joined
 from .borders import Border, BorderKind
 from .cell_problem import CellProblem
 from .grid import Grid
@@ -177,7 +178,7 @@ def _solved_at(
 ) -> Arrivals:
     """Equilibria at coordinates between two points nearby."""
     count = len(coordinates)
-    guesses = guesses_of(
+    guesses = configuration_rows(
         0.5 * (near.state + far.state), near.rotation, 0.5 * (near.position + far.position)
     )
     ways = Ways(

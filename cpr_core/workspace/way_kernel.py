@@ -43,10 +43,7 @@ class Way(NamedTuple):
     end: NDArray[np.float64]  # the same at the end, (C,)
     longest: float  # longest step, as a fraction of the way
     smallest: float  # steps below this fraction of the way are not tried
-    guess: NDArray[
-        np.float64
-    ]  # what is expected at the end, (N + 12,): state, rotation and position;
-    # NaN first: nothing
+    guess: NDArray[np.float64]  # configuration expected at the end, (N + 12,); NaN first: none
 
 
 @compiled

@@ -9,19 +9,17 @@ import time
 from dataclasses import dataclass
 from operator import sub, truediv
 
-import numpy as np
-
 from cpr_core import (
     CprError,
     Equilibrium,
     Loads,
     MotorLimitExceeded,
     NotReached,
-    Robot,
     StrainLimitExceeded,
     TimeLimitExceeded,
 )
 from cpr_core.model.assessment import Assessment
+from cpr_core.model.configurations import leg_units
 from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import Goal
@@ -92,14 +90,7 @@ def falls(first: float, last: float) -> bool:
 def change_between(first: Equilibrium, last: Equilibrium) -> float:
     """Largest change of a leg coordinate [1/rod length] and of the platform [rod lengths, radians]."""
     robot = first.robot
-    units: list[float] = robot.kept("units of changes", lambda: _units_of_changes(robot))
+    units: list[float] = robot.kept("units of changes", lambda: leg_units(robot).tolist())
     # In lists: after a pause numpy takes twice as long.
     change = map(sub, last.configuration.tolist(), first.configuration.tolist())
     return max(map(truediv, map(abs, change), units))
-
-
-def _units_of_changes(robot: Robot) -> list[float]:
-    """Units of a configuration, (N + 12,); infinite where a change does not count."""
-    state, rotation = np.full(robot.state_size, np.inf), np.ones(9)
-    state[robot.elastic_indices] = robot.arrays.unit[robot.elastic_indices]
-    return [*state.tolist(), *rotation.tolist(), *[robot.mean_length] * 3]

@@ -26,6 +26,7 @@ from cpr_core import (
     trace_through,
 )
 from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
+from cpr_core.model.configurations import SAME_EQUILIBRIUM
 
 from ..error_codes import RequestError
 from .deadline import Deadline
@@ -41,8 +42,6 @@ Floats = NDArray[np.float64]
 
 #: Measures are looked at this often on the way [rad, rod lengths].
 _LOOK = 0.02
-#: Equilibria that differ by less are the same, in natural units.
-_SAME = 1e-5
 _WATCHED = tuple(name for name in MEASURES if name != "inverse_singularity")
 
 
@@ -82,7 +81,7 @@ def check_straight_way(
         raise _refused(_where(plan.refused, path, first))
     if not plan.done:
         raise _too_late("the way of the motors to it was followed to its end")
-    if change_between(plan.last.equilibrium, target) > _SAME:
+    if change_between(plan.last.equilibrium, target) > SAME_EQUILIBRIUM:
         raise _refused("it leads to another equilibrium at these motors")
 
 
