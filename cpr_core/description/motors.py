@@ -105,7 +105,7 @@ def described_ratio(part: Part) -> float:
     smallest, largest = _RATIOS
     if not smallest <= abs(way) <= largest:
         raise part.fail(
-            name, f"expected a number from {smallest:g} to {largest:g}, or negative, got {way:g}"
+            name, f"expected a number from {smallest:g} to {largest:g}, or negative, got {way}"
         )
     return way / (2.0 * math.pi) if name == "lead" else way
 

@@ -21,6 +21,7 @@ from ..description.parameters import checked_paths
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
+from ..solving.distinct_numbers import distinct
 from ..validation import checked_vector
 from .calibration_result import CalibrationResult, CalibrationWarning
 from .compared import compared_row
@@ -147,9 +148,8 @@ def _checked_bounds(
             found[:, column] = low, high
             continue
         if not low < values[column] < high:
-            problem = (
-                f"expected the described value {values[column]:g} between, got {low:g}, {high:g}"
-            )
+            value, *ends = distinct(float(values[column]), low, high, fewest=6)
+            problem = f"expected the described value {value} between, got {ends[0]}, {ends[1]}"
             raise InvalidRequest(f"bounds[{path!r}]", problem)
         found[:, column] = low, high
     return found

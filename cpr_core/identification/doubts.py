@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -16,6 +17,7 @@ from ..errors import CprError, InvalidRequest
 from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
+from ..solving.distinct_numbers import distinct
 from ..solving.geometrico_statics import solve_forward
 from .compared import ComparedRow
 from .measurements import Measurement, StandardDeviations
@@ -85,17 +87,20 @@ def plane_doubt(
     if position is not None:
         near = max(_OUT_OF_PLANE * position_deviation, _NEAR_PLANE * robot.mean_length)
         if abs(position[2]) > near:
+            z = float(position[2])
+            told, most = distinct(z, math.copysign(near, z), fewest=3)
             return (
-                f"z is {position[2]:g} m, of a robot in the plane z = 0: expected at most {near:.3g}, "
+                f"z is {told} m, of a robot in the plane z = 0: expected at most {most.lstrip('-')}, "
                 "in the frame of the description"
             )
     if rotation is not None and not robot.description.point_platform:
         tilt = float(np.arctan2(np.hypot(rotation[0, 2], rotation[1, 2]), rotation[2, 2]))
         near = max(_OUT_OF_PLANE * rotation_deviation, _NEAR_PLANE)
         if tilt > near:
+            told, most = distinct(tilt, near, fewest=3)
             return (
-                f"the orientation leads out of the plane z = 0 of this robot by {tilt:.3g} rad: "
-                f"expected at most {near:.3g}, a turn about z"
+                f"the orientation leads out of the plane z = 0 of this robot by {told} rad: "
+                f"expected at most {most}, a turn about z"
             )
     return ""
 

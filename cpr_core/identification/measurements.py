@@ -177,7 +177,7 @@ class StandardDeviations:
             number = checked_number(f"deviations.{field.name}", value)
             if not SMALLEST_DEVIATION <= number <= LARGEST_DEVIATION:
                 limits = f"from {SMALLEST_DEVIATION:g} to {LARGEST_DEVIATION:g}"
-                problem = f"expected a positive standard deviation {limits}, got {value:g}"
+                problem = f"expected a positive standard deviation {limits}, got {value}"
                 raise InvalidRequest(f"deviations.{field.name}", problem)
 
     def of(self, kind: str) -> float:

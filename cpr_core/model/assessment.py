@@ -101,8 +101,8 @@ def thresholds_problem(thresholds: Thresholds, ordered: Collection[str]) -> str:
 def crossed_thresholds(thresholds: Thresholds) -> list[str]:
     """What is to be said about thresholds in the wrong order, one line each."""
     return [
-        f"{name}_warning {threshold.warning:g} is not above {name}_stop {threshold.stop:g}: the robot "
-        f"halts at {threshold.stop:g} without slowing down before"
+        f"{name}_warning {threshold.warning} is not above {name}_stop {threshold.stop}: the robot "
+        f"halts at {threshold.stop} without slowing down before"
         for name, threshold in thresholds.items()
         if threshold.crossed
     ]

@@ -80,7 +80,7 @@ def problem_units(robot: Robot, characteristic_length: float | None) -> ProblemU
     if not 1e-6 * natural <= length <= 1e6 * natural:
         raise InvalidRequest(
             "characteristic_length",
-            f"expected a length between {1e-6 * natural:g} and {1e6 * natural:g} m, got {length:g}",
+            f"expected a length between {1e-6 * natural:g} and {1e6 * natural:g} m, got {length}",
         )
     return _units(robot, length / natural)
 

@@ -22,6 +22,7 @@ from ..model.robot import Robot, checked_robot
 from ..rods.strain_basis import DescribedBasis
 from ..validation import checked_number
 from .discretisation_error import error_of
+from .distinct_numbers import distinct
 from .fewest_modes import fewest_modes
 from .geometrico_statics import solve_forward
 from .home import solve_home
@@ -70,7 +71,8 @@ def choose_modes(robot: Robot, tolerance: float) -> Robot:
     checked_robot(robot)
     tolerance = checked_number("tolerance", tolerance)
     if tolerance < _LEAST:
-        raise InvalidRequest("tolerance", f"expected at least {_LEAST:g} m, got {tolerance:g}")
+        least, given = distinct(_LEAST, tolerance, fewest=6)
+        raise InvalidRequest("tolerance", f"expected at least {least} m, got {given}")
     bases = (rod.modes.basis for rod in robot.description.rods)
     if any(isinstance(basis, DescribedBasis) and basis.modes is not None for basis in bases):
         raise InvalidRequest(

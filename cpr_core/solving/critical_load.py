@@ -16,6 +16,7 @@ from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium, check_equilibrium, spectrum
 from ..model.stability import MotorReading
 from ..validation import checked_number, checked_vector
+from .distinct_numbers import distinct
 from .geometrico_statics import solve_forward
 from .not_reached import MotorLimitExceeded, NoSolution, StrainLimitExceeded
 
@@ -120,7 +121,8 @@ def _trace(
     """Raise the load until the smallest eigenvalue is negative or the branch ends, then bisect."""
     robot, limit = start.robot, checked_number("limit", limit)
     if not limit > value:
-        raise InvalidRequest("limit", f"expected more than {value:g}, got {limit:g}")
+        least, given = distinct(value, limit, fewest=6)
+        raise InvalidRequest("limit", f"expected more than {least}, got {given}")
     if not start.loads.conservative(robot.planar):
         raise InvalidRequest(
             "loads", "expected loads with a potential: energy decides nothing here"

@@ -100,9 +100,7 @@ def _check_motors(robot: Robot) -> None:
             problem = str(MotorLimitExceeded(motor.name, "position", at, limits, motor.unit))
         elif abs(at) > _COUNTED * units[number]:
             most = f"{_COUNTED * units[number]:g} {motor.unit}"
-            problem = (
-                f"{motor.name}: expected a position of at most {most}, got {at:g} {motor.unit}"
-            )
+            problem = f"{motor.name}: expected a position of at most {most}, got {at} {motor.unit}"
         if problem:
             raise DescriptionError(robot.description.source, "home", problem)
 

@@ -134,9 +134,9 @@ class StrainLimitExceeded(NotReached):
     ) -> None:
         """Name the leg, its strain and the limit."""
         self.leg, self.value, self.limit = leg, value, limit
+        told, most = distinct(value, limit, fewest=6)
         super().__init__(
-            f"{leg}: bending strain {value:.6g} is above its yield strain {limit:g}"
-            + _place(fraction),
+            f"{leg}: bending strain {told} is above its yield strain {most}" + _place(fraction),
             fraction,
             last,
             event,

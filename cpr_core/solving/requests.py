@@ -76,7 +76,7 @@ def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
             doubt = angle_doubt(names, values.values())
             raise InvalidRequest(
                 "pose",
-                f"expected a pitch of at most pi/2 rad, got {angles[1]:g} rad"
+                f"expected a pitch of at most pi/2 rad, got {angles[1]} rad"
                 + (f"; {doubt}" if doubt else ""),
             )
         rotation = rotation_from_angles(*angles)

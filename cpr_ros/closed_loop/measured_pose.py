@@ -11,6 +11,8 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from cpr_core.solving.distinct_numbers import distinct
+
 from ..following.pose_coordinates import PoseCoordinates
 from ..following.watchdog import Watchdog
 from .pose_history import HORIZON, PoseHistory
@@ -148,9 +150,10 @@ class MeasuredPose:
         often = f", {count} times in the last {_LATELY:g} s" if count > 1 else ""
         if not self._jump:
             self._jump_since = now
+        told, moved_told = distinct(change, moved, fewest=3)
         self._jump = (
-            f"the measured pose jumped by {change:.3g} rod lengths or rad{often}, "
-            f"the platform moved by {moved:.3g}"
+            f"the measured pose jumped by {told} rod lengths or rad{often}, "
+            f"the platform moved by {moved_told}"
         )
 
     def _jumps_lately(self, now: float) -> int:

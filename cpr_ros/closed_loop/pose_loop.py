@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot
+from cpr_core.solving.distinct_numbers import distinct
 
 from ..following.goals import Goal, PoseGoal
 from ..following.pose_coordinates import pose_coordinates
@@ -198,9 +199,10 @@ class PoseLoop:
         error = space.way(then.pose, pose)
         size, self._distant = space.size(error), ""
         if size > settings.max_correction:
+            told, most = distinct(size, settings.max_correction)
             self._distant = (
-                f"the robot is measured {size:.3g} rod lengths or rad from where the model has it, "
-                f"more than loop_max_correction {settings.max_correction:g}"
+                f"the robot is measured {told} rod lengths or rad from where the model has it, "
+                f"more than loop_max_correction {most}"
             )
         elif not then.waiting and not newest.waiting:
             # What was measured in the tick that led to it was so before the motors moved.
@@ -276,8 +278,6 @@ class PoseLoop:
         if self.settings.max_rate <= 0.0:
             return "loop_max_rate is 0"
         if watchdog.stale(now) and not self._measured.problem:
-            return (
-                f"the measured pose is {watchdog.age(now):.3g} s old, "
-                f"more than measured_pose_timeout {watchdog.timeout:g} s"
-            )
+            age, timeout = distinct(watchdog.age(now), watchdog.timeout)
+            return f"the measured pose is {age} s old, more than measured_pose_timeout {timeout} s"
         return self._measured.problem or self._distant

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, Robot, WrenchEstimate, estimate_wrench
 from cpr_core.model.world_response import effort_units
+from cpr_core.solving.distinct_numbers import distinct
 
 from .watchdog import Watchdog
 
@@ -123,10 +124,11 @@ class FeltWrench:
             return None
         self._look_at_speed(motors, time)
         if self._speed > self.settings.max_speed:
+            speed, most = distinct(self._speed, self.settings.max_speed)
             self.refuse(
                 "speed",
-                f"a motor moves at {self._speed:.3g} rad/s or rod lengths/s, more than wrench_max_speed "
-                f"{self.settings.max_speed:g}: inertia may be felt",
+                f"a motor moves at {speed} rad/s or rod lengths/s, more than wrench_max_speed "
+                f"{most}: inertia may be felt",
             )
             return None
         if now < self._rests_until:
@@ -171,10 +173,8 @@ class FeltWrench:
         return self._kind, self._reason
 
     def _old(self, age: float) -> str:
-        return (
-            f"the measured efforts are {age:.3g} s old, more than measured_timeout "
-            f"{self.settings.timeout:g} s"
-        )
+        told, timeout = distinct(age, self.settings.timeout)
+        return f"the measured efforts are {told} s old, more than measured_timeout {timeout} s"
 
     def _look_at_speed(self, motors: Floats, time: float) -> None:
         """How fast the fastest motor is; measurements without stamps may come all at once."""

@@ -10,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cpr_core.solving.distinct_numbers import distinct
+
 from .watchdog import Watchdog
 
 __all__ = ["MeasuredMotors", "MotorMeasurement"]
@@ -72,5 +74,8 @@ class MeasuredMotors:
         if self._motors is None:
             return f"no measured motors are of use: {self._problem}" if self._problem else ""
         why = f" ({self._problem})" if self._problem else ""
-        age = f"{self.watchdog.age(now):.3g} s old, more than" if with_age else "older than"
-        return f"the measured motors are {age} measured_timeout {self.watchdog.timeout:g} s{why}"
+        how_old, timeout = "older than", f"{self.watchdog.timeout:g}"
+        if with_age:
+            age, timeout = distinct(self.watchdog.age(now), self.watchdog.timeout)
+            how_old = f"{age} s old, more than"
+        return f"the measured motors are {how_old} measured_timeout {timeout} s{why}"

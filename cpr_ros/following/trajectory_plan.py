@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, Trace, trace_through
 from cpr_core.model.assessment import Assessment, Thresholds
+from cpr_core.solving.distinct_numbers import distinct
 
 from .motor_path import MotorPath
 from .steps import falls
+from .supervision import FIELDS
 from .trajectory_order import TrajectoryRefused
 
 __all__ = ["TrajectoryPlan"]
@@ -210,8 +212,10 @@ class TrajectoryPlan:
     def _check_fall(self, name: str, before: float, after: float, at: float) -> None:
         stop = self._thresholds[name].stop
         if math.isnan(after) or (after < stop and falls(before, after)):
-            measure = name.replace("_", " ")
-            why = f"the {measure} would be {after:.4g}, below its stop threshold {stop:g}"
+            value, limit = distinct(after, stop)
+            why = f"{FIELDS[name]} would be {value}, below {name}_stop {limit}"
+            if math.isnan(after):
+                why = f"{FIELDS[name]} would not be defined"
             raise TrajectoryRefused(at, name, f"at {at:.3f} s {why}", why)
 
 

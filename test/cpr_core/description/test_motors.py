@@ -57,7 +57,7 @@ def with_gear(kind, gear):
     return content
 
 
-@pytest.mark.parametrize("value", [1e308, -1e308, 1e31, 1e-31, -1e-320])
+@pytest.mark.parametrize("value", [1e308, -1e308, 1e31, 9.9999999e-31, -1e-320])
 @pytest.mark.parametrize(
     ("name", "field", "path"),
     [
@@ -71,7 +71,7 @@ def test_ratios_and_leads_that_nothing_can_be_computed_with_are_refused(name, fi
         read_description(with_gear(name, {field: value}))
     text = str(caught.value)
     assert f"{path}: expected a number from 1e-30 to 1e+30" in text
-    assert f"got {value:g}" in text
+    assert f"got {value}" in text
 
 
 @pytest.mark.parametrize("value", [1e-30, -1e30, 2.0 * math.pi / 2**32])

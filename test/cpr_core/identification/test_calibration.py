@@ -17,7 +17,7 @@ from helpers.simulated_measurements import (
 )
 
 import cpr_core
-from cpr_core import CalibrationWarning, Measurement, StandardDeviations, calibrate
+from cpr_core import CalibrationWarning, InvalidRequest, Measurement, StandardDeviations, calibrate
 from cpr_core.identification.compared import compared_row
 from cpr_core.identification.robust_loss import variance_factor
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
@@ -223,6 +223,9 @@ def test_bounds_hold_and_are_told_where_they_do(robot, loaded):
     assert len(found.doubts) == 1
     assert found.values[0] == pytest.approx(205e9, rel=1e-3)
     assert found.values[0] >= 205e9
+    words = "described value 210000000000 between, got 210000000001, 230000000000$"
+    with pytest.raises(InvalidRequest, match=words):
+        calibrate(robot, rows, PATHS, DEVIATIONS, bounds={PATHS[0]: (210e9 + 1.0, 230e9)})
 
 
 def test_rates_of_what_is_compared_are_those_of_differences(robot, home, loaded):

@@ -271,6 +271,8 @@ def test_a_parameter_that_is_not_there(robot, rows):
 def test_standard_deviations_are_positive_and_have_squares(value):
     with pytest.raises(InvalidRequest, match=r"deviations\.efforts"):
         StandardDeviations(efforts=value)
+    with pytest.raises(InvalidRequest, match=r"to 1e\+30, got 1\.00000001e\+30$"):
+        StandardDeviations(efforts=1.00000001e30)
 
 
 @pytest.fixture(scope="module")

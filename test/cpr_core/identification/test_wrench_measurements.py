@@ -133,6 +133,10 @@ def test_a_pose_far_out_of_the_plane_is_told():
         felt(0.05, 0.0)
     with pytest.raises(InvalidRequest, match=r"^pose: the orientation leads out .* by 0.1 rad"):
         felt(0.0, 0.1)
+    with pytest.raises(InvalidRequest, match=r"z is -0\.(\d+)000\d+ m.*at most 0\.\1, in the"):
+        felt(-0.020000002 * home.robot.mean_length, 0.0)
+    with pytest.raises(InvalidRequest, match=r"by 0\.0200000\d+ rad: expected at most 0\.02,"):
+        felt(0.0, 0.020000002)
     for near in (felt(0.005, 0.015), felt(0.05, 0.0, (np.inf, 1e-3)), felt(0.0, 0.1, (1e-3, 0.02))):
         assert near.wrench_world == pytest.approx(np.zeros(6), abs=1e-3)
 

@@ -88,3 +88,6 @@ def test_what_cannot_be_asked():
     for length in (0.0, -1.0, np.nan, 1e12, "long"):
         with pytest.raises(InvalidRequest, match="characteristic_length"):
             model.smallest_singular_value("forward", length)
+    longest = 1e6 * model.equilibrium.robot.mean_length
+    with pytest.raises(InvalidRequest, match=rf"1e\+06 m, got {1.00000001 * longest}$"):
+        model.smallest_singular_value("forward", 1.00000001 * longest)

@@ -205,6 +205,8 @@ def test_bad_questions_are_refused():
     for tolerance in (0.0, -1e-5, 1e-10, "1e-5", np.nan):
         with pytest.raises(InvalidRequest, match="tolerance"):
             choose_modes(robot, tolerance)
+    with pytest.raises(InvalidRequest, match=r"at least 1e-09 m, got 9\.9999999e-10$"):
+        choose_modes(robot, 9.9999999e-10)
     with pytest.raises(InvalidRequest, match="expected a Robot"):
         choose_modes("rfrfr", 1e-5)
     content = content_of("rfrfr")

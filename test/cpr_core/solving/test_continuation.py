@@ -3,6 +3,8 @@
 
 """Walks: the same end however it is reached, events where they are, limits, time."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -265,6 +267,7 @@ def test_rods_end_a_way_where_they_would_yield():
     with pytest.raises(StrainLimitExceeded, match=r"leg\d: bending strain 0\.005") as caught:
         solve_forward(robot, [4.5, -1.5])
     error = caught.value
+    assert re.search(r"strain 0\.0050*[1-9]\d* is above its yield strain 0\.005,", str(error))
     assert error.event.kind == "strain_limit"
     assert bending_strains(error.last).max() == pytest.approx(0.005, rel=1e-6)
     beyond = error.last.motors + 1e-3 * (np.array([4.5, -1.5]) - solve_home(robot).motors)

@@ -148,6 +148,8 @@ def test_a_limit_that_is_none_is_refused(limit):
         critical_load(home, [0.0, -1.0, 0.0], limit=limit)
     with pytest.raises(InvalidRequest, match=r"limit: expected more than 1, got"):
         critical_load_factor(home, limit=1.0 + 0.1 * limit)
+    with pytest.raises(InvalidRequest, match=r"limit: expected more than 1, got 0\.999999999$"):
+        critical_load_factor(home, limit=1.0 - 1e-9)
 
 
 def test_questions_without_an_answer_are_refused():

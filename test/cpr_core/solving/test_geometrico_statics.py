@@ -323,12 +323,14 @@ def test_a_stored_rotation_of_another_shape_is_refused(rotation):
         )
 
 
-@pytest.mark.parametrize("pitch", [1.5708, 2.5, -1.5708])
+@pytest.mark.parametrize("pitch", [1.5708, 2.5, -1.5708, 1.5707964])
 def test_a_pitch_beyond_a_right_angle_is_refused(pitch):
     """Roll, pitch and yaw would not come back as they were given."""
     robot = load_robot("three_rfs")
     height, roll, _ = solve_home(robot).pose
-    with pytest.raises(InvalidRequest, match="expected a pitch of at most pi/2 rad"):
+    with pytest.raises(
+        InvalidRequest, match=f"expected a pitch of at most pi/2 rad, got {pitch} rad"
+    ):
         solve_inverse(robot, [height, roll, pitch])
 
 

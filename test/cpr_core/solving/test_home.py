@@ -211,6 +211,7 @@ def test_left_and_right_are_for_the_plane():
         (1e155, [-1.5, 1.5], "motor1: position 1e+155 rad is outside its limits [-1.5, 1.5]"),
         (1.6, [-1.5, 1.5], "motor1: position 1.6 rad is outside its limits [-1.5, 1.5]"),
         (1e155, None, "motor1: expected a position of at most 1e+09 rad, got 1e+155 rad"),
+        (1e9 + 0.5, None, "motor1: expected a position of at most 1e+09 rad, got 1000000000.5 rad"),
         (-1e300, None, "motor1: expected a position of at most 1e+09 rad, got -1e+300 rad"),
     ],
 )

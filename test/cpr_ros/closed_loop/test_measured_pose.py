@@ -3,6 +3,8 @@
 
 """Measured poses that are believed, and such that are not."""
 
+import re
+
 import pytest
 from helpers.closed_loop import PERIOD
 from helpers.drive import robot
@@ -19,6 +21,22 @@ def way():
     planar = robot("rfrfr")
     home = solve_home(planar)
     return trace(planar, pose=home.pose + [0.0, -0.3], points=31).equilibria
+
+
+def test_a_jump_and_the_motion_of_the_platform_are_told_apart(way):
+    """A pose was said to have jumped by 0.1, while the platform moved by 0.1."""
+    coordinates = PoseCoordinates(way[0].robot)
+    history = PoseHistory(coordinates)
+    measured = MeasuredPose(coordinates, history, timeout=0.0)
+    history.add(100.0, way[0], "")
+    measured.take(way[0].pose, 100.0, 0.0, jump=1e-6, settling=10.0)
+    history.add(101.0, way[10], "")
+    for now in (101.0, 101.2):
+        seen = way[10].pose - [0.0, 2e-6 * way[0].robot.mean_length]
+        measured.take(seen, now, 0.0, jump=1e-6, settling=10.0)
+    words = r"the measured pose jumped by (\S+) rod lengths or rad, the platform moved by (\S+)"
+    change, moved = map(float, re.fullmatch(words, measured.problem).groups())
+    assert change > moved
 
 
 @pytest.mark.parametrize("ticks", [0, 5, 15, 25])

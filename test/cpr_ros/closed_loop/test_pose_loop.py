@@ -161,6 +161,20 @@ def test_poses_that_were_measured_before_an_activation_are_forgotten(bench, prob
     assert bench.error(TARGET) < 1e-6
 
 
+def test_what_is_too_old_or_too_far_away_is_told_apart_from_its_limit(bench):
+    """A pose was said to be 0.5 s old, more than 0.5 s."""
+    bench.every = 0.0
+    loop, age = bench.session.loop, bench.status.age
+    told = loop.status(bench.session.follower.goal, bench.now + 0.50001 - age).text
+    assert told == "the measured pose is 0.50001 s old, more than measured_pose_timeout 0.5 s"
+    loop.forget_poses()
+    bench.run(1.0)
+    away = loop.coordinates.moved(bench.model.pose, np.array([0.100001, 0.0]))
+    loop.take(away, bench.now)
+    assert "measured 0.100001 rod lengths or rad from where" in bench.status.text
+    assert bench.status.text.endswith("more than loop_max_correction 0.1")
+
+
 def test_a_jump_freezes_until_measurements_agree_for_a_while(bench):
     for way in (0.1, 0.2, 0.0):  # the last time it is back, after so long that nobody knows
         bench.seen = lambda pose, way=way: pose + [way, 0.0]

@@ -62,8 +62,8 @@ def test_a_stop_threshold_is_not_passed():
     assert 0.0 < Assessment(low).value("margin") < SETTINGS.thresholds["margin"].stop
     refused = refusal(home, home.motors, low)
     assert refused.val == ErrorCode.INVALID_MOTION_PLAN
-    assert "of the way: the margin would be 0.0" in str(refused)
-    assert "below its stop threshold 0.05" in str(refused)
+    assert "of the way: margin would be 0.0" in str(refused)
+    assert "below margin_stop 0.05" in str(refused)
     checked(low, low.motors, home)  # out of it one may
 
 

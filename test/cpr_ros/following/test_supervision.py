@@ -130,6 +130,12 @@ def test_a_value_and_its_threshold_are_told_apart():
     assert float(value) < float(limit)
 
 
+def test_a_warning_just_below_its_stop_is_told_apart_from_it():
+    """It was said that 0.3 is not above 0.3."""
+    (line,) = crossed_thresholds(THRESHOLDS | {"margin": Threshold(0.29999999, 0.3)})
+    assert "margin_warning 0.29999999 is not above margin_stop 0.3:" in line
+
+
 def test_measures_are_named_as_in_the_message_and_thresholds_as_the_parameters():
     message = StabilityMetrics()
     for measure, path in FIELDS.items():

@@ -21,7 +21,7 @@ from hypothesis.extra.numpy import arrays
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from cpr_core import InvalidRequest, NonFiniteInput, solve_forward, trace_through
-from cpr_core.model.assessment import MEASURES, Threshold
+from cpr_core.model.assessment import MEASURES, Assessment, Threshold
 from cpr_ros.following import trajectory_plan
 from cpr_ros.following.external_wrench import ExternalWrench
 from cpr_ros.following.goals import MotorGoal, motor_steps
@@ -367,7 +367,7 @@ def test_one_into_the_instability_is_refused_before_its_first_step(rfrfr):
     motion, endings = rfrfr.take([8.0], [DOWN])
     ending = rfrfr.until_ended(endings)
     assert (ending.val, ending.measure) == (ErrorCode.INVALID_MOTION_PLAN, "margin")
-    assert "stop threshold 0.05" in ending.message
+    assert "below margin_stop 0.05" in ending.message
     np.testing.assert_array_equal(rfrfr.motors, home)
     # It is right: there the margin is below, a tick before it is not.
     path = motion.plan.path
@@ -786,6 +786,23 @@ def test_judging_what_is_solved_holds_up_no_tick_either(rfrfr):
         steps += 1
     assert plan.refused is None
     assert steps > 3 + 5  # solved, judged and done; and in between
+
+
+@pytest.mark.parametrize(
+    ("measure", "field"),
+    [("margin", "margin"), ("forward_singularity", "forward.smallest_singular_value")],
+)
+def test_a_measure_and_its_stop_are_told_apart_by_their_own_names(rfrfr, measure, field):
+    """The margin was said to be 0.05, below its stop threshold 0.05."""
+    target = rfrfr.motors + 0.01 * np.array(DOWN)
+    last = Assessment(solve_forward(rfrfr.robot, target)).value(measure)
+    near = THRESHOLDS | {measure: Threshold(1.0, last + 1e-9)}
+    way = MotorPath.through([0.0, 0.1], [rfrfr.motors, target])
+    plan = TrajectoryPlan(way, rfrfr.current, PERIOD, near, WATCHED)
+    plan.advance()
+    words = rf"{re.escape(field)} would be (\S+), below {measure}_stop (\S+)"
+    value, stop = map(float, re.fullmatch(words, plan.refused.why).groups())
+    assert value < stop
 
 
 @pytest.mark.parametrize(("in_vain", "measure"), [(3, ""), (100, "time_limit")])

@@ -116,6 +116,15 @@ def test_who_measures_uselessly_measures():
     assert motors.missing(2.6) == ""
 
 
+def test_an_age_and_its_timeout_are_told_apart():
+    """Motors were said to be 0.5 s old, more than 0.5 s."""
+    motors = MeasuredMotors(0.5)
+    motors.take(np.array([1.0, 2.0]), 1.0)
+    assert "are 0.50001 s old, more than measured_timeout 0.5 s" in motors.missing(1.50001)
+    again = "the measured motors are older than measured_timeout 0.5 s"
+    assert motors.missing(1.50001, with_age=False) == again
+
+
 def test_a_measurement_is_known_as_long_as_it_is_fresh():
     motors = MeasuredMotors(0.5)
     assert motors.newest(1.0) is None

@@ -180,6 +180,20 @@ def test_old_measurements_are_told():
     assert "0.7 s old" in measured.felt.reason(measured.now)
 
 
+def test_what_is_too_old_or_too_fast_is_told_apart_from_its_limit():
+    """Efforts were said to be 0.5 s old, more than 0.5 s."""
+    measured = Measured(max_speed=2.0)
+    assert measured.take() is not None
+    told = measured.felt.reason(measured.now + 0.50001)
+    assert told == "the measured efforts are 0.50001 s old, more than measured_timeout 0.5 s"
+    for step in range(1, 5):
+        measured.push(np.zeros(6), measured.home.motors + 0.0100001 * step)
+        measured.take()
+    assert measured.take() is None
+    told = measured.felt.reason(measured.now)
+    assert "moves at 2.00002 rad/s or rod lengths/s, more than wrench_max_speed 2:" in told
+
+
 def test_a_wrench_that_no_equilibrium_bears_is_looked_for_once_in_a_while():
     measured = Measured()
     bad = np.array([3.0, 3.0, -3.0, 3.0, -3.0, 3.0])

@@ -388,7 +388,7 @@ def test_no_solution_beyond_a_stop_threshold_is_applied(bench):
     commanded(session, home.motors)
     target = PoseStamped()
     target.pose.position.y = 0.038
-    with pytest.raises(RequestError, match=r"% of the way: the margin would be .* below its stop"):
+    with pytest.raises(RequestError, match=r"% of the way: margin would be .* below margin_stop"):
         session.solver.inverse(SolveInverse.Request(platform=target, apply=True))
     assert bench.tick().state == State.IDLE
     assert bench.commands == []

@@ -122,7 +122,7 @@ def test_a_cancelled_one_is_held(drive, following):
 def test_into_the_instability_it_is_refused_beforehand(drive, following):
     status, code, words = ended(following, trajectory=resting([8.0], [DOWN]))
     assert (status, code) == (GoalStatus.STATUS_ABORTED, following.kind.Result.INVALID_GOAL)
-    assert "stop threshold 0.05" in words
+    assert "below margin_stop 0.05" in words
     drive.until(lambda: np.array_equal(drive.motors, HOME))
 
 

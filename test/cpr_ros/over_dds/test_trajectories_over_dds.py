@@ -207,7 +207,7 @@ def test_into_the_instability_it_is_refused_beforehand(drive, following):
     assert done.result.error_code.val == ErrorCode.INVALID_MOTION_PLAN
     assert done.result.measure == "margin"
     assert 0.0 < done.result.time < 8.0
-    assert "stop threshold 0.05" in done.result.error_code.message
+    assert "below margin_stop 0.05" in done.result.error_code.message
     np.testing.assert_array_equal(done.result.reached.motors.position, HOME)
     drive.until(lambda: np.array_equal(drive.motors, HOME))
 
