@@ -6,6 +6,7 @@
 Every parameter of the node is an argument; what is not given is left to the parameter file.
 """
 
+import tempfile
 from pathlib import Path
 
 from ament_index_python.packages import (
@@ -24,10 +25,11 @@ from launch.actions import (
 from launch.event_handlers import OnProcessExit
 from launch.events import matches_action
 from launch.events.process import ShutdownProcess
+from launch.logging import launch_config
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode, Node
 
-from cpr_ros.settings.launch_choices import ARGUMENTS, LaunchChoices, misspelt
+from cpr_ros.settings.launch_choices import ARGUMENTS, LaunchChoices, unknown
 
 
 def executable(name):
@@ -37,7 +39,7 @@ def executable(name):
     return str(next((place for place in places if place.exists()), places[0]))
 
 
-def view(choices, name, namespace):
+def view(choices, namespace):
     """Rviz. What is missing is said before anything is started that would be left behind."""
     try:
         get_package_prefix("rviz2")
@@ -46,15 +48,18 @@ def view(choices, name, namespace):
             "rviz:=true, but rviz2 is not installed (apt install ros-$ROS_DISTRO-rviz2): nothing was "
             "started"
         ) from None
-    file = Path(get_package_share_directory("cpr_ros"), "rviz", "cpr.rviz")
+    file = choices.view_file()
+    if content := choices.view_configuration():
+        folder = Path(tempfile.mkdtemp(dir=launch_config.log_dir))  # there may be another view
+        file = folder / file.name
+        file.write_text(content)
     return Node(
         package="rviz2",
         executable="rviz2",
         namespace=namespace,
         arguments=["--display-config", str(file), "--fixed-frame", choices.fixed_frame()],
-        remappings=[
-            (f"cpr_node/{topic}", f"{name}/{topic}") for topic in ("leg_markers", "platform_pose")
-        ],
+        remappings=choices.view_remappings(),
+        parameters=choices.view_parameters(),
     )
 
 
@@ -70,12 +75,14 @@ def started(context):
         parameters=choices.parameters(),
         output="screen",
     )
-    actions = [LogInfo(msg=line) for line in misspelt(context.launch_configurations)] + [node]
+    lines = unknown(context.launch_configurations)
+    actions = [node]
     if choices.wants_view():
-        rviz = view(choices, given["name"], given["namespace"])
+        lines += filter(None, [choices.view_doubt()])
+        rviz = view(choices, given["namespace"])
         end = EmitEvent(event=ShutdownProcess(process_matcher=matches_action(rviz)))
         actions += [rviz, RegisterEventHandler(OnProcessExit(target_action=node, on_exit=[end]))]
-    return actions
+    return [LogInfo(msg=line) for line in lines] + actions
 
 
 def generate_launch_description():
