@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -31,6 +31,25 @@ __all__ = [
     "live_problem",
     "undeclared",
 ]
+
+#: Parameters by the fields of the settings that have their values.
+_LOOP = {
+    "gain": "loop_gain",
+    "max_correction": "loop_max_correction",
+    "max_rate": "loop_max_rate",
+    "jump": "measured_pose_jump",
+    "settling": "measured_pose_settling",
+    "timeout": "measured_pose_timeout",
+}
+_FELT_WRENCH = {
+    "effort_deviation": "wrench_effort_deviation",
+    "effort_deviation_relative": "wrench_effort_deviation_relative",
+    "position_deviation": "wrench_position_deviation",
+    "rotation_deviation": "wrench_rotation_deviation",
+    "max_speed": "wrench_max_speed",
+    "consistency": "wrench_consistency",
+    "timeout": "measured_timeout",
+}
 
 
 @dataclass(frozen=True)
@@ -179,23 +198,8 @@ def live_parameters(value: Callable[[str], Any]) -> LiveParameters:
         max_speed=value("max_speed"),
         setpoint_timeout=value("setpoint_timeout"),
     )
-    loop = LoopSettings(
-        gain=value("loop_gain"),
-        max_correction=value("loop_max_correction"),
-        max_rate=value("loop_max_rate"),
-        jump=value("measured_pose_jump"),
-        settling=value("measured_pose_settling"),
-        timeout=value("measured_pose_timeout"),
-    )
-    felt_wrench = WrenchSettings(
-        effort_deviation=value("wrench_effort_deviation"),
-        effort_deviation_relative=value("wrench_effort_deviation_relative"),
-        position_deviation=value("wrench_position_deviation"),
-        rotation_deviation=value("wrench_rotation_deviation"),
-        max_speed=value("wrench_max_speed"),
-        consistency=value("wrench_consistency"),
-        timeout=value("measured_timeout"),
-    )
+    loop = LoopSettings(**{field: value(name) for field, name in _LOOP.items()})
+    felt_wrench = WrenchSettings(**{field: value(name) for field, name in _FELT_WRENCH.items()})
     return LiveParameters(
         settings,
         value("wrench_timeout"),
@@ -238,14 +242,12 @@ def live_problem(live: LiveParameters, changed: Collection[str] | None = None) -
     ):
         if not problem and not getattr(live, name) < float("inf"):
             problem = f"expected a finite {name}"
-    for number in fields(live.loop):
-        value = getattr(live.loop, number.name)
-        if not problem and not math.isfinite(value):
-            problem = f"expected finite numbers for the closed loop, got {number.name} {value}"
-    for number in fields(live.felt_wrench):
-        value = getattr(live.felt_wrench, number.name)
-        if not problem and not math.isfinite(value):
-            problem = f"expected finite numbers for the wrench, got {number.name} {value}"
+    for field, name in _LOOP.items():
+        if not problem and not math.isfinite(getattr(live.loop, field)):
+            problem = f"expected a finite {name}"
+    for field, name in _FELT_WRENCH.items():
+        if not problem and not math.isfinite(getattr(live.felt_wrench, field)):
+            problem = f"expected a finite {name}"
     return problem
 
 
