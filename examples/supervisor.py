@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import signal
 import threading
+import time
 from typing import Any
 
 import cpr_ros  # noqa: F401  finds the ROS 2 of this environment
@@ -71,7 +72,7 @@ class Supervisor(Node):
                 f"{name}: {metrics.status_text} (nearest: {metrics.nearest_threshold or 'nothing'}, "
                 f"margin {metrics.margin:.3f}, {metrics.margin_trend:+.3f}/s)"
             )
-        now = metrics.header.stamp.sec + 1e-9 * metrics.header.stamp.nanosec
+        now = time.monotonic()  # the time of ROS may jump, or stand still
         if metrics.action != StabilityMetrics.ACTION_HALT:
             self._halted_since, self._helped = None, False
         elif self._halted_since is None:

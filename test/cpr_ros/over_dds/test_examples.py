@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from xml.etree import ElementTree
 
 import numpy as np
@@ -18,6 +19,9 @@ from geometry_msgs.msg import WrenchStamped
 from helpers.example_process import EXAMPLES, started_example
 from helpers.node_process import TIMEOUT, Client, free_domain
 from rclpy.action import ActionServer
+from std_srvs.srv import SetBool
+
+from cpr_ros.interface.outputs import promised
 
 pytestmark = pytest.mark.waits(seconds=45)
 
@@ -61,6 +65,38 @@ def test_the_supervisor_acts_on_a_halt_in_any_state(rfrfr, drive, tmp_path):
         supervisor.send_signal(signal.SIGINT)
         assert supervisor.wait(TIMEOUT) == 0
     assert log.read_text().count("halted for too long") == 1
+
+
+@pytest.mark.parametrize("step", [0, 10], ids=["paused", "jumping"])
+def test_the_patience_of_the_supervisor_does_not_go_by_stamps(step):
+    """Where the time of ROS stood still it waited for ever, where it jumped not at all."""
+    client, calls, sent = Client(free_domain()), [], []
+    stream = client.node.create_publisher(StabilityMetrics, "cpr_node/stability", promised(20.0))
+
+    def paused(request, response):
+        calls.append((time.monotonic(), request.data))
+        response.success = True
+        return response
+
+    def halt():
+        sent.append(time.monotonic())
+        message = StabilityMetrics(action=StabilityMetrics.ACTION_HALT)
+        message.header.stamp.sec = step * len(sent)
+        stream.publish(message)
+
+    client.node.create_service(SetBool, "cpr_node/pause", paused)
+    supervisor = started_example(client, "supervisor.py")
+    try:
+        client.spin_until(lambda: stream.get_subscription_count() > 0)
+        client.node.create_timer(0.05, halt)
+        client.spin_until(lambda: calls)
+        assert calls[0][1]
+        assert calls[0][0] - sent[0] > 2.0  # PATIENCE
+    finally:
+        supervisor.send_signal(signal.SIGINT)
+        said, _ = supervisor.communicate(timeout=TIMEOUT)
+        client.close()
+    assert "halted for too long" in said
 
 
 #: What is in programs of the page that tests of the closed loop, trajectories and signs of life run.
