@@ -58,6 +58,14 @@ class Supervisor:
         )
         node.create_subscription(StabilityMetrics, topic, self.plain.append, 10)
 
+    def check_promise(self):
+        """What the node itself offers: late and not alive, both together within the longest silence."""
+        (offered,) = self.client.node.get_publishers_info_by_topic("/cpr_node/stability")
+        profile = offered.qos_profile
+        assert profile.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC
+        parts = profile.deadline, profile.liveliness_lease_duration
+        assert sum(part.nanoseconds for part in parts) <= LONGEST.nanoseconds
+
     def until_heard(self, count=10):
         before, others = len(self.heard), len(self.plain)
         self.client.spin_until(
@@ -108,6 +116,7 @@ def started_from_the_docs(client):
 def test_a_stopped_and_a_killed_node_are_noticed(node):
     process, supervisor = node
     supervisor.until_heard()
+    supervisor.check_promise()
     process.process.send_signal(signal.SIGSTOP)
     noticed = {"stopped": supervisor.until_noticed(time.monotonic())}
     supervisor.events.clear()
