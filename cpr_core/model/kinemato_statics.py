@@ -28,7 +28,7 @@ from .problem_units import ProblemUnits, problem_units
 from .smallest_singular_value import smallest_singular_value
 from .stability import null_space_of
 
-__all__ = ["Increments", "KinematoStatics", "Problem", "Singularity", "kinemato_statics"]
+__all__ = ["Increments", "KinematoStatics", "LinearProblem", "Singularity", "kinemato_statics"]
 
 Floats = NDArray[np.float64]
 

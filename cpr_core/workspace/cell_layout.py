@@ -24,6 +24,7 @@ __all__ = [
 BRANCH_SIGN = INVERSE_SIGN + 1
 SIGN_COUNT = BRANCH_SIGN + 1
 #: Measures: smallest and largest absolute eigenvalue of H_r, motors held; smallest singular values
-#: of the forward and of the inverse problem.
-NEAREST_EIGENVALUE, LARGEST_EIGENVALUE, FORWARD_MARGIN, INVERSE_MARGIN = 0, 1, 2, 3
-MEASURE_COUNT = 4
+#: of the forward problem and, next to it, of the inverse one.
+NEAREST_EIGENVALUE, LARGEST_EIGENVALUE, FORWARD_MARGIN = 0, 1, 2
+INVERSE_MARGIN = FORWARD_MARGIN + 1
+MEASURE_COUNT = INVERSE_MARGIN + 1

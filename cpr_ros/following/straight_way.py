@@ -25,13 +25,14 @@ from cpr_core import (
     solve_forward,
     trace_through,
 )
-from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
+from cpr_core.model.assessment import Assessment, Thresholds
 from cpr_core.model.configurations import SAME_EQUILIBRIUM
 
 from ..error_codes import RequestError
 from .deadline import Deadline
 from .goals import largest_way
 from .motor_path import MotorPath
+from .setpoint_following import ON_WAY_TO_MOTORS
 from .steps import change_between
 from .trajectory_order import TrajectoryRefused
 from .trajectory_plan import TrajectoryPlan
@@ -42,7 +43,6 @@ Floats = NDArray[np.float64]
 
 #: Measures are looked at this often on the way [rad, rod lengths].
 _LOOK = 0.02
-_WATCHED = tuple(name for name in MEASURES if name != "inverse_singularity")
 
 
 def check_straight_way(
@@ -91,7 +91,7 @@ class _Way(TrajectoryPlan):
     def __init__(
         self, path: MotorPath, start: Assessment, thresholds: Thresholds, deadline: Deadline
     ) -> None:
-        super().__init__(path, start, 1.0, thresholds, _WATCHED)
+        super().__init__(path, start, 1.0, thresholds, ON_WAY_TO_MOTORS)
         self._deadline = deadline
 
     def _traced(self, start: Equilibrium, times: Floats) -> Trace:

@@ -82,7 +82,7 @@ def test_gears_change_nothing_of_what_is_said_of_a_way():
         with pytest.raises(RequestError) as refused:
             check_straight_way(Assessment(home), home.motors, far, thresholds, in_time())
         told.append(str(refused.value))
-    assert "% of the way: the margin would be 0.59" in told[0]
+    assert "% of the way: margin would be 0.59" in told[0]
     assert told[1] == told[0]
 
 
