@@ -21,9 +21,7 @@ from cpr_core import (
     CprError,
     Equilibrium,
     TimeLimitExceeded,
-    Trace,
     solve_forward,
-    trace_through,
 )
 from cpr_core.model.assessment import Assessment, Thresholds
 from cpr_core.model.configurations import SAME_EQUILIBRIUM
@@ -75,7 +73,8 @@ def check_straight_way(
         raise _too_late("its loads acted where the motors are") from None
     except CprError as error:
         raise _refused(f"where the robot is: {error}") from None
-    plan = _Way(path, begin, thresholds, deadline)
+    watched = ON_WAY_TO_MOTORS  # a stride ends with the deadline, too
+    plan = TrajectoryPlan(path, begin, 1.0, thresholds, watched, lambda: deadline.left)
     plan.advance(deadline.left)
     if plan.refused is not None and plan.refused.measure != "time_limit":
         raise _refused(_where(plan.refused, path, first))
@@ -83,25 +82,6 @@ def check_straight_way(
         raise _too_late("the way of the motors to it was followed to its end")
     if change_between(plan.last.equilibrium, target) > SAME_EQUILIBRIUM:
         raise _refused("it leads to another equilibrium at these motors")
-
-
-class _Way(TrajectoryPlan):
-    """A way that is solved in one go, which ends with the deadline in the middle of a stride too."""
-
-    def __init__(
-        self, path: MotorPath, start: Assessment, thresholds: Thresholds, deadline: Deadline
-    ) -> None:
-        super().__init__(path, start, 1.0, thresholds, ON_WAY_TO_MOTORS)
-        self._deadline = deadline
-
-    def _traced(self, start: Equilibrium, times: Floats) -> Trace:
-        return trace_through(
-            start.robot,
-            motors=self.path.positions(times),
-            start=start,
-            singularities=False,
-            time_limit=self._deadline.left,
-        )
 
 
 def _path(corners: Sequence[Floats], start: Assessment) -> tuple[MotorPath, float]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +73,7 @@ class TrajectoryPlan:
         period: float,
         thresholds: Thresholds,
         watched: Collection[str],
+        longest_stride: Callable[[], float] = lambda: _LONGEST,
     ) -> None:
         """Begin, without solving anything.
 
@@ -82,7 +83,9 @@ class TrajectoryPlan:
             period: Time of a tick [s].
             thresholds: Of the measures.
             watched: Measures that count.
+            longest_stride: How long the next stride may take [s].
         """
+        self._longest_stride = longest_stride
         self.path, self.done, self.work, self.begun = path, False, 0.0, 0
         self.refused: TrajectoryRefused | None = None
         self._start, self._thresholds, self.last = start, thresholds, start
@@ -158,7 +161,7 @@ class TrajectoryPlan:
             motors=self.path.positions(times),
             start=start,
             singularities=False,
-            time_limit=_LONGEST,
+            time_limit=self._longest_stride(),
         )
 
     def _check_indices(self, before: int, found: Sequence[Equilibrium], times: Floats) -> None:
