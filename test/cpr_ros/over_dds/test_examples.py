@@ -58,6 +58,9 @@ def test_the_supervisor_acts_on_a_halt_in_any_state(rfrfr, drive, tmp_path):
         drive.client.spin_until(lambda: "reset: True" in log.read_text())
         assert "HALT: the external wrench is not borne" in log.read_text()
         drive.client.node.destroy_timer(pushing)
+        drive.until(lambda: drive.metrics.action == StabilityMetrics.ACTION_SLOW)
+        assert "older than wrench_timeout" in drive.metrics.status_text  # as if the sensor had died
+        drive.wrench.publish(WrenchStamped())
         drive.until(lambda: drive.metrics.action == StabilityMetrics.ACTION_NONE)
         drive.client.spin_until(lambda: "NONE: stable" in log.read_text())
     finally:
