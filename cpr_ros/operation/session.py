@@ -336,7 +336,7 @@ class Session:
     def _end_what_others_ended(self) -> None:
         """Forget where the robot was to go, if others have moved it."""
         if self.others.away:
-            self.trajectories.stop(ErrorCode.PREEMPTED, self.others.away)
+            self.trajectories.stop(ErrorCode.CONTROL_FAILED, self.others.away)
             if self.follower.goal is not None:
                 self.follower.drop(self.others.away)
 
