@@ -13,7 +13,7 @@ from cpr_core.model.assessment import Assessment
 from .goals import MotorGoal
 from .measured_range import within_range
 from .setpoint_following import ARRIVED, LARGEST_CHANGE, Outcome, SetpointFollower
-from .steps import LONGEST_SOLVE, attempt, change_between
+from .steps import LONGEST_SOLVE, Undecided, attempt, change_between
 from .supervision import Refusal, State
 from .watchdog import Watchdog
 
@@ -92,13 +92,14 @@ class MotorTracking:
         motors, lost = goal.motors.tolist(), self._lost
         if lost is not None and lost[0] is current and lost[1] == motors and lost[2] is loads:
             return lost[3]
-        fraction = min(1.0, LONGEST_WAY / max(remaining, ARRIVED))
+        fraction, decided = min(1.0, LONGEST_WAY / max(remaining, ARRIVED)), True
         for part in _PARTS:
             found = attempt(current, goal, part * fraction, loads, LONGEST_SOLVE / len(_PARTS))
             ahead = self._looked_at(current, found)
             if isinstance(ahead, Assessment):
                 return ahead
-            self._lost = current, motors, loads, ahead
+            decided = decided and not isinstance(found, Undecided)
+            self._lost = (current, motors, loads, ahead) if decided else None
         return ahead
 
     def _looked_at(self, current: Assessment, ahead: Assessment | Refusal) -> Assessment | Refusal:

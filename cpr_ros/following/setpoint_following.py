@@ -25,7 +25,7 @@ from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import SLACK, Goal, MotorGoal, PoseGoal, largest_way, motor_steps, whole
 from .pose_steps import PoseSteps, TickWay
-from .steps import OutOfTime, attempt, change_between, falls
+from .steps import Undecided, attempt, change_between, falls
 from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict
 from .trajectory_goal import TrajectoryGoal
 from .watchdog import Watchdog
@@ -288,13 +288,12 @@ class SetpointFollower:
             return current, known[2]  # nothing has changed since
         goal = MotorGoal(self.robot, current.equilibrium.motors)
         ahead = attempt(current, goal, 1.0, loads)
-        if isinstance(ahead, OutOfTime):
-            reached = ahead.reached
-            if (
-                reached is not None and reached.index <= current.index
-            ):  # the next tick goes on there
-                text = f"the external wrench is not borne yet: {ahead.text}"
-                return reached, Refusal(ahead.reason, text)
+        if isinstance(ahead, Undecided):
+            reached = ahead.reached or current
+            if reached.index > current.index:
+                reached = current
+            text = f"the external wrench is not borne yet: {ahead.text}"
+            return reached, Refusal(ahead.reason, text)  # from there the next tick goes on
         if isinstance(ahead, Refusal):
             refusal = Refusal(ahead.reason, f"the external wrench is not borne: {ahead.text}")
         elif ahead.index > current.index:

@@ -25,21 +25,21 @@ from cpr_core.solving.distinct_numbers import distinct
 from .goals import Goal
 from .supervision import Refusal
 
-__all__ = ["LONGEST_SOLVE", "OutOfTime", "attempt", "change_between", "falls"]
+__all__ = ["LONGEST_SOLVE", "Undecided", "attempt", "change_between", "falls"]
 
 #: Longest time that a solution of a tick may take [s]: meanwhile the node hears nothing.
 LONGEST_SOLVE = 0.1
 
 
 @dataclass(frozen=True)
-class OutOfTime(Refusal):
-    """Nothing was found in time.
+class Undecided(Refusal):
+    """Nothing was found in time, or the solver failed: asked once more it may be found.
 
     Attributes:
         reached: How far the branch was followed; None: not at all.
     """
 
-    reached: Assessment | None
+    reached: Assessment | None = None
 
 
 def attempt(
@@ -68,7 +68,7 @@ def attempt(
         last, length = error.last, current.characteristic_length
         reached = Assessment(last, length) if last is not None and error.fraction > 0.0 else None
         text = f"no equilibrium is found within {time_limit:g} s"
-        return OutOfTime("not_converged", text, reached)
+        return Undecided("not_converged", text, reached)
     except NotReached as error:
         # How far a request goes and what it may have meant are of no use a step ahead.
         why = error.event.message if error.event is not None else str(error)
@@ -76,7 +76,7 @@ def attempt(
     except CprError as error:
         return Refusal("not_converged", str(error))
     except Exception as error:
-        return Refusal("not_converged", f"the solver failed: {type(error).__name__}: {error}")
+        return Undecided("not_converged", f"the solver failed: {type(error).__name__}: {error}")
     return Assessment(
         equilibrium, current.characteristic_length, solve_time=time.perf_counter() - begin
     )

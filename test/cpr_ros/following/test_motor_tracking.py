@@ -158,3 +158,14 @@ def test_motors_that_nothing_explains_are_not_tried_again_while_they_stay(monkey
     assert (solves, texts) == ([], {outcome.verdict.text})
     tracking.tick([2.59 + 4.0, 0.55 - 3.999])
     assert solves
+
+
+def test_motors_for_which_there_was_no_time_are_tried_again(monkeypatch):
+    tracking = Tracking("rfrfr")
+    tracking.tick([2.59, 0.55])
+    with monkeypatch.context() as patch:
+        patch.setattr(motor_tracking, "attempt", lambda *given: attempt(*given[:4], 0.0))
+        outcome = tracking.tick([2.60, 0.54])
+    assert outcome.state == State.LOST
+    assert outcome.verdict.text == "no equilibrium is found within 0 s"
+    assert tracking.tick([2.60, 0.54]).state == State.TRACKING

@@ -429,7 +429,7 @@ class Solves:
     """How often `attempt` is asked, and how long it is allowed to take instead of as it is."""
 
     def __init__(self, monkeypatch, module, time_limit=None):
-        self.count, self._attempt, self.time_limit = 0, steps.attempt, time_limit
+        self.count, self._attempt, self.time_limit = 0, module.attempt, time_limit
         monkeypatch.setattr(module, "attempt", self)
 
     def __call__(self, current, goal, fraction, loads, time_limit=steps.LONGEST_SOLVE):
@@ -490,6 +490,20 @@ def test_a_step_for_which_there_is_no_time_is_not_taken(rfrfr, monkeypatch):
     halted = rfrfr.until_state(State.HALTED, ticks=20)
     assert halted.verdict.text == "no equilibrium is found within 0 s"
     assert rfrfr.current.equilibrium is solve_home(rfrfr.robot)
+
+
+def test_a_wrench_for_which_there_was_no_time_is_tried_again(rfrfr, monkeypatch):
+    """A busy computer takes time away; so does a solver that fails."""
+    solves = Solves(monkeypatch, setpoint_following, time_limit=0.0)
+    rfrfr.loads = rfrfr.loads.with_(wrench_world=[0, 0, 0, 0, -0.1, 0])
+    for _ in range(3):
+        told = rfrfr.tick().verdict
+        assert told.action == Action.HALT
+        assert told.text.startswith("the external wrench is not borne yet: no equilibrium is found")
+    assert solves.count == 3
+    solves.time_limit = None
+    assert rfrfr.tick().verdict.action == Action.NONE
+    assert rfrfr.current.equilibrium.loads is rfrfr.loads
 
 
 @pytest.mark.parametrize("caution", [0.5, 1.0])
