@@ -33,7 +33,7 @@ def loaded(name):
 @pytest.mark.parametrize("name", list(shipped_robots()))
 def test_it_is_that_of_the_kinemato_static_model(name):
     equilibrium = loaded(name)
-    assert module._border(equilibrium) is not None
+    assert module.border_of(equilibrium.robot.arrays, equilibrium.factors) is not None
     mine, theirs = world_response(equilibrium), module._dense(equilibrium)
     for matrix in MATRICES:
         expected = getattr(theirs, matrix)
