@@ -333,7 +333,7 @@ def test_quaternions_are_doubted_where_the_other_order_is_near():
 
 
 def test_a_pitch_in_degrees_is_refused_in_radians():
-    with pytest.raises(InvalidRequest, match="at most pi/2 rad, got -5.0 rad"):
+    with pytest.raises(InvalidRequest, match=r"at most pi/2 rad, got -5\.0 rad"):
         solve_inverse(load_robot("three_rfs"), [0.72, 10.0, -5.0])
 
 
