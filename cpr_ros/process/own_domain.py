@@ -16,8 +16,9 @@ from pathlib import Path
 
 __all__ = ["DOMAINS", "OwnDomain", "enter_own_domain", "private_environment", "used_domains"]
 
-#: Those whose ports are not given to others by the operating system; 0 is everybody's.
-DOMAINS = range(1, 102)
+#: Those whose ports are not given to others by the operating system, which begins at 32768, among
+#: those of 101; 0 is everybody's.
+DOMAINS = range(1, 101)
 #: Ports of a domain as DDS counts them: where those of domain 0 begin, and how many each has.
 _FIRST_PORT, _PORTS = 7400, 250
 #: Port among those of a domain that DDS leaves alone: whoever has it has the domain.

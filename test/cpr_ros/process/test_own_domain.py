@@ -69,7 +69,7 @@ def test_a_domain_is_empty_until_somebody_is_in_it():
 
 
 def test_domains_of_tests_are_used_again_and_never_while_somebody_is_there(stranger, monkeypatch):
-    """Six workers that took 24 each had left none of the 101."""
+    """Six workers that took 24 each had left none."""
     occupied = OwnDomain.__new__(OwnDomain)
     occupied.number = stranger
     monkeypatch.setattr(node_process, "_own", [occupied])
@@ -78,6 +78,13 @@ def test_domains_of_tests_are_used_again_and_never_while_somebody_is_there(stran
     assert len(set(taken)) == node_process.OWN_DOMAINS - 1
     for own in node_process._own[1:]:
         own.close()
+
+
+def test_no_domain_has_ports_that_the_system_gives_to_anybody():
+    """A socket of somebody else was now and then in domain 101, which then was in use."""
+    first_of_anybody = 32768  # as Linux has it, if nobody has changed it
+    assert 7400 + 250 * (max(DOMAINS) + 1) <= first_of_anybody
+    assert min(DOMAINS) > 0  # there are all who chose none
 
 
 def test_a_domain_belongs_to_one_until_it_is_let_go():
