@@ -83,9 +83,11 @@ class FirstStep:
             current: Where the robot is.
             now: Steady time [s].
         """
-        if self._follower.watched not in self._free or not self._looked_from(current):
-            return None
-        return self._follower.aim(current, now)
+        return self._follower.aim(current, now) if self.knows(current) else None
+
+    def knows(self, current: Assessment) -> bool:
+        """Whether any first step from where the robot is has been judged."""
+        return self._follower.watched in self._free and self._looked_from(current)
 
     def _judged(self, around: Surroundings) -> frozenset[tuple[str, ...]]:
         """Measures of which none is near a warning, wherever the motors step."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from typing import Protocol, Self
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -115,7 +115,7 @@ class PoseGoal:
         if not names:
             raise InvalidRequest("pose", "the inverse problem of this robot has no solution")
         self.pose = checked_vector("pose", pose, len(names), " ".join(names))
-        self._asked: tuple[Equilibrium, Floats, Floats, float] | None = None
+        self._asked: _Way | None = None
 
     def at(self, pose: Floats) -> Self:
         """The same with another pose."""
@@ -125,7 +125,7 @@ class PoseGoal:
 
     def remaining(self, start: Equilibrium) -> float:
         """Larger one of distance (in rod lengths) and angle."""
-        return self._way(start)[1]
+        return self._way(start).length
 
     def solve(
         self, start: Equilibrium, fraction: float, loads: Loads, time_limit: float | None = None
@@ -133,7 +133,7 @@ class PoseGoal:
         """Inverse problem at the pose on the way."""
         pose = self.pose
         if fraction != 1.0:
-            pose = self._coordinates.moved(start.pose, fraction * self._way(start)[0])
+            pose = self._coordinates.moved(start.pose, fraction * self._way(start).change)
         return solve_inverse(start.robot, pose, start=start, loads=loads, time_limit=time_limit)
 
     def motors_ahead(self, current: Assessment) -> Floats | None:
@@ -144,20 +144,29 @@ class PoseGoal:
         start = current.equilibrium
         if start.robot.redundancy:
             return None
-        way = self._coordinates.by_axis(self._way(start)[0])
+        way = self._coordinates.by_axis(self._way(start).change)
         try:
             motors = current.kinemato_statics.motors_by_pose @ way
         except Exception:  # an inverse singularity, or no tangent: who solves for the way is told
             return None
         return motors if all(map(math.isfinite, motors.tolist())) else None
 
-    def _way(self, start: Equilibrium) -> tuple[Floats, float]:
-        """The way that is left, and its size; it is asked for several times a tick."""
-        asked = self._asked
-        if asked is None or asked[0] is not start or asked[1] is not self.pose:
-            way = self._coordinates.way(start.pose, self.pose)
-            asked = self._asked = start, self.pose, way, self._coordinates.size(way)
-        return asked[2], asked[3]
+    def _way(self, start: Equilibrium) -> _Way:
+        """The way that is left; it is asked for several times a tick."""
+        way = self._asked
+        if way is None or way.start is not start or way.pose is not self.pose:
+            change = self._coordinates.way(start.pose, self.pose)
+            way = self._asked = _Way(start, self.pose, change, self._coordinates.size(change))
+        return way
+
+
+class _Way(NamedTuple):
+    """From an equilibrium to a pose, and its length [rod lengths, rad]."""
+
+    start: Equilibrium
+    pose: Floats
+    change: Floats
+    length: float
 
 
 def largest_way(first: Floats, last: Floats, units: list[float]) -> float:

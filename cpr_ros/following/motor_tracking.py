@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from numpy.typing import ArrayLike
 
 from cpr_core import Loads, Robot
@@ -23,6 +25,15 @@ __all__ = ["MotorTracking"]
 LONGEST_WAY = 0.1
 #: Parts of it that are tried, one after the other: where the robot is soft, smaller steps help.
 _PARTS = (1.0, 0.25, 0.0625)
+
+
+class _Lost(NamedTuple):
+    """Measured motors that nothing explains from an equilibrium on, and why."""
+
+    current: Assessment
+    motors: list[float]
+    loads: Loads
+    refusal: Refusal
 
 
 class MotorTracking:
@@ -49,7 +60,7 @@ class MotorTracking:
         self._judge = judge
         self._goal: MotorGoal | None = None
         self._beyond = ""
-        self._lost: tuple[Assessment, list[float], Loads, Refusal] | None = None
+        self._lost: _Lost | None = None
         self.at_rest = False
 
     def take(self, motors: ArrayLike, now: float) -> None:
@@ -90,8 +101,9 @@ class MotorTracking:
     ) -> Assessment | Refusal:
         """A step towards the measured motors, or why there is none; the same is not tried twice."""
         motors, lost = goal.motors.tolist(), self._lost
-        if lost is not None and lost[0] is current and lost[1] == motors and lost[2] is loads:
-            return lost[3]
+        unchanged = lost is not None and lost.current is current and lost.loads is loads
+        if lost is not None and unchanged and lost.motors == motors:
+            return lost.refusal
         fraction, decided = min(1.0, LONGEST_WAY / max(remaining, ARRIVED)), True
         for part in _PARTS:
             found = attempt(current, goal, part * fraction, loads, LONGEST_SOLVE / len(_PARTS))
@@ -99,7 +111,7 @@ class MotorTracking:
             if isinstance(ahead, Assessment):
                 return ahead
             decided = decided and not isinstance(found, Undecided)
-            self._lost = (current, motors, loads, ahead) if decided else None
+            self._lost = _Lost(current, motors, loads, ahead) if decided else None
         return ahead
 
     def _looked_at(self, current: Assessment, ahead: Assessment | Refusal) -> Assessment | Refusal:

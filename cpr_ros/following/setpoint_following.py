@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,6 +99,14 @@ class Outcome:
     obeyed: bool = False
 
 
+class _Unborne(NamedTuple):
+    """Loads that an equilibrium does not bear, and why."""
+
+    current: Assessment
+    loads: Loads
+    refusal: Refusal
+
+
 class SetpointFollower:
     """State machine of setpoint following; docs/node.md draws it.
 
@@ -129,7 +138,7 @@ class SetpointFollower:
         self._reach = 1.0
         self._refusal: Refusal | None = None
         self._burdened = False
-        self._unborne: tuple[Assessment, Loads, Refusal] | None = None
+        self._unborne: _Unborne | None = None
         self._worsening: frozenset[str] = frozenset(MEASURES)
         self._pose_steps = PoseSteps(robot)
 
@@ -284,8 +293,8 @@ class SetpointFollower:
         if loads is current.equilibrium.loads:
             return current, None
         known = self._unborne
-        if known is not None and known[0] is current and known[1] is loads:
-            return current, known[2]  # nothing has changed since
+        if known is not None and known.current is current and known.loads is loads:
+            return current, known.refusal  # nothing has changed since
         goal = MotorGoal(self.robot, current.equilibrium.motors)
         ahead = attempt(current, goal, 1.0, loads)
         if isinstance(ahead, Undecided):
@@ -300,7 +309,7 @@ class SetpointFollower:
             refusal = Refusal("margin", "the external wrench is not borne: the robot buckles")
         else:
             return ahead, None
-        self._unborne = current, loads, refusal
+        self._unborne = _Unborne(current, loads, refusal)
         return current, refusal
 
     def judge(

@@ -259,6 +259,8 @@ class Session:
         commands lead back, as they do wherever the motors are not where the node has the robot.
         """
         current = self.solver.current
+        if not self.first_step.knows(current):
+            return None
         self._be_cautious(now)
         aim = self.first_step.aim(current, now)
         if aim is None or self._commands_held or not self.admission.aligned:

@@ -8,12 +8,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import rclpy
 from cpr_msgs.action import MoveTo
 from cpr_msgs.msg import ErrorCode
 from helpers.closed_loop import FRAMES, PERIOD, ClosedLoop, live
-from helpers.node_process import free_domain
-from rclpy.context import Context
 from sensor_msgs.msg import JointState
 
 from cpr_ros.following.moved_by_others import SETTLING
@@ -22,17 +19,7 @@ from cpr_ros.interface.move_action import MoveAction
 from cpr_ros.operation.starting_place import begin_at_measured
 
 
-@pytest.fixture
-def node():
-    context = Context()
-    rclpy.init(context=context, domain_id=free_domain())
-    node = rclpy.create_node("mover", context=context)
-    yield node
-    node.destroy_node()
-    rclpy.shutdown(context=context)
-
-
-def test_out_of_patience_it_holds_commands_that_a_wrench_held_back(node, monkeypatch):
+def test_out_of_patience_it_holds_commands_that_a_wrench_held_back(bare_node, monkeypatch):
     """They went out as soon as the wrench was gone, of a goal that had failed."""
     bench = ClosedLoop("rfrfr")
     session, home = bench.session, bench.model
@@ -40,7 +27,7 @@ def test_out_of_patience_it_holds_commands_that_a_wrench_held_back(node, monkeyp
     session.begin_at(home, home.motors + 0.1, 0.0)
     pushed = home.loads.with_(wrench_world=[0, 0, 0, -500.0, 0, 0])
     session.wrench.take(pushed, bench.now)
-    action, results = MoveAction(node, FRAMES, lambda: session), []
+    action, results = MoveAction(bare_node, FRAMES, lambda: session), []
     monkeypatch.setattr(action, "_finish", lambda handle, val, result: results.append(result))
     motors = JointState(name=[*session.robot.motor_names], position=home.motors.tolist())
     request = MoveTo.Goal(given=MoveTo.Goal.GIVEN_MOTORS, motors=motors, patience=0.5)
@@ -63,11 +50,11 @@ def test_out_of_patience_it_holds_commands_that_a_wrench_held_back(node, monkeyp
 class Machine:
     """A session and the motors it commands, which are measured where they are."""
 
-    def __init__(self, node, monkeypatch, **parameters):
+    def __init__(self, bare_node, monkeypatch, **parameters):
         self.bench = ClosedLoop("rfrfr", **parameters)
         self.session, self.home = self.bench.session, self.bench.model.motors.copy()
         self.action, self.results, self.feedback = (
-            MoveAction(node, FRAMES, lambda: self.session),
+            MoveAction(bare_node, FRAMES, lambda: self.session),
             [],
             [],
         )
@@ -135,8 +122,8 @@ def without_power(motors, commands):
 
 
 @pytest.fixture
-def machine(node, monkeypatch):
-    return Machine(node, monkeypatch)
+def machine(bare_node, monkeypatch):
+    return Machine(bare_node, monkeypatch)
 
 
 @pytest.mark.parametrize("pose", [False, True])
@@ -206,9 +193,9 @@ def test_motors_that_are_measured_no_more_are_nobody_knows_where(machine):
 
 @pytest.mark.parametrize("tolerance", [0.0, 0.05])
 def test_motors_that_a_load_holds_off_their_commands_want_a_larger_tolerance(
-    node, monkeypatch, tolerance
+    bare_node, monkeypatch, tolerance
 ):
-    machine = Machine(node, monkeypatch, arrived_tolerance=tolerance)
+    machine = Machine(bare_node, monkeypatch, arrived_tolerance=tolerance)
     machine.send(machine.home + [0.2, -0.2])
     machine.run(3.0, lambda motors, commands: commands + 0.04)
     assert machine.told == (ErrorCode.SUCCESS, "")
