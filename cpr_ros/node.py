@@ -370,7 +370,7 @@ class CprNode(LifecycleNode):
 
     def _repeat_commands(self) -> None:
         """For a controller that came later."""
-        command = self._required_session().repeated_command
+        command = self._required_session().repeated_command(time.monotonic())
         if command is not None:
             self.outputs.motor_commands(command)
 

@@ -1,7 +1,12 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The motor commands, and that none is farther from the one before than a tick's way. No ROS here."""
+"""The motor commands: none is farther than a tick's way from the one before. No ROS here.
+
+Where the motors are measured, none is farther from there either than they may be behind: one that jams
+or has no power holds up all the others, which would bend the rods between them, and does not jump far
+when it goes on.
+"""
 
 from __future__ import annotations
 
@@ -29,16 +34,19 @@ class MotorCommands:
         newest: The last command, or where the motors are known to be, (n,) [rad or m]; None: nothing
             is known, the first command goes anywhere.
         said: Whether it may be said again: not where others have moved the motors.
+        max_lead: Commands are ahead of measured motors by what these do at full speed in so long at most
+            [s], or in a tick; 0: by anything.
     """
 
-    def __init__(self, robot: Robot, period: float) -> None:
+    def __init__(self, robot: Robot, period: float, max_lead: float = 0.0) -> None:
         """Know nothing yet.
 
         Args:
             robot: The robot.
             period: Time of a tick [s].
+            max_lead: See the attribute [s].
         """
-        self.robot, self.period = robot, period
+        self.robot, self.period, self.max_lead = robot, period, max_lead
         self.newest: Floats | None = None
         self.said = True
         self._speed, self._steps = math.nan, list[float]()
@@ -53,20 +61,59 @@ class MotorCommands:
         # In lists: this is asked whenever anything has come, and numpy takes several times as long.
         return self.newest is None or self.newest.tolist() == motors.tolist()
 
-    def step_to(self, motors: Floats, max_speed: float) -> Floats:
-        """The next command on the straight way to motors, (n,).
+    def step_to(
+        self, motors: Floats, max_speed: float, measured: Floats | None = None
+    ) -> Floats | None:
+        """The next command on the straight way to motors, (n,); None: measured ones are too far behind.
 
         Args:
             motors: Where the motors shall be in the end.
             max_speed: Speed no motor exceeds [rad/s, rod lengths/s]; a motor's own limit holds as well.
+            measured: Where they are, (n,); None: nobody measures.
         """
         command = np.array(motors, float)
         if self.newest is not None:
-            if max_speed != self._speed:
-                steps = motor_steps(self.robot, max_speed, self.period)
-                self._speed, self._steps = max_speed, steps.tolist()
-            ticks = largest_way(self.newest, command, self._steps)
-            if ticks > 1.0 + _SLACK:
-                command = self.newest + (command - self.newest) / ticks
+            ticks = largest_way(self.newest, command, self._steps_at(max_speed))
+            part = 1.0 / ticks if ticks > 1.0 + _SLACK else 1.0
+            in_reach = self.part_in_reach(command, max_speed, measured)
+            if in_reach < part and in_reach * ticks <= _SLACK:
+                return None
+            part = min(part, in_reach)
+            if part < 1.0:
+                command = self.newest + part * (command - self.newest)
         self.newest, self.said = command, True
         return command
+
+    def part_in_reach(self, motors: Floats, max_speed: float, measured: Floats | None) -> float:
+        """Part of the straight way to motors that takes none too far from where it was measured.
+
+        None that is too far already goes any farther. Arguments as in :meth:`step_to`.
+        """
+        if self.newest is None or measured is None or not self.max_lead:
+            return 1.0
+        part, lead, steps = 1.0, self._lead_in_ticks, self._steps_at(max_speed)
+        for begin, end, place, step in zip(
+            self.newest.tolist(), motors.tolist(), measured.tolist(), steps, strict=True
+        ):
+            if begin != end:
+                ahead = (begin - place) * math.copysign(1.0, end - begin)
+                part = min(part, (max(lead * step, abs(ahead)) - ahead) / abs(end - begin))
+        return 1.0 if part > 1.0 - _SLACK else part
+
+    def in_reach(self, measured: Floats | None, max_speed: float) -> bool:
+        """Whether no motor is measured too far from the last command; arguments of :meth:`step_to`."""
+        if self.newest is None or measured is None or not self.max_lead:
+            return True
+        ahead = largest_way(measured, self.newest, self._steps_at(max_speed))
+        return ahead <= self._lead_in_ticks * (1.0 + _SLACK)
+
+    @property
+    def _lead_in_ticks(self) -> float:
+        return max(1.0, self.max_lead / self.period)
+
+    def _steps_at(self, max_speed: float) -> list[float]:
+        """How far every motor may go in a tick, (n,)."""
+        if max_speed != self._speed:
+            steps = motor_steps(self.robot, max_speed, self.period)
+            self._speed, self._steps = max_speed, steps.tolist()
+        return self._steps

@@ -51,7 +51,7 @@ class MovedByOthers:
         self.found = ""
         self._units = robot.motor_units.tolist()
         self._commanded = self._set_off = -math.inf
-        self._in_motion = False  # when the way was measured
+        self._in_motion = self._waited_for = False  # when the way was measured
         self._resting: Floats | None = None
         self._resting_since = self._far_since = math.inf
 
@@ -83,17 +83,21 @@ class MovedByOthers:
             self.away = self.found = self._words()
             self.doubt = ""
 
-    def take(self, measured: Floats, commands: Floats | None, now: float) -> bool:
+    def take(
+        self, measured: Floats, commands: Floats | None, now: float, *, waited_for: bool = False
+    ) -> bool:
         """Take measured motors; whether they rest elsewhere, and the robot is to be begun with there.
 
         Args:
             measured: (n,) [rad or m].
             commands: Where they were sent, (n,); None: nowhere yet.
             now: Steady time [s].
+            waited_for: Whether commands go no farther until the motors follow.
         """
         if self._resting is None or largest_way(self._resting, measured, self._units) > RESTING:
             self._resting, self._resting_since = measured, now
-        self._in_motion = now - self._commanded < SETTLING
+        self._waited_for = waited_for
+        self._in_motion = waited_for or now - self._commanded < SETTLING
         # Motors that go on their way late have not stood still since they were sent there.
         stuck = now - max(self._resting_since, self._set_off) >= SETTLING
         self._way = 0.0 if commands is None else largest_way(commands, measured, self._units)
@@ -123,8 +127,14 @@ class MovedByOthers:
 
     def _words(self) -> str:
         """That the motors were measured farther from their last command than is tolerated."""
-        if not self._tolerance or not self._way > self._tolerance:
+        if not self._tolerance:
             return ""
+        if not self._way > self._tolerance:
+            return self._waited_for * (
+                f"the motors do not follow: one was measured {self._way:.3g} (rad or rod lengths) from "
+                f"its command, as far as max_lead allows, and all at rest for {SETTLING:g} s while "
+                "commands waited for them"
+            )
         told, tolerance = distinct(self._way, self._tolerance)
         if self._in_motion:
             return (

@@ -45,6 +45,11 @@ Floats = NDArray[np.float64]
 
 #: Speed that is left just above a stop threshold, so that the halt is reached in finite time.
 CREEP = 0.02
+#: Where motors are behind a step ends so far inside of their reach, part of it: along the way to a pose
+#: they do not go straight.
+_INSIDE = 0.98
+#: Part of a step that is none.
+_NOWHERE = 1e-3
 #: Smallest part of a step that is tried; when it is refused, the robot is halted.
 SMALLEST_REACH = 1.0 / 64.0
 #: Largest change in one step of a leg coordinate (in 1/rod length) and of the platform (in radians and
@@ -116,6 +121,8 @@ class SetpointFollower:
         watchdog: Age of the newest setpoint.
         corrected: Where the robot is sent for a goal: there, or where it then is measured there.
         caution: Factor that speeds do not exceed: less than 1 while something is not seen.
+        in_reach: Part of the way to motors, (n,), that they may be sent now, at a steady time [s].
+        waits: Whether the last tick went less far for that reason, or nowhere.
         dropped: Why the last setpoint was forgotten that none replaced.
         orders: How many setpoints, pauses and returns have come, and how often one was forgotten: it
             tells that something newer has come, also if that is gone already.
@@ -128,6 +135,8 @@ class SetpointFollower:
         self.settings = settings
         self.corrected: Callable[[Goal], Goal] = lambda goal: goal
         self.caution = 1.0
+        self.in_reach: Callable[[Floats, float], float] = lambda motors, now: 1.0
+        self.waits = False
         self.paused = False
         self.dropped = ""
         self.orders = 0
@@ -228,6 +237,7 @@ class SetpointFollower:
         self.orders += 1
         self.dropped = reason
         self._goal, self._returning, self._under_way = None, False, False
+        self.waits = False
         self._refusal, self._reach, self._stirred = None, 1.0, True
         self.watchdog.forget()
 
@@ -257,7 +267,7 @@ class SetpointFollower:
         goal = None if self._goal is None else self.corrected(self._goal)
         moved, home_missed = borne is not current, False
         state = State.PAUSED if self.paused else State.IDLE
-        self._under_way, obeyed = False, False
+        self._under_way, self.waits, obeyed = False, False, False
         if goal is not None and not self.paused:
             at_goal = goal.remaining(borne.equilibrium) <= ARRIVED
             if at_goal and not (self._returning and burden):
@@ -271,7 +281,7 @@ class SetpointFollower:
                 self._refusal = None
             else:
                 self._under_way = True
-                ahead = borne if burden else self._move(borne, goal)
+                ahead = borne if burden else self._move(borne, goal, now)
                 waits = isinstance(goal, TrajectoryGoal) and goal.waits
                 obeyed = ahead is not borne and not waits
                 moved, borne = moved or ahead is not borne, ahead
@@ -335,10 +345,11 @@ class SetpointFollower:
         """Measures that count now."""
         return MEASURES if isinstance(self._goal, PoseGoal) else ON_WAY_TO_MOTORS
 
-    def _move(self, current: Assessment, goal: Goal) -> Assessment:
-        """One step towards the goal, or the same equilibrium if it is refused."""
-        for _ in range(2):
-            factor = self._reach * self._speed_scale(current, self._worsening)
+    def _move(self, current: Assessment, goal: Goal, now: float) -> Assessment:
+        """One step towards the goal, or the same equilibrium if it is refused or out of reach."""
+        within = 1.0
+        for _ in range(3):
+            factor = within * self._reach * self._speed_scale(current, self._worsening)
             ahead = self._step(current, goal, factor)
             refusal = ahead if isinstance(ahead, Refusal) else self._crossing(current, ahead)
             if isinstance(ahead, Refusal) or refusal is not None:
@@ -347,6 +358,13 @@ class SetpointFollower:
                 self._reach = max(SMALLEST_REACH, 0.5 * self._reach)
                 return current
             self._worsening = self._worse(current, ahead)
+            part = self.in_reach(ahead.equilibrium.motors, now)
+            if part < 1.0:
+                self.waits = True
+                within *= _INSIDE * part
+                if within < _NOWHERE:
+                    return current
+                continue
             allowed = self._speed_scale(current, self._worsening)
             if self._ticks_between(
                 current.equilibrium.motors, ahead.equilibrium.motors
@@ -356,7 +374,7 @@ class SetpointFollower:
                 if isinstance(goal, TrajectoryGoal):
                     goal.accept()
                 return ahead
-            # It was not known that this way leads to a threshold: the same again, slower.
+            # It was not known that this way leads to a threshold, or out of reach: again, slower.
         return current
 
     def _step(self, current: Assessment, goal: Goal, factor: float) -> Assessment | Refusal:

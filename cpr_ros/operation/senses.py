@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is not measured though it should be, until it has come again for a while. No ROS here."""
+"""What is not measured as it should be, until it has been for a while. No ROS here."""
 
 from __future__ import annotations
 
@@ -52,6 +52,7 @@ class Senses:
         motors: MeasuredMotors | None,
         wrench: ExternalWrench,
         loop: Callable[[float], LoopStatus],
+        lag: Callable[[], str],
     ) -> None:
         """Miss nothing.
 
@@ -60,19 +61,30 @@ class Senses:
                 the state tells.
             wrench: External wrench.
             loop: Tells at a steady time [s] whether the measured pose corrects the setpoint.
+            lag: Tells whether commands wait for motors, in words; empty: they do not.
         """
-        self._motors, self._wrench, self._loop = motors, wrench, loop
+        self._motors, self._wrench, self._loop, self._lag = motors, wrench, loop, lag
         self._sight_of_motors, self._sight_of_platform = Sight(), Sight()
-        self._sight_of_wrench = Sight()
+        self._sight_of_wrench, self._sight_of_lag = Sight(), Sight()
 
     def forget(self) -> None:
         """Be as if nothing had ever been missing."""
-        for sight in (self._sight_of_motors, self._sight_of_wrench, self._sight_of_platform):
+        for sight in (
+            self._sight_of_motors,
+            self._sight_of_lag,
+            self._sight_of_wrench,
+            self._sight_of_platform,
+        ):
             sight.forget()
 
     def unseen(self, now: float) -> str:
         """What is missing at a steady time [s], in words; empty if nothing is."""
-        missing = self.missing_motors(now), self._missing_platform(now), self.missing_wrench(now)
+        missing = (
+            self.missing_motors(now),
+            self._lagging_motors(now),
+            self._missing_platform(now),
+            self.missing_wrench(now),
+        )
         return next(filter(None, missing), "")
 
     def missing_motors(self, now: float) -> str:
@@ -84,6 +96,12 @@ class Senses:
     def missing_wrench(self, now: float) -> str:
         """Why what pushes on the platform is not known any more; empty otherwise."""
         return self._sight_of_wrench.missing(self._wrench.missing, now)
+
+    def _lagging_motors(self, now: float) -> str:
+        """That motors do not keep up with their commands; empty if they do, or nobody measures."""
+        if self._motors is None:
+            return ""
+        return self._sight_of_lag.missing(self._lag(), now)
 
     def _missing_platform(self, now: float) -> str:
         loop = self._loop(now)

@@ -89,8 +89,9 @@ class Session:
         self.felt = FeltWrench(robot, live.felt_wrench)
         self.loop = PoseLoop(robot, self.period, live.loop)
         self.follower.corrected = self.loop.corrected
+        self.follower.in_reach = self._part_in_reach
         self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
-        self.commands = MotorCommands(robot, self.period)
+        self.commands = MotorCommands(robot, self.period, live.max_lead)
         self.first_step = FirstStep(robot, self.period, self.follower)
         self._commanded_ahead = False
         self._before = home = self.solver.current
@@ -100,7 +101,7 @@ class Session:
         self.others = MovedByOthers(robot, live.moved_tolerance)
         self._told_away = ""
         measured = self.measured if self.tracking is None else None
-        self.senses = Senses(measured, self.wrench, lambda now: self.loop_status(now))
+        self.senses = Senses(measured, self.wrench, lambda now: self.loop_status(now), self._lag)
         self.admission = Admission(
             self.solver,
             self.follower,
@@ -156,6 +157,7 @@ class Session:
             self.commands.said = False  # else saying it again would move the motors
             self.hold_commands()
         self.measured.watchdog.timeout = live.measured_timeout
+        self.commands.max_lead = live.max_lead
         if self.tracking is not None:
             self.tracking.watchdog.timeout = live.measured_timeout
             self.tracking.at_rest = False
@@ -235,6 +237,25 @@ class Session:
         """What is not seen is moved slowly."""
         self.follower.caution = BLIND if self.follower.moving and self.senses.unseen(now) else 1.0
 
+    def _measured_now(self, now: float) -> NDArray[np.float64] | None:
+        """Where motors that the node moves are measured, (n,); None: they are not, or too long ago."""
+        measured = self.measured.newest(now)
+        return None if measured is None else measured.motors
+
+    def _part_in_reach(self, motors: NDArray[np.float64], now: float) -> float:
+        """Part of the way to motors, (n,), that commands may go: measured ones may be too far behind."""
+        max_speed = self.follower.settings.max_speed
+        return self.commands.part_in_reach(motors, max_speed, self._measured_now(now))
+
+    def _lag(self) -> str:
+        """That commands wait for motors that are too far behind, in words; empty if they do not."""
+        if not self.follower.waits:
+            return ""
+        return (
+            f"the commands wait for a motor: it was measured as far behind as max_lead "
+            f"{self.commands.max_lead:g} s allows"
+        )
+
     def take_note(self, now: float) -> None:
         """The second half of a tick: what follows from where the robot is now, at the time of `move`."""
         after, state = self.outcome.assessment.equilibrium, self.outcome.state
@@ -270,6 +291,8 @@ class Session:
             return None  # the goal is another in this tick
         if self.commands.newest is None or not self.wrench.at_rest(current.equilibrium.loads):
             return None
+        if self._part_in_reach(aim, now) < 1.0:
+            return None
         self._commanded_ahead = True
         return self._command(aim, now)
 
@@ -277,7 +300,7 @@ class Session:
         """The motor command of this tick, (n,) [rad or m]; None where there is nothing new.
 
         New commands leave the node here and by `command_ahead` only: none is farther from the one before
-        than a tick's way.
+        than a tick's way, nor farther from the measured motors than they may be behind.
         Where nothing is known of the motors, there is none before a setpoint is obeyed; one that asks
         for what the node believes anyway is told to the motors too, which may be elsewhere.
         """
@@ -293,10 +316,13 @@ class Session:
         held_back = self.follower.paused or self.outcome.refusal is not None
         return self.tracking is not None or held_back or bool(self.others.in_question)
 
-    def _command(self, motors: NDArray[np.float64], now: float) -> NDArray[np.float64]:
+    def _command(self, motors: NDArray[np.float64], now: float) -> NDArray[np.float64] | None:
         self.unplaced = False
-        self.others.commanded(now)
-        return self.commands.step_to(motors, self.follower.settings.max_speed)
+        max_speed = self.follower.settings.max_speed
+        command = self.commands.step_to(motors, max_speed, self._measured_now(now))
+        if command is not None:
+            self.others.commanded(now)
+        return command
 
     @property
     def known_place(self) -> tuple[Equilibrium, NDArray[np.float64] | None] | None:
@@ -314,14 +340,17 @@ class Session:
             return None
         return equilibrium, equilibrium.motors if state == State.TRACKING else None
 
-    @property
-    def repeated_command(self) -> NDArray[np.float64] | None:
+    def repeated_command(self, now: float) -> NDArray[np.float64] | None:
         """The last motor command once more, (n,), for a controller that came later; None: there is none.
 
-        Motors that others have moved are not sent back.
+        Motors that others have moved are not sent back, nor such that are farther off than new commands
+        may be ahead of them.
         """
         silent = self.tracking is not None or self.others.in_question or not self.commands.said
-        return None if silent else self.commands.newest
+        max_speed = self.follower.settings.max_speed
+        if silent or not self.commands.in_reach(self._measured_now(now), max_speed):
+            return None
+        return self.commands.newest
 
     def take_measured(self, motors: NDArray[np.float64], now: float) -> bool:
         """Take measured motors, (n,), of a robot that the node moves; whether it has to begin there.
@@ -331,7 +360,7 @@ class Session:
         self.measured.take(motors, now)
         if self.unplaced:
             return True
-        begin = self.others.take(motors, self.commands.newest, now)
+        begin = self.others.take(motors, self.commands.newest, now, waited_for=self.follower.waits)
         self._end_what_others_ended()
         return begin
 

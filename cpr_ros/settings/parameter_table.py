@@ -226,6 +226,15 @@ _LIVE = (
         live=True,
     ),
     DeclaredParameter(
+        "max_lead",
+        0.2,
+        "s",
+        "commands are ahead of measured motors by what these do at full speed in so long at most, or in "
+        "a tick: they wait for motors that do not follow; 0: however far",
+        _LONG,
+        live=True,
+    ),
+    DeclaredParameter(
         "arrived_tolerance",
         0.02,
         "rad, rod lengths",

@@ -129,6 +129,8 @@ class LiveParameters:
         measured_timeout: Age beyond which measured motors are stale [s]; 0: never.
         moved_tolerance: Motors measured farther from their last command were moved by others [rad, rod
             lengths]; 0: never.
+        max_lead: Commands are ahead of measured motors by what these do at full speed in so long at most
+            [s], or in a tick; 0: however far.
         arrived_tolerance: A goal of ``~/move_to`` is reached when every measured motor is so near to its
             command [rad, rod lengths]; 0: wherever they are measured.
         time_limit: Longest time of a request [s].
@@ -141,6 +143,7 @@ class LiveParameters:
     wrench_timeout: float
     measured_timeout: float
     moved_tolerance: float
+    max_lead: float
     arrived_tolerance: float
     time_limit: float
     loop: LoopSettings
@@ -205,6 +208,7 @@ def live_parameters(value: Callable[[str], Any]) -> LiveParameters:
         value("wrench_timeout"),
         value("measured_timeout"),
         value("moved_tolerance"),
+        value("max_lead"),
         value("arrived_tolerance"),
         value("time_limit"),
         loop,
@@ -236,6 +240,7 @@ def live_problem(live: LiveParameters, changed: Collection[str] | None = None) -
         "wrench_timeout",
         "measured_timeout",
         "moved_tolerance",
+        "max_lead",
         "arrived_tolerance",
         "time_limit",
         "twist_timeout",

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Motor commands: none is farther from the one before than a tick's way."""
+"""Motor commands: none is farther from the one before, or from measured motors, than it may be."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -63,3 +63,47 @@ def test_another_speed_holds_from_the_next_step_on(speeds):
         before = commands.newest
         step = commands.step_to(np.full(6, 1e3), speed) - before
         np.testing.assert_allclose(step, motor_steps(ROBOT, speed, PERIOD), rtol=1e-9)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.lists(st.tuples(anywhere, anywhere), min_size=2, max_size=30),
+    st.sampled_from([1e-9, PERIOD, 0.05, 0.2]),
+)
+def test_no_command_is_farther_from_measured_motors_than_they_may_be_behind(course, max_lead):
+    """Whatever is asked for and measured; motors that are farther already get no farther."""
+    commands = MotorCommands(ROBOT, PERIOD, max_lead)
+    commands.place(course[0][0])
+    lead = STEPS * max(1.0, max_lead / PERIOD)
+    for scale, (target, place) in enumerate(course):
+        last = commands.newest
+        measured = last + place * 10.0 ** (-scale % 6 - 3)  # from far off to near
+        part = commands.part_in_reach(target, SPEED, measured)
+        assert 0.0 <= part <= 1.0
+        command = commands.step_to(target, SPEED, measured)
+        if command is None:
+            np.testing.assert_array_equal(commands.newest, last)
+            assert part * np.abs((target - last) / STEPS).max() < 2e-5
+            continue
+        assert np.all(np.abs(command - last) <= STEPS * (1.0 + 2e-5))
+        before, after = np.abs(last - measured), np.abs(command - measured)
+        assert np.all(after <= np.maximum(lead, before) * (1.0 + 2e-5) + 1e-9)
+        assert np.any(command != last) or np.array_equal(target, last)
+
+
+def test_commands_go_as_far_as_there_is_room():
+    commands = MotorCommands(ROBOT, PERIOD, 10 * PERIOD)
+    commands.place(np.zeros(6))
+    for _ in range(30):
+        commands.step_to(np.full(6, 1e3), SPEED, np.zeros(6))
+    np.testing.assert_allclose(commands.newest, 10 * STEPS, rtol=1e-9)
+    assert commands.part_in_reach(np.full(6, 1e3), SPEED, np.zeros(6)) == 0.0
+    assert commands.in_reach(np.zeros(6), SPEED)
+    assert not commands.in_reach(-0.1 * STEPS, SPEED)
+    assert commands.step_to(np.full(6, 1e3), SPEED, np.zeros(6)) is None
+    one_behind = 10 * STEPS  # but for one motor, that has moved by half a tick's way
+    one_behind[3] = 0.5 * STEPS[3]
+    further = commands.step_to(np.full(6, 1e3), SPEED, one_behind)
+    np.testing.assert_allclose(further - 10 * STEPS, 0.5 * STEPS, rtol=1e-9)  # all wait for it
+    back = commands.step_to(np.zeros(6), SPEED, np.zeros(6))
+    np.testing.assert_allclose(back, 9.5 * STEPS, rtol=1e-9)  # nearer is always allowed

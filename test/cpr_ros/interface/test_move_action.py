@@ -140,13 +140,15 @@ def test_motors_that_lag_behind_are_waited_for(machine, pose, lag):
     assert machine.results[0].remaining == 0.0
 
 
+@pytest.mark.parametrize(("max_lead", "way_left"), [(0.0, 0.4), (0.2, 0.2)])
 @pytest.mark.parametrize("every", [1, 50])
-def test_motors_without_power_do_not_succeed(machine, every):
+def test_motors_without_power_do_not_succeed(machine, every, max_lead, way_left):
     """They were said to be there as soon as their commands were, with all of the way to go.
 
     However seldom they are measured: one message may tell that they rest elsewhere, and place the robot.
     """
     machine.session.measured.watchdog.timeout = 0.0
+    machine.session.commands.max_lead = max_lead
     machine.send(machine.home + [0.4, -0.4], patience=2.0)
     machine.run(3.0, without_power, every)
     val, message = machine.told
@@ -154,7 +156,7 @@ def test_motors_without_power_do_not_succeed(machine, every):
     assert "moved_tolerance" in message
     assert "motor1 is measured at 2.59 rad, its command is 2." in message
     assert "motor2 is measured at 0.55 rad, its command is " in message
-    assert machine.results[0].remaining == pytest.approx(0.4, abs=0.01)
+    assert machine.results[0].remaining == pytest.approx(way_left, abs=0.01)
 
 
 @pytest.mark.parametrize(("patience", "longest"), [(0.0, SETTLING), (2.0, 2.0)])

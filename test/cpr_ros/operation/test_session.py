@@ -520,12 +520,12 @@ def test_motors_that_others_have_moved_are_not_sent_back(bench):
     session, home = bench.session, bench.session.solver.current.equilibrium
     commanded(session, home.motors)
     assert not measured_for(bench, home.motors)
-    np.testing.assert_array_equal(session.repeated_command, home.motors)
+    np.testing.assert_array_equal(session.repeated_command(bench.now), home.motors)
     session.follow(MotorGoal(session.robot, home.motors), bench.now)
     bench.tick()
     elsewhere = home.motors + [0.1, -0.4]
     assert not measured_for(bench, elsewhere, 0.3)  # they may still be moved
-    assert session.repeated_command is None
+    assert session.repeated_command(bench.now) is None
     assert session.follower.goal is None
     assert "somebody else has moved the motors" in session.follower.dropped
     for ask in (
@@ -541,11 +541,130 @@ def test_motors_that_others_have_moved_are_not_sent_back(bench):
     assert bench.commands == []
     assert not measured_for(bench, elsewhere)
     assert bench.commands == []
-    assert session.repeated_command is None  # nobody asked them to hold against what held them off
+    held = session.repeated_command(bench.now)
+    assert held is None  # nobody asked them to hold against what held them off
     session.follow(MotorGoal(session.robot, elsewhere + 0.01), bench.now)
     assert bench.tick().state == State.FOLLOWING
     assert np.abs(bench.commands[0] - elsewhere).max() <= PERIOD * (1.0 + 1e-5)
-    np.testing.assert_array_equal(session.repeated_command, bench.commands[0])
+    np.testing.assert_array_equal(session.repeated_command(bench.now), bench.commands[0])
+
+
+def lagging(bench, target, max_lead, time_constant, ticks):
+    """Follow a setpoint with motors that lag; ways of commands from where they were measured last."""
+    session, motors = bench.session, bench.session.solver.current.equilibrium.motors
+    session.apply(replace(LIVE, max_lead=max_lead), bench.now)
+    commanded(session, motors)
+    session.take_measured(motors, bench.now)
+    session.follow(MotorGoal(session.robot, target), bench.now)
+    ways = []
+    for _ in range(ticks):
+        before = len(bench.commands)
+        bench.tick()
+        ways += [np.abs(command - motors).max() for command in bench.commands[before:]]
+        motors = motors + PERIOD / time_constant * (session.commands.newest - motors)
+        session.take_measured(motors, bench.now)
+    return ways
+
+
+@pytest.mark.parametrize(
+    ("max_lead", "time_constant"), [(PERIOD, 0.02), (PERIOD, 0.1), (0.05, 0.1), (0.2, 0.02)]
+)
+def test_no_command_is_farther_ahead_of_measured_motors_than_max_lead(
+    bench, max_lead, time_constant
+):
+    """One jammed motor bent the rods of all the others for half a second."""
+    target = bench.session.solver.current.equilibrium.motors + [0.1, -0.2]
+    ways = lagging(bench, target, max_lead, time_constant, 3000)
+    reach = max_lead * SETTINGS.max_speed
+    assert max(ways) <= reach * (1.0 + 1e-5)
+    assert max(ways) >= 0.99 * min(reach, time_constant * SETTINGS.max_speed)
+    np.testing.assert_array_equal(bench.commands[-1], target)  # slower, but there
+    assert bench.session.outcome.state == State.IDLE
+
+
+def test_commands_wait_for_a_motor_that_jams_and_say_so(bench):
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    for _ in range(80):
+        session.take_measured(home, bench.now)
+        bench.tick()
+    lead = LIVE.max_lead * SETTINGS.max_speed
+    np.testing.assert_allclose(bench.commands[-1] - home, [0.0, lead], rtol=2e-3, atol=1e-12)
+    assert "the commands wait for a motor" in session.senses.unseen(bench.now)
+    assert session.follower.waits
+    sent, outcome = len(bench.commands), bench.tick()
+    assert len(bench.commands) == sent
+    assert (outcome.state, outcome.moved) == (State.FOLLOWING, False)
+    assert not session.at_rest
+    for _ in range(400):  # it goes on
+        session.take_measured(bench.commands[-1], bench.now)
+        bench.tick()
+    np.testing.assert_array_equal(bench.commands[-1], home + [0.0, 0.5])
+    assert session.senses.unseen(bench.now) == ""
+
+
+def test_what_is_held_off_farther_than_max_lead_does_not_hear_the_last_command_again(bench):
+    """A controller that comes later would jump there."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    session.apply(replace(LIVE, max_lead=PERIOD), bench.now)
+    commanded(session, home)
+    for way in (0.5, 1.0, 1.5, 15.0):
+        session.take_measured(home + [0.0, way * PERIOD * SETTINGS.max_speed], bench.now)
+        assert (session.repeated_command(bench.now) is not None) == (way <= 1.0)
+    session.apply(replace(LIVE, max_lead=0.2), bench.now)
+    assert session.repeated_command(bench.now) is not None
+
+
+def test_there_is_a_way_back_from_a_motor_that_jams(bench):
+    """Whatever is asked for that takes no motor farther from where it is measured."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    session.apply(replace(LIVE, settings=replace(SETTINGS, max_speed=0.4)), bench.now)
+    commanded(session, home)
+    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    for ask in (None, session.reset):
+        if ask:
+            ask()
+        for _ in range(90):
+            session.take_measured(home, bench.now)
+            bench.tick()
+    np.testing.assert_array_equal(bench.commands[-1], home)
+    assert session.outcome.state == State.IDLE
+    assert not session.others.away
+
+
+@pytest.mark.parametrize(("speed", "begins_there"), [(1.0, True), (0.2, False)])
+def test_a_motor_that_stays_jammed_ends_what_waits_for_it(bench, speed, begins_there):
+    """A setpoint of long ago would set off when it has power again; near its command it stays there."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    session.apply(replace(LIVE, settings=replace(SETTINGS, max_speed=speed)), bench.now)
+    commanded(session, home)
+    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    ticks, begin = 0, False
+    while session.follower.goal is not None:
+        begin = session.take_measured(home, bench.now) or begin
+        bench.tick()
+        ticks += 1
+    assert ticks == pytest.approx(0.5 / PERIOD, abs=3)
+    assert "the motors do not follow: one was measured" in session.follower.dropped
+    for _ in range(200):
+        begin = session.take_measured(home, bench.now) or begin
+        bench.tick()
+    assert begin == begins_there
+    assert np.abs(bench.commands[-1] - home).max() <= LIVE.max_lead * speed * (1.0 + 1e-5)
+
+
+def test_without_max_lead_commands_go_on_until_motors_are_found_not_to_follow(bench):
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    session.apply(replace(LIVE, max_lead=0.0), bench.now)
+    commanded(session, home)
+    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    for _ in range(60):
+        session.take_measured(home, bench.now)
+        bench.tick()
+    way = [0.0, 60 * PERIOD * SETTINGS.max_speed]
+    np.testing.assert_allclose(bench.commands[-1] - home, way, rtol=1e-6, atol=1e-12)
+    assert session.senses.unseen(bench.now) == ""
 
 
 @pytest.fixture
@@ -597,13 +716,13 @@ def test_that_others_have_moved_the_motors_is_a_halt_until_they_are_measured_whe
 
 def test_no_moved_tolerance_ends_it_and_sends_nothing_by_itself(moved):
     session, home = moved.session, moved.session.solver.current.equilibrium
-    session.apply(replace(LIVE, moved_tolerance=0.0), moved.now)
+    session.apply(replace(LIVE, moved_tolerance=0.0, max_lead=0.0), moved.now)
     assert not session.at_rest
     assert not halted(moved)
-    assert session.repeated_command is None
+    assert session.repeated_command(moved.now) is None
     session.follow(MotorGoal(session.robot, home.motors + 0.1), moved.now)
     moved.tick()
-    np.testing.assert_array_equal(session.repeated_command, moved.commands[-1])
+    np.testing.assert_array_equal(session.repeated_command(moved.now), moved.commands[-1])
 
 
 def test_no_moved_tolerance_sets_off_no_commands_that_were_on_their_way(bench):
@@ -672,11 +791,11 @@ def test_one_wrong_measurement_ends_nothing_and_halts_nothing(bench):
     bench.now += 0.1
     assert not session.take_measured(home.motors + 3.0, bench.now)
     assert bench.tick().verdict.action == Action.NONE
-    assert session.repeated_command is None  # it may be true
+    assert session.repeated_command(bench.now) is None  # it may be true
     with pytest.raises(RequestError, match="the next measurements tell whether somebody has moved"):
         session.follow(MotorGoal(session.robot, home.motors), bench.now)
     measured_for(bench, home.motors)
-    assert (endings, session.repeated_command is None) == ([], False)
+    assert (endings, session.repeated_command(bench.now) is None) == ([], False)
     while not endings:
         measured_for(bench, home.motors)
     assert [ending.val for ending in endings] == [ErrorCode.SUCCESS]
@@ -733,6 +852,7 @@ def test_commands_that_a_pause_holds_do_not_go_on_where_others_have_moved_the_mo
 def test_motors_in_motion_are_not_compared(bench):
     """They are late: that is no reason to end the motion."""
     session, home = bench.session, bench.session.solver.current.equilibrium
+    session.apply(replace(LIVE, max_lead=0.0), bench.now)  # else commands wait for them
     commanded(session, home.motors)
     session.follow(MotorGoal(session.robot, home.motors + [0.5, -0.5]), bench.now)
     while bench.tick().state != State.IDLE:

@@ -295,7 +295,7 @@ def test_commands_do_not_run_away_from_motors_that_do_not_follow(bench):
     still, slow = [2.7, 0.4], 0.25
     bench.measure(still)
     # On its way for several seconds: a busy machine says late what is measured.
-    bench.start("start_from:=measured", f"max_speed:={slow}", until="")
+    bench.start("start_from:=measured", f"max_speed:={slow}", "max_lead:=0.0", until="")
     bench.until_said("ready")
     bench.until_heard()
     bench.send(3.6, -0.4)
@@ -308,6 +308,24 @@ def test_commands_do_not_run_away_from_motors_that_do_not_follow(bench):
     bench.commands = [np.array(still)]
     bench.send(2.75, 0.35)
     bench.until_at([2.75, 0.35])
+    assert bench.longest_step() <= 1.0 + 2e-5
+
+
+def test_commands_wait_for_motors_that_do_not_follow(bench):
+    """They go no farther ahead than max_lead allows; motors that stay where they are end what waits."""
+    still, slow, lead = [2.7, 0.4], 0.25, 0.2
+    bench.measure(still)
+    bench.start("start_from:=measured", f"max_speed:={slow}", until="")
+    bench.until_said("ready")
+    bench.until_heard()
+    bench.send(3.6, -0.4)
+    bench.until_said("as far as max_lead allows, and all at rest for 0.5 s while commands waited")
+    bench.spin(0.2)  # what is on the way
+    ahead = max(float(np.abs(command - still).max()) for command in bench.commands)
+    assert 0.9 * lead * slow < ahead <= lead * slow * (1.0 + 1e-5)
+    bench.commands = [bench.commands[-1]]
+    bench.send(*still)  # as near as the last command was
+    bench.until_at(still)
     assert bench.longest_step() <= 1.0 + 2e-5
 
 
@@ -645,7 +663,7 @@ def test_the_state_of_another_robot_is_left_aside_with_a_word(bench):
 
 def test_a_measurement_that_comes_late_places_a_robot_that_has_not_moved(bench):
     """Its publisher was discovered after the node was active, or started later."""
-    bench.start("moved_tolerance:=0.0")  # it goes on saying the same
+    bench.start("moved_tolerance:=0.0", "max_lead:=0.0")  # it goes on saying the same
     assert "nothing is known of where the robot is" in bench.process.output()
     bench.measure([3.2, -0.1])
     bench.client.spin_until(lambda: "where it is measured" in bench.process.output())
@@ -797,7 +815,7 @@ def test_what_others_do_to_the_file_neither_ends_the_node_nor_is_it_forgotten_wh
 
 def test_a_robot_that_moves_is_not_placed_by_a_measurement(bench):
     """Where nobody moves motors but the node: a load may hold them off their command."""
-    bench.start("moved_tolerance:=0.0")
+    bench.start("moved_tolerance:=0.0", "max_lead:=0.0")
     bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
     bench.send(2.7, 0.4)
     bench.until_at([2.7, 0.4])
