@@ -62,6 +62,16 @@ class MeasuredMotors:
             return None
         return MotorMeasurement(self._motors, self.watchdog.age(now))
 
+    def newest_motors(self, now: float) -> NDArray[np.float64] | None:
+        """Those of the newest, (n,); None as there."""
+        newest = self.newest(now)
+        return None if newest is None else newest.motors
+
+    @property
+    def last(self) -> NDArray[np.float64] | None:
+        """Those of the newest however old it is, (n,); None without."""
+        return self._motors
+
     def missing(self, now: float, *, with_age: bool = True) -> str:
         """Why there is no newest though somebody measures, or has measured; empty otherwise.
 

@@ -34,6 +34,7 @@ class MotorCommands:
         newest: The last command, or where the motors are known to be, (n,) [rad or m]; None: nothing
             is known, the first command goes anywhere.
         said: Whether it may be said again: not where others have moved the motors.
+        waits: Whether the last step was none: measured motors are too far behind.
         max_lead: Commands are ahead of measured motors by what these do at full speed in so long at most
             [s], or in a tick; 0: by anything.
     """
@@ -48,12 +49,12 @@ class MotorCommands:
         """
         self.robot, self.period, self.max_lead = robot, period, max_lead
         self.newest: Floats | None = None
-        self.said = True
+        self.said, self.waits = True, False
         self._speed, self._steps = math.nan, list[float]()
 
     def place(self, motors: Floats | None, *, said: bool = True) -> None:
         """Take note of where the motors are, (n,): measured, or commanded before."""
-        self.said = said
+        self.said, self.waits = said, False
         self.newest = None if motors is None else np.array(motors, float)
 
     def aligned_with(self, motors: Floats) -> bool:
@@ -77,11 +78,12 @@ class MotorCommands:
             part = 1.0 / ticks if ticks > 1.0 + _SLACK else 1.0
             in_reach = self.part_in_reach(command, max_speed, measured)
             if in_reach < part and in_reach * ticks <= _SLACK:
+                self.waits = True
                 return None
             part = min(part, in_reach)
             if part < 1.0:
                 command = self.newest + part * (command - self.newest)
-        self.newest, self.said = command, True
+        self.newest, self.said, self.waits = command, True, False
         return command
 
     def part_in_reach(self, motors: Floats, max_speed: float, measured: Floats | None) -> float:

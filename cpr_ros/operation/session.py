@@ -93,7 +93,7 @@ class Session:
         self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
         self.commands = MotorCommands(robot, self.period, live.max_lead)
         self.first_step = FirstStep(robot, self.period, self.follower)
-        self._commanded_ahead = False
+        self._commanded_ahead = self._waited = False
         self._before = home = self.solver.current
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
@@ -124,7 +124,9 @@ class Session:
             Whether a setpoint was forgotten.
         """
         follower, current = self.follower, self.solver.current.equilibrium
-        held_back = self.outcome.state in (State.HALTED, State.STALE) or follower.stale(now)
+        held_back = (
+            self.outcome.state in (State.HALTED, State.STALE) or follower.stale(now) or self._waits
+        )
         other_wrench = live.wrench_timeout != self.wrench.watchdog.timeout
         other_loop = live.loop != self.loop.settings
         other_jog = live.twist_timeout != self.jogger.watchdog.timeout
@@ -156,6 +158,8 @@ class Session:
         if held and not self.others.in_question:
             self.commands.said = False  # else saying it again would move the motors
             self.hold_commands()
+        if self._waits and not forgotten:
+            self.hold_commands()  # on their way to where the robot was put
         self.measured.watchdog.timeout = live.measured_timeout
         self.commands.max_lead = live.max_lead
         if self.tracking is not None:
@@ -201,6 +205,7 @@ class Session:
     def move(self, now: float) -> Outcome:
         """The first half of a tick, all that its motor command needs."""
         self._before = before = self.solver.current
+        self._waited = self._waits
         self.trajectories.before_tick(before, now)
         if self.jogger.drives(self.follower.goal):
             start = before.equilibrium
@@ -238,18 +243,25 @@ class Session:
         self.follower.caution = BLIND if self.follower.moving and self.senses.unseen(now) else 1.0
 
     def _measured_now(self, now: float) -> NDArray[np.float64] | None:
-        """Where motors that the node moves are measured, (n,); None: they are not, or too long ago."""
-        measured = self.measured.newest(now)
-        return None if measured is None else measured.motors
+        """Where motors that the node moves are measured, (n,); None: they are not, or too long ago.
+
+        Commands that wait for motors do not go on because nobody sees these any more.
+        """
+        return self.measured.last if self._waited else self.measured.newest_motors(now)
 
     def _part_in_reach(self, motors: NDArray[np.float64], now: float) -> float:
         """Part of the way to motors, (n,), that commands may go: measured ones may be too far behind."""
         max_speed = self.follower.settings.max_speed
         return self.commands.part_in_reach(motors, max_speed, self._measured_now(now))
 
+    @property
+    def _waits(self) -> bool:
+        """Whether commands wait for measured motors that are too far behind."""
+        return self.follower.waits or (self.commands.waits and not self.admission.aligned)
+
     def _lag(self) -> str:
         """That commands wait for motors that are too far behind, in words; empty if they do not."""
-        if not self.follower.waits:
+        if not self._waits:
             return ""
         return (
             f"the commands wait for a motor: it was measured as far behind as max_lead "
@@ -360,7 +372,7 @@ class Session:
         self.measured.take(motors, now)
         if self.unplaced:
             return True
-        begin = self.others.take(motors, self.commands.newest, now, waited_for=self.follower.waits)
+        begin = self.others.take(motors, self.commands.newest, now, waited_for=self._waits)
         self._end_what_others_ended()
         return begin
 

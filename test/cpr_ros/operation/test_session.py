@@ -654,6 +654,69 @@ def test_a_motor_that_stays_jammed_ends_what_waits_for_it(bench, speed, begins_t
     assert np.abs(bench.commands[-1] - home).max() <= LIVE.max_lead * speed * (1.0 + 1e-5)
 
 
+def jammed(bench):
+    """Commands wait for a motor."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    session.apply(replace(LIVE, measured_timeout=0.1), bench.now)
+    commanded(session, home)
+    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    while not session.follower.waits or bench.tick().moved:
+        session.take_measured(home, bench.now)
+        bench.tick()
+    return session, home
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{"max_lead": 1.0}, {"max_lead": 0.0}, {"settings": replace(SETTINGS, max_speed=2.0)}],
+)
+def test_a_parameter_that_lets_commands_go_farther_starts_no_motion(bench, changed):
+    session, home = jammed(bench)
+    sent = len(bench.commands)
+    assert session.apply(replace(LIVE, **changed), bench.now)
+    for _ in range(20):
+        session.take_measured(home, bench.now)
+        bench.tick()
+    assert len(bench.commands) == sent
+    assert session.follower.goal is None
+
+
+def test_commands_go_on_waiting_where_nothing_is_measured_any_more(bench):
+    session, _ = jammed(bench)
+    sent = len(bench.commands)
+    for _ in range(100):
+        bench.tick()
+    assert len(bench.commands) == sent
+    assert "the measured motors are older than" in session.senses.unseen(bench.now)
+    session.drop()  # who sends it again knows that
+    session.follow(MotorGoal(session.robot, bench.commands[-1] + 0.1), bench.now)
+    bench.tick()
+    assert len(bench.commands) == sent + 1
+
+
+def test_commands_on_their_way_wait_too_and_a_parameter_lets_them_not_go_on(bench):
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    apply(session, 2.9, 0.5)
+    for _ in range(60):
+        session.take_measured(home, bench.now)
+        bench.tick()
+    sent = len(bench.commands)
+    np.testing.assert_allclose(np.abs(bench.commands[-1] - home).max(), 0.2, rtol=1e-5)
+    assert bench.session.outcome.state == State.ALIGNING
+    assert "the commands wait for a motor" in session.senses.unseen(bench.now)
+    session.apply(replace(LIVE, max_lead=0.0), bench.now)
+    for _ in range(20):
+        session.take_measured(home, bench.now)
+        bench.tick()
+    assert len(bench.commands) == sent
+    assert session.outcome.state == State.PAUSED
+    session.pause(False)
+    session.take_measured(bench.commands[-1], bench.now)
+    bench.tick()
+    assert len(bench.commands) == sent + 1
+
+
 def test_without_max_lead_commands_go_on_until_motors_are_found_not_to_follow(bench):
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
     session.apply(replace(LIVE, max_lead=0.0), bench.now)
