@@ -107,3 +107,11 @@ def test_commands_go_as_far_as_there_is_room():
     np.testing.assert_allclose(further - 10 * STEPS, 0.5 * STEPS, rtol=1e-9)  # all wait for it
     back = commands.step_to(np.zeros(6), SPEED, np.zeros(6))
     np.testing.assert_allclose(back, 9.5 * STEPS, rtol=1e-9)  # nearer is always allowed
+
+
+def test_a_tick_is_always_in_reach():
+    commands = MotorCommands(ROBOT, PERIOD, 1e-9)
+    commands.place(np.zeros(6))
+    for _ in range(3):
+        commands.step_to(np.full(6, 1e3), SPEED, np.zeros(6))
+    np.testing.assert_allclose(commands.newest, STEPS, rtol=1e-9)

@@ -192,3 +192,21 @@ def test_ways_count_in_the_units_of_motors():
         measured[0] += way * sliding.motor_units[0]
         others.take(measured, sent, 1.0)
         assert bool(others.in_question) == away
+
+
+def test_motors_that_commands_wait_for_do_not_follow_and_are_not_begun_with(others):
+    """As long as they wait; how far ahead these are is not asked."""
+    near = SENT + 0.01
+    for number in range(40):
+        now = 10.0 + 0.05 * number
+        assert not others.take(near, SENT, now, waited_for=True)
+        assert bool(others.away) == (now - 10.0 >= SETTLING - 1e-9), now
+    assert "as far as max_lead allows" in others.away
+    assert not others.take(near, SENT, now + 0.05)
+    assert others.away == ""
+    now += 1.0
+    others.commanded(now)
+    for number in range(40):  # a hand that holds them, or little power: they move
+        now += 0.05
+        assert not others.take(near + 0.02 * number, SENT + 0.02 * number, now, waited_for=True)
+        assert others.away == ""

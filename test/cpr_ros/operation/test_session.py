@@ -1138,6 +1138,20 @@ def test_a_goal_that_moves_in_the_tick_is_solved_first(node, monkeypatch):
     assert session.command_ahead(node.now) is None
 
 
+@pytest.mark.parametrize("behind", [0.0, PERIOD])
+def test_a_first_command_that_motors_hold_up_is_solved_first(node, behind):
+    """Half of it went out ahead, and the robot was then to wait until the other half could follow."""
+    session, home = node.session, node.session.solver.current.equilibrium.motors
+    session.commands.max_lead = 1.5 * PERIOD
+    session.take_measured(home - behind * SETTINGS.max_speed, node.now)
+    session.follow(MotorGoal(session.robot, home + 0.1), node.now)
+    assert node.tick().state == State.FOLLOWING
+    assert len(node.ahead) == (behind == 0.0)
+    assert node.tick().state == State.FOLLOWING
+    way = (node.commands[-1] - home).max() + behind * SETTINGS.max_speed
+    assert 0.98 * 1.5 * PERIOD <= way <= 1.5 * PERIOD * (1.0 + 1e-5)
+
+
 @pytest.mark.parametrize("given", ["motors", "pose"])
 def test_the_same_commands_go_out_with_and_without_looking_ahead(node, given):
     plain = Bench()
