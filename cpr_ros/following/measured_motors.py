@@ -67,11 +67,6 @@ class MeasuredMotors:
         newest = self.newest(now)
         return None if newest is None else newest.motors
 
-    @property
-    def last(self) -> NDArray[np.float64] | None:
-        """Those of the newest however old it is, (n,); None without."""
-        return self._motors
-
     def missing(self, now: float, *, with_age: bool = True) -> str:
         """Why there is no newest though somebody measures, or has measured; empty otherwise.
 

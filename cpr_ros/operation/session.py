@@ -93,7 +93,7 @@ class Session:
         self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
         self.commands = MotorCommands(robot, self.period, live.max_lead)
         self.first_step = FirstStep(robot, self.period, self.follower)
-        self._commanded_ahead = self._waited = False
+        self._commanded_ahead = False
         self._before = home = self.solver.current
         self.outcome = Outcome(home, False, State.IDLE, self.follower.judge(home))
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
@@ -205,7 +205,7 @@ class Session:
     def move(self, now: float) -> Outcome:
         """The first half of a tick, all that its motor command needs."""
         self._before = before = self.solver.current
-        self._waited = self._waits
+        self._end_what_is_not_seen(now)
         self.trajectories.before_tick(before, now)
         if self.jogger.drives(self.follower.goal):
             start = before.equilibrium
@@ -242,17 +242,10 @@ class Session:
         """What is not seen is moved slowly."""
         self.follower.caution = BLIND if self.follower.moving and self.senses.unseen(now) else 1.0
 
-    def _measured_now(self, now: float) -> NDArray[np.float64] | None:
-        """Where motors that the node moves are measured, (n,); None: they are not, or too long ago.
-
-        Commands that wait for motors do not go on because nobody sees these any more.
-        """
-        return self.measured.last if self._waited else self.measured.newest_motors(now)
-
     def _part_in_reach(self, motors: NDArray[np.float64], now: float) -> float:
         """Part of the way to motors, (n,), that commands may go: measured ones may be too far behind."""
         max_speed = self.follower.settings.max_speed
-        return self.commands.part_in_reach(motors, max_speed, self._measured_now(now))
+        return self.commands.part_in_reach(motors, max_speed, self.measured.newest_motors(now))
 
     @property
     def _waits(self) -> bool:
@@ -331,7 +324,7 @@ class Session:
     def _command(self, motors: NDArray[np.float64], now: float) -> NDArray[np.float64] | None:
         self.unplaced = False
         max_speed = self.follower.settings.max_speed
-        command = self.commands.step_to(motors, max_speed, self._measured_now(now))
+        command = self.commands.step_to(motors, max_speed, self.measured.newest_motors(now))
         if command is not None:
             self.others.commanded(now)
         return command
@@ -360,7 +353,7 @@ class Session:
         """
         silent = self.tracking is not None or self.others.in_question or not self.commands.said
         max_speed = self.follower.settings.max_speed
-        if silent or not self.commands.in_reach(self._measured_now(now), max_speed):
+        if silent or not self.commands.in_reach(self.measured.newest_motors(now), max_speed):
             return None
         return self.commands.newest
 
@@ -382,6 +375,14 @@ class Session:
             self.trajectories.stop(ErrorCode.CONTROL_FAILED, self.others.away)
             if self.follower.goal is not None:
                 self.follower.drop(self.others.away)
+
+    def _end_what_is_not_seen(self, now: float) -> None:
+        """Forget where the robot was to go, if commands wait for motors that are measured no more."""
+        if not self._waits or self.measured.newest(now) is not None:
+            return
+        reason = f"{self._lag()}, and {self.measured.missing(now, with_age=False)}"
+        self.trajectories.stop(ErrorCode.CONTROL_FAILED, reason)
+        self.drop(reason)
 
     def begin_at(
         self, equilibrium: Equilibrium, motors: NDArray[np.float64] | None, solve_time: float

@@ -681,17 +681,34 @@ def test_a_parameter_that_lets_commands_go_farther_starts_no_motion(bench, chang
     assert session.follower.goal is None
 
 
-def test_commands_go_on_waiting_where_nothing_is_measured_any_more(bench):
+def test_what_waits_for_motors_that_are_measured_no_more_ends(bench):
+    """Commands went on, or would have long after, when they were measured again."""
     session, _ = jammed(bench)
     sent = len(bench.commands)
     for _ in range(100):
         bench.tick()
     assert len(bench.commands) == sent
-    assert "the measured motors are older than" in session.senses.unseen(bench.now)
-    session.drop()  # who sends it again knows that
+    assert session.follower.goal is None
+    assert "the commands wait for a motor" in session.follower.dropped
+    assert "the measured motors are older than measured_timeout 0.1 s" in session.follower.dropped
     session.follow(MotorGoal(session.robot, bench.commands[-1] + 0.1), bench.now)
     bench.tick()
-    assert len(bench.commands) == sent + 1
+    assert len(bench.commands) == sent + 1  # who sends another one knows that
+
+
+def test_a_trajectory_that_waits_for_motors_that_are_measured_no_more_fails(bench):
+    session, endings = bench.session, waiting(bench, 0.0, [0.0, 0.4])
+    home = session.solver.current.equilibrium.motors
+    session.apply(replace(LIVE, measured_timeout=0.1), bench.now)
+    for _ in range(60):
+        session.take_measured(home, bench.now)
+        bench.tick()
+    assert session.follower.waits
+    assert not endings
+    for _ in range(30):
+        bench.tick()
+    assert [ending.val for ending in endings] == [ErrorCode.CONTROL_FAILED]
+    assert "the measured motors are older than" in endings[0].message
 
 
 def test_commands_on_their_way_wait_too_and_a_parameter_lets_them_not_go_on(bench):
@@ -715,6 +732,19 @@ def test_commands_on_their_way_wait_too_and_a_parameter_lets_them_not_go_on(benc
     session.take_measured(bench.commands[-1], bench.now)
     bench.tick()
     assert len(bench.commands) == sent + 1
+
+
+def test_commands_on_their_way_are_held_where_motors_are_measured_no_more(bench):
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    session.apply(replace(LIVE, measured_timeout=0.1), bench.now)
+    commanded(session, home)
+    apply(session, 2.9, 0.5)
+    for number in range(100):
+        if number < 60:
+            session.take_measured(home, bench.now)
+        bench.tick()
+    np.testing.assert_allclose(np.abs(bench.commands[-1] - home).max(), 0.2, rtol=1e-5)
+    assert session.outcome.state == State.PAUSED
 
 
 def test_without_max_lead_commands_go_on_until_motors_are_found_not_to_follow(bench):
