@@ -41,14 +41,12 @@ class MovedByOthers:
     Attributes:
         away: That they are elsewhere, in words, until a measurement, a command or the tolerance says
             otherwise; empty if they are not.
-        found: The words when they came to be elsewhere last: what ended by it was told these.
         doubt: That they may be, in words, until the next measurements tell; empty if they are, or not.
     """
 
     def __init__(self, robot: Robot, tolerance: float) -> None:
         """Know of no motors yet."""
         self._tolerance, self._way, self.away, self.doubt = tolerance, 0.0, "", ""
-        self.found = ""
         self._units = robot.motor_units.tolist()
         self._commanded = self._set_off = -math.inf
         self._in_motion = self._waited_for = False  # when the way was measured
@@ -80,7 +78,7 @@ class MovedByOthers:
     def look(self, now: float) -> None:
         """Where nothing comes after a doubt, nobody knows where the motors are: they are elsewhere."""
         if self.doubt and now - self._far_since >= SETTLING:
-            self.away = self.found = self._words()
+            self.away = self._words()
             self.doubt = ""
 
     def take(
@@ -101,14 +99,13 @@ class MovedByOthers:
         # Motors that go on their way late have not stood still since they were sent there.
         stuck = now - max(self._resting_since, self._set_off) >= SETTLING
         self._way = 0.0 if commands is None else largest_way(commands, measured, self._units)
-        far, known = self._words(), bool(self.away)
+        far = self._words()
         self._far_since = min(self._far_since, now) if far else math.inf
         self.away, self.doubt = "", ""
         if self._in_motion and not stuck:
             return False
         if far and now - min(self._far_since, self._resting_since) >= _CERTAIN:
             self.away = far
-            self.found = self.found if known else far
         elif far:
             self.doubt = self._words_of_doubt()
         # Those that do not follow are begun with a little later: it is told first that they do not.

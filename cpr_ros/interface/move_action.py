@@ -258,7 +258,7 @@ def _hindrance(motion: _Motion, outcome: Outcome, measured: LoopStatus | None) -
 def _ended_by(session: Session, elsewhere: Elsewhere) -> tuple[RequestError, float]:
     """What ended a goal before it was reached, and what measured motors have left of the way."""
     text = session.follower.dropped
-    if session.follower.goal is None and text and text == session.others.found:
+    if session.follower.goal is None and text and text == session.left_behind:
         text = f"{text}; {elsewhere.why}" if elsewhere.why else text
         return RequestError(ErrorCode.CONTROL_FAILED, text), elsewhere.way
     return RequestError(ErrorCode.PREEMPTED, _replaced_by(session)), 0.0

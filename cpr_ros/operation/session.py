@@ -61,6 +61,7 @@ class Session:
         unplaced: Whether the first measured motors say where the robot is; until it moves.
         measured: Measured motors of a robot that the node moves.
         others: Whether measured motors are elsewhere than the node has sent them.
+        left_behind: Why the last goal was forgotten, if its motors did not follow or were moved by others.
         senses: What is to be measured of the robot, and is not.
         admission: What is taken now.
     """
@@ -99,7 +100,7 @@ class Session:
         self.velocity: NDArray[np.float64] = np.zeros(robot.motor_count)
         self.unplaced = False
         self.others = MovedByOthers(robot, live.moved_tolerance)
-        self._told_away = ""
+        self._told_away = self.left_behind = ""
         measured = self.measured if self.tracking is None else None
         self.senses = Senses(measured, self.wrench, lambda now: self.loop_status(now), self._lag)
         self.admission = Admission(
@@ -374,15 +375,16 @@ class Session:
         if self.others.away:
             self.trajectories.stop(ErrorCode.CONTROL_FAILED, self.others.away)
             if self.follower.goal is not None:
-                self.follower.drop(self.others.away)
+                self.left_behind = self.others.away
+                self.follower.drop(self.left_behind)
 
     def _end_what_is_not_seen(self, now: float) -> None:
         """Forget where the robot was to go, if commands wait for motors that are measured no more."""
         if not self._waits or self.measured.newest(now) is not None:
             return
-        reason = f"{self._lag()}, and {self.measured.missing(now, with_age=False)}"
-        self.trajectories.stop(ErrorCode.CONTROL_FAILED, reason)
-        self.drop(reason)
+        self.left_behind = f"{self._lag()}, and {self.measured.missing(now, with_age=False)}"
+        self.trajectories.stop(ErrorCode.CONTROL_FAILED, self.left_behind)
+        self.drop(self.left_behind)
 
     def begin_at(
         self, equilibrium: Equilibrium, motors: NDArray[np.float64] | None, solve_time: float

@@ -47,19 +47,6 @@ def test_motors_elsewhere_are_told_soon_and_begun_with_when_they_rest(others):
     assert others.take(moving, SENT, last + SETTLING)
 
 
-def test_what_was_said_first_of_motors_elsewhere_stays_known(others):
-    """A goal that ended by it was told these words, and motors move on."""
-    take_for_long(others, ELSEWHERE, 10.0)
-    first = others.away
-    assert others.found == first
-    others.take(ELSEWHERE + 0.05, SENT, 10.1)
-    assert others.away != first
-    assert others.found == first
-    others.take(SENT, SENT, 10.2)
-    take_for_long(others, ELSEWHERE + 0.05, 20.0)
-    assert others.found == others.away != first
-
-
 def test_motors_that_come_back_are_where_they_were_sent(others):
     take_for_long(others, ELSEWHERE, 10.0)
     assert others.away

@@ -760,6 +760,25 @@ def test_without_max_lead_commands_go_on_until_motors_are_found_not_to_follow(be
     assert session.senses.unseen(bench.now) == ""
 
 
+def test_what_a_goal_was_told_of_motors_elsewhere_stays_known(bench):
+    """A goal that ended by it was told these words, and motors move on."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    told = []
+    for way in (0.2, 0.4):
+        session.follow(MotorGoal(session.robot, home), bench.now)
+        bench.tick()
+        measured_for(bench, home + way, 0.2)
+        told.append(session.left_behind)
+        assert told[-1] == session.follower.dropped == session.others.away != ""
+        measured_for(bench, home + way + 0.05, 0.2)
+        assert session.others.away != told[-1]
+        assert session.left_behind == told[-1]
+        measured_for(bench, home, 0.2)
+        assert session.others.away == ""
+    assert told[0] != told[1]
+
+
 @pytest.fixture
 def moved(bench):
     """A robot that others have moved, and that is measured no more."""
