@@ -61,7 +61,7 @@ class Session:
         unplaced: Whether the first measured motors say where the robot is; until it moves.
         measured: Measured motors of a robot that the node moves.
         others: Whether measured motors are elsewhere than the node has sent them.
-        left_behind: Why the last goal was forgotten, if its motors did not follow or were moved by others.
+        left_behind: Why the last goal was forgotten, if its motors did not follow or others moved them.
         senses: What is to be measured of the robot, and is not.
         admission: What is taken now.
     """
