@@ -36,7 +36,7 @@ Flags = NDArray[np.bool_]
 class EdgeState(IntEnum):
     """What is known of the way from a cell to a neighbour."""
 
-    UNTRIED = 0
+    UNTRIED = 0  # nobody has gone there, or the cell has no such neighbour
     PASSED = 1  # it leads to the neighbour as it is in the map
     BLOCKED = 2  # the branch ends on the way: an inverse (or, of motors, a forward) singularity
     FLIPPED = 3  # the sign of the problem changes on the way, and no walk leads around

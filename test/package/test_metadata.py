@@ -101,6 +101,13 @@ def test_what_is_generated_in_the_docs_is_current(tool):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.parametrize("page", ["interface", "api"])
+def test_no_field_or_constant_is_without_a_meaning(page):
+    rows = re.findall(r"(?m)^\| `.*\|$", (ROOT / f"docs/{page}.md").read_text())
+    assert len(rows) > 50
+    assert [row for row in rows if not row.removesuffix("|").rpartition("|")[2].strip()] == []
+
+
 def test_every_shipped_robot_is_in_the_docs_with_a_picture():
     """Small ones: a page with all of them is to open at once."""
     from cpr_core.description.description_file import shipped_robots
