@@ -515,6 +515,7 @@ class Session:
             )
         self.follower.pause(paused)
         if paused:
+            self.commands.waits = False  # they are held, for nobody
             self._be(State.PAUSED)
         elif self.outcome.state == State.PAUSED:
             self._be(self._state_at_rest)

@@ -745,6 +745,11 @@ def test_commands_on_their_way_are_held_where_motors_are_measured_no_more(bench)
         bench.tick()
     np.testing.assert_allclose(np.abs(bench.commands[-1] - home).max(), 0.2, rtol=1e-5)
     assert session.outcome.state == State.PAUSED
+    assert session.at_rest  # it is ended once, not in every tick
+    sent = len(bench.commands)
+    session.pause(False)  # who releases them knows that
+    bench.tick()
+    assert len(bench.commands) == sent + 1
 
 
 def test_without_max_lead_commands_go_on_until_motors_are_found_not_to_follow(bench):
