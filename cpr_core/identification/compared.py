@@ -21,6 +21,7 @@ from ..lie import rotation_log, skew
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
 from ..solving.parameter_derivatives import derivatives
+from ..twist_layout import ANGULAR, LINEAR
 from ..validation import ReadOnlyArrays
 from .measurements import Measurement, StandardDeviations, driven_by
 from .tracker_rates import of_tracker, tracker_rates
@@ -160,8 +161,8 @@ def _moved_by_drive(equilibrium: Equilibrium, driving: NDArray[np.bool_]) -> Flo
     turn = equilibrium.platform_rotation
     by_motors = np.vstack(
         [
-            turn @ body[3:],
-            turn @ body[:3],
+            turn @ body[LINEAR],
+            turn @ body[ANGULAR],
             np.eye(robot.motor_count),
             model.efforts_by_motors,
         ]

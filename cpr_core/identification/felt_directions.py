@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..model.robot import Robot
 from ..model.world_response import WorldResponse
+from ..twist_layout import ANGULAR
 from ..validation import ReadOnlyArrays, cached_array
 from .wrench_measurements import WrenchMeasurements
 
@@ -129,7 +130,7 @@ class FeltDirections(ReadOnlyArrays):
         """Directions as world wrenches of 1 N, moments counted over the mean rod length."""
         rows = np.zeros((len(range(*part.indices(len(self.answers)))), 6))
         rows[:, self.robot.platform_axes] = self.directions[:, part].T
-        rows[:, :3] *= self.robot.mean_length
+        rows[:, ANGULAR] *= self.robot.mean_length
         return rows
 
 

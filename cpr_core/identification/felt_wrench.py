@@ -24,6 +24,7 @@ from ..model.robot import Robot, checked_robot
 from ..model.world_response import world_response, wrench_units
 from ..solving.geometrico_statics import checked_start, solve_forward
 from ..solving.not_reached import NoForwardSolution, TimeLimitExceeded
+from ..twist_layout import ANGULAR, LINEAR
 from ..validation import ReadOnlyArrays, checked_time
 from .felt_directions import FeltDirections, felt_directions
 from .pushed_equilibrium import pushed_equilibrium
@@ -99,7 +100,7 @@ class WrenchEstimate(ReadOnlyArrays):
     def wrench_body(self) -> Floats:
         """The wrench in the axes of the platform, (6,) [N m, N]."""
         rotation = self.equilibrium.platform_rotation
-        moment, force = self.wrench_world[:3], self.wrench_world[3:]
+        moment, force = self.wrench_world[ANGULAR], self.wrench_world[LINEAR]
         return np.concatenate([rotation.T @ moment, rotation.T @ force])
 
     @cached_property

@@ -15,6 +15,7 @@ from ..kernels.continuation_kernel import UNPREDICTED
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import Equilibrium, stepped
+from ..twist_layout import ANGULAR, LINEAR
 
 __all__ = ["pushed_equilibrium"]
 
@@ -54,8 +55,8 @@ def pushed_equilibrium(
     if wrench_world is not None:
         loads = replace(known, wrench_world=known.wrench_world + wrench_world)
         platform = arrays.platform.copy()
-        platform["moment_world"][0] += wrench_world[:3]
-        platform["force_world"][0] += wrench_world[3:]
+        platform["moment_world"][0] += wrench_world[ANGULAR]
+        platform["force_world"][0] += wrench_world[LINEAR]
         arrays = arrays._replace(platform=platform)
     target = robot, loads, arrays, "motors", motors[None, :], UNPREDICTED
     found = stepped(start, *target, _RESIDUAL) or stepped(start, *target)

@@ -19,6 +19,7 @@ from ..lie import rotation_from_quaternion
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..model.world_response import WorldResponse, effort_units, twist_units
+from ..twist_layout import FIRST_LINEAR
 from ..validation import checked_vector
 from .doubts import THOUSAND, plane_doubt
 from .measurements import LARGEST_DEVIATION, SMALLEST_DEVIATION
@@ -260,12 +261,16 @@ def _weights(
     if of_pose is not None:
         names.append("pose_deviation")
         position, rotation = _reciprocals("pose_deviation", of_pose, 2, _OF_POSE)
-        rows.append(np.where(robot.platform_axes < 3, rotation, position))
+        rows.append(np.where(robot.platform_axes < FIRST_LINEAR, rotation, position))
         natural.append(rows[-1] * twist_units(robot))
     joined = np.concatenate(rows)
     measured = int(np.count_nonzero(joined))
     if not measured:
-        freedom = "" if (robot.platform_axes < 3).any() else " (a point platform has no rotation)"
+        freedom = (
+            ""
+            if (robot.platform_axes < FIRST_LINEAR).any()
+            else " (a point platform has no rotation)"
+        )
         problem = f"expected a finite one at least, all are infinite{freedom}"
         raise InvalidRequest(" and ".join(names), problem)
     return WrenchWeights(joined, np.concatenate(natural), measured)

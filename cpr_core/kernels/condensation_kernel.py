@@ -22,6 +22,7 @@ import math
 
 import numpy as np
 
+from ..twist_layout import FIRST_LINEAR
 from .by_leg import PIVOT, PIVOT_INVERSE
 from .delayed_kernel import (
     add_delayed,
@@ -259,7 +260,7 @@ def factor_border(robot, problem, work, factors):
         row = equations[i] - inner if i < own else count + i - own
         for j in range(own):
             column = unknowns[j] - inner
-            if angles and column < 3:
+            if angles and column < FIRST_LINEAR:
                 value = 0.0
                 for n in range(3):
                     value += border[row, n] * work.motions[n, column]
@@ -412,7 +413,7 @@ def _solve_border(robot, problem, vector, work, factors):
     for i in range(own):
         vector[inner + i] = part[i]
         column = unknowns[i] - inner
-        if angles and column < 3:
+        if angles and column < FIRST_LINEAR:
             for n in range(3):
                 border[n] += motions[n, column] * part[i]
         else:

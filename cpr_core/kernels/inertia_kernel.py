@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..twist_layout import FIRST_LINEAR
 from .condensation_kernel import CONDENSED, condense_delaying, rotation_unknowns
 from .kernel_decorators import inlined, kernel, part
 from .lanes import get
@@ -165,7 +166,7 @@ def _inverse_sign(robot, rotation, delayed, below, work):
             square[i, j] = left[i, j]
         for j in range(delayed, first):
             column = inverse_unknowns[j - delayed] - inner
-            if angles and column < 3:
+            if angles and column < FIRST_LINEAR:
                 value = 0.0
                 for n in range(3):
                     value += left[i, delayed + n] * work.motions[n, column]

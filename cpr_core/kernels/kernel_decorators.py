@@ -5,10 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar
-
-from ..numba_fence import compile_kernel
+from ..numba_fence import REORDERED_SUMS, Function, compile_kernel
 from .kernel_sources import read_sources, stamp_of
 
 __all__ = [
@@ -21,19 +18,13 @@ __all__ = [
     "strict_part",
 ]
 
-Function = TypeVar("Function", bound=Callable[..., Any])
-
-#: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
-FASTMATH = {"contract", "nsz", "reassoc"}
-
-
 #: Of all sources: kernels call each other across modules.
 _STAMP = stamp_of(read_sources())
 
 
 def compiled(function: Function) -> Function:
     """Compile a kernel on its first call and keep the machine code on disk."""
-    return compile_kernel(function, _STAMP, FASTMATH, no_cfunc_wrapper=True)
+    return compile_kernel(function, _STAMP, REORDERED_SUMS, no_cfunc_wrapper=True)
 
 
 def kernel(function: Function) -> Function:
@@ -42,20 +33,20 @@ def kernel(function: Function) -> Function:
     References to its arrays are not counted: with the hundred arrays of a robot and a workspace that
     would cost more than the work on them.
     """
-    return compile_kernel(function, _STAMP, FASTMATH, _nrt=False, no_cfunc_wrapper=True)
+    return compile_kernel(function, _STAMP, REORDERED_SUMS, _nrt=False, no_cfunc_wrapper=True)
 
 
 def part(function: Function) -> Function:
     """Compile a kernel that only kernels call: what Python would enter by takes as long to compile."""
     return compile_kernel(
-        function, _STAMP, FASTMATH, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True
+        function, _STAMP, REORDERED_SUMS, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True
     )
 
 
 def allocating_part(function: Function) -> Function:
     """The same of a kernel that needs memory of its own."""
     return compile_kernel(
-        function, _STAMP, FASTMATH, no_cpython_wrapper=True, no_cfunc_wrapper=True
+        function, _STAMP, REORDERED_SUMS, no_cpython_wrapper=True, no_cfunc_wrapper=True
     )
 
 
@@ -67,7 +58,7 @@ def inlined(function: Function) -> Function:
     return compile_kernel(
         function,
         _STAMP,
-        FASTMATH,
+        REORDERED_SUMS,
         _nrt=False,
         forceinline=True,
         no_cpython_wrapper=True,

@@ -18,6 +18,7 @@ F^T is what the border does with ``p`` given in it at the motors.
 
 from __future__ import annotations
 
+from ..twist_layout import FIRST_LINEAR
 from .condensation_kernel import expand_legs, reduce_legs, substitute_border
 from .kernel_decorators import part
 from .lu_kernel import lu_solve_transposed
@@ -86,7 +87,7 @@ def solve_with_efforts_transposed(robot, problem, vector, work, factors):
     for i in range(own):
         column = unknowns[i] - inner
         value = vector[inner + i]
-        if angles and column < 3:
+        if angles and column < FIRST_LINEAR:
             for n in range(3):
                 value += work.motions[n, column] * border[n]
         else:

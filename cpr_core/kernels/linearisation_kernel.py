@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from ..twist_layout import FIRST_LINEAR
 from .delayed_pencil_kernel import compliance_of_platform, gather_pencil
 from .kernel_decorators import inlined, kernel, part
 from .kernel_records import fed_length
@@ -201,7 +202,7 @@ def _turn_into_world(robot, record, answering, pencil):
         for j in range(width):
             row_axis, column_axis = robot.platform_axes[i], robot.platform_axes[j]
             turn[i, j] = 0.0
-            if (row_axis < 3) == (column_axis < 3):
+            if (row_axis < FIRST_LINEAR) == (column_axis < FIRST_LINEAR):
                 entry = record[rotation + 3 * (row_axis % 3) + column_axis % 3]
                 turn[i, j] = unit[inner + i] * entry
     for i in range(width):

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from ..twist_layout import ANGULAR, LINEAR
 from .kernel_decorators import inlined, part
 from .lane_vectors import (
     add,
@@ -198,11 +199,13 @@ def _add_platform_loads(loads, rotation, position, residual, tangent):
 
     moment = add(add(load_vector(given.moment_world, ()), moment_body), axial(field))
     force = add(add(force_world, force_body), weight)
-    _subtract_from_vector(residual[:3], moment)
-    _subtract_from_vector(residual[3:], force)
+    _subtract_from_vector(residual[ANGULAR], moment)
+    _subtract_from_vector(residual[LINEAR], force)
     # Small rotations turn following loads: -(omega x m), -(omega x f).
-    _subtract_from_matrix(tangent[:3, :3], subtract(less_trace(field), cross_matrix(moment_body)))
-    _subtract_from_matrix(tangent[3:, :3], negated(cross_matrix(force_body)))
+    _subtract_from_matrix(
+        tangent[ANGULAR, ANGULAR], subtract(less_trace(field), cross_matrix(moment_body))
+    )
+    _subtract_from_matrix(tangent[LINEAR, ANGULAR], negated(cross_matrix(force_body)))
     origin = load_vector(position, ())
     return -dot(force_world, origin) - dot(weight, add(origin, lever))
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from ..twist_layout import FIRST_LINEAR
 from .condensation_kernel import (
     NO_INVERSE,
     UNKNOWN,
@@ -160,7 +161,10 @@ def predict_state(robot, problem, configuration, work):
     rotation_log_into(rotation_step, turn)
     for row in range(robot.slots.platform_count):
         axis = robot.platform_axes[row]
-        change = turn[axis] if axis < 3 else to_position[axis - 3] - position[axis - 3]
+        if axis < FIRST_LINEAR:
+            change = turn[axis]
+        else:
+            change = to_position[axis - FIRST_LINEAR] - position[axis - FIRST_LINEAR]
         known[row] = change / robot.unit[inner + row]
     for i in range(motors.shape[0]):
         at = robot.motor_index + i

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from ..twist_layout import ANGULAR, FIRST_LINEAR, LINEAR
 from .kernel_decorators import inlined
 from .lane_vectors import (
     add,
@@ -98,10 +99,10 @@ def hold_tips(robot, number, end, platform_rotation, platform_position, work):
 def push_platform(tip, work):
     """Add what all legs do to the platform. Missing legs have neither force nor moment."""
     field = add(outer(tip.lever, tip.force), transposed(tip.alignment))
-    moment, force = work.platform_residual[:3], work.platform_residual[3:]
+    moment, force = work.platform_residual[ANGULAR], work.platform_residual[LINEAR]
     store_vector(moment, (), add(load_vector(moment, ()), total_vector(axial(field))))
     store_vector(force, (), add(load_vector(force, ()), total_vector(tip.force)))
-    turning = work.platform_tangent[:3, :3]
+    turning = work.platform_tangent[ANGULAR, ANGULAR]
     by_turn = total_matrix(less_trace(field))
     store_matrix(turning, (), add(load_matrix(turning, ()), by_turn))
 
@@ -117,7 +118,7 @@ def couple_platform(robot, number, tip, work):
         store(blocks, (number, slots.first_multiplier + 1, at), motion[1])
         if slots.position_count > 2:
             store(blocks, (number, slots.first_multiplier + 2, at), motion[2])
-        if axis < 3:
+        if axis < FIRST_LINEAR:
             for row in range(slots.orientation_count):
                 value = -load(work.joint_moments, (row, axis))
                 store(blocks, (number, slots.first_orientation + row, at), value)
@@ -144,7 +145,7 @@ def couple_tip_turn(robot, number, slot, turn, tip, work):
     met = matrix_vector(less_trace(tip.alignment), turn)
     for column in range(slots.platform_count):
         axis = robot.platform_axes[column]
-        if axis < 3:
+        if axis < FIRST_LINEAR:
             at = slots.first_platform + column
             store_upper(blocks, number, slot, at, -component(met, axis))
 

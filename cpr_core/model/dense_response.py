@@ -12,6 +12,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread
+from ..twist_layout import ANGULAR, LINEAR
 from ..validation import ReadOnlyArrays
 from .linearisation import Response
 from .model_state import ModelState
@@ -41,7 +42,7 @@ class DenseResponse(ReadOnlyArrays):
 def platform_turn(solution: ModelState) -> Floats:
     """Twists of the platform in the world by its body twists, (platform, platform)."""
     turn = np.zeros((6, 6))
-    turn[:3, :3] = turn[3:, 3:] = solution.platform_rotation
+    turn[ANGULAR, ANGULAR] = turn[LINEAR, LINEAR] = solution.platform_rotation
     axes = solution.robot.platform_axes
     return turn[np.ix_(axes, axes)]
 

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..blas_threads import on_one_numpy_thread
 from ..errors import InvalidRequest
 from ..lie import angle_motions
+from ..twist_layout import ANGULAR
 from ..validation import ReadOnlyArrays, cached_array, checked_vector, read_only
 from .dense_response import body_tangent, platform_turn
 from .equilibrium import Equilibrium, check_equilibrium
@@ -481,7 +482,7 @@ class KinematoStatics:
         equilibrium, robot = self.equilibrium, self.equilibrium.robot
         motions = np.eye(len(robot.platform_axes))
         if robot.controls_angles:
-            motions[:3, :3] = angle_motions(equilibrium.platform_rotation)
+            motions[ANGULAR, ANGULAR] = angle_motions(equilibrium.platform_rotation)
         return platform_turn(equilibrium).T @ motions
 
     def _sign(self, problem: LinearProblem) -> int:

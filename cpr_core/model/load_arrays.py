@@ -12,6 +12,7 @@ from ..description.robot_description import RobotDescription
 from ..errors import InvalidRequest
 from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays
 from ..rods.quadrature import RodGrid
+from ..twist_layout import ANGULAR, LINEAR
 
 __all__ = ["load_arrays"]
 
@@ -62,10 +63,10 @@ def load_arrays(
     platform = np.zeros(1, PLATFORM_LOADS)
     platform["weight"] = description.platform_mass * loads.gravity
     platform["center_of_mass"] = description.center_of_mass
-    platform["moment_world"] = loads.wrench_world[:3]
-    platform["force_world"] = loads.wrench_world[3:]
-    platform["moment_body"] = loads.wrench_body[:3]
-    platform["force_body"] = loads.wrench_body[3:]
+    platform["moment_world"] = loads.wrench_world[ANGULAR]
+    platform["force_world"] = loads.wrench_world[LINEAR]
+    platform["moment_body"] = loads.wrench_body[ANGULAR]
+    platform["force_body"] = loads.wrench_body[LINEAR]
     return LoadArrays(
         gravity=np.array(loads.gravity, float),
         distributed=np.ascontiguousarray(np.swapaxes(beyond @ density, 1, 2)),

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
 from ..kernels.square_problem import ProblemScales
+from ..twist_layout import FIRST_LINEAR
 from ..validation import checked_number
 from .robot import Robot
 from .state_numbers import RodNumbers
@@ -125,5 +126,5 @@ def _units(robot: Robot, ratio: float) -> ProblemUnits:
         moved = zip(leg.coordinates, chain.chain, strict=True)
         shifts |= {i for i, element in moved if i is not None and element.unit == "m"}
     unit[sorted(shifts)] *= ratio
-    unit[robot.platform_indices[robot.platform_axes >= 3]] *= ratio
+    unit[robot.platform_indices[robot.platform_axes >= FIRST_LINEAR]] *= ratio
     return ProblemUnits(robot, unit, arrays.energy_unit / ratio)

@@ -16,8 +16,8 @@ from ..description.parameters import Parameter
 from ..kernels.parameter_kernel import Variations, vary_residual
 from ..kernels.prepared_robot import evaluate_prepared
 from ..kernels.record_layout import ENERGY, POSITION, ROTATION
-from ..lie import rotation_exp
 from .array_rates import ArrayRates, array_rates
+from .displacement import displaced
 from .equilibrium import Equilibrium
 from .varied_numbers import VariedNumbers
 
@@ -162,18 +162,16 @@ def _bent(equilibrium: Equilibrium) -> Floats:
     robot, arrays = equilibrium.robot, equilibrium.robot.arrays
     size = robot.state_size
     record, change = equilibrium.record.copy(), _BENT * np.cos(1.0 + 2.3 * np.arange(size))
-    twist = np.zeros(6)
-    twist[robot.platform_axes] = (change * arrays.unit)[robot.platform_indices]
-    change[robot.platform_indices] = 0.0
     for rod in robot.fed_rods:  # none becomes as short as nothing
         motor = rod.length_index
         way = abs(rod.length(record[:size]) / rod.element.ratio)
         most = _BENT * way / arrays.unit[motor]
         change[motor] = np.clip(change[motor], -most, most)
-    record[:size] += arrays.unit * change
-    turned = rotation_exp(twist[:3]) @ equilibrium.platform_rotation
+    place = equilibrium.state, equilibrium.platform_rotation, equilibrium.platform_position
+    state, turned, moved = displaced(robot, *place, arrays.unit * change)
+    record[:size] = state
     record[size:][ROTATION : ROTATION + 9] = turned.ravel()
-    record[size:][POSITION : POSITION + 3] += twist[3:]
+    record[size:][POSITION : POSITION + 3] = moved
     return record
 
 

@@ -21,6 +21,7 @@ from ..description.chain import ChainRod
 from ..description.leg_description import LegDescription
 from ..description.robot_description import RobotDescription
 from ..rods.rod import StrainModes
+from ..twist_layout import FIRST_LINEAR
 from .platform_coordinates import PlatformCoordinates
 
 __all__ = ["AlikeRods", "LegNumbers", "RodNumbers", "StateNumbers", "state_numbers"]
@@ -165,7 +166,7 @@ def state_numbers(description: RobotDescription, coordinates: PlatformCoordinate
         numbered.append((passive, strains, forces, moments))
     platform_index = len(unit)
     for axis in coordinates.axes:
-        take(1, 1.0 if axis < 3 else length_unit)
+        take(1, 1.0 if axis < FIRST_LINEAR else length_unit)
     motor_index = len(unit)
     motors: dict[str, int] = {}
     for leg in legs:

@@ -21,7 +21,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from typing import Any
+from typing import Any, TypeVar
 
 import numba
 from numba import njit, typeof
@@ -47,10 +47,24 @@ try:
 except (ImportError, AttributeError):
     KNOWN_OPTIONS = frozenset()
 
-__all__ = ["MISSING", "VERSION", "compile_kernel", "entry_point", "hear_compilation", "njit"]
+__all__ = [
+    "MISSING",
+    "REORDERED_SUMS",
+    "VERSION",
+    "Function",
+    "compile_kernel",
+    "entry_point",
+    "hear_compilation",
+    "njit",
+]
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 #: Of numba.
 VERSION: str = numba.__version__
+
+#: Sums may be reordered so that they vectorise; NaN and infinity keep their meaning.
+REORDERED_SUMS = {"contract", "nsz", "reassoc"}
 
 #: Options of the compiler that numba does not document.
 _PRIVATE_OPTIONS = ("_nrt", "forceinline", "no_cpython_wrapper", "no_cfunc_wrapper")

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..blas_threads import on_one_numpy_thread
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
-from ..lie import rotation_exp
+from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium
 from ..model.model_state import ModelValue, evaluate
 from ..model.robot import Robot
@@ -247,11 +247,5 @@ def moved_shape(robot: Robot, shape: Shape, moving: NDArray[np.int64], change: F
     """A shape after a dimensionless change of some of its coordinates."""
     whole = np.zeros(len(shape.state))
     whole[moving] = change * robot.arrays.unit[moving]
-    twist = np.zeros(6)
-    twist[robot.platform_axes] = whole[robot.platform_indices]
-    whole[robot.platform_indices] = 0.0
-    return Shape(
-        state=shape.state + whole,
-        platform_rotation=rotation_exp(twist[:3]) @ shape.platform_rotation,
-        platform_position=shape.platform_position + twist[3:],
-    )
+    place = shape.state, shape.platform_rotation, shape.platform_position
+    return Shape(*displaced(robot, *place, whole))

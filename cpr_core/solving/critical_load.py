@@ -15,6 +15,7 @@ from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium, check_equilibrium, spectrum
 from ..model.stability import MotorReading
+from ..twist_layout import FIRST_LINEAR, LINEAR
 from ..validation import checked_number, checked_vector
 from .distinct_numbers import distinct
 from .geometrico_statics import solve_forward
@@ -98,12 +99,12 @@ def critical_load(
         raise InvalidRequest("direction", f"expected a direction, got {axis.tolist()}")
     axis = axis / size  # the squares of large numbers are infinite
     axis /= np.linalg.norm(axis)
-    natural = float(equilibrium.robot.wrench_units[3])
+    natural = float(equilibrium.robot.wrench_units[FIRST_LINEAR])
     start = equilibrium.loads
 
     def loads(force: float) -> Loads:
         wrench = start.wrench_world.copy()
-        wrench[3:] += force * axis
+        wrench[LINEAR] += force * axis
         return start.with_(wrench_world=wrench)
 
     largest = 1e3 * natural if limit is None else limit

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..blas_threads import on_one_blas_thread
 from ..description.robot_description import ModeCounts
 from ..model.equilibrium import Equilibrium
+from ..twist_layout import FIRST_LINEAR
 
 __all__ = ["fewest_modes"]
 
@@ -89,7 +90,7 @@ class _Truncated:
     def none(cls, exact: Sequence[Equilibrium]) -> _Truncated:
         """Nothing given up yet."""
         robot = exact[0].robot
-        axes = robot.platform_indices[robot.platform_axes >= 3]
+        axes = robot.platform_indices[robot.platform_axes >= FIRST_LINEAR]
         return cls(
             np.array([_compliance(at) for at in exact]),
             np.array([at.state / robot.arrays.unit for at in exact]),

@@ -18,6 +18,7 @@ from ..model.equilibrium import Equilibrium, spectrum
 from ..model.model_state import evaluate
 from ..model.robot import Robot, checked_robot
 from ..model.shape import tip_poses
+from ..twist_layout import ANGULAR, LINEAR
 from .assembly import (
     Shape,
     assemble,
@@ -225,8 +226,8 @@ def _loose_motion(found: Equilibrium) -> str:
         return _loose_joint(robot, loose)
     twist = np.zeros(6)
     twist[robot.platform_axes] = (motions / lengths[:, None])[:, int(moved.argmax())]
-    turns = np.linalg.norm(twist[:3]) > np.linalg.norm(twist[3:])
-    part = twist[:3] if turns else twist[3:]
+    turns = np.linalg.norm(twist[ANGULAR]) > np.linalg.norm(twist[LINEAR])
+    part = twist[ANGULAR] if turns else twist[LINEAR]
     axis = ", ".join(f"{value:.2g}" for value in part / np.linalg.norm(part) + 0.0)
     return (
         f"nothing holds the platform: it can {'turn about' if turns else 'move along'} "

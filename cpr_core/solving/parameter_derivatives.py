@@ -23,6 +23,7 @@ from ..kernels.problems import PROBLEMS, ProblemName
 from ..model.equilibrium import Equilibrium, check_equilibrium
 from ..model.residual_rates import residual_rates
 from ..model.robot import Robot
+from ..twist_layout import ANGULAR, LINEAR
 from ..validation import ReadOnlyArrays
 from .held_problem import checked_problem
 from .stability_slopes import stability_slopes
@@ -106,8 +107,8 @@ def derivatives(
     return ParameterDerivatives(
         problem=problem,
         parameters=tuple(parameter.path for parameter in named),
-        position=twist[3:] if pose else none,
-        rotation=twist[:3] if pose else none,
+        position=twist[LINEAR] if pose else none,
+        rotation=twist[ANGULAR] if pose else none,
         twist_body=body if pose else none,
         motors=rows if "motors" in wanted else none,
         efforts=efforts if "efforts" in wanted else none,

@@ -27,8 +27,10 @@ from ..kernels.natural_units import EFFORT_UNIT
 from ..kernels.prepared_robot import continue_prepared, evaluate_prepared
 from ..kernels.problems import PROBLEMS
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE
-from ..lie import angle_motions, rotation_exp, rotation_log
+from ..lie import angle_motions, rotation_log
+from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium, described, new_record
+from ..twist_layout import ANGULAR
 from .limits import Limit, grazes, margins, violated
 from .targets import Imposed, Target
 
@@ -396,7 +398,7 @@ class Path:
         """Dimensionless matrix of the problem, legs first, (M, M)."""
         tangent, inner = self._tangent, self._robot.arrays.platform_index
         if self._angles:
-            turns = self._robot.platform_indices[:3]
+            turns = self._robot.platform_indices[ANGULAR]
             tangent = tangent.copy()
             tangent[:, turns] = tangent[:, turns] @ angle_motions(rotation)
         # The legs, most of it, are copied as they are: picking entry by entry takes five times longer.
@@ -468,11 +470,7 @@ class Path:
         whole[:inner] = change[:inner]
         whole[self._columns] = change[inner:]
         whole *= robot.arrays.unit
-        twist = np.zeros(6)
-        twist[robot.platform_axes] = whole[robot.platform_indices]
         if self._angles:
-            twist[:3] = angle_motions(rotation) @ twist[:3]
-        rotation[:] = rotation_exp(twist[:3]) @ rotation
-        position += twist[3:]
-        whole[robot.platform_indices] = 0.0
-        state += whole
+            turning = robot.platform_indices[ANGULAR]
+            whole[turning] = angle_motions(rotation) @ whole[turning]
+        state[:], rotation[:], position[:] = displaced(robot, state, rotation, position, whole)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..description.inherited_loads import inherited_loads
 from ..description.parameters import Parameter
 from ..errors import DescriptionError
-from ..lie import rotation_exp
+from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium, described
 from ..model.nearby_robots import robot_beside
 from ..model.residual_rates import parameter_scales
@@ -134,9 +134,5 @@ def _moved(equilibrium: Equilibrium, near: Robot, change: Floats) -> Equilibrium
     """A changed state of another robot, as if it were an equilibrium."""
     robot = equilibrium.robot
     loads = inherited_loads(equilibrium.loads, robot.default_loads, near.default_loads)
-    twist = np.zeros(6)
-    twist[robot.platform_axes] = change[robot.platform_indices]
-    rotation = rotation_exp(twist[:3]) @ equilibrium.platform_rotation
-    position = equilibrium.platform_position + twist[3:]
-    state = equilibrium.state + change
-    return described(near, loads, near.load_arrays(loads), state, rotation, position)
+    place = equilibrium.state, equilibrium.platform_rotation, equilibrium.platform_position
+    return described(near, loads, near.load_arrays(loads), *displaced(robot, *place, change))

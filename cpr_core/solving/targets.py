@@ -18,6 +18,7 @@ from ..kernels.record_layout import IMPOSED_MOTORS, POSITION, ROTATION
 from ..lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_log
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
+from ..twist_layout import FIRST_LINEAR
 
 __all__ = [
     "EffortTarget",
@@ -215,7 +216,7 @@ class PoseTarget:
             way = (1.0 - fraction) * start.motors + fraction * self.motors
             values.motors[holding] = way[holding]
         axes = start.robot.controlled_axes
-        held = axes[axes >= 3] - 3
+        held = axes[axes >= FIRST_LINEAR] - FIRST_LINEAR
         between = (1.0 - fraction) * start.platform_position + fraction * self.position
         values.position[held] = between[held]
         if start.robot.controls_angles:
@@ -241,7 +242,7 @@ class PoseTarget:
         turn = roll_pitch_yaw(self.rotation) - first
         turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
         axes = start.robot.controlled_axes
-        held = axes[axes < 3]
+        held = axes[axes < FIRST_LINEAR]
         angles = roll_pitch_yaw(rotation)
         angles[held] = (first + fraction * turn)[held]
         return rotation_from_angles(*angles)

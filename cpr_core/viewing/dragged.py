@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
+from ..twist_layout import LINEAR
 from .exact_place import put
 
 if TYPE_CHECKING:
@@ -151,7 +152,7 @@ class ForceArrow:
 
     def show(self, equilibrium: Equilibrium) -> None:
         """Draw the force that acts, and put the handle at the tip unless somebody holds it."""
-        force = equilibrium.loads.wrench_world[3:]
+        force = equilibrium.loads.wrench_world[LINEAR]
         if not self._grip.held:
             self._origin = equilibrium.platform_position + self._anchor
         tip = self._origin + force / self._unit

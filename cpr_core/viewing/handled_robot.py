@@ -22,6 +22,7 @@ from ..solving.geometrico_statics import checked_start, solve_forward, solve_inv
 from ..solving.home import solve_home
 from ..solving.not_reached import NotReached, TimeLimitExceeded
 from ..solving.requests import split_pose
+from ..twist_layout import ANGULAR, LINEAR
 from ..validation import checked_vector
 from .refused import Asked, Refused
 
@@ -94,7 +95,7 @@ class HandledRobot:
     @property
     def force(self) -> Floats:
         """Force on the platform origin, fixed in space, (3,) [N]."""
-        return self.equilibrium.loads.wrench_world[3:]
+        return self.equilibrium.loads.wrench_world[LINEAR]
 
     def move_motors(self, motors: ArrayLike, hand: str = "motors") -> bool:
         """Go to motor positions; whether they were reached.
@@ -152,7 +153,7 @@ class HandledRobot:
             way = self._from_current() | {"loads": loads}
             return solve_forward(self.robot, self.equilibrium.motors, **way)
 
-        return self._ask(hand, solve, lambda: Asked(force=loads.wrench_world[3:]))
+        return self._ask(hand, solve, lambda: Asked(force=loads.wrench_world[LINEAR]))
 
     def push(self, force: ArrayLike, hand: str = "force") -> bool:
         """Let a force act on the platform origin, fixed in space, (3,) [N]; its moment stays."""
@@ -161,7 +162,7 @@ class HandledRobot:
         except CprError as error:
             return self._refuse(error, None)
         loads = self.equilibrium.loads
-        wrench = np.concatenate([loads.wrench_world[:3], new])
+        wrench = np.concatenate([loads.wrench_world[ANGULAR], new])
         return self.load(loads.with_(wrench_world=wrench), hand)
 
     def switch_gravity(self, on: bool) -> bool:

@@ -25,7 +25,7 @@ def spectrum_of(problem, tangent, values):
         values: Result, (K,): the smallest eigenvalues, ascending [J]; NaN beyond their number.
 
     Returns:
-        The smallest and the largest absolute eigenvalue [J], and the number of negative ones.
+        The smallest and the largest absolute eigenvalue [J]; infinite where nothing can move.
     """
     size = problem.moving.shape[0]
     slopes, hessian = np.empty((problem.multipliers.shape[0], size)), np.empty((size, size))
@@ -35,7 +35,7 @@ def spectrum_of(problem, tangent, values):
     for k in range(values.shape[0]):
         values[k] = np.nan
     if free == 0:
-        return np.inf, np.inf, 0
+        return np.inf, np.inf
     reduced = np.empty((free, free))
     for i in range(free):
         for j in range(free):
@@ -55,8 +55,7 @@ def spectrum_of(problem, tangent, values):
         values[k] = found[k]
     nearest = min(abs(found[count]), abs(found[count + 1]))
     largest = max(abs(found[0]), abs(found[count + 2]))
-    negative = 0 if below == 0 else count_below(diagonal, beside, free, -1e-11 * largest)
-    return nearest, largest, negative
+    return nearest, largest
 
 
 @strict_allocating_part

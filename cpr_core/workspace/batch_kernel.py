@@ -89,7 +89,7 @@ def analyse_cells(problem, cells, work, analyses):
         measures = analyses.measures[b]
         evaluate(problem.robot, problem.loads, state, rotation, position, residual, work)
         tangent_into(problem.robot, work, tangent)
-        nearest, largest, _ = spectrum_of(problem, tangent, analyses.eigenvalues[b])
+        nearest, largest = spectrum_of(problem, tangent, analyses.eigenvalues[b])
         measures[NEAREST_EIGENVALUE], measures[LARGEST_EIGENVALUE] = nearest, largest
         measures[INVERSE_MARGIN] = np.nan
         factor(problem.robot, rotation, problem.forward, work, work.factors)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot
+from cpr_core.twist_layout import ANGULAR, LINEAR
 
 from ..following.goals import PoseGoal
 from ..following.pose_coordinates import pose_coordinates
@@ -48,7 +49,7 @@ class PlatformTwist:
         """The twist in the base frame, (6,), of a platform with a rotation, (3, 3)."""
         if not self.in_platform:
             return self.twist
-        return np.concatenate([rotation @ self.twist[:3], rotation @ self.twist[3:]])
+        return np.concatenate([rotation @ self.twist[ANGULAR], rotation @ self.twist[LINEAR]])
 
 
 class JogGoal(PoseGoal):

@@ -19,6 +19,7 @@ from cpr_core.lie import (
     turn_between,
 )
 from cpr_core.solving.requests import pose_meaning
+from cpr_core.twist_layout import ANGULAR, LINEAR
 
 __all__ = ["PoseCoordinates", "pose_coordinates"]
 
@@ -112,8 +113,8 @@ class PoseCoordinates:
         rates = twist
         if {"roll", "pitch", "yaw"} & set(self.names):
             # At a pitch of 90 degrees they are not unique.
-            angles = np.linalg.lstsq(angle_motions(rotation), twist[:3], rcond=None)[0]
-            rates = np.concatenate([angles, twist[3:]])
+            angles = np.linalg.lstsq(angle_motions(rotation), twist[ANGULAR], rcond=None)[0]
+            rates = np.concatenate([angles, twist[LINEAR]])
         return rates[self._axes]
 
     def _parts(self, way: Floats) -> tuple[list[float], list[float]]:

@@ -31,6 +31,7 @@ from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robo
 from cpr_core.lie import checked_quaternion, roll_pitch_yaw, rotation_from_quaternion, turn_about_z
 from cpr_core.solving.refining import restore_equilibrium
 from cpr_core.solving.requests import pose_meaning
+from cpr_core.twist_layout import ANGULAR, LINEAR
 from cpr_core.validation import checked_vector
 
 from ..error_codes import RequestError
@@ -201,7 +202,7 @@ def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames, where: str
                 f"{where}header.frame_id: expected {frames.base!r} (fixed in space) or "
                 f"{frames.platform!r} (turning with the platform), got {frame!r}",
             )
-        wrench = np.concatenate([rotation @ wrench[:3], rotation @ wrench[3:]])
+        wrench = np.concatenate([rotation @ wrench[ANGULAR], rotation @ wrench[LINEAR]])
     return loads.with_(wrench_world=wrench, wrench_body=nothing)
 
 
@@ -308,8 +309,8 @@ def platform_pose(equilibrium: Equilibrium, frames: Frames, stamp: Time) -> Pose
 def twist_message(twist: Floats) -> Twist:
     """A twist [omega; v], (6,), as a message."""
     message = Twist()
-    _fill_vector3(message.linear, twist[3:])
-    _fill_vector3(message.angular, twist[:3])
+    _fill_vector3(message.linear, twist[LINEAR])
+    _fill_vector3(message.angular, twist[ANGULAR])
     return message
 
 
@@ -351,8 +352,8 @@ def _fill_vector3(message: Vector3, vector: Floats) -> None:
 
 def fill_wrench(message: Wrench, wrench: Floats) -> None:
     """Write a wrench [m; f], (6,)."""
-    _fill_vector3(message.force, wrench[3:])
-    _fill_vector3(message.torque, wrench[:3])
+    _fill_vector3(message.force, wrench[LINEAR])
+    _fill_vector3(message.torque, wrench[ANGULAR])
 
 
 def wrench_vector(wrench: Wrench) -> Floats:
