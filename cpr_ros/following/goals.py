@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from copy import copy
 from typing import NamedTuple, Protocol, Self
 
@@ -29,6 +30,11 @@ SLACK = 1e-6
 
 class Goal(Protocol):
     """Where to go, and the straight way there."""
+
+    @property
+    def destination(self) -> Hashable | None:
+        """What is equal for goals that ask for the same; None: it moves from tick to tick."""
+        ...
 
     def remaining(self, start: Equilibrium) -> float:
         """Length of the way that is left, in radians and rod lengths; 0 at the goal."""
@@ -75,6 +81,11 @@ class MotorGoal:
         self.motors, self.clipped = np.array(values), tuple(beyond)
         check_rod_lengths(robot, self.motors)
 
+    @property
+    def destination(self) -> Hashable | None:
+        """The motor positions."""
+        return "motors", *self.motors.tolist()
+
     def remaining(self, start: Equilibrium) -> float:
         """Largest way of a motor."""
         return largest_way(start.motors, self.motors, start.robot.motor_units.tolist())
@@ -116,6 +127,11 @@ class PoseGoal:
             raise InvalidRequest("pose", "the inverse problem of this robot has no solution")
         self.pose = checked_vector("pose", pose, len(names), " ".join(names))
         self._asked: _Way | None = None
+
+    @property
+    def destination(self) -> Hashable | None:
+        """The pose, unless something moves it on."""
+        return None if self.driven else ("pose", *self.pose.tolist())
 
     def at(self, pose: Floats) -> Self:
         """The same with another pose."""

@@ -19,7 +19,7 @@ from cpr_core import InvalidRequest, Robot
 from cpr_core.model.assessment import Assessment
 
 from .goals import SLACK, MotorGoal, PoseGoal, largest_way, whole
-from .steps import attempt
+from .steps import Undecided, attempt
 from .supervision import Refusal
 
 __all__ = ["PoseSteps", "TickWay"]
@@ -116,7 +116,9 @@ class PoseSteps:
             if ticks <= factor * (1.0 + SLACK):
                 return ahead
             way *= _EXPECTED * factor / ticks
-        return Refusal("inverse_singularity", "the motors would have to move beyond their speed")
+        # Not decided: the next attempt begins with what was learnt.
+        text = "the motors would have to move beyond their speed"
+        return Undecided("inverse_singularity", text)
 
     def first_step(
         self, current: Assessment, goal: PoseGoal, aim: Floats, tick: TickWay

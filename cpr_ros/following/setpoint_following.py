@@ -12,6 +12,7 @@ stop threshold of every measure that gets worse; what gets better is never limit
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -26,6 +27,7 @@ from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import SLACK, Goal, MotorGoal, PoseGoal, largest_way, motor_steps, whole
 from .pose_steps import PoseSteps, TickWay
+from .refused_step import RefusedStep, Step
 from .steps import Undecided, attempt, change_between, falls
 from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict
 from .trajectory_goal import TrajectoryGoal
@@ -149,7 +151,7 @@ class SetpointFollower:
         self._burdened = False
         self._unborne: _Unborne | None = None
         self._worsening: frozenset[str] = frozenset(MEASURES)
-        self._pose_steps = PoseSteps(robot)
+        self._pose_steps, self._refused = PoseSteps(robot), RefusedStep()
 
     @property
     def settings(self) -> Settings:
@@ -350,11 +352,10 @@ class SetpointFollower:
         within = 1.0
         for _ in range(3):
             factor = within * self._reach * self._speed_scale(current, self._worsening)
-            ahead = self._step(current, goal, factor)
-            refusal = ahead if isinstance(ahead, Refusal) else self._crossing(current, ahead)
-            if isinstance(ahead, Refusal) or refusal is not None:
+            ahead = self._tried(current, goal, factor, now)
+            if isinstance(ahead, Refusal):
                 if self._reach <= SMALLEST_REACH:
-                    self._refusal = refusal
+                    self._refusal = ahead
                 self._reach = max(SMALLEST_REACH, 0.5 * self._reach)
                 return current
             self._worsening = self._worse(current, ahead)
@@ -376,6 +377,21 @@ class SetpointFollower:
                 return ahead
             # It was not known that this way leads to a threshold, or out of reach: again, slower.
         return current
+
+    def _tried(
+        self, current: Assessment, goal: Goal, factor: float, now: float
+    ) -> Assessment | Refusal:
+        """Where a step leads, or why it is not taken."""
+        step = Step(current, goal.destination, factor, self.settings)
+        refusal = self._refused.again(step, now)
+        if refusal is None:
+            begin = time.perf_counter()
+            ahead = self._step(current, goal, factor)
+            refusal = ahead if isinstance(ahead, Refusal) else self._crossing(current, ahead)
+            if refusal is None:
+                return ahead
+            self._refused.take(step, refusal, now, time.perf_counter() - begin)
+        return refusal
 
     def _step(self, current: Assessment, goal: Goal, factor: float) -> Assessment | Refusal:
         """Solve where the motors are after a tick at a fraction of their speed."""
@@ -405,7 +421,8 @@ class SetpointFollower:
         try:
             return self._danger(current, ahead)
         except Exception as error:
-            return Refusal("not_converged", f"no measures ahead: {type(error).__name__}: {error}")
+            text = f"no measures ahead: {type(error).__name__}: {error}"
+            return Undecided("not_converged", text)
 
     def _danger(self, current: Assessment, ahead: Assessment) -> Refusal | None:
         if change_between(current.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:

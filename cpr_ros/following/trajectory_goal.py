@@ -62,6 +62,11 @@ class TrajectoryGoal:
         self._proposed = (time, time)
 
     @property
+    def destination(self) -> None:
+        """None: it moves."""
+        return None
+
+    @property
     def waits(self) -> bool:
         """Whether its path rests, until its own time has come."""
         return self.time < self._rests_until

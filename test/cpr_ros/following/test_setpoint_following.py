@@ -4,6 +4,7 @@
 """The state machine of setpoint following."""
 
 import re
+import time
 from dataclasses import replace
 from itertools import pairwise
 
@@ -490,6 +491,75 @@ def test_a_step_for_which_there_is_no_time_is_not_taken(rfrfr, monkeypatch):
     halted = rfrfr.until_state(State.HALTED, ticks=20)
     assert halted.verdict.text == "no equilibrium is found within 0 s"
     assert rfrfr.current.equilibrium is solve_home(rfrfr.robot)
+
+
+@pytest.mark.parametrize("problem", ["pose", "motors"])
+def test_a_halted_robot_asks_again_only_where_something_is_new(rfrfr, monkeypatch, problem):
+    """What is refused took up to 60 ms, of every tick of 5 ms."""
+    there = (0.0, -0.2) if problem == "pose" else (-4.0, 4.0)
+
+    def ask():
+        rfrfr.follow({"pose": PoseGoal, "motors": MotorGoal}[problem](rfrfr.robot, there))
+
+    modules = (setpoint_following, pose_steps)
+    solves = [Solves(monkeypatch, module, time_limit=1e3) for module in modules]
+
+    def solved():
+        return sum(each.count for each in solves)
+
+    ask()
+    halted = rfrfr.until_state(State.HALTED)
+    for _ in range(200):  # towards the threshold, in steps that become shorter
+        rfrfr.tick()
+    told, before = rfrfr.outcomes[-1], solved()
+    assert before > 0
+    for _ in range(100):
+        ask()  # the same, as whoever sends setpoints does it
+        outcome = rfrfr.tick()
+        assert (outcome.state, outcome.verdict.text) == (State.HALTED, told.verdict.text)
+        assert not outcome.moved
+    assert solved() == before
+    assert halted.verdict.status == told.verdict.status
+
+    rfrfr.follower.settings = replace(SETTINGS)  # as good as new ones
+    rfrfr.tick()
+    assert solved() > before
+
+
+def test_one_that_became_stale_is_halted_for_its_reason_when_it_comes_again(rfrfr):
+    rfrfr.follower.settings = replace(SETTINGS, setpoint_timeout=0.1)
+    goal = PoseGoal(rfrfr.robot, (0.0, -0.2))
+    while not (rfrfr.outcomes and rfrfr.outcomes[-1].state == State.HALTED):
+        rfrfr.follow(goal)
+        told = rfrfr.tick().verdict
+    for _ in range(200):
+        rfrfr.follow(goal)
+        told = rfrfr.tick().verdict
+    rfrfr.until_state(State.STALE)
+    rfrfr.follow(goal)
+    again = rfrfr.tick()
+    assert (again.state, again.verdict.text) == (State.HALTED, told.text)
+
+
+def test_a_solver_without_time_is_asked_again_but_not_all_the_time(rfrfr, monkeypatch):
+    def late(*_arguments, **_options):
+        asked.append(rfrfr.now)
+        time.sleep(0.01)
+        return steps.Undecided("not_converged", "no equilibrium is found within 0.1 s")
+
+    asked = []
+    monkeypatch.setattr(setpoint_following, "attempt", late)
+    rfrfr.follow(MotorGoal(rfrfr.robot, rfrfr.motors + 0.05))
+    rfrfr.until_state(State.HALTED, ticks=20)
+    first = len(asked)
+    for _ in range(2000):
+        rfrfr.tick()
+    gaps = np.diff(asked[first - 1 :])
+    assert len(gaps) > 2
+    assert gaps.min() >= 0.1
+    monkeypatch.undo()
+    rfrfr.until_state(State.IDLE)
+    np.testing.assert_allclose(rfrfr.motors, solve_home(rfrfr.robot).motors + 0.05)
 
 
 def test_a_wrench_for_which_there_was_no_time_is_tried_again(rfrfr, monkeypatch):

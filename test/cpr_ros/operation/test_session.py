@@ -24,6 +24,7 @@ from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.setpoint_following import SetpointFollower
+from cpr_ros.following.steps import Undecided
 from cpr_ros.following.supervision import BLIND, Action, Refusal, State
 from cpr_ros.following.trajectory_order import TrajectoryOrder
 from cpr_ros.messages.conversions import Frames, fill_equilibrium
@@ -1227,7 +1228,7 @@ def test_the_same_commands_go_out_with_and_without_looking_ahead(node, given):
 def test_a_first_step_that_is_refused_after_all_is_taken_back(node, monkeypatch):
     session, home = node.session, node.session.solver.current.equilibrium.motors
     session.follow(MotorGoal(session.robot, home + 0.1), node.now)
-    refused = Refusal("not_converged", "for a test")
+    refused = Undecided("not_converged", "for a test")
     with monkeypatch.context() as patched:
         patched.setattr(SetpointFollower, "_danger", lambda *_: refused)
         for _ in range(30):
