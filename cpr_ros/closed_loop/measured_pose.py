@@ -30,6 +30,8 @@ _LATENESS = 0.2
 #: A pose that is not believed is left aside for so long before it is a problem: cameras mistake a
 #: picture or two for something else [s].
 _MOMENT = 0.1
+#: Stamps may be so far ahead of the clock: clocks that are kept together agree better [s].
+_CLOCKS_AGREE = 0.01
 #: How far back jumps are counted [s].
 _LATELY = 10.0
 
@@ -60,6 +62,7 @@ class MeasuredPose:
         self.watchdog.forget()
         self.newest: Floats | None = None
         self.problem = ""
+        self._ahead = 0.0  # of the clock, by its stamp
         self._way_then = 0.0  # of the platform until the newest was measured, or a little before
         self._way_at_change = 0.0  # until the numbers changed
         self._jump, self._jump_since = "", 0.0
@@ -89,13 +92,23 @@ class MeasuredPose:
             f"{_LATELY:g} s, the last time by {self._jumps[-1][1]:.3g} rod lengths or rad"
         )
 
+    @property
+    def clocks_differ(self) -> str:
+        """How far the stamp of the newest is ahead of the clock, in words; empty: it is not."""
+        if self._ahead <= _CLOCKS_AGREE:
+            return ""
+        return (
+            f"the measured pose was stamped {self._ahead:.3g} s ahead of the clock here: how old it "
+            f"was when it came is not known"
+        )
+
     def take(self, pose: Floats, now: float, delay: float, jump: float, settling: float) -> bool:
         """Take a measured pose; says whether it is believed.
 
         Args:
             pose: Controlled coordinates.
             now: Steady time of its receipt [s].
-            delay: Time since it was measured, by its stamp [s].
+            delay: Time since it was measured, by its stamp [s]; negative: clocks differ.
             jump: How far it may be from the one before, more than the platform moved [rod lengths, rad].
             settling: How long measured poses have to agree after a jump [s].
         """
@@ -103,6 +116,10 @@ class MeasuredPose:
         oldest = min(timeout, HORIZON) if timeout > 0.0 else HORIZON
         if delay > oldest:
             self.problem = f"the measured pose was {delay:.3g} s old when it came, by its stamp"
+            return False
+        self._ahead, delay = max(0.0, -delay), max(0.0, delay)
+        if self._ahead > max(oldest, _CLOCKS_AGREE):
+            self.problem = self.clocks_differ
             return False
         before, self._before = self._before, pose
         way = self._history.travelled(now - delay - _LATENESS)

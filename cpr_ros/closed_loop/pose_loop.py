@@ -186,12 +186,13 @@ class PoseLoop:
         Args:
             pose: Controlled coordinates, as :func:`cpr_core.solve_inverse` takes them.
             now: Steady time of its receipt [s].
-            delay: Time since it was measured [s].
+            delay: Time since it was measured, by its stamp [s]; negative: clocks differ.
         """
         settings, space = self.settings, self.coordinates
         age = self._measured.watchdog.age(now)
         if not self._measured.take(pose, now, delay, settings.jump, settings.settling):
             return
+        delay = max(0.0, delay)
         then, newest = self._history.at(now - delay), self._history.newest
         self._at_setpoint = False
         if then is None or newest is None:
@@ -262,7 +263,7 @@ class PoseLoop:
         if measured.newest is not None:
             errors = self.coordinates.sizes(self.coordinates.way(measured.newest, goal.pose))
         loop = Loop.FROZEN if text else Loop.CLOSED
-        text = text or measured.left_aside(now)
+        text = text or measured.left_aside(now) or measured.clocks_differ
         return LoopStatus(loop, text, age, *errors, at_setpoint=self._at_setpoint, blind=blind)
 
     @property

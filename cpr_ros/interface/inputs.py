@@ -209,11 +209,12 @@ class Inputs:
             if corrected:
                 session.loop.refuse(str(error))
             raise
+        measured_at = now - max(0.0, delay)
         if not corrected:
-            session.felt.take_pose(whole_pose(message), now - delay)
+            session.felt.take_pose(whole_pose(message), measured_at)
             return
         with contextlib.suppress(CprError):  # it takes what is not controlled, too
-            session.felt.take_pose(whole_pose(message), now - delay)
+            session.felt.take_pose(whole_pose(message), measured_at)
 
     def _platform_twist(self, session: Session, message: TwistStamped, now: float) -> None:
         session.jog(platform_twist(session.robot, message, self._frames), now)

@@ -103,11 +103,11 @@ def platform_in_base(current: Equilibrium, message: PoseStamped, frames: Frames)
 
 
 def measurement_delay(header: Header, now: Time) -> float:
-    """Time since a message was stamped [s]; 0 without a stamp, and for one from the future."""
+    """Time since a message was stamped [s]; 0 without a stamp, negative for one from the future."""
     stamp = header.stamp
     if stamp.sec == 0 and stamp.nanosec == 0:
         return 0.0
-    return max(0.0, 1e-9 * now.nanoseconds - stamp.sec - 1e-9 * stamp.nanosec)
+    return 1e-9 * (now.nanoseconds - 10**9 * stamp.sec - stamp.nanosec)
 
 
 def platform_twist(robot: Robot, message: TwistStamped, frames: Frames) -> PlatformTwist:

@@ -309,6 +309,22 @@ def test_a_stamp_of_long_ago_is_old_on_arrival(bench):
     assert "was 3.6e+03 s old when it came" in bench.status.text
 
 
+def test_a_stamp_ahead_of_the_clock_is_told_and_far_ahead_it_is_not_believed(bench):
+    """Cameras whose clock is ahead counted as without delay, without a word."""
+    bench.run(0.1)
+    loop = bench.session.loop
+    loop.take(TARGET, bench.now, -0.005)  # as clocks that are kept together may differ
+    assert (bench.status.loop, bench.status.text) == (Loop.CLOSED, "")
+    loop.take(TARGET, bench.now, -0.3)
+    assert bench.status.loop == Loop.CLOSED
+    assert "was stamped 0.3 s ahead of the clock here" in bench.status.text
+    loop.take(TARGET, bench.now, -0.6)
+    assert bench.status.loop == Loop.FROZEN
+    assert "was stamped 0.6 s ahead of the clock here" in bench.status.text
+    loop.take(TARGET, bench.now, 0.0)
+    assert (bench.status.loop, bench.status.text) == (Loop.CLOSED, "")
+
+
 def test_nothing_is_wound_up_on_the_way():
     bench = ClosedLoop("rfrfr", loop_gain=4.0, max_speed=0.05)
     bench.seen = lambda pose: pose + [0.03, 0.0]

@@ -290,6 +290,7 @@ def test_what_cannot_be_believed_freezes_the_correction_and_is_told(camera):
         (not_a_number, "all finite, got"),
         (in_another_frame, "header.frame_id: expected 'base', got 'map'"),
         (old, "s old when it came, by its stamp"),
+        (of_tomorrow, "s ahead of the clock here"),
         (lambda message: None, "old, more than measured_pose_timeout 0.5 s"),
     ):
         camera.changed = change
@@ -325,6 +326,11 @@ def in_another_frame(message):
 
 def old(message):
     message.header.stamp.sec -= 3600
+    return message
+
+
+def of_tomorrow(message):
+    message.header.stamp.sec += 86400
     return message
 
 
