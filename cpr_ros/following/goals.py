@@ -33,7 +33,7 @@ class Goal(Protocol):
 
     @property
     def destination(self) -> Hashable | None:
-        """What is equal for goals that ask for the same; None: it moves from tick to tick."""
+        """What it asks for in this tick, equal where it is the same; None: nothing else is the same."""
         ...
 
     def remaining(self, start: Equilibrium) -> float:
@@ -130,8 +130,8 @@ class PoseGoal:
 
     @property
     def destination(self) -> Hashable | None:
-        """The pose, unless something moves it on."""
-        return None if self.driven else ("pose", *self.pose.tolist())
+        """The pose."""
+        return "pose", *self.pose.tolist()
 
     def at(self, pose: Floats) -> Self:
         """The same with another pose."""

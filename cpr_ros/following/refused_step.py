@@ -25,7 +25,7 @@ class Step(NamedTuple):
 
     Attributes:
         current: Where it begins, under the loads that act.
-        destination: Of the goal; None: it moves on.
+        destination: Of the goal; None: no other step is the same.
         factor: Part of their speed that motors and platform may have.
         settings: Thresholds and speeds that count.
     """

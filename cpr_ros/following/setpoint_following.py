@@ -123,7 +123,7 @@ class SetpointFollower:
         watchdog: Age of the newest setpoint.
         corrected: Where the robot is sent for a goal: there, or where it then is measured there.
         caution: Factor that speeds do not exceed: less than 1 while something is not seen.
-        in_reach: Part of the way to motors, (n,), that they may be sent now, at a steady time [s].
+        part_in_reach: Part of the way to motors, (n,), that they may be sent now, at a steady time [s].
         waits: Whether the last tick went less far for that reason, or nowhere.
         dropped: Why the last setpoint was forgotten that none replaced.
         orders: How many setpoints, pauses and returns have come, and how often one was forgotten: it
@@ -137,7 +137,7 @@ class SetpointFollower:
         self.settings = settings
         self.corrected: Callable[[Goal], Goal] = lambda goal: goal
         self.caution = 1.0
-        self.in_reach: Callable[[Floats, float], float] = lambda motors, now: 1.0
+        self.part_in_reach: Callable[[Floats, float], float] = lambda motors, now: 1.0
         self.waits = False
         self.paused = False
         self.dropped = ""
@@ -359,7 +359,7 @@ class SetpointFollower:
                 self._reach = max(SMALLEST_REACH, 0.5 * self._reach)
                 return current
             self._worsening = self._worse(current, ahead)
-            part = self.in_reach(ahead.equilibrium.motors, now)
+            part = self.part_in_reach(ahead.equilibrium.motors, now)
             if part < 1.0:
                 self.waits = True
                 within *= _INSIDE * part

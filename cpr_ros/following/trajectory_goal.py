@@ -63,7 +63,7 @@ class TrajectoryGoal:
 
     @property
     def destination(self) -> None:
-        """None: it moves."""
+        """None: it depends on the time, too."""
         return None
 
     @property

@@ -90,7 +90,7 @@ class Session:
         self.felt = FeltWrench(robot, live.felt_wrench)
         self.loop = PoseLoop(robot, self.period, live.loop)
         self.follower.corrected = self.loop.corrected
-        self.follower.in_reach = self._part_in_reach
+        self.follower.part_in_reach = self._part_in_reach
         self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
         self.commands = MotorCommands(robot, self.period, live.max_lead)
         self.first_step = FirstStep(robot, self.period, self.follower)

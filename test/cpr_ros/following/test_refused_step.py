@@ -51,7 +51,7 @@ def test_another_one_is_not(step):
     assert refused.again(step, 0.0) is REFUSAL
 
 
-def test_what_moves_on_is_never_the_same(step):
+def test_what_has_no_destination_is_never_the_same(step):
     refused, moving = RefusedStep(), step._replace(destination=None)
     refused.take(moving, REFUSAL, 0.0, took=0.1)
     assert refused.again(moving, 0.0) is None
