@@ -82,7 +82,8 @@ class Jogger:
         self._goal: JogGoal | None = None
         self._twist = PlatformTwist(np.zeros(6), in_platform=False)
         self._moving, self._new = False, False
-        self._last = 0.0
+        self._last = self._elapsed = 0.0
+        self._from: Equilibrium | None = None
 
     def drives(self, goal: object) -> bool:
         """Whether a goal is the one that twists move."""
@@ -99,7 +100,7 @@ class Jogger:
             InvalidRequest: The robot has no inverse problem.
         """
         self._goal = JogGoal(self.robot, self._loop.uncorrected(equilibrium))
-        self._moving, self._last = False, now
+        self._moving, self._last, self._from = False, now, None
         return self._goal
 
     def take(self, twist: PlatformTwist, now: float) -> None:
@@ -120,6 +121,10 @@ class Jogger:
         """
         goal = self._goal
         elapsed, self._last = min(self._period, max(0.0, now - self._last)), now
+        if equilibrium is self._from and not arrived:
+            # It did not move: what is asked of it again need not be solved again.
+            elapsed = max(elapsed, self._elapsed)
+        self._from, self._elapsed = equilibrium, elapsed
         moving = not (self._twist.rests or self.watchdog.stale(now))
         ended, self._moving, self._new = self._moving and not moving, moving, False
         if goal is None or not (moving or ended):

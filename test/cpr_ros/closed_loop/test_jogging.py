@@ -107,6 +107,21 @@ def test_jogging_into_a_halt_and_back_out(planar):
     assert planar.longest_step <= SLACK
 
 
+def test_a_robot_that_does_not_move_is_asked_for_the_same_whenever_ticks_come():
+    """What is refused to a halted robot need not be solved again then."""
+    home = solve_home(robot("rfrfr"))
+    loop = PoseLoop(home.robot, PERIOD, live().loop)
+    jogger, rng, asked = Jogger(home.robot, PERIOD, loop, 0.25), np.random.default_rng(0), []
+    goal, now = jogger.begin(home, 0.0), 0.0
+    for _ in range(20):
+        now += PERIOD * rng.uniform(0.8, 1.2)
+        jogger.take(twisted(linear=(0.0, -0.2, 0.0)), now)
+        jogger.advance(home, False, now)
+        asked.append(goal.destination)
+    assert len(set(asked[5:])) == 1
+    np.testing.assert_allclose(goal.pose - home.pose, [0.0, -0.2 * PERIOD], rtol=1e-6)
+
+
 def test_a_twist_that_is_too_fast_goes_straight_at_the_speed_of_the_motors(planar):
     first = planar.model.pose
     planar.jog(twisted(linear=(3.0, -4.0, 0.0)), 0.3)
