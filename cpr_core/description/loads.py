@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidRequest
-from ..twist_layout import ANGULAR, LINEAR
 from ..validation import checked_number, checked_vector, read_only
 
 __all__ = ["WRENCH_NAMES", "DistributedForce", "Loads", "PointForce", "compared"]
@@ -282,11 +281,11 @@ class Loads:
 
     @cached_property
     def _conservative_in_plane(self) -> bool:
-        return not np.any(self.wrench_body[LINEAR])
+        return not np.any(self.wrench_body[3:])
 
     @cached_property
     def _conservative_in_space(self) -> bool:
-        return not np.any(self.wrench_world[ANGULAR]) and not np.any(self.wrench_body)
+        return not np.any(self.wrench_world[:3]) and not np.any(self.wrench_body)
 
 
 def compared(loads: Loads) -> tuple[tuple[bytes, ...], tuple[Any, ...]]:

@@ -17,11 +17,11 @@ import scipy
 from numpy.typing import NDArray
 
 from ..kernels.problems import ProblemName
+from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import rotation_log, skew
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
 from ..solving.parameter_derivatives import derivatives
-from ..twist_layout import ANGULAR, LINEAR
 from ..validation import ReadOnlyArrays
 from .measurements import Measurement, StandardDeviations, driven_by
 from .tracker_rates import of_tracker, tracker_rates

@@ -15,9 +15,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..kernels.twist_layout import ANGULAR
 from ..model.robot import Robot
 from ..model.world_response import WorldResponse
-from ..twist_layout import ANGULAR
 from ..validation import ReadOnlyArrays, cached_array
 from .wrench_measurements import WrenchMeasurements
 

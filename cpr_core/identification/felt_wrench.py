@@ -19,12 +19,12 @@ from numpy.typing import ArrayLike, NDArray
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.natural_units import EFFORT_UNIT, LONGEST_STEP
+from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
 from ..model.world_response import world_response, wrench_units
 from ..solving.geometrico_statics import checked_start, solve_forward
 from ..solving.not_reached import NoForwardSolution, TimeLimitExceeded
-from ..twist_layout import ANGULAR, LINEAR
 from ..validation import ReadOnlyArrays, checked_time
 from .felt_directions import FeltDirections, felt_directions
 from .pushed_equilibrium import pushed_equilibrium

@@ -14,8 +14,8 @@ from ..description.loads import Loads
 from ..kernels.continuation_kernel import UNPREDICTED
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.natural_units import LONGEST_STEP
+from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..model.equilibrium import Equilibrium, stepped
-from ..twist_layout import ANGULAR, LINEAR
 
 __all__ = ["pushed_equilibrium"]
 

@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description.plausibility import quaternion_order_doubt, request_doubt
 from ..errors import InvalidRequest, NonFiniteInput
+from ..kernels.twist_layout import FIRST_LINEAR
 from ..lie import rotation_from_quaternion
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..model.world_response import WorldResponse, effort_units, twist_units
-from ..twist_layout import FIRST_LINEAR
 from ..validation import checked_vector
 from .doubts import THOUSAND, plane_doubt
 from .measurements import LARGEST_DEVIATION, SMALLEST_DEVIATION

@@ -22,7 +22,6 @@ import math
 
 import numpy as np
 
-from ..twist_layout import FIRST_LINEAR
 from .by_leg import PIVOT, PIVOT_INVERSE
 from .delayed_kernel import (
     add_delayed,
@@ -34,6 +33,7 @@ from .delayed_kernel import (
 from .kernel_decorators import inlined, part
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 from .lu_kernel import lu_factor, lu_solve
+from .twist_layout import FIRST_LINEAR
 
 __all__ = [
     "CONDENSED",

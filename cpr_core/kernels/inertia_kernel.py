@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..twist_layout import FIRST_LINEAR
 from .condensation_kernel import CONDENSED, condense_delaying, rotation_unknowns
 from .kernel_decorators import inlined, kernel, part
 from .lanes import get
 from .lu_kernel import lu_factor, lu_sign
 from .record_layout import INDEX_FREE, INDEX_LOCKED, INVERSE_SIGN
+from .twist_layout import FIRST_LINEAR
 
 __all__ = ["eliminate", "signs_of"]
 

@@ -18,10 +18,10 @@ F^T is what the border does with ``p`` given in it at the motors.
 
 from __future__ import annotations
 
-from ..twist_layout import FIRST_LINEAR
 from .condensation_kernel import expand_legs, reduce_legs, substitute_border
 from .kernel_decorators import part
 from .lu_kernel import lu_solve_transposed
+from .twist_layout import FIRST_LINEAR
 
 __all__ = ["solve_with_efforts", "solve_with_efforts_transposed"]
 

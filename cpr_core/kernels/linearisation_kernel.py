@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 
-from ..twist_layout import FIRST_LINEAR
 from .delayed_pencil_kernel import compliance_of_platform, gather_pencil
 from .kernel_decorators import inlined, kernel, part
 from .kernel_records import fed_length
@@ -18,6 +17,7 @@ from .recall_kernel import recall_pencil
 from .record_layout import ROTATION
 from .slots import COMPONENTS
 from .smallest_eigenvalue_kernel import smallest_eigenvalue
+from .twist_layout import FIRST_LINEAR
 
 __all__ = ["FREE", "LOCKED", "MARGIN", "linearise"]
 

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from ..twist_layout import ANGULAR, LINEAR
 from .kernel_decorators import inlined, part
 from .lane_vectors import (
     add,
@@ -24,6 +23,7 @@ from .lane_vectors import (
 )
 from .lanes import get
 from .leg_kernel import evaluate_group
+from .twist_layout import ANGULAR, LINEAR
 
 __all__ = ["evaluate", "evaluate_inlined", "evaluate_residual", "tangent_into"]
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 
-from ..twist_layout import FIRST_LINEAR
 from .condensation_kernel import (
     NO_INVERSE,
     UNKNOWN,
@@ -28,6 +27,7 @@ from .rotation_matrices import (
     rotation_log_into,
 )
 from .square_problem import Configuration
+from .twist_layout import FIRST_LINEAR
 
 __all__ = [
     "CONVERGED",

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..twist_layout import ANGULAR, FIRST_LINEAR, LINEAR
 from .kernel_decorators import inlined
 from .lane_vectors import (
     add,
@@ -38,6 +37,7 @@ from .lane_vectors import (
     zero_matrix,
 )
 from .lanes import broadcast, load, store
+from .twist_layout import ANGULAR, FIRST_LINEAR, LINEAR
 
 __all__ = [
     "Tip",

@@ -12,7 +12,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread
-from ..twist_layout import ANGULAR, LINEAR
+from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..validation import ReadOnlyArrays
 from .linearisation import Response
 from .model_state import ModelState

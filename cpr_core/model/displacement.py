@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import rotation_exp
-from ..twist_layout import ANGULAR, LINEAR
 from .robot import Robot
 
 __all__ = ["displaced"]

@@ -20,8 +20,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..blas_threads import on_one_numpy_thread
 from ..errors import InvalidRequest
+from ..kernels.twist_layout import ANGULAR
 from ..lie import angle_motions
-from ..twist_layout import ANGULAR
 from ..validation import ReadOnlyArrays, cached_array, checked_vector, read_only
 from .dense_response import body_tangent, platform_turn
 from .equilibrium import Equilibrium, check_equilibrium

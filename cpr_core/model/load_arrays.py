@@ -11,8 +11,8 @@ from ..description.loads import Loads
 from ..description.robot_description import RobotDescription
 from ..errors import InvalidRequest
 from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays
+from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..rods.quadrature import RodGrid
-from ..twist_layout import ANGULAR, LINEAR
 
 __all__ = ["load_arrays"]
 

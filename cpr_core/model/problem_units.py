@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
 from ..kernels.square_problem import ProblemScales
-from ..twist_layout import FIRST_LINEAR
+from ..kernels.twist_layout import FIRST_LINEAR
 from ..validation import checked_number
 from .robot import Robot
 from .state_numbers import RodNumbers

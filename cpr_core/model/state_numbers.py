@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from ..description.chain import ChainRod
 from ..description.leg_description import LegDescription
 from ..description.robot_description import RobotDescription
+from ..kernels.twist_layout import FIRST_LINEAR
 from ..rods.rod import StrainModes
-from ..twist_layout import FIRST_LINEAR
 from .platform_coordinates import PlatformCoordinates
 
 __all__ = ["AlikeRods", "LegNumbers", "RodNumbers", "StateNumbers", "state_numbers"]

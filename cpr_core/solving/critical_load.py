@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
+from ..kernels.twist_layout import FIRST_LINEAR, LINEAR
 from ..model.equilibrium import Equilibrium, check_equilibrium, spectrum
 from ..model.stability import MotorReading
-from ..twist_layout import FIRST_LINEAR, LINEAR
 from ..validation import checked_number, checked_vector
 from .distinct_numbers import distinct
 from .geometrico_statics import solve_forward

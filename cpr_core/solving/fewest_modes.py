@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread
 from ..description.robot_description import ModeCounts
+from ..kernels.twist_layout import FIRST_LINEAR
 from ..model.equilibrium import Equilibrium
-from ..twist_layout import FIRST_LINEAR
 
 __all__ = ["fewest_modes"]
 

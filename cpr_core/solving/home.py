@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from ..description.loads import Loads
 from ..description.robot_description import HomeGuess
 from ..errors import DescriptionError, DescriptionWarning
+from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..model.equilibrium import Equilibrium, spectrum
 from ..model.model_state import evaluate
 from ..model.robot import Robot, checked_robot
 from ..model.shape import tip_poses
-from ..twist_layout import ANGULAR, LINEAR
 from .assembly import (
     Shape,
     assemble,

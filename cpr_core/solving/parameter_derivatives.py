@@ -20,10 +20,10 @@ from ..description.parameters import Parameter, checked_paths
 from ..errors import CprError, InvalidRequest
 from ..kernels.parameter_kernel import answer_rates
 from ..kernels.problems import PROBLEMS, ProblemName
+from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..model.equilibrium import Equilibrium, check_equilibrium
 from ..model.residual_rates import residual_rates
 from ..model.robot import Robot
-from ..twist_layout import ANGULAR, LINEAR
 from ..validation import ReadOnlyArrays
 from .held_problem import checked_problem
 from .stability_slopes import stability_slopes

@@ -27,10 +27,10 @@ from ..kernels.natural_units import EFFORT_UNIT
 from ..kernels.prepared_robot import continue_prepared, evaluate_prepared
 from ..kernels.problems import PROBLEMS
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE
+from ..kernels.twist_layout import ANGULAR
 from ..lie import angle_motions, rotation_log
 from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium, described, new_record
-from ..twist_layout import ANGULAR
 from .limits import Limit, grazes, margins, violated
 from .targets import Imposed, Target
 

@@ -15,10 +15,10 @@ from ..errors import InvalidRequest
 from ..kernels.natural_units import EFFORT_UNIT
 from ..kernels.problems import ProblemName
 from ..kernels.record_layout import IMPOSED_MOTORS, POSITION, ROTATION
+from ..kernels.twist_layout import FIRST_LINEAR
 from ..lie import roll_pitch_yaw, rotation_exp, rotation_from_angles, rotation_log
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from ..twist_layout import FIRST_LINEAR
 
 __all__ = [
     "EffortTarget",

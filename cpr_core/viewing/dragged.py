@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.twist_layout import LINEAR
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from ..twist_layout import LINEAR
 from .exact_place import put
 
 if TYPE_CHECKING:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description.loads import Loads
 from ..errors import CprError, InvalidRequest
+from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import quaternion_from_rotation, roll_pitch_yaw, rotation_from_quaternion
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
@@ -22,7 +23,6 @@ from ..solving.geometrico_statics import checked_start, solve_forward, solve_inv
 from ..solving.home import solve_home
 from ..solving.not_reached import NotReached, TimeLimitExceeded
 from ..solving.requests import split_pose
-from ..twist_layout import ANGULAR, LINEAR
 from ..validation import checked_vector
 from .refused import Asked, Refused
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot
-from cpr_core.twist_layout import ANGULAR, LINEAR
+from cpr_core.kernels.twist_layout import ANGULAR, LINEAR
 
 from ..following.goals import PoseGoal
 from ..following.pose_coordinates import pose_coordinates

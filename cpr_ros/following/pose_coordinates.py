@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Robot
+from cpr_core.kernels.twist_layout import ANGULAR, LINEAR
 from cpr_core.lie import (
     angle_motions,
     quaternion_from_rotation,
@@ -19,7 +20,6 @@ from cpr_core.lie import (
     turn_between,
 )
 from cpr_core.solving.requests import pose_meaning
-from cpr_core.twist_layout import ANGULAR, LINEAR
 
 __all__ = ["PoseCoordinates", "pose_coordinates"]
 

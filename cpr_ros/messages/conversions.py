@@ -28,10 +28,10 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 
 from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robot
+from cpr_core.kernels.twist_layout import ANGULAR, LINEAR
 from cpr_core.lie import checked_quaternion, roll_pitch_yaw, rotation_from_quaternion, turn_about_z
 from cpr_core.solving.refining import restore_equilibrium
 from cpr_core.solving.requests import pose_meaning
-from cpr_core.twist_layout import ANGULAR, LINEAR
 from cpr_core.validation import checked_vector
 
 from ..error_codes import RequestError

@@ -19,7 +19,6 @@ FLOORS = (
     "cpr_core.version",
     "cpr_core.errors",
     "cpr_core.validation",
-    "cpr_core.twist_layout",
     "cpr_core.blas_threads",
     "cpr_core.numba_fence",
     "cpr_core.kernels",
