@@ -25,6 +25,7 @@ from ..model.model_state import ModelValue, evaluate
 from ..model.robot import Robot
 from ..model.shape import tip_poses
 from .refining import refine
+from .softest_side import softest_side
 
 __all__ = [
     "Shape",
@@ -43,6 +44,8 @@ _SPRINGS = (1.0, 10.0, 100.0, 1e3, 1e4)
 _DESCENTS, _LONGEST_DESCENT, _FLAT = 200, 0.5, 1e-6
 #: Where it is small enough in a minimum that stiffer springs will move.
 _NEARLY_FLAT = 1e-3
+#: A gradient below this is rounding.
+_ROUNDING = 1e-9
 #: Kicks off unstable equilibria.
 _KICKS = 6
 
@@ -114,12 +117,13 @@ def settle(
             return found
         # A saddle: along its softest motion the energy falls, to the one side or the other.
         side = 0.3 if kick % 2 == 0 else -0.3
-        motion = found.spectrum_locked.motions[:, 0]
+        whole, unit = found.spectrum_locked, robot.arrays.unit[moving]
+        motion = softest_side(whole.eigenvalues, whole.motions[moving] / unit[:, None])
         shape = moved_shape(
             robot,
             Shape(found.state.copy(), found.platform_rotation, found.platform_position),
             moving,
-            side * motion[moving] / robot.arrays.unit[moving],
+            side * motion,
         )
         springs = _SPRINGS[3:]
     assert found is not None
@@ -236,11 +240,15 @@ def _downhill(hessian: Floats, gradient: Floats, flat: float) -> Floats | None:
         pass
     curvatures, axes = np.linalg.eigh(hessian)
     along = axes.T @ gradient
-    if steepest < _FLAT:
-        if curvatures[0] > -_FLAT:
-            return None
-        along[0] = -abs(curvatures[0])  # on a saddle: to one side
-    return axes @ (-along / np.maximum(np.abs(curvatures), 1e-6))
+    # On a ridge rounding would tell a side: none is taken until nothing else is left to do.
+    along[(curvatures < 0.0) & (np.abs(along) < _ROUNDING)] = 0.0
+    step = np.asarray(axes @ (-along / np.maximum(np.abs(curvatures), 1e-6)))
+    if steepest >= _FLAT:
+        return step
+    if curvatures[0] > -_FLAT:
+        return None
+    downhill = -np.sign(along[0]) * axes[:, 0] if along[0] else softest_side(curvatures, axes)
+    return np.asarray(step + downhill)  # off the saddle
 
 
 def moved_shape(robot: Robot, shape: Shape, moving: NDArray[np.int64], change: Floats) -> Shape:

@@ -239,7 +239,10 @@ def _distinct(
 
 
 def _groups(robot: Robot, known: Sequence[Equilibrium]) -> list[list[int]]:
-    """Numbers of those that are the same equilibrium, by energy."""
+    """Numbers of those that are the same equilibrium, by energy; of equal ones the first known first.
+
+    Rounding tells the energies of mirrored equilibria apart, on every computer in another way.
+    """
     units = leg_units(robot)
     places = np.array([found.configuration / units for found in known])
     energies = np.array([found.energy for found in known])
@@ -255,4 +258,7 @@ def _groups(robot: Robot, known: Sequence[Equilibrium]) -> list[list[int]]:
                 break
         else:
             groups.append([number])
-    return groups
+    lowest = [energies[group[0]] for group in groups]
+    levels = np.cumsum(np.diff(lowest, prepend=lowest[:1]) > near).tolist()
+    order = sorted(range(len(groups)), key=lambda index: (levels[index], min(groups[index])))
+    return [groups[index] for index in order]

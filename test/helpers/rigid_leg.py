@@ -3,6 +3,8 @@
 
 """A robot with a leg of no rod: motors held, its platform cannot move along that leg."""
 
+import math
+
 from cpr_core import load_robot
 
 _DESCRIPTION = """
@@ -35,3 +37,10 @@ home: {motors: [0.1, -0.1, 0.0], bow: [outward, outward, [1, 0, 0]]}
 def rigid_leg():
     """Two legs with rods, and one that is a motor between two hinges."""
     return load_robot(_DESCRIPTION)
+
+
+def leaning_rigid_leg(x, y, angle):
+    """The same with a rough pose of its platform [m, rad]: it leans to one side or the other."""
+    turn = f"[{math.cos(0.5 * angle)}, 0.0, 0.0, {math.sin(0.5 * angle)}]"
+    pose = f"platform: {{position: [{x}, {y}, 0.0], quaternion_wxyz: {turn}}}, "
+    return load_robot(_DESCRIPTION.replace("home: {", "home: {" + pose))

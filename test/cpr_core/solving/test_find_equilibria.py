@@ -8,13 +8,14 @@ from multiprocessing import get_context
 
 import numpy as np
 import pytest
+from helpers.rigid_leg import rigid_leg
 
 from benchmarks.robustness import distance, residual
 from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home
 from cpr_core.reference.conjugate_points import conjugate_points
 from cpr_core.reference.continuous_rods import solve_continuous
 from cpr_core.solving.assembly import turned_over
-from cpr_core.solving.find_equilibria import find_equilibria
+from cpr_core.solving.find_equilibria import find_equilibria, merged_equilibria
 
 SIX = [5.86, 5.56, 5.86, 5.46, 5.86, 5.26]
 
@@ -57,6 +58,18 @@ def test_mirror_images_come_in_pairs():
     for place in often:
         mirrored = place * [-1.0, 1.0, 1.0]
         assert np.abs(places - mirrored).max(axis=1).min() < 1e-6
+
+
+def test_of_mirror_images_the_first_known_comes_first():
+    """Their energies are the same but for rounding, which differs between computers."""
+    robot = rigid_leg()
+    home, image, *others = find_equilibria(robot, solve_home(robot).motors, starts=60)
+    assert home.from_home
+    assert home.equilibrium.energy == pytest.approx(image.equilibrium.energy, rel=1e-9)
+    assert all(entry.equilibrium.energy > home.equilibrium.energy + 1e-6 for entry in others)
+    for pair in ((home, image), (image, home)):
+        merged = merged_equilibria(pair[:1], pair[1:])
+        assert [entry.equilibrium for entry in merged] == [entry.equilibrium for entry in pair]
 
 
 def test_the_same_in_other_processes(found):
