@@ -21,7 +21,9 @@ from cpr_core import Robot
 from cpr_core.model.assessment import Assessment
 
 from .goals import motor_steps
-from .setpoint_following import LARGEST_CHANGE, WATCHED, SetpointFollower, Settings
+from .judged_steps import LARGEST_CHANGE
+from .motion_settings import WATCHED, Settings
+from .setpoint_following import SetpointFollower
 from .surroundings import Surroundings
 
 __all__ = ["FirstStep"]

@@ -5,16 +5,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from numpy.typing import ArrayLike
 
 from cpr_core import Loads, Robot
 from cpr_core.model.assessment import Assessment
 
 from .goals import MotorGoal
+from .judged_steps import LARGEST_CHANGE
 from .measured_range import within_range
-from .setpoint_following import ARRIVED, LARGEST_CHANGE, Outcome, SetpointFollower
+from .outcome import Outcome
+from .refused_step import RefusedStep, Step
+from .setpoint_following import ARRIVED, SetpointFollower
 from .steps import LONGEST_SOLVE, Undecided, attempt, change_between
 from .supervision import Refusal, State
 from .watchdog import Watchdog
@@ -25,15 +26,6 @@ __all__ = ["MotorTracking"]
 LONGEST_WAY = 0.1
 #: Parts of it that are tried, one after the other: where the robot is soft, smaller steps help.
 _PARTS = (1.0, 0.25, 0.0625)
-
-
-class _Lost(NamedTuple):
-    """Measured motors that nothing explains from an equilibrium on, and why."""
-
-    current: Assessment
-    motors: list[float]
-    loads: Loads
-    refusal: Refusal
 
 
 class MotorTracking:
@@ -60,7 +52,7 @@ class MotorTracking:
         self._judge = judge
         self._goal: MotorGoal | None = None
         self._beyond = ""
-        self._lost: _Lost | None = None
+        self._refused = RefusedStep()
         self.at_rest = False
 
     def take(self, motors: ArrayLike, now: float) -> None:
@@ -91,35 +83,34 @@ class MotorTracking:
         remaining = goal.remaining(current.equilibrium)
         if remaining <= ARRIVED and loads is current.equilibrium.loads:
             return Outcome(current, False, State.TRACKING, self._judge.judge(current))
-        ahead = self._step(current, goal, remaining, loads)
+        ahead = self._step(current, goal, remaining, loads, now)
         if isinstance(ahead, Refusal):
             return Outcome(current, False, State.LOST, self._judge.judge(current, ahead))
         return Outcome(ahead, True, State.TRACKING, self._judge.judge(ahead))
 
     def _step(
-        self, current: Assessment, goal: MotorGoal, remaining: float, loads: Loads
+        self, current: Assessment, goal: MotorGoal, remaining: float, loads: Loads, now: float
     ) -> Assessment | Refusal:
         """A step towards the measured motors, or why there is none; the same is not tried twice."""
-        motors, lost = goal.motors.tolist(), self._lost
-        unchanged = lost is not None and lost.current is current and lost.loads is loads
-        if lost is not None and unchanged and lost.motors == motors:
-            return lost.refusal
-        fraction, decided = min(1.0, LONGEST_WAY / max(remaining, ARRIVED)), True
+        step = Step(current, loads, goal.destination)
+        refusal = self._refused.again(step, now)
+        if refusal is not None:
+            return refusal
+        fraction, refusals = min(1.0, LONGEST_WAY / max(remaining, ARRIVED)), list[Refusal]()
         for part in _PARTS:
-            found = attempt(current, goal, part * fraction, loads, LONGEST_SOLVE / len(_PARTS))
-            ahead = self._looked_at(current, found)
-            if isinstance(ahead, Assessment):
+            ahead = attempt(current, goal, part * fraction, loads, LONGEST_SOLVE / len(_PARTS))
+            refusal = ahead if isinstance(ahead, Refusal) else self._contradiction(current, ahead)
+            if refusal is None:
                 return ahead
-            decided = decided and not isinstance(found, Undecided)
-            self._lost = _Lost(current, motors, loads, ahead) if decided else None
-        return ahead
+            refusals.append(refusal)
+        if not any(isinstance(refusal, Undecided) for refusal in refusals):
+            self._refused.take(step, refusals[-1], now)
+        return refusals[-1]
 
-    def _looked_at(self, current: Assessment, ahead: Assessment | Refusal) -> Assessment | Refusal:
-        """A step, or why it cannot be what the robot did."""
-        if isinstance(ahead, Refusal):
-            return ahead
+    def _contradiction(self, current: Assessment, ahead: Assessment) -> Refusal | None:
+        """Why a step cannot be what the robot did, if so."""
         if change_between(current.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
             return Refusal("branch_jump", "the measured motors jump off the branch")
         if ahead.index > current.index:
             return Refusal("margin", "no stable equilibrium is at the measured motors")
-        return ahead
+        return None

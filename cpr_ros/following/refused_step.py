@@ -9,6 +9,7 @@ import math
 from collections.abc import Hashable
 from typing import NamedTuple
 
+from cpr_core import Loads
 from cpr_core.model.assessment import Assessment
 
 from .steps import Undecided
@@ -24,23 +25,28 @@ class Step(NamedTuple):
     """What is asked of a step; the same twice has the same answer.
 
     Attributes:
-        current: Where it begins, under the loads that act.
+        current: Where it begins.
+        loads: That act where it ends.
         destination: Of the goal; None: no other step is the same.
         factor: Part of their speed that motors and platform may have.
-        settings: Thresholds and speeds that count.
+        settings: Thresholds and speeds that count; None: none do.
+        watched: Measures that count.
     """
 
     current: Assessment
+    loads: Loads
     destination: Hashable | None
-    factor: float
-    settings: object
+    factor: float = 1.0
+    settings: object = None
+    watched: tuple[str, ...] = ()
 
 
 class RefusedStep:
     """The last step that was refused.
 
-    A halted robot is asked for the same in every tick. The answer may take longer than a tick: a pose
-    beyond a limit is walked towards. What was not decided is asked for again, but not all the time.
+    A halted robot is asked for the same in every tick, and so is one that does not bear its wrench or is
+    measured where it cannot be. The answer may take longer than a tick: a pose beyond a limit is walked
+    towards. What was not decided is asked for again, but not all the time.
     """
 
     def __init__(self) -> None:
@@ -61,20 +67,23 @@ class RefusedStep:
             return None
         same = (
             step.current is last.current
+            and step.loads is last.loads
             and step.settings is last.settings
             and step.factor == last.factor
+            and step.watched == last.watched
             and step.destination == last.destination
         )
         return self._refusal if same else None
 
-    def take(self, step: Step, refusal: Refusal, now: float, took: float) -> None:
+    def take(self, step: Step, refusal: Refusal, now: float, took: float = 0.0) -> None:
         """Remember a step that was refused.
 
         Args:
             step: What was asked.
             refusal: Why it was refused.
             now: Steady time [s].
-            took: How long it took to tell [s].
+            took: How long it took to tell [s]; for so long, ten times, what was not decided is not asked
+                for again.
         """
         self._step, self._refusal = step, refusal
         self._until = now + _PATIENCE * took if isinstance(refusal, Undecided) else math.inf

@@ -12,36 +12,25 @@ stop threshold of every measure that gets worse; what gets better is never limit
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Loads, Robot, solve_home
 from cpr_core.description.loads import compared
-from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
-from cpr_core.solving.distinct_numbers import distinct
+from cpr_core.model.assessment import MEASURES, Assessment
 
-from .goals import SLACK, Goal, MotorGoal, PoseGoal, largest_way, motor_steps, whole
-from .pose_steps import PoseSteps, TickWay
-from .refused_step import RefusedStep, Step
-from .steps import Undecided, attempt, change_between, falls
-from .supervision import FIELDS, Action, Refusal, State, Verdict, verdict
+from .goals import SLACK, Goal, MotorGoal, PoseGoal
+from .judged_steps import JudgedSteps
+from .motion_settings import ON_WAY_TO_MOTORS, Settings
+from .outcome import Outcome
+from .steps import change_between, falls
+from .supervision import Action, Refusal, State, Verdict, verdict
 from .trajectory_goal import TrajectoryGoal
 from .watchdog import Watchdog
 
-__all__ = [
-    "ARRIVED",
-    "LARGEST_CHANGE",
-    "ON_WAY_TO_MOTORS",
-    "WATCHED",
-    "Outcome",
-    "SetpointFollower",
-    "Settings",
-]
+__all__ = ["ARRIVED", "SetpointFollower"]
 
 Floats = NDArray[np.float64]
 
@@ -54,64 +43,8 @@ _INSIDE = 0.98
 _NOWHERE = 1e-3
 #: Smallest part of a step that is tried; when it is refused, the robot is halted.
 SMALLEST_REACH = 1.0 / 64.0
-#: Largest change in one step of a leg coordinate (in 1/rod length) and of the platform (in radians and
-#: rod lengths). A continuous branch changes less if the step is small enough, a jump does not.
-LARGEST_CHANGE = 0.5
 #: A goal nearer than this is reached [rad, rod lengths].
 ARRIVED = 1e-9
-#: Measures that count on the way to motors: the inverse problem matters to platform setpoints only.
-ON_WAY_TO_MOTORS = tuple(name for name in MEASURES if name != "inverse_singularity")
-#: Measures that may count together.
-WATCHED = (ON_WAY_TO_MOTORS, MEASURES)
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What may change while the node runs.
-
-    Attributes:
-        thresholds: Of every measure.
-        hysteresis: Of the action, as a fraction of the way between the thresholds.
-        max_speed: Speed no motor exceeds, behind its gear [rad/s, rod lengths/s].
-        setpoint_timeout: Age beyond which a setpoint is not followed further [s]; 0: never.
-    """
-
-    thresholds: Thresholds
-    hysteresis: float
-    max_speed: float
-    setpoint_timeout: float
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a tick led to.
-
-    Attributes:
-        assessment: Equilibrium after the tick.
-        moved: Whether the motors moved.
-        state: What the node does.
-        verdict: What a supervisor is told.
-        home_missed: Whether a return ended at the motors of home, but in another equilibrium.
-        refusal: Why the robot is halted, if it is.
-        obeyed: Whether the motors are where a setpoint wants them in this tick: a step towards it was
-            accepted, or it is reached.
-    """
-
-    assessment: Assessment
-    moved: bool
-    state: State
-    verdict: Verdict
-    home_missed: bool = False
-    refusal: Refusal | None = None
-    obeyed: bool = False
-
-
-class _Unborne(NamedTuple):
-    """Loads that an equilibrium does not bear, and why."""
-
-    current: Assessment
-    loads: Loads
-    refusal: Refusal
 
 
 class SetpointFollower:
@@ -120,6 +53,7 @@ class SetpointFollower:
     Attributes:
         robot: The robot.
         period: Time of a tick [s].
+        steps: Where ticks lead, solved and judged.
         watchdog: Age of the newest setpoint.
         corrected: Where the robot is sent for a goal: there, or where it then is measured there.
         caution: Factor that speeds do not exceed: less than 1 while something is not seen.
@@ -133,8 +67,8 @@ class SetpointFollower:
     def __init__(self, robot: Robot, period: float, settings: Settings) -> None:
         """Start idle."""
         self.robot, self.period = robot, period
+        self.steps = JudgedSteps(robot, period, settings)
         self.watchdog = Watchdog(settings.setpoint_timeout)
-        self.settings = settings
         self.corrected: Callable[[Goal], Goal] = lambda goal: goal
         self.caution = 1.0
         self.part_in_reach: Callable[[Floats, float], float] = lambda motors, now: 1.0
@@ -144,25 +78,21 @@ class SetpointFollower:
         self.orders = 0
         self._goal: Goal | None = None
         self._ages = True
-        self._returning, self._under_way, self._stood = False, False, True
+        self._returning, self._under_way, self._stood, self._stirred = False, False, True, True
         self._action = Action.NONE
         self._reach = 1.0
         self._refusal: Refusal | None = None
         self._burdened = False
-        self._unborne: _Unborne | None = None
         self._worsening: frozenset[str] = frozenset(MEASURES)
-        self._pose_steps, self._refused = PoseSteps(robot), RefusedStep()
 
     @property
     def settings(self) -> Settings:
         """What may change at any time."""
-        return self._settings
+        return self.steps.settings
 
     @settings.setter
     def settings(self, settings: Settings) -> None:
-        self._settings, self._stirred = settings, True
-        self._motor_steps = motor_steps(self.robot, settings.max_speed, self.period)
-        self._tick_way = TickWay(self._motor_steps.tolist(), settings.max_speed * self.period)
+        self.steps.settings, self._stirred = settings, True
         self.watchdog.timeout = settings.setpoint_timeout
 
     @property
@@ -227,12 +157,7 @@ class SetpointFollower:
         goal = self.corrected(self._goal)
         if self.stale(now) or goal.remaining(current.equilibrium) <= ARRIVED:
             return None
-        if isinstance(goal, MotorGoal):
-            start = current.equilibrium
-            return goal.at(start, self._part_of_way(start, goal, self.caution))
-        if isinstance(goal, PoseGoal):
-            return self._first_towards(current, goal, self.caution)
-        return None
+        return self.steps.aim(current, goal, self.caution, out_of_rest=self._out_of_rest(goal))
 
     def drop(self, reason: str = "") -> None:
         """Forget the setpoint and hold; the reason is for who sent it."""
@@ -264,7 +189,7 @@ class SetpointFollower:
             now: Steady time [s].
         """
         self._stirred = False
-        borne, burden = self.bear(current, loads)
+        borne, burden = self.steps.borne(current, loads, now)
         self._burdened = burden is not None
         goal = None if self._goal is None else self.corrected(self._goal)
         moved, home_missed = borne is not current, False
@@ -295,35 +220,6 @@ class SetpointFollower:
         told = self.judge(borne, refusal, stale=state == State.STALE)
         return Outcome(borne, moved, state, told, home_missed, refusal, obeyed)
 
-    def bear(self, current: Assessment, loads: Loads) -> tuple[Assessment, Refusal | None]:
-        """The equilibrium under the loads of now, at the same motors, and why it is another's if so.
-
-        Args:
-            current: Current equilibrium.
-            loads: Loads that act now; the object of the equilibrium if they have not changed.
-        """
-        if loads is current.equilibrium.loads:
-            return current, None
-        known = self._unborne
-        if known is not None and known.current is current and known.loads is loads:
-            return current, known.refusal  # nothing has changed since
-        goal = MotorGoal(self.robot, current.equilibrium.motors)
-        ahead = attempt(current, goal, 1.0, loads)
-        if isinstance(ahead, Undecided):
-            reached = ahead.reached or current
-            if reached.index > current.index:
-                reached = current
-            text = f"the external wrench is not borne yet: {ahead.text}"
-            return reached, Refusal(ahead.reason, text)  # from there the next tick goes on
-        if isinstance(ahead, Refusal):
-            refusal = Refusal(ahead.reason, f"the external wrench is not borne: {ahead.text}")
-        elif ahead.index > current.index:
-            refusal = Refusal("margin", "the external wrench is not borne: the robot buckles")
-        else:
-            return ahead, None
-        self._unborne = _Unborne(current, loads, refusal)
-        return current, refusal
-
     def judge(
         self, current: Assessment, refusal: Refusal | None = None, *, stale: bool = False
     ) -> Verdict:
@@ -352,7 +248,9 @@ class SetpointFollower:
         within = 1.0
         for _ in range(3):
             factor = within * self._reach * self._speed_scale(current, self._worsening)
-            ahead = self._tried(current, goal, factor, now)
+            ahead = self.steps.towards(
+                current, goal, factor, self.watched, now, out_of_rest=self._out_of_rest(goal)
+            )
             if isinstance(ahead, Refusal):
                 if self._reach <= SMALLEST_REACH:
                     self._refusal = ahead
@@ -367,7 +265,7 @@ class SetpointFollower:
                     return current
                 continue
             allowed = self._speed_scale(current, self._worsening)
-            if self._ticks_between(
+            if self.steps.ticks_between(
                 current.equilibrium.motors, ahead.equilibrium.motors
             ) <= allowed * (1.0 + SLACK):
                 self._reach = min(1.0, 2.0 * self._reach)
@@ -378,70 +276,9 @@ class SetpointFollower:
             # It was not known that this way leads to a threshold, or out of reach: again, slower.
         return current
 
-    def _tried(
-        self, current: Assessment, goal: Goal, factor: float, now: float
-    ) -> Assessment | Refusal:
-        """Where a step leads, or why it is not taken."""
-        step = Step(current, goal.destination, factor, self.settings)
-        refusal = self._refused.again(step, now)
-        if refusal is None:
-            begin = time.perf_counter()
-            ahead = self._step(current, goal, factor)
-            refusal = ahead if isinstance(ahead, Refusal) else self._crossing(current, ahead)
-            if refusal is None:
-                return ahead
-            self._refused.take(step, refusal, now, time.perf_counter() - begin)
-        return refusal
-
-    def _step(self, current: Assessment, goal: Goal, factor: float) -> Assessment | Refusal:
-        """Solve where the motors are after a tick at a fraction of their speed."""
-        start = current.equilibrium
-        if isinstance(goal, TrajectoryGoal):
-            return attempt(current, goal.aim(start, factor, self._motor_steps), 1.0, start.loads)
-        if isinstance(goal, MotorGoal):
-            return attempt(current, goal, self._part_of_way(start, goal, factor), start.loads)
-        assert isinstance(goal, PoseGoal)
-        aim = self._first_towards(current, goal, factor)
-        if aim is not None:
-            return self._pose_steps.first_step(current, goal, aim, self._tick_way)
-        return self._pose_steps.step(current, goal, factor, self._tick_way)
-
-    def _first_towards(self, current: Assessment, goal: PoseGoal, factor: float) -> Floats | None:
-        """Where the first step out of rest takes the motors, (n,), without a solution.
-
-        None: it is not the first one, or the goal is corrected or moved from tick to tick: then every
-        tick is to end exactly there.
-        """
-        if not self._stood or goal is not self._goal or goal.driven:
-            return None
-        return self._pose_steps.first(current, goal, factor, self._tick_way)
-
-    def _crossing(self, current: Assessment, ahead: Assessment) -> Refusal | None:
-        """Why the robot must not go there, if so; a measure that cannot be had is a reason."""
-        try:
-            return self._danger(current, ahead)
-        except Exception as error:
-            text = f"no measures ahead: {type(error).__name__}: {error}"
-            return Undecided("not_converged", text)
-
-    def _danger(self, current: Assessment, ahead: Assessment) -> Refusal | None:
-        if change_between(current.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
-            return Refusal("branch_jump", "the next equilibrium is not near this one")
-        if ahead.index > current.index:
-            return Refusal("margin", "the next equilibrium is unstable with the motors held")
-        for name in self.watched:
-            first, last = current.value(name), ahead.value(name)
-            stop = self.settings.thresholds[name].stop
-            if math.isnan(last):
-                return Refusal(name, f"the next {FIELDS[name]} is not defined")
-            if last < stop and falls(first, last):
-                after, limit, before = distinct(last, stop, first)
-                return Refusal(
-                    name,
-                    f"the next {FIELDS[name]}, {after}, is below {name}_stop {limit}; "
-                    f"here it is {before}",
-                )
-        return None
+    def _out_of_rest(self, goal: Goal) -> bool:
+        """Whether a step towards this goal, corrected or not, is the first one towards the setpoint."""
+        return self._stood and goal is self._goal
 
     def _worse(self, current: Assessment, ahead: Assessment) -> frozenset[str]:
         """Measures that fall on the way."""
@@ -457,14 +294,6 @@ class SetpointFollower:
         ]
         known = (level for level in levels if not math.isnan(level))
         return max(CREEP, min([self.caution, *known]))
-
-    def _ticks_between(self, first: Floats, last: Floats) -> float:
-        """Ticks at full speed the motors need from one place to another, (n,) each."""
-        return largest_way(first, last, self._tick_way.motors)
-
-    def _part_of_way(self, start: Equilibrium, goal: MotorGoal, factor: float) -> float:
-        """Part of the way to motors that a tick takes at a fraction of their speed."""
-        return whole(factor / self._ticks_between(start.motors, goal.motors))
 
     def _misses_home(self, current: Equilibrium) -> bool:
         """Whether this is another equilibrium than home, though nothing else acts."""

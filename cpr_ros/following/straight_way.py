@@ -29,8 +29,8 @@ from cpr_core.model.configurations import SAME_EQUILIBRIUM
 from ..error_codes import RequestError
 from .deadline import Deadline
 from .goals import largest_way
+from .motion_settings import ON_WAY_TO_MOTORS
 from .motor_path import MotorPath
-from .setpoint_following import ON_WAY_TO_MOTORS
 from .steps import change_between
 from .trajectory_order import TrajectoryRefused
 from .trajectory_plan import TrajectoryPlan

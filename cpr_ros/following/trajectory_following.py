@@ -17,8 +17,10 @@ from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import motor_steps
 from .measured_motors import MeasuredMotors
+from .motion_settings import ON_WAY_TO_MOTORS
 from .motor_path import MotorPath
-from .setpoint_following import ON_WAY_TO_MOTORS, Outcome, SetpointFollower
+from .outcome import Outcome
+from .setpoint_following import SetpointFollower
 from .supervision import State
 from .trajectory_goal import TrajectoryGoal
 from .trajectory_order import TrajectoryOrder, TrajectoryRefused, ordered_path

@@ -24,7 +24,8 @@ from ..error_codes import RequestError, active, error_code
 from ..following.goals import Goal, MotorGoal, PoseGoal
 from ..following.motor_arrival import Elsewhere, MotorArrival
 from ..following.moved_by_others import SETTLING
-from ..following.setpoint_following import ARRIVED, Outcome
+from ..following.outcome import Outcome
+from ..following.setpoint_following import ARRIVED
 from ..following.supervision import State
 from ..messages.conversions import Frames, pose_from_message
 from ..messages.motor_messages import motor_setpoint

@@ -16,7 +16,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from cpr_core.drawing.robot_lines import RobotLines, equilibrium_lines
 
-from ..following.setpoint_following import Outcome
+from ..following.outcome import Outcome
 from ..following.supervision import Action
 from .conversions import Frames
 

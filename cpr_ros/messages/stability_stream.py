@@ -17,7 +17,7 @@ from std_msgs.msg import Header
 from cpr_core.model.assessment import Assessment, Thresholds
 
 from ..closed_loop.pose_loop import LoopStatus
-from ..following.setpoint_following import Outcome
+from ..following.outcome import Outcome
 from ..following.supervision import Verdict, seen
 from ..middleware.repeated_message import RepeatedMessage, Stamp
 from .analysis import singularity_message, stiffness_message

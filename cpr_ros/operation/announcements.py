@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from ..following.setpoint_following import Outcome
+from ..following.outcome import Outcome
 from ..following.supervision import Action, State
 
 __all__ = ["Announcements"]

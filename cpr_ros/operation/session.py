@@ -27,7 +27,8 @@ from ..following.measured_motors import MeasuredMotors
 from ..following.motor_commands import MotorCommands
 from ..following.motor_tracking import MotorTracking
 from ..following.moved_by_others import MovedByOthers
-from ..following.setpoint_following import Outcome, SetpointFollower
+from ..following.outcome import Outcome
+from ..following.setpoint_following import SetpointFollower
 from ..following.supervision import BLIND, Refusal, State
 from ..following.trajectory_following import Ending, Motion, Trajectories
 from ..following.trajectory_order import TrajectoryOrder
@@ -216,7 +217,7 @@ class Session:
         self._be_cautious(now)
         aligned, self._commanded_ahead = self._commanded_ahead or self.admission.aligned, False
         if self.tracking is None and not aligned and not self.follower.paused:
-            borne, burden = self.follower.bear(before, loads)
+            borne, burden = self.follower.steps.borne(before, loads, now)
             told = self.follower.judge(borne, burden)
             moved = borne is not before
             self.outcome = Outcome(borne, moved, State.ALIGNING, told, refusal=burden)

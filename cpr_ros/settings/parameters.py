@@ -18,7 +18,7 @@ from cpr_core.model.assessment import Threshold, thresholds_problem
 
 from ..closed_loop.pose_loop import LoopSettings
 from ..following.felt_wrench import WrenchSettings
-from ..following.setpoint_following import Settings
+from ..following.motion_settings import Settings
 from ..messages.urdf import marker_frame
 from .parameter_calls import as_meant
 from .parameter_table import PARAMETERS, ROS_PARAMETERS, THRESHOLDS, DeclaredParameter

@@ -12,7 +12,8 @@ import cpr_core
 from cpr_core import solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.model.assessment import Assessment, Threshold
-from cpr_ros.following.setpoint_following import SetpointFollower, Settings
+from cpr_ros.following.motion_settings import Settings
+from cpr_ros.following.setpoint_following import SetpointFollower
 from cpr_ros.following.supervision import State
 from helpers.yaml_content import yaml_content
 

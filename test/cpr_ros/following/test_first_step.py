@@ -16,8 +16,8 @@ from cpr_core.model.assessment import Assessment, Threshold
 from cpr_core.model.kinemato_statics import KinematoStatics
 from cpr_ros.following.first_step import FirstStep
 from cpr_ros.following.goals import MotorGoal, PoseGoal
+from cpr_ros.following.judged_steps import JudgedSteps
 from cpr_ros.following.pose_steps import PoseSteps, TickWay
-from cpr_ros.following.setpoint_following import SetpointFollower
 from cpr_ros.following.supervision import Refusal, State
 
 
@@ -237,7 +237,7 @@ def test_after_a_refused_step_the_next_one_is_solved_first(monkeypatch):
     assert rest.aim() is not None
     danger = Refusal("not_converged", "for a test")
     with monkeypatch.context() as patched:
-        patched.setattr(SetpointFollower, "_danger", lambda *_: danger)
+        patched.setattr(JudgedSteps, "_danger", lambda *_: danger)
         assert not rest.tick().moved
     assert rest.aim() is None
 

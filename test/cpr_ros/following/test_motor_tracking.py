@@ -9,8 +9,9 @@ from helpers.drive import SETTINGS, robot
 from cpr_core import solve_home
 from cpr_core.model.assessment import Assessment
 from cpr_ros.following import motor_tracking
+from cpr_ros.following.judged_steps import LARGEST_CHANGE
 from cpr_ros.following.motor_tracking import LONGEST_WAY, MotorTracking
-from cpr_ros.following.setpoint_following import LARGEST_CHANGE, SetpointFollower
+from cpr_ros.following.setpoint_following import SetpointFollower
 from cpr_ros.following.steps import attempt, change_between
 from cpr_ros.following.supervision import Action, State, Status
 

@@ -23,7 +23,7 @@ REFUSAL = Refusal("margin", "the next equilibrium is unstable with the motors he
 def step():
     home = solve_home(robot("rfrfr"))
     goal = PoseGoal(home.robot, home.pose)
-    return Step(Assessment(home), goal.destination, 0.25, SETTINGS)
+    return Step(Assessment(home), home.loads, goal.destination, 0.25, SETTINGS)
 
 
 def test_the_same_step_is_refused_again_for_the_same_reason(step):
@@ -44,8 +44,10 @@ def test_another_one_is_not(step):
         step._replace(current=Assessment(home)),
         step._replace(destination=elsewhere.destination),
         step._replace(destination=motors.destination),
+        step._replace(loads=home.loads.with_()),
         step._replace(factor=0.5),
         step._replace(settings=replace(SETTINGS)),
+        step._replace(watched=("margin",)),
     ):
         assert refused.again(other, 0.0) is None
     assert refused.again(step, 0.0) is REFUSAL

@@ -18,7 +18,7 @@ from helpers.shipped_steps import STEPS
 from cpr_core import Equilibrium, load_robot, solve_forward, solve_home
 from cpr_core.model.assessment import Assessment, Threshold
 from cpr_core.solving import path
-from cpr_ros.following import pose_steps, setpoint_following, steps
+from cpr_ros.following import judged_steps, pose_steps, steps
 from cpr_ros.following.external_wrench import ExternalWrench
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import Action, State, Status
@@ -441,7 +441,7 @@ class Solves:
 
 def test_a_wrench_that_is_not_borne_is_tried_again_only_where_something_is_new(rfrfr, monkeypatch):
     """Every tick tried, and took so long that nothing else was heard."""
-    solves = Solves(monkeypatch, setpoint_following, time_limit=1e3)  # however busy the computer
+    solves = Solves(monkeypatch, judged_steps, time_limit=1e3)  # however busy the computer
     rfrfr.loads = rfrfr.loads.with_(wrench_world=[0, 0, 0, 0, -10.0, 0])
     told = [rfrfr.tick().verdict.text for _ in range(20)]
     assert solves.count == 1
@@ -485,7 +485,7 @@ def test_a_wrench_that_takes_long_to_be_followed_is_followed_from_tick_to_tick(m
 
 
 def test_a_step_for_which_there_is_no_time_is_not_taken(rfrfr, monkeypatch):
-    for module in (setpoint_following, pose_steps):
+    for module in (judged_steps, pose_steps):
         Solves(monkeypatch, module, time_limit=0.0)
     to(rfrfr, *(rfrfr.position[:2] + [0.02, 0.0]))
     halted = rfrfr.until_state(State.HALTED, ticks=20)
@@ -501,7 +501,7 @@ def test_a_halted_robot_asks_again_only_where_something_is_new(rfrfr, monkeypatc
     def ask():
         rfrfr.follow({"pose": PoseGoal, "motors": MotorGoal}[problem](rfrfr.robot, there))
 
-    modules = (setpoint_following, pose_steps)
+    modules = (judged_steps, pose_steps)
     solves = [Solves(monkeypatch, module, time_limit=1e3) for module in modules]
 
     def solved():
@@ -548,7 +548,7 @@ def test_a_solver_without_time_is_asked_again_but_not_all_the_time(rfrfr, monkey
         return steps.Undecided("not_converged", "no equilibrium is found within 0.1 s")
 
     asked = []
-    monkeypatch.setattr(setpoint_following, "attempt", late)
+    monkeypatch.setattr(judged_steps, "attempt", late)
     rfrfr.follow(MotorGoal(rfrfr.robot, rfrfr.motors + 0.05))
     rfrfr.until_state(State.HALTED, ticks=20)
     first = len(asked)
@@ -564,7 +564,7 @@ def test_a_solver_without_time_is_asked_again_but_not_all_the_time(rfrfr, monkey
 
 def test_a_wrench_for_which_there_was_no_time_is_tried_again(rfrfr, monkeypatch):
     """A busy computer takes time away; so does a solver that fails."""
-    solves = Solves(monkeypatch, setpoint_following, time_limit=0.0)
+    solves = Solves(monkeypatch, judged_steps, time_limit=0.0)
     rfrfr.loads = rfrfr.loads.with_(wrench_world=[0, 0, 0, 0, -0.1, 0])
     for _ in range(3):
         told = rfrfr.tick().verdict

@@ -13,7 +13,7 @@ from helpers.shipped_steps import STEPS
 from cpr_core import solve_forward, solve_home
 from cpr_core.model.assessment import MEASURES, Assessment, Threshold
 from cpr_ros.following.goals import MotorGoal, motor_steps
-from cpr_ros.following.setpoint_following import LARGEST_CHANGE
+from cpr_ros.following.judged_steps import LARGEST_CHANGE
 from cpr_ros.following.steps import attempt
 from cpr_ros.following.supervision import Refusal
 from cpr_ros.following.surroundings import Surroundings

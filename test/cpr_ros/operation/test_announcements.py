@@ -10,7 +10,7 @@ from helpers.drive import PERIOD, robot
 
 from cpr_core import solve_home
 from cpr_core.model.assessment import Assessment
-from cpr_ros.following.setpoint_following import Outcome
+from cpr_ros.following.outcome import Outcome
 from cpr_ros.following.supervision import Action, State, Status, Verdict
 from cpr_ros.operation.announcements import Announcements
 

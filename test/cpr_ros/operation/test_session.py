@@ -23,7 +23,7 @@ from cpr_ros.closed_loop.jogging import PlatformTwist
 from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import MotorGoal, PoseGoal
-from cpr_ros.following.setpoint_following import SetpointFollower
+from cpr_ros.following.judged_steps import JudgedSteps
 from cpr_ros.following.steps import Undecided
 from cpr_ros.following.supervision import BLIND, Action, Refusal, State
 from cpr_ros.following.trajectory_order import TrajectoryOrder
@@ -1230,7 +1230,7 @@ def test_a_first_step_that_is_refused_after_all_is_taken_back(node, monkeypatch)
     session.follow(MotorGoal(session.robot, home + 0.1), node.now)
     refused = Undecided("not_converged", "for a test")
     with monkeypatch.context() as patched:
-        patched.setattr(SetpointFollower, "_danger", lambda *_: refused)
+        patched.setattr(JudgedSteps, "_danger", lambda *_: refused)
         for _ in range(30):
             node.tick()
         np.testing.assert_array_equal(session.solver.current.equilibrium.motors, home)
