@@ -21,7 +21,8 @@ from .identification.measurements import Measurement, StandardDeviations
 from .identification.proposed_poses import ProposedPoses, propose_poses
 from .model.bending_strain import bending_strains
 from .model.equilibrium import Equilibrium, spectrum
-from .model.kinemato_statics import KinematoStatics, Singularity, kinemato_statics
+from .model.kinemato_statics import KinematoStatics, kinemato_statics
+from .model.linear_problems import Singularity
 from .model.robot import Robot
 from .model.shape import JointPlace, LegShape, leg_shapes
 from .model.stability import Spectrum

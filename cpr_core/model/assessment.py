@@ -14,7 +14,8 @@ import numpy as np
 
 from .bending_strain import bending_strains
 from .equilibrium import Equilibrium
-from .kinemato_statics import KinematoStatics, LinearProblem, Singularity, kinemato_statics
+from .kinemato_statics import KinematoStatics, kinemato_statics
+from .linear_problems import LinearProblem, Singularity
 
 __all__ = [
     "DEFAULT_THRESHOLDS",

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot, kinemato_statics, spectrum
 from cpr_core.errors import InvalidRequest
-from cpr_core.model.kinemato_statics import KinematoStatics, LinearProblem, Singularity
+from cpr_core.model.kinemato_statics import KinematoStatics
+from cpr_core.model.linear_problems import LinearProblem, Singularity
 from cpr_core.validation import checked_vector
 
 from ..error_codes import RequestError
