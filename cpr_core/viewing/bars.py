@@ -11,6 +11,7 @@ from typing import Literal
 
 from ..model.assessment import DEFAULT_THRESHOLDS, MEASURES, Assessment, Threshold, Thresholds
 from ..model.equilibrium import Equilibrium
+from ..solving.distinct_numbers import distinct
 
 __all__ = ["Bar", "bar", "bars"]
 
@@ -46,8 +47,9 @@ class Bar:
     @property
     def text(self) -> str:
         """The measure and its thresholds in words."""
-        limits = f"slow {self.threshold.warning:g}, stop {self.threshold.stop:g}"
-        return f"{self.name} {self.value:.3g} ({limits})"
+        limits = self.threshold.warning, self.threshold.stop
+        value, warning, stop = distinct(self.value, *limits, fewest=3)
+        return f"{self.name} {value} (slow {warning}, stop {stop})"
 
 
 def bars(equilibrium: Equilibrium, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> tuple[Bar, ...]:

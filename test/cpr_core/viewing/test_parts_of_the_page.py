@@ -64,6 +64,19 @@ def test_everywhere_between_stop_and_warning_a_robot_is_slow():
         assert 0.0 < found.filled < 0.5
 
 
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.5, "margin 0.5 (slow 0.2, stop 0.1)"),
+        (1.0 / 3.0, "margin 0.333 (slow 0.2, stop 0.1)"),
+        (0.0999999, "margin 0.0999999 (slow 0.2, stop 0.1)"),
+        (float("nan"), "margin nan (slow 0.2, stop 0.1)"),
+    ],
+)
+def test_a_number_below_a_threshold_looks_so(value, text):
+    assert bar("margin", value, Threshold(0.2, 0.1)).text == text
+
+
 def test_bars_are_those_of_measures_that_the_robot_has(planar):
     names = [found.name for found in bars(cpr_core.solve_home(planar))]
     assert names[:3] == ["margin", "forward singularity", "inverse singularity"]
