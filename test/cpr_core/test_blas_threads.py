@@ -16,13 +16,14 @@ from threadpoolctl import threadpool_info
 
 import cpr_core
 from cpr_core.blas_threads import on_one_blas_thread, on_one_numpy_thread
-from cpr_core.model import kinemato_statics, stability
+from cpr_core.model import dense_response, stability
 
 
-def blas_threads():
-    return [
-        library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"
-    ]
+def blas_threads(package=""):
+    """Threads of BLAS: of what a package brings with it, or of all where it brings none."""
+    found = [library for library in threadpool_info() if library["user_api"] == "blas"]
+    own = [library for library in found if f"{package}.libs" in library["filepath"]]
+    return [library["num_threads"] for library in own or found]
 
 
 @pytest.fixture
@@ -74,19 +75,19 @@ def test_spectra_and_the_dense_response_are_computed_on_one_thread(before, monke
     found = cpr_core.solve_forward(cpr_core.load_robot("rfrfr"), [2.6, 0.6])
     seen = []
 
-    def watched(function):
+    def watch(package, name):
+        function = getattr(package.linalg, name)
+
         def call(*args, **kwargs):
-            seen.append((function.__name__, set(blas_threads())))
+            seen.append((name, set(blas_threads(package.__name__))))
             return function(*args, **kwargs)
 
-        return call
+        monkeypatch.setattr(package.linalg, name, call)
 
-    for name in ("eigh", "eigvalsh"):
-        monkeypatch.setattr(stability.np.linalg, name, watched(getattr(stability.np.linalg, name)))
-    monkeypatch.setattr(stability.scipy.linalg, "qr", watched(stability.scipy.linalg.qr))
-    monkeypatch.setattr(
-        kinemato_statics.scipy.linalg, "solve", watched(kinemato_statics.scipy.linalg.solve)
-    )
+    watch(stability.np, "eigh")
+    watch(stability.np, "eigvalsh")
+    watch(stability.scipy, "qr")
+    watch(dense_response.scipy, "solve")
     spectrum = cpr_core.spectrum(found)
     assert spectrum.eigenvalues.size == spectrum.motions.shape[1] > 0
     assert found.dense_response.moved.size
