@@ -116,10 +116,18 @@ class Whereabouts:
             why = self._lost or "where the robot was last is not known"
             raise CprError(f"start_from: expected another place, {why}")
         last_commands = None if self._kept is None else self._kept.last_commands()
-        said = begin_at_home(self._session, last_commands)
+        said = begin_at_home(self._session, last_commands, last=self._last_equilibrium())
         if self._from == "home":
             return f"start_from is home, as for a simulation: {said}"
         return "where the robot is has to be measured" if self._lost else said
+
+    def _last_equilibrium(self) -> Equilibrium | None:
+        """Where the robot was last, if that is known and an equilibrium."""
+        try:
+            last = None if self._kept is None else self._kept.last()
+        except CprError:
+            return None
+        return None if last is None else last.equilibrium
 
     def _begin_where_commanded(self, commands: NDArray[np.float64]) -> str:
         """Begin where the same motors were sent last, (n,), under another description.
@@ -184,7 +192,7 @@ class Whereabouts:
         session, at_home = self._session, self._from == "home" and self._session.unplaced
         session.unplaced = False
         if at_home:
-            said = begin_at_home(session, motors, measured=True)
+            said = self._stop.wait_for(lambda: begin_at_home(session, motors, measured=True))
         else:
             said = self._stop.wait_for(lambda: begin_at_measured(session, motors))
         self._lost = ""

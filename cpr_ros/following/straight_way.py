@@ -4,7 +4,8 @@
 """Whether motors may go straight to another equilibrium, through which halts do not guard. No ROS here.
 
 A solution that is applied may have been found from anywhere. The motors go to it from where they are
-commanded, and what the robot does on that way has nothing to do with how the solution was found.
+commanded, and what the robot does on that way has nothing to do with how the solution was found. So it
+is with the way home of a node that was started again.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from cpr_msgs.msg import ErrorCode
@@ -35,12 +37,25 @@ from .steps import change_between
 from .trajectory_order import TrajectoryRefused
 from .trajectory_plan import TrajectoryPlan
 
-__all__ = ["check_straight_way"]
+__all__ = ["Hindrance", "check_straight_way", "hindrance_on_straight_way"]
 
 Floats = NDArray[np.float64]
 
 #: Measures are looked at this often on the way [rad, rod lengths].
 _LOOK = 0.02
+
+
+@dataclass(frozen=True)
+class Hindrance:
+    """Why motors may not go straight to an equilibrium.
+
+    Attributes:
+        why: What stands against it, and where; what time was over before, if it was.
+        too_late: Whether that was not found out in time.
+    """
+
+    why: str
+    too_late: bool = False
 
 
 def check_straight_way(
@@ -50,7 +65,31 @@ def check_straight_way(
     thresholds: Thresholds,
     deadline: Deadline,
 ) -> None:
-    """Whether the commands lead from where they are to an equilibrium, straight in the motors.
+    """Whether the commands may go to a solution that is applied.
+
+    Arguments as in :func:`hindrance_on_straight_way`.
+
+    Raises:
+        RequestError: They may not, or that was not found out in time.
+    """
+    hindrance = hindrance_on_straight_way(start, commands, target, thresholds, deadline)
+    if hindrance is None:
+        return
+    if hindrance.too_late:
+        text = f"apply: time_limit was over before {hindrance.why}"
+        raise RequestError(ErrorCode.TIMED_OUT, text)
+    text = f"the motors would go straight to it, but {hindrance.why}; go there by setpoints"
+    raise RequestError(ErrorCode.INVALID_MOTION_PLAN, f"apply: {text}")
+
+
+def hindrance_on_straight_way(
+    start: Assessment,
+    commands: Floats,
+    target: Equilibrium,
+    thresholds: Thresholds,
+    deadline: Deadline,
+) -> Hindrance | None:
+    """Why the commands do not lead from where they are to an equilibrium, straight in the motors.
 
     The loads of the target act on all of the way.
 
@@ -60,28 +99,26 @@ def check_straight_way(
         target: Where they are to go.
         thresholds: Of every measure; none that gets worse may fall below its stop.
         deadline: When it has to be found out.
-
-    Raises:
-        RequestError: They do not, or that was not found out in time.
     """
     if np.array_equal(commands, target.motors):
-        return
+        return None
     path, first = _path([start.equilibrium.motors, commands, target.motors], start)
     try:
         begin = _under_loads_of(target, start, deadline)
     except TimeLimitExceeded:
-        raise _too_late("its loads acted where the motors are") from None
+        return Hindrance("its loads acted where the motors are", too_late=True)
     except CprError as error:
-        raise _refused(f"where the robot is: {error}") from None
+        return Hindrance(f"where the robot is: {error}")
     watched = ON_WAY_TO_MOTORS  # a stride ends with the deadline, too
     plan = TrajectoryPlan(path, begin, 1.0, thresholds, watched, lambda: deadline.left)
     plan.advance(deadline.left)
     if plan.refused is not None and plan.refused.measure != "time_limit":
-        raise _refused(_where(plan.refused, path, first))
+        return Hindrance(_where(plan.refused, path, first))
     if not plan.done:
-        raise _too_late("the way of the motors to it was followed to its end")
+        return Hindrance("the way of the motors to it was followed to its end", too_late=True)
     if change_between(plan.last.equilibrium, target) > SAME_EQUILIBRIUM:
-        raise _refused("it leads to another equilibrium at these motors")
+        return Hindrance("it leads to another equilibrium at these motors")
+    return None
 
 
 def _path(corners: Sequence[Floats], start: Assessment) -> tuple[MotorPath, float]:
@@ -109,15 +146,6 @@ def _under_loads_of(target: Equilibrium, start: Assessment, deadline: Deadline) 
             time_limit=deadline.left,
         )
     return Assessment(found, start.characteristic_length)
-
-
-def _refused(why: str) -> RequestError:
-    text = f"apply: the motors would go straight to it, but {why}; go there by setpoints"
-    return RequestError(ErrorCode.INVALID_MOTION_PLAN, text)
-
-
-def _too_late(what: str) -> RequestError:
-    return RequestError(ErrorCode.TIMED_OUT, f"apply: time_limit was over before {what}")
 
 
 def _where(refused: TrajectoryRefused, path: MotorPath, first: float) -> str:

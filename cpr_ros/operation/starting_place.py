@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, NotReached, solve_forward, solve_home
 from cpr_core.description.loads import compared
+from cpr_core.model.assessment import Assessment
 
+from ..following.deadline import Deadline
 from ..following.measured_range import within_range
+from ..following.straight_way import hindrance_on_straight_way
 from .kept_state import LastState
 from .session import Session
 
@@ -35,13 +38,23 @@ _NEAR = 0.1
 _LONGEST_WALK = 10.0
 
 
-def begin_at_home(session: Session, motors: Floats | None, *, measured: bool = False) -> str:
+def begin_at_home(
+    session: Session,
+    motors: Floats | None,
+    *,
+    measured: bool = False,
+    last: Equilibrium | None = None,
+) -> str:
     """Begin at home; commands go there at max_speed from where the motors are. Says what was done.
+
+    No halt guards that way. Where the robot would cross a stop threshold on it, or does not stand on the
+    branch of home, commands are held until somebody lets them go.
 
     Args:
         session: The robot in operation.
         motors: Where they are, (n,); None: unknown.
         measured: Whether they are measured there, or were sent there last.
+        last: The equilibrium they were sent to; None: unknown, it is on the branch of home.
     """
     home = solve_home(session.robot)
     session.begin_at(home, motors, session.solver.current.solve_time)
@@ -54,7 +67,28 @@ def begin_at_home(session: Session, motors: Floats | None, *, measured: bool = F
             else "the last commands were those of home"
         )
     begin = "where the motors are measured" if measured else "the last ones"
-    return f"commands go from {begin}, {_words(motors)}, to home at max_speed"
+    said = f"commands go from {begin}, {_words(motors)}, to home at max_speed"
+    hindrance = _hindrance_on_way_home(session, motors, last)
+    if hindrance:
+        session.hold_commands()
+        return f"{said}, not yet: {hindrance}; {HELD}"
+    return f"{said}; {HELD}" if session.follower.paused else said
+
+
+def _hindrance_on_way_home(session: Session, motors: Floats, last: Equilibrium | None) -> str:
+    """Why the motors may not go straight home from where they are, (n,), in words; empty: they may."""
+    robot, length = session.robot, session.solver.current.characteristic_length
+    home, thresholds = solve_home(robot), session.follower.settings.thresholds
+    try:
+        start = _stable_at(home, _within_range(session, motors)) if last is None else last
+        start = _unburdened(start)
+    except CprError as error:
+        return f"how the robot stands there is not known: {error}"
+    deadline = Deadline(_LONGEST_WALK)
+    way = hindrance_on_straight_way(Assessment(start, length), motors, home, thresholds, deadline)
+    if way is None:
+        return ""
+    return f"time was over before {way.why}" if way.too_late else way.why
 
 
 def begin_at_last(session: Session, last: LastState) -> str:

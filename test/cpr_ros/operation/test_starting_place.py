@@ -161,6 +161,63 @@ def test_home_is_gone_to_from_where_the_motors_are_measured(session):
     assert begin_at_home(session, home, measured=True) == "the motors are measured at home"
 
 
+def commands_within(session, seconds):
+    """What leaves for the motors meanwhile."""
+    commands = []
+    for tick in range(round(seconds / PERIOD)):
+        now = tick * PERIOD
+        session.tick(now)
+        commands.append(session.next_command(now))
+    return [command for command in commands if command is not None]
+
+
+def on_another_branch(robot):
+    start = stable_elsewhere(robot)
+    return solve_forward(robot, start.motors + [0.1, 0.05], start=start)
+
+
+def test_home_is_not_gone_to_by_a_way_on_which_the_robot_would_snap(session):
+    """No halt guards commands that align: they went straight through instabilities, at full speed."""
+    elsewhere = on_another_branch(session.robot)
+    motors = elsewhere.motors
+    said = begin_at_home(session, motors, last=elsewhere)
+    assert said.startswith("commands go from the last ones, ")
+    assert "to home at max_speed, not yet: " in said
+    assert said.endswith(f"; {HELD}")
+    assert session.follower.paused
+    assert commands_within(session, 0.1) == []
+    np.testing.assert_array_equal(session.commands.newest, motors)
+    session.pause(False)  # somebody has looked
+    assert len(commands_within(session, 0.1)) > 10
+
+
+def test_home_is_not_gone_to_from_where_nobody_knows_how_the_robot_stands(session):
+    motors = np.array([6.2, -3.0])  # the branch of home turns back before
+    for measured in (False, True):
+        said = begin_at_home(session, motors, measured=measured)
+        assert "not yet: how the robot stands there is not known: " in said
+        assert session.follower.paused
+        assert commands_within(session, 0.1) == []
+
+
+def test_out_of_a_place_near_an_instability_home_is_gone_to(session):
+    """Below a stop threshold at first, and ever farther from it."""
+    low = solve_inverse(session.robot, [0.0, 0.038])
+    assert low.margin < session.follower.settings.thresholds["margin"].stop
+    said = begin_at_home(session, low.motors, last=low)
+    assert said.endswith("to home at max_speed")
+    assert len(commands_within(session, 0.1)) > 10
+
+
+def test_commands_that_were_held_before_are_held_when_the_motors_are_measured(session):
+    elsewhere = on_another_branch(session.robot)
+    begin_at_home(session, elsewhere.motors, last=elsewhere)
+    measured = solve_home(session.robot).motors + [0.1, 0.0]
+    said = begin_at_home(session, measured, measured=True)
+    assert said.endswith(f"to home at max_speed; {HELD}")
+    assert commands_within(session, 0.1) == []
+
+
 @pytest.mark.parametrize("session", ["planar_body"], indirect=True)
 def test_a_motor_that_rests_at_its_stop_is_measured_on_either_side_of_it(session):
     """A nanoradian beyond was refused, with words about branches."""

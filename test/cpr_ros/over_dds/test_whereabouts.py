@@ -584,6 +584,19 @@ def test_home_is_gone_to_from_where_the_motors_are_measured(bench):
     assert bench.longest_step() * STEP <= 1.001 * slow / RATE
 
 
+def test_home_is_not_gone_to_by_a_way_on_which_the_robot_would_snap(bench):
+    """Nothing guards that way: commands went along it at once, at full speed."""
+    robot = load_robot("rfrfr")
+    start = stable_elsewhere(robot)
+    bench.keep(robot, solve_forward(robot, start.motors + [0.3, 0.2], start=start))
+    bench.start("start_from:=home")
+    said = bench.process.output()
+    assert "commands go from the last ones, (2.89, 0.75), to home at max_speed, not yet: " in said
+    bench.until_heard()
+    bench.spin(0.5)
+    np.testing.assert_allclose(bench.commands, len(bench.commands) * [[2.89, 0.75]], atol=1e-12)
+
+
 def test_home_is_gone_to_from_the_last_commands_though_their_equilibrium_is_none(bench):
     """Nothing was known then, and the first command went home at once."""
     keep_no_equilibrium(bench)
