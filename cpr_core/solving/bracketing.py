@@ -124,7 +124,8 @@ def bracket_by_arc_length(
     def ahead(near: Point, arc: float) -> Point | None:
         return along(path, point, tangent, arc)
 
-    low, high, first, last = _narrowed(ahead, replace(point, tangent=tangent), high, 0.0, last)
+    start = replace(point, tangent=tangent)
+    low, high, first, last = _narrowed(ahead, start, high, 0.0, last)
     while last - first > LOCATION:
         middle = 0.5 * (first + last)
         between = along(path, point, tangent, middle)
@@ -139,6 +140,8 @@ def bracket_by_arc_length(
     if low.sign != high.sign:
         low = replace(low, fraction=path.crossing(low, high))
     before = along(path, point, tangent, first - ASIDE) or low
+    if first > ASIDE and differ(start, before):
+        return None  # the change is one of another branch, to which the step had led before it
     beyond = along(path, point, tangent, last + ASIDE) or high
     low = replace(low, tangent=before.tangent, sign=before.sign, index=before.index)
     return low, replace(high, tangent=beyond.tangent, sign=beyond.sign, index=beyond.index), beyond

@@ -264,7 +264,11 @@ class _Walker:
         longest = 1.0 / max(1.0, self.steps)
         ahead = min(1.0, point.fraction + 10.0 * SMALLEST_STEP * longest)
         next_point = self.path.at(point, ahead) if tangent.fraction > 0.0 else None
-        return next_point is not None and not differ(point, next_point)
+        if next_point is None or differ(point, next_point):
+            return False
+        # Near a fold the same step may have led to the other arm of the branch.
+        back = self.path.at(next_point, point.fraction)
+        return back is not None and distance(point, back) < SAME_PLACE
 
     def _passed(self, low: Point, high: Point) -> bool:
         """Note what happens between two neighbours; whether it stops the walk."""

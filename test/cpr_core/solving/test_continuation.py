@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from helpers.ring_robots import four_legs
 
 from benchmarks.robustness import RANGES, distance, regularity
 from cpr_core import (
@@ -25,6 +26,7 @@ from cpr_core import (
     solve_forward_by_effort,
     solve_home,
     solve_inverse,
+    trace_through,
 )
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.solving.continuation import follow
@@ -344,3 +346,42 @@ def test_a_request_just_before_a_fold_is_reached(name):
         reached = solve_inverse(robot, target)
         assert np.abs(reached.pose - target).max() < 1e-9
         assert distance(reached, fold) < 40.0 * np.sqrt(before)
+
+
+def straight_to(robot, force, last, requests):
+    """Motors from home on, all to the same position in equal steps, and the robot pushed at home."""
+    home = solve_home(robot)
+    loads = robot.default_loads.with_(wrench_world=[0.0, 0.0, 0.0, *force])
+    start = solve_forward(robot, home.motors, loads=loads)
+    parts = np.arange(1, requests + 1)[:, None] / requests
+    return start, (1.0 - parts) * start.motors + parts * np.full(robot.motor_count, last)
+
+
+@pytest.mark.parametrize("requests", [1, 4, 5, 7, 10])
+def test_a_step_behind_a_tight_bend_does_not_lead_to_the_other_arm_of_a_fold(requests):
+    """In five requests it was reached, on a branch that does not lead there."""
+    force = [-0.13998033694556347, -0.031112230289479334, -0.025078292555498448]
+    start, rows = straight_to(four_legs(), force, 4.417350412866821, requests)
+    through = trace_through(start.robot, motors=rows, start=start)
+    assert not through.reached
+    assert through.stopped.kind == "fold"
+    assert through.stopped.fraction == pytest.approx(0.9438762570, abs=1e-8)
+    last = start
+    with pytest.raises(NoForwardSolution) as refused:
+        for row in rows:
+            last = solve_forward(start.robot, row, start=last)
+    assert refused.value.event.kind == "fold"
+    assert distance(refused.value.last, through.last) < 1e-3  # of a fold, where anything moves far
+
+
+@pytest.mark.parametrize("requests", [6, 7, 14])
+def test_what_another_branch_does_beside_this_one_is_no_event_of_this_one(requests):
+    """Seven requests ended at a fold from index 1 to 0, though index 0 had led there."""
+    force = [0.20791098900107377, 0.013011287847761066, -0.2759277128171896]
+    start, rows = straight_to(load_robot("three_rfs"), force, 4.331341732527697, requests)
+    through = trace_through(start.robot, motors=rows, start=start)
+    assert through.reached
+    assert {event.kind for event in through.events} == {"singularity"}
+    assert through.indices_locked.max() == 0
+    single = solve_forward(start.robot, rows[-1], start=start)
+    assert distance(single, through.last) < 1e-8
