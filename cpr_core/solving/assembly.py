@@ -44,8 +44,10 @@ _SPRINGS = (1.0, 10.0, 100.0, 1e3, 1e4)
 _DESCENTS, _LONGEST_DESCENT, _FLAT = 200, 0.5, 1e-6
 #: Where it is small enough in a minimum that stiffer springs will move.
 _NEARLY_FLAT = 1e-3
-#: A gradient below this is rounding.
-_ROUNDING = 1e-9
+#: What is below this is rounding: of a gradient, and of an energy, relative.
+_ROUNDING, _ENERGY_ROUNDING = 1e-9, 1e-12
+#: Bits of the largest number of a step of descent.
+_BITS = 20
 #: Kicks off unstable equilibria.
 _KICKS = 6
 
@@ -208,12 +210,13 @@ def _descended(
         step = _downhill(hessian, gradient, flat)
         if step is None:
             break
-        step *= min(1.0, _LONGEST_DESCENT / float(np.linalg.norm(step)))
+        step = _coarse(step * min(1.0, _LONGEST_DESCENT / float(np.linalg.norm(step))))
         factor = 1.0
         while factor > 1e-6:
             trial = moved_shape(robot, shape, moving, factor * step)
             trial_energy, trial_value = _with_springs(robot, forces, trial, stiffness)
-            if trial_energy < energy + 1e-4 * factor * float(gradient @ step):
+            expected = 1e-4 * factor * float(gradient @ step)
+            if trial_energy < energy + expected + _ENERGY_ROUNDING * (1.0 + abs(energy)):
                 break
             factor *= 0.25
         else:
@@ -249,6 +252,16 @@ def _downhill(hessian: Floats, gradient: Floats, flat: float) -> Floats | None:
         return None
     downhill = -np.sign(along[0]) * axes[:, 0] if along[0] else softest_side(curvatures, axes)
     return np.asarray(step + downhill)  # off the saddle
+
+
+def _coarse(step: Floats) -> Floats:
+    """A step without its last digits.
+
+    Where a robot snaps, what differs by rounding grows from step to step until it ends in another
+    equilibrium. So the same step is taken for all of it.
+    """
+    quantum = 2.0 ** (np.frexp(np.abs(step).max())[1] - _BITS)
+    return np.asarray(quantum * np.round(step / quantum))
 
 
 def moved_shape(robot: Robot, shape: Shape, moving: NDArray[np.int64], change: Floats) -> Shape:

@@ -122,17 +122,20 @@ def _check_distance(guess: HomeGuess, home: Equilibrium) -> None:
 
 
 def _loaded(robot: Robot, guess: HomeGuess, unloaded: Equilibrium) -> Equilibrium:
-    """From the assembled robot to its loads."""
+    """From the assembled robot to its loads; where these let it buckle, to where it comes to rest."""
     source = robot.description.source
     try:
-        return solve_from(unloaded, "motors", guess.motors, loads=robot.default_loads)
+        loaded = solve_from(unloaded, "motors", guess.motors, loads=robot.default_loads)
     except MotorLimitExceeded as error:
         raise DescriptionError(source, "home", str(error)) from None
     except NotReached as error:
-        loaded = _settled(robot, unloaded)
-        if loaded is None:
+        settled = _settled(robot, unloaded)
+        if settled is None:
             raise DescriptionError(source, "home", str(error)) from None
+        return settled
+    if loaded.index_locked <= unloaded.index_locked:
         return loaded
+    return _settled(robot, loaded) or loaded
 
 
 def _assembled(robot: Robot, guess: HomeGuess) -> tuple[Equilibrium, str | None]:
@@ -166,12 +169,12 @@ def _what_keeps_it_open(held: Equilibrium) -> str:
     return (size < _FITS and (_loose_motion(held) or _held_twice(held))) or text
 
 
-def _settled(robot: Robot, unloaded: Equilibrium) -> Equilibrium | None:
-    """Where the robot comes to rest under its loads, if growing loads make it snap."""
+def _settled(robot: Robot, start: Equilibrium) -> Equilibrium | None:
+    """Where the robot comes to rest under its loads, if growing loads make it snap or buckle."""
     loads = robot.default_loads
     if not loads.conservative(robot.planar):
         return None
-    found = settle(robot, _shape_of(unloaded), loads)
+    found = settle(robot, _shape_of(start), loads)
     if not found.converged or found.index_locked > 0 or turned_over(found) is not None:
         return None
     try:

@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+from helpers.ring_robots import three_columns, two_columns
 from helpers.yaml_content import yaml_content
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -161,6 +162,22 @@ def test_rings_of_legs_are_assembled(legs, base, platform, length, lean, heavy):
     home = solve_home(load_robot(content))
     assert residual(home) < 1e-10
     assert home.index_locked == 0
+
+
+@pytest.mark.parametrize("build", [two_columns, three_columns, lambda: three_columns(mass=2.0)])
+def test_a_symmetric_robot_that_buckles_under_its_loads_comes_to_rest(build):
+    """It was left standing, unstable, without a word: where it buckles no fold ended the way."""
+    home = solve_home(build())
+    assert home.stable
+    assert residual(home) < 1e-10
+
+
+@pytest.mark.parametrize("build", [two_columns, three_columns])
+def test_where_a_robot_comes_to_rest_is_no_matter_of_rounding(build):
+    """From the last bit of a number on, steps of its fall grew apart and led elsewhere."""
+    home = solve_home(build())
+    for wider in (2e-16, 4e-16, 1e-15, 1e-14, 1e-13):
+        assert distance(home, solve_home(build(wider))) < 1e-9
 
 
 def test_a_robot_that_snaps_under_its_loads_comes_to_rest_below():
