@@ -23,7 +23,7 @@ from ..description_part import field as described
 from ..lie import rotation_exp
 from ..rods.rod import Rod, StrainModes
 from .chain_element import ChainElement
-from .motors import LEAD, NO_LIMITS, OFFSET, RATIO, MotorLimits, described_ratio
+from .motors import FARTHEST, LEAD, NO_LIMITS, OFFSET, RATIO, MotorLimits, described_ratio
 
 __all__ = [
     "ChainElement",
@@ -45,7 +45,8 @@ _SPRING = {
     "stiffness": described(
         "not_negative", "of its spring, passive joints only [N m/rad or N/m]; default 0"
     ),
-    "rest": {"type": "number", "description": "where the spring is at rest [rad or m]; default 0"},
+    "rest": FARTHEST
+    | {"type": "number", "description": "where the spring is at rest [rad or m]; default 0"},
 }
 
 

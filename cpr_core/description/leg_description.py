@@ -177,11 +177,11 @@ class LegDescription:
 
     @property
     def rod_rigidity(self) -> float:
-        """E J of one rod as long as its rods and as soft, the largest of the section of each [N m^2]."""
+        """E J of one uniform rod as long as its rods and as soft, of the largest of each [N m^2]."""
         first, *others = (element.rod for element in self.rods)
         if not others:
-            return float(first.rigidities.max())
-        softness = sum(rod.length / rod.rigidities.max() for rod in (first, *others))
+            return first.mean_rigidity
+        softness = sum(rod.length / rod.mean_rigidity for rod in (first, *others))
         return self.rod_length / float(softness)
 
     @property

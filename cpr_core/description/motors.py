@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from ..description_part import Described, Part, Vector, field, triple
 
 __all__ = [
+    "FARTHEST",
     "LEAD",
     "MOTORS",
     "NO_LIMITS",
@@ -70,7 +71,9 @@ class MotorLimits:
 NO_LIMITS = MotorLimits()
 
 #: Schema of the zero of a motor, and of what is between it and its joint.
-OFFSET = {
+#: Places of a joint beyond this are rounding, as turns and as lengths [rad or m].
+FARTHEST = {"minimum": -1e9, "maximum": 1e9}
+OFFSET = FARTHEST | {
     "type": "number",
     "description": "where the joint is, or how long the rod, at zero of the motor [rad or m]; default 0",
 }

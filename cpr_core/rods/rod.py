@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from .quadrature import RodGrid
+from .quadrature import RodGrid, rod_grid
 from .sections import Section
 from .strain_basis import DescribedBasis, Legendre, StrainBasis
 
@@ -23,6 +23,8 @@ __all__ = ["DIRECTIONS", "MOST_MODES", "UNIFORM", "Profile", "Rod", "StrainModes
 Floats = NDArray[np.float64]
 
 _NONE: Floats = np.zeros(0)
+#: Of a panel of the mean rigidity: a tip a hundredth as thick as the base is integrated to 1e-11.
+_POINTS_OF_MEAN = 64
 #: Names of the strain components.
 DIRECTIONS = ("torsion", "bending_2", "bending_3")
 #: Modes that may be asked for in a direction; the truth is reached to the last digit long before.
@@ -174,6 +176,15 @@ class Rod:
     def rigidities(self) -> Floats:
         """H_a = diag(G J1, E J2, E J3) of Eq. (6) where the profile is one, (3,) [N m^2]."""
         return np.array(self.section.rigidities(self.young_modulus, self.shear_modulus))
+
+    @cached_property
+    def mean_rigidity(self) -> float:
+        """Largest E J of the uniform rod that is as soft: l over the integral of ds / E J [N m^2]."""
+        stiffest = float(self.rigidities.max())
+        if np.all(self.profile.stiffness == 1.0) and not self.section.tapered:
+            return stiffest
+        panels = rod_grid(_POINTS_OF_MEAN, tuple(self.profile.at[1:-1].tolist()))
+        return float(1.0 / (panels.weights @ (1.0 / self.rigidities_at(panels.nodes).max(axis=1))))
 
     @property
     def uniform(self) -> bool:

@@ -22,7 +22,7 @@ def checked_problem(robot: Robot, problem: ProblemName) -> None:
     Raises:
         InvalidRequest: It has not.
     """
-    if problem not in get_args(ProblemName):
+    if not isinstance(problem, str) or problem not in get_args(ProblemName):
         raise InvalidRequest("problem", f"expected motors, pose or efforts, got {problem!r:.60}")
     if problem == "pose" and (robot.redundancy or not robot.description.controlled):
         raise InvalidRequest(

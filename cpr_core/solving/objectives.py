@@ -175,7 +175,7 @@ def objective_of(start: Equilibrium, problem: str, name: str | None) -> Objectiv
     Raises:
         InvalidRequest: Another name, or one where there is no freedom.
     """
-    if name is not None and name not in OBJECTIVES:
+    if name is not None and (not isinstance(name, str) or name not in OBJECTIVES):
         raise InvalidRequest("objective", f"expected {', '.join(OBJECTIVES)}, got {name!r:.80}")
     if problem == "pose" and start.robot.redundancy > 0:
         if name == "least_effort":

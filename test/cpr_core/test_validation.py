@@ -13,8 +13,11 @@ from cpr_core import (
     Loads,
     NonFiniteInput,
     PointForce,
+    continued,
     critical_load,
     critical_load_factor,
+    derivatives,
+    error_of,
     find_equilibria,
     kinemato_statics,
     leg_shapes,
@@ -46,6 +49,10 @@ QUESTIONS = {
     "equilibrium of a model": kinemato_statics,
     "reading": lambda value: spectrum(HOME, value),
     "problem": MODEL.singularity,
+    "objective": lambda value: solve_inverse(ROBOT, HOME.pose, objective=value),
+    "problem of derivatives": lambda value: derivatives(HOME, ["rod.length"], problem=value),
+    "problem of an error": lambda value: error_of(HOME, value),
+    "problem of another robot": lambda value: continued(HOME, ROBOT, value),
     "length": lambda value: MODEL.singularity("forward", value),
     "increments": lambda value: MODEL.solve(motors=value, wrench=[0, 0]),
     "direction": lambda value: critical_load(HOME, value),
@@ -63,7 +70,8 @@ QUESTIONS = {
 
 
 @pytest.mark.parametrize(
-    "value", ["word", {}, {"a": 1}, object(), [[1, 2]], 1j, b"bytes", True, False]
+    "value",
+    ["word", {}, {"a": 1}, object(), [[1, 2]], 1j, b"bytes", True, False, np.ones((3, 1, 1))],
 )
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_no_wrong_type_becomes_another_error(question, value):

@@ -244,6 +244,17 @@ def test_motors_are_within_their_limits_before_rods_are_bent(position, limits, t
     assert text in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["rfrfr", "three_prs", "six_rus"])
+@pytest.mark.parametrize("offset", [1e300, -1e17, 1.1e9])
+def test_a_joint_beyond_all_numbers_is_refused(name, offset):
+    """It ended in an assertion without words, or in a home that rounding had chosen."""
+    content = content_of(name)
+    leg = content["legs"][0]
+    (leg["motor"] if "motor" in leg else leg["chain"][0])["offset"] = offset
+    with pytest.raises(DescriptionError, match=r"offset: expected a number of at (least -|most )1"):
+        load_robot(content)
+
+
 @pytest.mark.parametrize("far", [1e12, 1e155, 1e200])
 def test_a_tip_beyond_all_numbers_is_refused(far):
     """It was an error of the linear algebra."""

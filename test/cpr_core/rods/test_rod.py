@@ -1,0 +1,90 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a rod whose stiffness varies is compared with: the uniform one that is as soft."""
+
+import itertools
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from cpr_core import kinemato_statics, load_robot, solve_home
+
+YOUNG, SHEAR, LENGTH = 2.1e11, 8.2e10, 0.8
+
+
+def two_legs(*rods):
+    """A planar robot of two equal legs, a motor and these rods in series each."""
+    material = {"young_modulus": YOUNG, "shear_modulus": SHEAR}
+    legs = [
+        {
+            "base": {"position": [0.2 * side, 0, 0], "tangent": [0, 1, 0]},
+            "chain": [
+                {"joint": "revolute", "axis": [0, 0, 1], "motor": f"motor{side + 2}"},
+                *({"rod": material | rod} for rod in rods),
+            ],
+            "tip": {"type": "revolute", "position": [0, 0, 0]},
+        }
+        for side in (-1, 1)
+    ]
+    return load_robot(
+        {
+            "name": "two_legs",
+            "space": "planar",
+            "rod": {"length": LENGTH, "section": circular(0.001), **material},
+            "strain": {"bending_3": 8},
+            "platform": {"shape": "point"},
+            "legs": legs,
+            "controlled": ["x", "y"],
+            "home": {"motors": [-0.3, 0.3], "bow": "outward"},
+        }
+    )
+
+
+def circular(radius):
+    return {"shape": "circular", "radius": radius}
+
+
+def cone(pieces, base=0.0013, tip=0.0009):
+    """The same cone in one rod or in several."""
+    radii = np.linspace(base, tip, pieces + 1).tolist()
+    ends = itertools.pairwise(radii)
+    return [{"length": LENGTH / pieces, "section": circular(list(both))} for both in ends]
+
+
+def units(robot):
+    model = kinemato_statics(solve_home(robot))
+    values = [model.singular_values(problem) for problem in ("forward", "inverse")]
+    return robot.wrench_units, np.concatenate([each[:2] for each in values])
+
+
+@pytest.mark.parametrize("pieces", [2, 5])
+def test_how_a_cone_is_cut_changes_neither_units_nor_singular_values(pieces):
+    """In eight pieces it was half as stiff as in one, and as far from singularities."""
+    whole, parts = units(two_legs(*cone(1))), units(two_legs(*cone(pieces)))
+    assert_allclose(parts[0], whole[0], rtol=1e-12)
+    assert_allclose(parts[1], whole[1], rtol=1e-6)  # of other strain modes
+
+
+def test_neither_does_whether_modulus_or_profile_says_how_stiff_it_is():
+    plain = {"length": LENGTH, "section": circular(0.001)}
+    profile = {"at": [0, 0.5, 1], "stiffness": [4.0, 4.0, 4.0]}
+    softer = plain | {"young_modulus": YOUNG / 4, "shear_modulus": SHEAR / 4, "profile": profile}
+    for found, expected in zip(units(two_legs(softer)), units(two_legs(plain)), strict=True):
+        assert_allclose(found, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("tip", [0.9, 0.3, 0.01])
+def test_the_mean_rigidity_of_a_cone_is_that_of_its_integral(tip):
+    rod = two_legs(*cone(1, base=0.001, tip=0.001 * tip)).description.legs[0].rods[0].rod
+    softness = (tip**-3 - 1.0) / (3.0 * (1.0 - tip))
+    assert rod.mean_rigidity == pytest.approx(rod.rigidities.max() / softness, rel=1e-10)
+
+
+def test_that_of_a_profile_lies_between_its_ends_and_nearer_to_the_softer_one():
+    profile = {"at": [0, 0.25, 1], "stiffness": [1.0, 3.0, 1.0]}
+    plain = {"length": LENGTH, "section": circular(0.001), "profile": profile}
+    rod = two_legs(plain).description.legs[0].rods[0].rod
+    # On every stretch the factor is linear: int ds / f = length ln(f1 / f0) / (f1 - f0).
+    assert rod.mean_rigidity == pytest.approx(rod.rigidities.max() * 2.0 / np.log(3.0), rel=1e-12)
