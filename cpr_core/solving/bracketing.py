@@ -39,6 +39,8 @@ _BESIDE = 0.49 * LOCATION
 SAME_PLACE = 1e-5
 #: Cosine of the largest turn of the branch within a step by arc length.
 STRAIGHT = 0.95
+#: Part of the smaller rate of the fraction at the ends of a step that it has on average at least.
+_STEADY = 0.5
 #: Arc length before and after an event at which its kind is told: at a fold itself both the direction
 #: and the determinant vanish to rounding.
 ASIDE = 1e-3
@@ -56,12 +58,19 @@ def differ(low: Point, high: Point) -> bool:
 
 
 def along(path: Path, point: Point, tangent: Tangent, arc: float) -> Point | None:
-    """The point at an arc length, with its tangent; None where the branch turns too much."""
+    """The point at an arc length, with its tangent; None where the branch turns too much.
+
+    Also where it turns back and forth in between: then it comes less far than at the rate of either end.
+    """
     found = path.along(point, tangent, arc)
     if found is None:
         return None
     onward = path.tangent(found, tangent)
     if tangent.cosine(onward) < STRAIGHT:
+        return None
+    rates, rate = (tangent.fraction, onward.fraction), (found.fraction - point.fraction) / arc
+    least = min(rates, key=abs)
+    if rates[0] * rates[1] > 0.0 and rate / least < _STEADY:
         return None
     return replace(found, tangent=onward)
 
@@ -139,8 +148,10 @@ def bracket_by_arc_length(
         return None
     if low.sign != high.sign:
         low = replace(low, fraction=path.crossing(low, high))
-    before = along(path, point, tangent, first - ASIDE) or low
-    if first > ASIDE and differ(start, before):
+    before = start
+    if first > ASIDE:
+        before = along(path, point, tangent, first - ASIDE) or low
+    if differ(start, before):
         return None  # the change is one of another branch, to which the step had led before it
     beyond = along(path, point, tangent, last + ASIDE) or high
     low = replace(low, tangent=before.tangent, sign=before.sign, index=before.index)

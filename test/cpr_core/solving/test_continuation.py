@@ -26,6 +26,7 @@ from cpr_core import (
     solve_forward_by_effort,
     solve_home,
     solve_inverse,
+    trace,
     trace_through,
 )
 from cpr_core.description.description_file import shipped_robots
@@ -372,6 +373,34 @@ def test_a_step_behind_a_tight_bend_does_not_lead_to_the_other_arm_of_a_fold(req
             last = solve_forward(start.robot, row, start=last)
     assert refused.value.event.kind == "fold"
     assert distance(refused.value.last, through.last) < 1e-3  # of a fold, where anything moves far
+
+
+@pytest.mark.parametrize("requests", [1, 4, 7])
+def test_a_step_does_not_jump_over_two_folds_that_are_near_in_the_motors(requests):
+    """The branch turns back and forth again within 1e-5 of the way; four requests went past both."""
+    robot, force = load_robot("three_rfr_hubs"), [-0.13462270631599219, 0.11765082589908249, 0.0]
+    last = solve_home(robot).motors[0] - 1.5459707398328082
+    start, rows = straight_to(robot, force, last, requests)
+    through = trace_through(robot, motors=rows, start=start)
+    assert through.stopped.kind == "fold"
+    assert through.stopped.fraction == pytest.approx(0.894662, abs=1e-6)
+    beyond = trace(robot, motors=rows[-1], start=start, points=5, past_folds=True)
+    folds = [event for event in beyond.events if event.kind == "fold"]
+    changes = [(event.index_before, event.index_after) for event in folds[:3]]
+    assert changes == [(0, 1), (1, 0), (0, 1)]
+    assert folds[1].fraction == pytest.approx(folds[0].fraction, abs=2e-5)
+
+
+@pytest.mark.parametrize("requests", [1, 3, 4, 5, 7])
+def test_an_event_begins_with_the_index_that_the_walk_has(requests):
+    """One of a branch near by ended some of these, from index 1 to 0, where index 0 had led."""
+    force = [-0.0011952903577967576, 0.013586565179592485, 0.014585986283372617]
+    robot = load_robot("three_rfs")
+    last = solve_home(robot).motors[0] - 1.0155121172822252
+    start, rows = straight_to(robot, force, last, requests)
+    through = trace_through(robot, motors=rows, start=start)
+    assert through.reached
+    assert [event.kind for event in through.events] == ["singularity", "singularity"]
 
 
 @pytest.mark.parametrize("requests", [6, 7, 14])
