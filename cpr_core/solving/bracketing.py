@@ -9,6 +9,7 @@ bisection what only changes, and whatever else happens there.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -39,8 +40,9 @@ _BESIDE = 0.49 * LOCATION
 SAME_PLACE = 1e-5
 #: Cosine of the largest turn of the branch within a step by arc length.
 STRAIGHT = 0.95
-#: Part of the smaller rate of the fraction at the ends of a step that it has on average at least.
-_STEADY = 0.5
+#: Part of the smaller rate of the fraction at the ends of a step that it has on average at least; and
+#: how well fractions are known.
+_STEADY, _ROUNDED = 0.5, 1e-12
 #: Arc length before and after an event at which its kind is told: at a fold itself both the direction
 #: and the determinant vanish to rounding.
 ASIDE = 1e-3
@@ -68,9 +70,9 @@ def along(path: Path, point: Point, tangent: Tangent, arc: float) -> Point | Non
     onward = path.tangent(found, tangent)
     if tangent.cosine(onward) < STRAIGHT:
         return None
-    rates, rate = (tangent.fraction, onward.fraction), (found.fraction - point.fraction) / arc
-    least = min(rates, key=abs)
-    if rates[0] * rates[1] > 0.0 and rate / least < _STEADY:
+    least = arc * min(tangent.fraction, onward.fraction, key=abs)
+    moved = math.copysign(1.0, least) * (found.fraction - point.fraction)
+    if tangent.fraction * onward.fraction > 0.0 and moved < _STEADY * abs(least) - _ROUNDED:
         return None
     return replace(found, tangent=onward)
 

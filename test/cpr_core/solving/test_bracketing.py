@@ -9,6 +9,7 @@ import pytest
 from cpr_core import NotReached, load_robot, solve_forward_by_effort, solve_home
 from cpr_core.solving import bracketing
 from cpr_core.solving.path import Path
+from cpr_core.solving.targets import MotorTarget
 
 
 def ends(robot, targets, solved):
@@ -58,3 +59,15 @@ def test_events_are_where_bisection_finds_them_in_fewer_solves(name, kind, monke
 class _Place:
     def __init__(self, equilibrium):
         self.equilibrium = equilibrium
+
+
+@pytest.mark.parametrize("arc", [0.0, 1e-9, -1e-9, 0.05, -0.05])
+def test_a_step_by_arc_length_may_be_none_and_may_lead_back(arc):
+    robot = load_robot("rfrfr")
+    home = solve_home(robot)
+    path = Path(home, MotorTarget(home.motors + [0.4, -0.3]), home.loads)
+    start = path.begin()
+    tangent = path.tangent(start)
+    found = bracketing.along(path, start, tangent, arc)
+    assert found.fraction == pytest.approx(arc * tangent.fraction, rel=0.1, abs=1e-12)
+    assert tangent.cosine(found.tangent) > 0.99
