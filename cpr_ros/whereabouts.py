@@ -24,6 +24,7 @@ from .operation.starting_place import (
     begin_at_home,
     begin_at_last,
     begin_at_measured,
+    begin_on_way_home,
 )
 from .process.stop_signal import Stopped, StopSignal
 from .settings.parameters import Parameters
@@ -116,9 +117,11 @@ class Whereabouts:
             why = self._lost or "where the robot was last is not known"
             raise CprError(f"start_from: expected another place, {why}")
         last_commands = None if self._kept is None else self._kept.last_commands()
-        said = begin_at_home(self._session, last_commands, last=self._last_equilibrium())
         if self._from == "home":
+            stood = self._last_equilibrium()
+            said = begin_on_way_home(self._session, last_commands, last=stood)
             return f"start_from is home, as for a simulation: {said}"
+        said = begin_at_home(self._session, last_commands)
         return "where the robot is has to be measured" if self._lost else said
 
     def _last_equilibrium(self) -> Equilibrium | None:
@@ -192,7 +195,7 @@ class Whereabouts:
         session, at_home = self._session, self._from == "home" and self._session.unplaced
         session.unplaced = False
         if at_home:
-            said = self._stop.wait_for(lambda: begin_at_home(session, motors, measured=True))
+            said = self._stop.wait_for(lambda: begin_on_way_home(session, motors, measured=True))
         else:
             said = self._stop.wait_for(lambda: begin_at_measured(session, motors))
         self._lost = ""

@@ -113,12 +113,11 @@ class JudgedSteps:
         if refusal is None:
             begin = time.perf_counter()
             ahead = self._solved(current, goal, factor, out_of_rest)
-            if not isinstance(ahead, Refusal):
-                refusal = self._crossing(current, ahead, watched)
-                if refusal is None:
-                    return ahead
-            else:
-                refusal = ahead
+            refusal = (
+                ahead if isinstance(ahead, Refusal) else self._crossing(current, ahead, watched)
+            )
+            if refusal is None:
+                return ahead
             self._refused.take(step, refusal, now, time.perf_counter() - begin)
         return refusal
 

@@ -26,6 +26,7 @@ __all__ = [
     "begin_at_home",
     "begin_at_last",
     "begin_at_measured",
+    "begin_on_way_home",
 ]
 
 Floats = NDArray[np.float64]
@@ -38,23 +39,13 @@ _NEAR = 0.1
 _LONGEST_WALK = 10.0
 
 
-def begin_at_home(
-    session: Session,
-    motors: Floats | None,
-    *,
-    measured: bool = False,
-    last: Equilibrium | None = None,
-) -> str:
+def begin_at_home(session: Session, motors: Floats | None, *, measured: bool = False) -> str:
     """Begin at home; commands go there at max_speed from where the motors are. Says what was done.
-
-    No halt guards that way. Where the robot would cross a stop threshold on it, or does not stand on the
-    branch of home, commands are held until somebody lets them go.
 
     Args:
         session: The robot in operation.
         motors: Where they are, (n,); None: unknown.
         measured: Whether they are measured there, or were sent there last.
-        last: The equilibrium they were sent to; None: unknown, it is on the branch of home.
     """
     home = solve_home(session.robot)
     session.begin_at(home, motors, session.solver.current.solve_time)
@@ -67,7 +58,30 @@ def begin_at_home(
             else "the last commands were those of home"
         )
     begin = "where the motors are measured" if measured else "the last ones"
-    said = f"commands go from {begin}, {_words(motors)}, to home at max_speed"
+    return f"commands go from {begin}, {_words(motors)}, to home at max_speed"
+
+
+def begin_on_way_home(
+    session: Session,
+    motors: Floats | None,
+    *,
+    measured: bool = False,
+    last: Equilibrium | None = None,
+) -> str:
+    """The same where commands set off at once, if the way is clear. Says what was done.
+
+    No halt guards that way. Where the robot would cross a stop threshold on it, or does not stand on the
+    branch of home, commands are held until somebody lets them go.
+
+    Args:
+        session: The robot in operation.
+        motors: As of :func:`begin_at_home`.
+        measured: As of :func:`begin_at_home`.
+        last: The equilibrium they were sent to; None: unknown, it is on the branch of home.
+    """
+    said = begin_at_home(session, motors, measured=measured)
+    if motors is None or session.admission.aligned:
+        return said
     hindrance = _hindrance_on_way_home(session, motors, last)
     if hindrance:
         session.hold_commands()

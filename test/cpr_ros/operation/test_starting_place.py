@@ -18,6 +18,7 @@ from cpr_ros.operation.starting_place import (
     begin_at_home,
     begin_at_last,
     begin_at_measured,
+    begin_on_way_home,
 )
 from cpr_ros.settings.parameter_table import PARAMETERS
 from cpr_ros.settings.parameters import Parameters, live_parameters
@@ -180,7 +181,7 @@ def test_home_is_not_gone_to_by_a_way_on_which_the_robot_would_snap(session):
     """No halt guards commands that align: they went straight through instabilities, at full speed."""
     elsewhere = on_another_branch(session.robot)
     motors = elsewhere.motors
-    said = begin_at_home(session, motors, last=elsewhere)
+    said = begin_on_way_home(session, motors, last=elsewhere)
     assert said.startswith("commands go from the last ones, ")
     assert "to home at max_speed, not yet: " in said
     assert said.endswith(f"; {HELD}")
@@ -194,7 +195,7 @@ def test_home_is_not_gone_to_by_a_way_on_which_the_robot_would_snap(session):
 def test_home_is_not_gone_to_from_where_nobody_knows_how_the_robot_stands(session):
     motors = np.array([6.2, -3.0])  # the branch of home turns back before
     for measured in (False, True):
-        said = begin_at_home(session, motors, measured=measured)
+        said = begin_on_way_home(session, motors, measured=measured)
         assert "not yet: how the robot stands there is not known: " in said
         assert session.follower.paused
         assert commands_within(session, 0.1) == []
@@ -204,16 +205,16 @@ def test_out_of_a_place_near_an_instability_home_is_gone_to(session):
     """Below a stop threshold at first, and ever farther from it."""
     low = solve_inverse(session.robot, [0.0, 0.038])
     assert low.margin < session.follower.settings.thresholds["margin"].stop
-    said = begin_at_home(session, low.motors, last=low)
+    said = begin_on_way_home(session, low.motors, last=low)
     assert said.endswith("to home at max_speed")
     assert len(commands_within(session, 0.1)) > 10
 
 
 def test_commands_that_were_held_before_are_held_when_the_motors_are_measured(session):
     elsewhere = on_another_branch(session.robot)
-    begin_at_home(session, elsewhere.motors, last=elsewhere)
+    begin_on_way_home(session, elsewhere.motors, last=elsewhere)
     measured = solve_home(session.robot).motors + [0.1, 0.0]
-    said = begin_at_home(session, measured, measured=True)
+    said = begin_on_way_home(session, measured, measured=True)
     assert said.endswith(f"to home at max_speed; {HELD}")
     assert commands_within(session, 0.1) == []
 

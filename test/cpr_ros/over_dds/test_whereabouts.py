@@ -560,14 +560,15 @@ def test_where_it_cannot_have_stayed_it_has_to_be_measured(bench, start_from):
     assert all(np.array_equal(command, [3.2, -0.1]) for command in bench.commands)
 
 
-def keep_no_equilibrium(bench):
-    """Leave a last state of which only the commands are of use, (2.7, 0.4)."""
+def keep_no_equilibrium(bench, motors=(2.7, 0.4)):
+    """Leave a last state of which only the commands are of use."""
     robot = load_robot("rfrfr")
     found = solve_forward(robot, [2.7, 0.4])
     numbers = found.configuration.copy()
     numbers[: robot.state_size] += 1.0
     bench.keep(
-        robot, SimpleNamespace(configuration=numbers, loads=found.loads, motors=found.motors)
+        robot,
+        SimpleNamespace(configuration=numbers, loads=found.loads, motors=np.array(motors)),
     )
 
 
@@ -595,6 +596,18 @@ def test_home_is_not_gone_to_by_a_way_on_which_the_robot_would_snap(bench):
     bench.until_heard()
     bench.spin(0.5)
     np.testing.assert_allclose(bench.commands, len(bench.commands) * [[2.89, 0.75]], atol=1e-12)
+
+
+def test_a_robot_that_has_to_be_measured_is_not_paused_for_a_way_home_that_it_does_not_take(bench):
+    """Its last state is no equilibrium, and the way home from its last commands is barred."""
+    keep_no_equilibrium(bench, [6.2, -3.0])
+    bench.measure([2.7, 0.4])
+    bench.start(until="")
+    bench.until_said("where it is measured, motors (2.7, 0.4)")
+    bench.until_said("ready")
+    assert "not yet" not in bench.process.output()
+    bench.send(2.75, 0.4)
+    bench.until_at([2.75, 0.4])
 
 
 def test_home_is_gone_to_from_the_last_commands_though_their_equilibrium_is_none(bench):
