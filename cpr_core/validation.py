@@ -23,10 +23,12 @@ __all__ = [
     "checked_number",
     "checked_time",
     "checked_vector",
+    "checked_word",
     "read_only",
 ]
 
 Array = TypeVar("Array", bound=NDArray[Any])
+Word = TypeVar("Word", bound=str)
 
 
 def checked_count(name: str, value: object, least: int, most: int | None = None) -> int:
@@ -115,6 +117,18 @@ def checked_vector(
         expected = _expected(size, meaning)
         raise NonFiniteInput(name, f"{expected}, all finite, got {vector.tolist()}")
     return read_only(vector)
+
+
+def checked_word(name: str, value: object, known: tuple[Word, ...]) -> Word:
+    """One of the words that are known.
+
+    Raises:
+        InvalidRequest: Another, or no word.
+    """
+    if not isinstance(value, str) or value not in known:
+        expected = " or ".join(filter(None, (", ".join(known[:-1]), known[-1])))
+        raise InvalidRequest(name, f"expected {expected}, got {value!r:.80}")
+    return value
 
 
 def read_only(array: Array) -> Array:

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InvalidRequest
 from ..model.robot import Robot
 from ..solving.limits import limits_of
+from ..validation import checked_word
 from ..workspace.grid import Grid
 from ..workspace.workspace_map import WorkspaceMap
 from .path_plots import new_figure
@@ -60,9 +60,7 @@ def check_field(robot: Robot, field: str) -> None:
     Raises:
         InvalidRequest: It cannot.
     """
-    names = field_names(robot)
-    if field not in names:
-        raise InvalidRequest("field", f"expected one of {', '.join(names)}, got {field!r}")
+    checked_word("field", field, tuple(field_names(robot)))
 
 
 def fields_of(found: WorkspaceMap) -> dict[str, Floats]:

@@ -21,7 +21,7 @@ from ..lie import roll_pitch_yaw, rotation_from_quaternion, turn_about_z
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.requests import pose_meaning
-from ..validation import checked_number, read_only
+from ..validation import checked_number, checked_word, read_only
 
 __all__ = [
     "LARGEST_DEVIATION",
@@ -85,9 +85,7 @@ class Measurement:
             object.__setattr__(self, name, value)
         if self.loads is not None and not isinstance(self.loads, Loads):
             raise InvalidRequest(self.named("loads"), f"expected Loads, got {self.loads!r:.80}")
-        if self.frame not in get_args(Frame):
-            problem = f"expected world or tracker, got {self.frame!r:.80}"
-            raise InvalidRequest(self.named("frame"), problem)
+        checked_word(self.named("frame"), self.frame, get_args(Frame))
         _ = self.rotation
 
     def named(self, field: str) -> str:

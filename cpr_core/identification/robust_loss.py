@@ -10,7 +10,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InvalidRequest
+from ..validation import checked_word
 
 __all__ = ["Loss", "checked_loss", "loss_width", "variance_factor"]
 
@@ -27,11 +27,7 @@ def checked_loss(loss: object) -> Loss:
     Raises:
         InvalidRequest: Another than there are.
     """
-    if not isinstance(loss, str) or loss not in get_args(Loss):
-        raise InvalidRequest(
-            "loss", f"expected one of {', '.join(get_args(Loss))}, got {loss!r:.80}"
-        )
-    return loss  # type: ignore[return-value]
+    return checked_word("loss", loss, get_args(Loss))
 
 
 def loss_width(loss: Loss) -> float:

@@ -32,7 +32,7 @@ from ..kernels.record_layout import (
 )
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE, Tolerances
 from ..lie import quaternion_from_rotation, roll_pitch_yaw
-from ..validation import cached_array
+from ..validation import cached_array, checked_word
 from .dense_response import DenseResponse, dense_response
 from .linearisation import Linearisation, LinearisedState, Response
 from .model_state import ModelState
@@ -398,7 +398,5 @@ def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> S
         InvalidRequest: No equilibrium, or another reading.
     """
     check_equilibrium(equilibrium)
-    if not isinstance(motors_are, str) or motors_are not in ("locked", "free"):
-        raise InvalidRequest("motors_are", f"expected 'locked' or 'free', got {motors_are!r:.200}")
-    locked = motors_are == "locked"
+    locked = checked_word("motors_are", motors_are, ("locked", "free")) == "locked"
     return equilibrium.spectrum_locked if locked else equilibrium.spectrum_free

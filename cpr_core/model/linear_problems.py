@@ -16,7 +16,7 @@ from ..blas_threads import on_one_numpy_thread
 from ..errors import InvalidRequest
 from ..kernels.twist_layout import ANGULAR
 from ..lie import angle_motions
-from ..validation import ReadOnlyArrays, cached_array, read_only
+from ..validation import ReadOnlyArrays, cached_array, checked_word, read_only
 from .dense_response import body_tangent, platform_turn
 from .equilibrium import Equilibrium
 from .problem_units import ProblemUnits, problem_units
@@ -187,11 +187,7 @@ class LinearProblems:
         Raises:
             InvalidRequest: It has not.
         """
-        if not isinstance(problem, str) or problem not in _PROBLEMS:
-            raise InvalidRequest(
-                "problem", f"expected {', '.join(_PROBLEMS)}, got {problem!r:.200}"
-            )
-        if problem not in self.problems:
+        if checked_word("problem", problem, _PROBLEMS) not in self.problems:
             raise InvalidRequest(
                 "problem",
                 f"{self.equilibrium.robot.description.name} has no inverse problem: it controls no "

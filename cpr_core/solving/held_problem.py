@@ -11,6 +11,7 @@ from ..errors import InvalidRequest
 from ..kernels.problems import ProblemName
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
+from ..validation import checked_word
 from .targets import EffortTarget, MotorTarget, PoseTarget, Target
 
 __all__ = ["checked_problem", "held"]
@@ -22,8 +23,7 @@ def checked_problem(robot: Robot, problem: ProblemName) -> None:
     Raises:
         InvalidRequest: It has not.
     """
-    if not isinstance(problem, str) or problem not in get_args(ProblemName):
-        raise InvalidRequest("problem", f"expected motors, pose or efforts, got {problem!r:.60}")
+    checked_word("problem", problem, get_args(ProblemName))
     if problem == "pose" and (robot.redundancy or not robot.description.controlled):
         raise InvalidRequest(
             "problem", "expected motors or efforts: no single solution holds the pose of this robot"

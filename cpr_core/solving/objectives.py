@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
+from ..validation import checked_word
 
 __all__ = [
     "OBJECTIVES",
@@ -175,8 +176,8 @@ def objective_of(start: Equilibrium, problem: str, name: str | None) -> Objectiv
     Raises:
         InvalidRequest: Another name, or one where there is no freedom.
     """
-    if name is not None and (not isinstance(name, str) or name not in OBJECTIVES):
-        raise InvalidRequest("objective", f"expected {', '.join(OBJECTIVES)}, got {name!r:.80}")
+    if name is not None:
+        checked_word("objective", name, OBJECTIVES)
     if problem == "pose" and start.robot.redundancy > 0:
         if name == "least_effort":
             return LeastEffort()

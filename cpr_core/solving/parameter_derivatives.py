@@ -139,7 +139,10 @@ def _checked_quantities(of: str | Sequence[str]) -> tuple[str, ...]:
         InvalidRequest: Others than there are.
     """
     wanted = (of,) if isinstance(of, str) else of
-    if not isinstance(wanted, Sequence) or not wanted or any(name not in _KNOWN for name in wanted):
+    words = (
+        isinstance(wanted, Sequence) and wanted and all(isinstance(name, str) for name in wanted)
+    )
+    if not words or not set(wanted) <= set(_KNOWN):
         raise InvalidRequest("of", f"expected some of {', '.join(_KNOWN)}, got {of!r:.200}")
     return tuple(wanted)
 

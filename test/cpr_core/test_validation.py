@@ -11,6 +11,7 @@ from cpr_core import (
     DistributedForce,
     InvalidRequest,
     Loads,
+    Measurement,
     NonFiniteInput,
     PointForce,
     continued,
@@ -28,7 +29,14 @@ from cpr_core import (
     spectrum,
     trace,
 )
-from cpr_core.validation import checked_count, checked_matrix, checked_number, checked_time
+from cpr_core.drawing.map_plots import check_field
+from cpr_core.validation import (
+    checked_count,
+    checked_matrix,
+    checked_number,
+    checked_time,
+    checked_word,
+)
 
 ROBOT = load_robot("rfrfr")
 HOME = solve_home(ROBOT)
@@ -51,6 +59,9 @@ QUESTIONS = {
     "problem": MODEL.singularity,
     "objective": lambda value: solve_inverse(ROBOT, HOME.pose, objective=value),
     "problem of derivatives": lambda value: derivatives(HOME, ["rod.length"], problem=value),
+    "quantities": lambda value: derivatives(HOME, ["rod.length"], value),
+    "frame": lambda value: Measurement(motors=HOME.motors, frame=value),
+    "field": lambda value: check_field(ROBOT, value),
     "problem of an error": lambda value: error_of(HOME, value),
     "problem of another robot": lambda value: continued(HOME, ROBOT, value),
     "length": lambda value: MODEL.singularity("forward", value),
@@ -91,6 +102,15 @@ def test_counts_are_whole_and_numbers_finite():
         checked_number("x", np.inf)
     with pytest.raises(InvalidRequest, match="x: expected a number"):
         checked_number("x", np.timedelta64(2, "s"))
+
+
+def test_words_are_of_those_known():
+    assert checked_word("fruit", "fig", ("fig", "plum")) == "fig"
+    for value in ("pear", "", None, 3, ["fig"], np.array(["fig", "plum"])):
+        with pytest.raises(InvalidRequest, match="fruit: expected fig, plum or apple, got"):
+            checked_word("fruit", value, ("fig", "plum", "apple"))
+    with pytest.raises(InvalidRequest, match="fruit: expected fig, got 'plum'"):
+        checked_word("fruit", "plum", ("fig",))
 
 
 @pytest.mark.parametrize(

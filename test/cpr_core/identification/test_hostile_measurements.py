@@ -193,7 +193,7 @@ def test_fewer_numbers_than_parameters(robot, rows):
         ({"measurements": []}, "at least one Measurement"),
         ({"measurements": [1]}, "expected a Measurement"),
         ({"deviations": StandardDeviations(position=1e-3)}, "the standard deviation of rotation"),
-        ({"loss": "squares"}, "expected one of linear"),
+        ({"loss": "squares"}, "expected linear, "),
         ({"bounds": {"rod.density": (0, 1)}}, "none of the parameters"),
         ({"bounds": {PATHS[0]: (1.0, 2.0)}}, "between, got 1, 2"),
         ({"bounds": {PATHS[0]: (1.0,)}}, "lowest and highest"),

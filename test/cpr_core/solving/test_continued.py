@@ -241,7 +241,7 @@ def test_unstable_starts_are_refused_where_stability_is_asked_for():
         ("six_rfs", "motors", "expected a Robot"),
         (load_robot("rfrfr"), "motors", "the robot of the start"),
         (load_robot("six_rfs", modes=6), "motors", "the robot of the start"),
-        (load_robot("six_rfs"), "wrench", "expected motors, pose or efforts"),
+        (load_robot("six_rfs"), "wrench", "expected motors, efforts or pose"),
     ],
 )
 def test_other_robots_are_refused(robot, problem, told):

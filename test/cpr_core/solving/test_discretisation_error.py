@@ -162,7 +162,7 @@ def test_bad_questions_are_refused():
     home = solve_home(load_robot("rfrfr"))
     with pytest.raises(InvalidRequest, match="expected an Equilibrium"):
         error_of("home")
-    with pytest.raises(InvalidRequest, match="expected motors, pose or efforts"):
+    with pytest.raises(InvalidRequest, match="expected motors, efforts or pose"):
         error_of(home, "wrench")
     with pytest.raises(InvalidRequest, match="no single solution"):
         error_of(solve_home(load_robot("four_rfr")), "pose")

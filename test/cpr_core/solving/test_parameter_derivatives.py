@@ -281,7 +281,7 @@ def test_the_second_question_is_answered_by_the_same_numbers():
         (("rod.lenght",), UnknownParameter, "did you mean rod.length"),
         (("rod.length", "wrench"), InvalidRequest, "expected some of pose, motors"),
         (("rod.length", ()), InvalidRequest, "expected some of pose, motors"),
-        (("rod.length", "pose", "wrench"), InvalidRequest, "expected motors, pose or efforts"),
+        (("rod.length", "pose", "wrench"), InvalidRequest, "expected motors, efforts or pose"),
         (([],), InvalidRequest, "at least one path"),
         (("rod.yield_strain",), InvalidRequest, "not given"),
         (("legs[0].base.position[2]",), CprError, "planar"),
