@@ -12,7 +12,7 @@ from ..description.robot_description import RobotDescription
 from ..errors import InvalidRequest
 from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays
 from ..kernels.twist_layout import ANGULAR, LINEAR
-from ..rods.quadrature import RodGrid
+from ..rods.quadrature import SAME_STATION, RodGrid
 
 __all__ = ["load_arrays"]
 
@@ -85,7 +85,7 @@ def _rod_of(load: str, rod_names: tuple[str, ...], name: str) -> int:
 
 def _check_stations(load: str, stations: tuple[float, ...], at: list[float]) -> None:
     for station in at:
-        if station not in stations:
+        if not any(abs(station - known) < SAME_STATION for known in (0.0, *stations, 1.0)):
             raise InvalidRequest(
                 load,
                 f"expected a station of the robot "

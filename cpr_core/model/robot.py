@@ -26,7 +26,7 @@ from ..errors import DescriptionError, InvalidRequest
 from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot
-from ..rods.quadrature import RodGrid, rod_grid
+from ..rods.quadrature import RodGrid, distinct_stations, rod_grid
 from ..validation import cached_array, checked_count, read_only
 from .load_arrays import load_arrays
 from .motor_limits import MotorLimitArrays, motor_limit_arrays
@@ -217,7 +217,7 @@ class Robot:
         for distributed in description.loads.distributed:
             points |= {*distributed.at.tolist()}
         points |= {point.at for point in description.loads.points}
-        return tuple(sorted(points - {0.0, 1.0}))
+        return distinct_stations(points)
 
     @cached_property
     def arrays(self) -> RobotArrays:

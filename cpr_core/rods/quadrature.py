@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-__all__ = ["MAGNUS_WEIGHTS", "RodGrid", "rod_grid"]
+__all__ = ["MAGNUS_WEIGHTS", "SAME_STATION", "RodGrid", "distinct_stations", "rod_grid"]
 
 # The curvature of a rotation step enters by its moments. Sixteen points integrate them exactly up to
 # degree 29, so that a rod that bends in a plane is turned exactly.
@@ -22,6 +23,19 @@ _POINTS, _WEIGHTS = 0.5 * np.array(legendre.leggauss(16))
 MAGNUS_WEIGHTS = _WEIGHTS * np.array(
     [2.25 - 15.0 * _POINTS**2, 12.0 * _POINTS, 180.0 * _POINTS**2 - 15.0]
 )
+
+#: Stations s/l nearer to each other than this are one: 0.3 is 0.1 + 0.2, and the nodes of a panel
+#: between them would coincide.
+SAME_STATION = 1e-9
+
+
+def distinct_stations(stations: Iterable[float]) -> tuple[float, ...]:
+    """Interior stations s/l, increasing; of those that are one the first, none that is an end."""
+    found = [0.0]
+    for station in sorted(stations):
+        if found[-1] + SAME_STATION <= station <= 1.0 - SAME_STATION:
+            found.append(station)
+    return tuple(found[1:])
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +69,8 @@ def rod_grid(
 
     The integration matrix is spectral: it integrates exactly, from 0 to each node, whatever is a
     polynomial of degree below ``nodes_per_panel`` on every panel. Rotations go from node to node in
-    ``substeps``. Robots that differ in their numbers share one; it is never to be written.
+    ``substeps``. Breakpoints are ``distinct_stations``. Robots that differ in their numbers share one;
+    it is never to be written.
     """
     edges = np.array(sorted({0.0, 1.0, *breakpoints}))
     reference, reference_weights = legendre.leggauss(nodes_per_panel)

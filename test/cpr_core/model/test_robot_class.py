@@ -442,6 +442,39 @@ def test_forces_at_other_places_than_stations_are_refused():
         solve_forward(robot, [], loads=Loads.none().with_(points=[unknown]))
 
 
+@pytest.mark.parametrize("off", [0.3 - 0.1 - 0.2, 1e-15, -1e-12, 9e-10])
+@pytest.mark.parametrize("place", ["stations", "profile", "points", "end"])
+def test_stations_that_rounding_tells_apart_are_one(place, off):
+    """The panel between them had nodes that coincide: their frames were those of freed memory."""
+    content = content_of("planar_body") | {"gravity": [0.0, -9.81, 0.0]}
+    other = 0.3 + off
+    force = np.array([0.0, 0.5, 0.0])
+    if place == "profile":
+        content["rod"]["profile"] = {"at": [0.0, 0.3, 1.0], "stiffness": [1.0, 0.5, 0.5]}
+    expected = load_robot(content | {"stations": [0.3]})
+    if place == "stations":
+        content["stations"] = sorted({0.3, other})
+    elif place == "end":
+        near = max(1e-15, abs(off))
+        content["stations"] = [near, 0.3, 1.0 - near]
+    else:
+        content["stations"] = [other]
+    found = load_robot(content)
+    assert len(found.grid.nodes) == len(expected.grid.nodes)
+    loads = [
+        robot.default_loads.with_(points=[PointForce("leg1", at, force)])
+        for robot, at in ((expected, 0.3), (found, other if place == "points" else 0.3))
+    ]
+    at_rest = [
+        solve_forward(robot, solve_home(robot).motors, loads=load)
+        for robot, load in zip((expected, found), loads, strict=True)
+    ]
+    np.testing.assert_allclose(at_rest[1].pose, at_rest[0].pose, atol=1e-9)
+    assert at_rest[1].spectrum_locked.margin == pytest.approx(
+        at_rest[0].spectrum_locked.margin, abs=1e-6
+    )
+
+
 def test_more_motors_than_coordinates_may_control_them_or_none():
     content = content_of("rfrfr")
     content["legs"].append(
