@@ -298,6 +298,13 @@ class ChainRod(ChainElement):
         """Unit of the position of its motor."""
         return "rad" if self.screw else "m"
 
+    @property
+    def uncoils(self) -> tuple[bool, bool, bool]:
+        """Directions in which it is curved at rest and fed, and so has to have modes."""
+        torsion, bending_2, bending_3 = map(np.any, self.rod.rest_curvature)
+        fed = self.motor is not None
+        return bool(fed and torsion), bool(fed and bending_2), bool(fed and bending_3)
+
     def length_at(self, motor: _Number) -> _Number:
         """Its length at a position of the motor that feeds it, or at many of them [m]."""
         return self.zero + self.ratio * motor

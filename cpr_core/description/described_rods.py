@@ -14,11 +14,19 @@ from ..description_part import Part
 from ..rods.rod import DIRECTIONS, UNIFORM, Profile, Rod, StrainModes, strain_series
 from ..rods.sections import SECTIONS
 from ..rods.strain_basis import STRAIN_BASES
+from .chain import ChainRod
 from .description_schema import DEFAULT_BASIS
 from .leg_description import LegDescription, described_motors
 from .plausibility import check_rod
 
-__all__ = ["check_fed", "check_jumps", "described_modes", "described_rod", "described_tolerance"]
+__all__ = [
+    "check_fed",
+    "check_jumps",
+    "described_modes",
+    "described_rod",
+    "described_tolerance",
+    "lacking_modes",
+]
 
 _DEFAULT_MODES = 5
 #: A stiffness that changes by more than this factor within half the length of the shortest wave that
@@ -50,17 +58,30 @@ def described_rod(part: Part) -> Rod:
     return rod
 
 
+def lacking_modes(element: ChainRod) -> str:
+    """What a fed rod that is curved at rest lacks, in words; empty if nothing."""
+    pairs = zip(DIRECTIONS, element.uncoils, element.modes.counts, strict=True)
+    missing = ", ".join(name for name, uncoils, count in pairs if uncoils and not count)
+    told = (
+        f"the rod fed by {element.motor} is curved at rest: expected strain modes of {missing} too"
+    )
+    return told if missing else ""
+
+
 def check_fed(part: Part, legs: Sequence[LegDescription]) -> None:
-    """Whether rods that motors feed have a length wherever these may go.
+    """Whether rods that motors feed have a length wherever these may go, and the modes they need.
 
     Raises:
         DescriptionError: One has none.
     """
+    chosen = "tolerance" in part.part("strain")
     limits = {motor.name: motor.limits for motor in described_motors(legs)}
     for number, leg in enumerate(legs):
         for element in leg.rods:
             if element.motor is None:
                 continue
+            if (problem := lacking_modes(element)) and not chosen:
+                raise part.fail(f"legs[{number}]", problem)
             for position in (limits[element.motor].lower, limits[element.motor].upper):
                 if math.isfinite(position) and (length := element.length_at(position)) <= 0.0:
                     at = "" if length == position else f" at {position:g}"

@@ -108,7 +108,8 @@ def rod_dtype(width: int) -> np.dtype[Any]:
             ("extensible", "f8", lane),  # 1: a motor feeds it
             ("fed_zero", "f8", lane),  # its length with that motor at zero [m]
             ("length_index", "i8", lane),  # state index of that motor; -1: its length is fixed
-            ("rest_energy", "f8", lane),  # int kappa_rest^T H_a kappa_rest
+            ("rest_energy", "f8", lane),  # q_rest^T K_e q_rest
+            ("curved", "i8"),  # 1: some leg has a curvature at rest beyond its modes
             ("loads", "i8", lane),  # number of the rod among all of the robot; -1: none
         ],
         align=True,
@@ -137,7 +138,8 @@ class RobotArrays(NamedTuple):
     functions: Lanes  # (G, F, K) shape functions at the nodes
     step_functions: Lanes  # (G, H, F, 3) their moments over the rotation steps
     elastic: Lanes  # (G, S, S) K_e by slots
-    rest_moment: Lanes  # (G, S) int Phi^T H_a kappa_rest
+    rest_moment: Lanes  # (G, S) K_e q_rest: the curvature at rest, as far as modes take it up
+    rest_steps: Lanes  # (G, R, H, 3, 3) what they do not, by component, its moments over the steps
     weights: Floats  # (K,)
     integration: Floats  # (K, K): I_jk, weight of node j in the integral from 0 to node k
     panel_nodes: int  # nodes of a panel, a multiple of four: the integration is block triangular

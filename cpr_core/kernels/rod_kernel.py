@@ -78,6 +78,8 @@ def _rotation_vectors(robot, number, rod, work):
 def _curvature_moments(robot, number, rod, step, component, work):
     """The three moments of a component of the curvature over a step (``magnus``)."""
     moments = zero_vector(work.coordinates)
+    if robot.rods[number, rod].curved:
+        moments = load_vector(robot.rest_steps, (number, rod, step, component))
     start = robot.rods[number, rod].component_start
     for slot in range(start[component], start[component + 1]):
         function = load_vector(robot.step_functions, (number, step, robot.function[number, slot]))

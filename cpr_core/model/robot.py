@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..description.chain import ChainJoint
 from ..description.changed_description import parameter_values, with_parameters
+from ..description.described_rods import lacking_modes
 from ..description.leg_description import DescribedMotor
 from ..description.loads import Loads
 from ..description.motors import MotorLimits
@@ -199,8 +200,12 @@ class Robot:
         a few orders beyond the highest mode. Rods that twist too are bent in three dimensions, where
         rotations have errors of their own. test/cpr_core/rods/test_quadrature.py measures both.
         """
-        counts = np.array([element.modes.counts for element in self.description.rods])
-        modes, twisted = int(counts.max()), bool(counts[:, 0].any())
+        modes, twisted = 0, False
+        for element in self.description.rods:
+            counts, rest = element.modes.counts, list(map(len, element.rod.rest_curvature))
+            modes, twisted = max(modes, *counts), twisted or counts[0] + rest[0] > 0
+            if not element.modes.hold(element.rod.rest_curvature):
+                modes = max(modes, *rest)
         more = 12 if twisted else 9 if modes < 8 else 8
         nodes = 4 * math.ceil((modes + more) / 4)  # kernels take four at a time
         return rod_grid(nodes, self.breakpoints, substeps=2 if twisted else 1)
@@ -221,7 +226,14 @@ class Robot:
 
     @cached_property
     def arrays(self) -> RobotArrays:
-        """The robot as the kernels see it."""
+        """The robot as the kernels see it.
+
+        Raises:
+            DescriptionError: A fed rod has no modes in a direction in which it is curved at rest.
+        """
+        for element in self.description.rods:
+            if problem := lacking_modes(element):
+                raise DescriptionError(self.description.source, "strain", problem)
         arrays = robot_arrays(self.description, self.grid, self.platform_coordinates, self.numbers)
         if not self.held_motors:
             return arrays
@@ -238,6 +250,14 @@ class Robot:
     def state_size(self) -> int:
         """Numbers N of a state: of legs, platform and motors."""
         return len(self.numbers.unit)
+
+    @cached_array
+    def rest_state(self) -> Floats:
+        """State whose rods have no elastic strain, (N,): all else is zero."""
+        found = np.zeros(self.state_size)
+        for rod in self.numbers.rods:
+            found[rod.strain] = rod.element.rod.rest_strain(rod.element.modes)
+        return found
 
     @property
     def prepared(self) -> PreparedRobot:
@@ -339,7 +359,7 @@ class Robot:
     def curvature_stations(self) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
         """Per rod, at both ends and the nodes (P,): curvature by strain coordinate (P, 3, m); at rest.
 
-        The curvature at rest is (P, 3) [1/m].
+        That at rest is (P, 3) [1/m], as far as the modes take it up.
         """
         return curvature_stations(self.numbers, self.curvature_sigma)
 

@@ -77,6 +77,7 @@ class _SlotArrays:
     step_functions: Lanes
     elastic: Lanes
     rest_moment: Lanes
+    rest_steps: Lanes
 
 
 class _RodValues(NamedTuple):
@@ -86,8 +87,10 @@ class _RodValues(NamedTuple):
         functions: Shape functions at the nodes, (m, K).
         step_functions: Their moments over the rotation steps, (m, H, 3).
         stiffness: K_e, (m, m).
-        rest_moment: Of the curvature at rest, (m,).
-        rest_energy: The energy of it [J].
+        rest_moment: Forces of the coordinates at rest, K_e q_rest, (m,).
+        rest_energy: q_rest^T K_e q_rest [J].
+        rest_steps: Moments over the rotation steps of the curvature at rest beyond the modes, by
+            component, (H, 3, 3); None: they hold it.
     """
 
     functions: Floats
@@ -95,6 +98,7 @@ class _RodValues(NamedTuple):
     stiffness: Floats
     rest_moment: Floats
     rest_energy: float
+    rest_steps: Floats | None
 
 
 def _found_values(rod: Rod, modes: StrainModes, grid: RodGrid) -> _RodValues:
@@ -103,12 +107,14 @@ def _found_values(rod: Rod, modes: StrainModes, grid: RodGrid) -> _RodValues:
     functions, step_functions = (
         _kept_functions(modes, grid) if hashable else _functions(modes, grid)
     )
+    stiffness, rest = rod.stiffness(modes, grid), rod.rest_strain(modes)
+    rest_moment, steps = stiffness @ rest, None
+    if not modes.hold(rod.rest_curvature):
+        beyond = rod.rest_beyond_at(modes, grid.step_points.ravel())
+        moments = MAGNUS_WEIGHTS @ beyond.reshape(*grid.step_points.shape, 3)
+        steps = np.swapaxes(moments, 1, 2)
     return _RodValues(
-        functions,
-        step_functions,
-        rod.stiffness(modes, grid),
-        rod.rest_moment(modes, grid),
-        rod.rest_energy(grid),
+        functions, step_functions, stiffness, rest_moment, float(rest @ rest_moment), steps
     )
 
 
@@ -219,6 +225,8 @@ class _Builder:
             motor_count=max(group.motor_count for group in groups),
         )
         functions = max(group.function_count for group in groups)
+        every_rod = [element for leg in self.described for element in leg.rods]
+        curved = not all(rod.modes.hold(rod.rod.rest_curvature) for rod in every_rod)
         rods = np.zeros((count, max(1, *(len(group.component_start) for group in groups))), _ROD)
         rods["length_slot"], rods["length_index"], rods["loads"] = -1, -1, -1
         elements = np.zeros((count, max(len(group.kinds) for group in groups)), _ELEMENT)
@@ -237,6 +245,7 @@ class _Builder:
             step_functions=zeros_lanes(WIDTH, count, steps, functions, 3),
             elastic=zeros_lanes(WIDTH, count, slots.strain_count, slots.strain_count),
             rest_moment=zeros_lanes(WIDTH, count, slots.strain_count),
+            rest_steps=zeros_lanes(WIDTH, count, rods.shape[1], steps if curved else 1, 3, 3),
         )
 
     def _fill_structure(self, arrays: _SlotArrays, group: int, legs: LegGroup) -> None:
@@ -282,6 +291,7 @@ class _Builder:
             arrays.rods["length"][group],
             arrays.functions["lane"][group],
             arrays.step_functions["lane"][group],
+            arrays.rest_steps["lane"][group],
         ):
             lanes[..., used:] = lanes[..., used - 1 : used]
 
@@ -296,6 +306,9 @@ class _Builder:
         )
         arrays.functions["lane"][group, functions, :, lane] = own.functions
         arrays.step_functions["lane"][group, :, functions, :, lane] = own.step_functions
+        if own.rest_steps is not None:
+            arrays.rods[group, rod]["curved"] = 1
+            arrays.rest_steps["lane"][group, rod, ..., lane] = own.rest_steps
 
     def _fill_leg(self, arrays: _SlotArrays, number: int, group: int, lane: int) -> None:
         """Elasticity of the rods, tip and multipliers of a leg."""

@@ -118,6 +118,7 @@ def state_shapes(robot: Robot, state: Floats, points: int = 32) -> tuple[LegShap
     rods, shapes = _rods_from_identity(robot, state, points), []
     curvatures = [
         _sampled(rod.element.modes, points).values @ state[rod.strain] / rod.stretch(state)
+        + _at_rest_beyond(rod.element, points).values
         for rod in robot.numbers.rods
     ]
     for number, leg in enumerate(robot.description.legs):
@@ -257,6 +258,9 @@ def _rods_from_identity(robot: Robot, state: Floats, points: int) -> list[_RodSh
         step_moments = _sampled(alike.modes, points).step_moments
         found = state[alike.strain] @ step_moments.reshape(len(step_moments), -1)
         moments[alike.numbers] = found.reshape(-1, len(steps), 3, 3)
+    for number, rod in enumerate(rods):
+        if not rod.element.modes.hold(rod.element.rod.rest_curvature):
+            moments[number] += _at_rest_beyond(rod.element, points).step_moments
     nominal = np.array([rod.element.rod.length for rod in rods])
     turns = np.empty((len(rods) * len(steps), 3))
     rotation_steps(moments.reshape(-1, 3, 3), np.outer(nominal, steps).ravel(), turns)
@@ -311,3 +315,19 @@ def _sampled(modes: StrainModes, points: int) -> _Sampled:
     steps = modes.values(grid.step_points.ravel()).reshape(*grid.step_points.shape, modes.total)
     moments = np.einsum("mk,hkj,cj->jhmc", MAGNUS_WEIGHTS, steps, one_hot)
     return _Sampled(moments, modes.values(_places(points))[:, None, :] * one_hot)
+
+
+class _AtRest(NamedTuple):
+    """Curvature at rest of a rod beyond its modes where its shape is wanted."""
+
+    step_moments: Floats  # (H, 3, 3): its moments over rotation steps, by component
+    values: Floats  # (P, 3)
+
+
+@lru_cache(maxsize=64)
+def _at_rest_beyond(element: ChainRod, points: int) -> _AtRest:
+    """It is the same in every configuration."""
+    grid, rod = _grid(points), element.rod
+    steps = rod.rest_beyond_at(element.modes, grid.step_points.ravel())
+    moments = MAGNUS_WEIGHTS @ steps.reshape(*grid.step_points.shape, 3)
+    return _AtRest(moments, rod.rest_beyond_at(element.modes, _places(points)))

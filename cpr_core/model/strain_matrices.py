@@ -51,7 +51,10 @@ def unit_motions(numbers: StateNumbers, grams: Floats) -> Floats:
 def curvature_stations(
     numbers: StateNumbers, sigma: Floats
 ) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
-    """Per rod, at s/l (P,): curvature by strain coordinate (P, 3, m), and at rest (P, 3) [1/m]."""
+    """Per rod, at s/l (P,): curvature by strain coordinate (P, 3, m), and at rest (P, 3) [1/m].
+
+    At rest as far as the modes take it up: their difference is the elastic strain.
+    """
     elements = [rod.element for rod in numbers.rods]
     components = np.arange(3)[:, None]
     return tuple(
@@ -59,7 +62,12 @@ def curvature_stations(
             element.modes.values(sigma)[:, None, :] * (components == element.modes.directions)
         )
         for element in elements
-    ), tuple(read_only(element.rod.rest_curvature_at(sigma)) for element in elements)
+    ), tuple(
+        read_only(
+            element.rod.rest_curvature_at(sigma) - element.rod.rest_beyond_at(element.modes, sigma)
+        )
+        for element in elements
+    )
 
 
 def _by_rod(

@@ -34,6 +34,7 @@ _MECHANICS = (
     "step_functions",
     "elastic",
     "rest_moment",
+    "rest_steps",
     "weights",
     "integration",
     "steps",

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from .quadrature import RodGrid, rod_grid
+from .quadrature import RodGrid, distinct_stations, rod_grid
 from .sections import Section
 from .strain_basis import DescribedBasis, Legendre, StrainBasis
 
@@ -39,7 +39,7 @@ def strain_series(strain: Mapping[str, Sequence[float]]) -> tuple[Floats, Floats
 
 @dataclass(frozen=True)
 class StrainModes:
-    """Assumed strain modes, Eqs. (3)-(4): kappa(s) = Phi(s) q_e.
+    """Assumed strain modes, Eqs. (3)-(4): kappa(s) = Phi(s) q_e, and what a rod has at rest beyond them.
 
     Attributes:
         counts: Number of modes m_1 (torsion), m_2, m_3 (bending about d2, d3).
@@ -90,6 +90,12 @@ class StrainModes:
             (bounded or count + more) if count else 0 for count in self.counts
         )
         return StrainModes((torsion, bending_2, bending_3), basis)
+
+    def hold(self, series: tuple[Floats, Floats, Floats]) -> bool:
+        """Whether a strain is one of theirs, whatever the coefficients of its Legendre series are."""
+        of_basis = self.basis.polynomials if isinstance(self.basis, DescribedBasis) else lambda _: 0
+        pairs = zip(series, self.counts, strict=True)
+        return all(len(own) <= of_basis(count) for own, count in pairs)
 
     def values(self, sigma: Floats) -> Floats:
         """Value of every coordinate's shape function, shape (len(sigma), total)."""
@@ -227,18 +233,20 @@ class Rod:
         """K_e = int Phi^T H_a Phi ds of Eq. (7), shape (m, m) [N m^3]."""
         return self.length * modes.gram(grid, self.rigidities_at(grid.nodes))
 
-    def rest_moment(self, modes: StrainModes, grid: RodGrid) -> Floats:
-        """``int Phi^T H_a kappa_rest ds``, shape (m,) [N m^2]."""
+    def rest_strain(self, modes: StrainModes) -> Floats:
+        """Strain coordinates q_rest of what modes take up of the curvature at rest, (m,) [1/m]."""
         if self.straight:
             return np.zeros(modes.total)
-        couple = self.rigidities_at(grid.nodes) * self.rest_curvature_at(grid.nodes)
-        values = modes.values(grid.nodes)
-        return self.length * (grid.weights @ (values * couple[:, modes.directions]))
+        points = max(modes.counts) + max(map(len, self.rest_curvature))
+        panels = rod_grid(points, distinct_stations(modes.basis.breakpoints))
+        return modes.project(self.rest_curvature_at(panels.nodes), panels)
 
-    def rest_energy(self, grid: RodGrid) -> float:
-        """``int kappa_rest^T H_a kappa_rest ds`` [J]."""
-        if self.straight:
-            return 0.0
-        rest = self.rest_curvature_at(grid.nodes)
-        density = (self.rigidities_at(grid.nodes) * rest**2).sum(axis=1)
-        return float(self.length * grid.weights @ density)
+    def rest_beyond_at(self, modes: StrainModes, sigma: Floats) -> Floats:
+        """Curvature at rest beyond the modes, kappa_rest - Phi q_rest, (len(sigma), 3) [1/m].
+
+        The rod has it besides the strain of its modes, stressed or not. Zero where they hold the whole.
+        """
+        if modes.hold(self.rest_curvature):
+            return np.zeros((len(sigma), 3))
+        taken = (modes.values(sigma) * self.rest_strain(modes)) @ np.eye(3)[modes.directions]
+        return self.rest_curvature_at(sigma) - taken

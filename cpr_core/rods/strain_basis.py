@@ -56,6 +56,10 @@ class DescribedBasis(Described):
         """A basis of which the functions of this one are combinations, richer if this one is bounded."""
         return self
 
+    def polynomials(self, modes: int) -> int:
+        """Polynomials of how many coefficients are combinations of the first ``modes`` functions."""
+        return modes
+
     @property
     def breakpoints(self) -> tuple[float, ...]:
         """Interior sigma where the functions are not smooth; none unless said otherwise."""
@@ -141,6 +145,10 @@ class BSplines(DescribedBasis):
     def modes(self) -> int:
         """Number of B-splines."""
         return len(self.knots) + self.degree + 1
+
+    def polynomials(self, modes: int) -> int:
+        """Those up to the degree; none where there are no modes."""
+        return min(modes, self.degree + 1)
 
     def refined(self) -> BSplines:
         """With a knot in the middle of every interval."""

@@ -92,8 +92,8 @@ def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> Discr
     """Estimate how far an equilibrium is from that of continuous rods.
 
     One step of Newton's method in a space with four more modes per direction (twice as many where the
-    stiffness varies along a rod; B-splines: a knot more in every interval) and the nodes that it needs,
-    from the equilibrium as it is. What is below 1e-10 m is rounding of the solution itself.
+    stiffness varies along a rod, as many as its curvature at rest has; B-splines: a knot more in every
+    interval) and the nodes that it needs, from the equilibrium as it is. What is below 1e-10 m is rounding of the solution itself.
 
     Args:
         equilibrium: Any equilibrium.
@@ -138,19 +138,25 @@ def _richer(robot: Robot) -> tuple[Robot, Floats]:
     if not all(element.rod.profile.uniform for element in rods):
         # What jumps leave over falls like one over the number of modes: twice as many see half of it.
         more = max(MORE_MODES, *(max(element.modes.counts) for element in rods))
+    for element in rods:
+        pairs = zip(element.rod.rest_curvature, element.modes.counts, strict=True)
+        # The curvature at rest bends lever arms in waves as long as its own.
+        more = max(more, *(len(rest) + 1 - count for rest, count in pairs if count))
     found = Robot(robot.description.with_richer_modes(more), robot.held_motors)
     return found, embedding_of(robot, found)
 
 
 def _embedded(equilibrium: Equilibrium, richer: Robot, embedding: Floats) -> Equilibrium:
     size, record = equilibrium.robot.state_size, equilibrium.record
+    # What modes cannot take up of the curvature at rest, the rods of both robots have besides.
+    elastic = record[:size] - equilibrium.robot.rest_state
     # What is behind the state is the same of both: the pose of the platform, and efforts.
-    record = np.concatenate([embedding @ record[:size], record[size:]])
+    record = np.concatenate([richer.rest_state + embedding @ elastic, record[size:]])
     return Equilibrium(richer, equilibrium.loads, richer.load_arrays(equilibrium.loads), record)
 
 
 def embedding_of(robot: Robot, richer: Robot) -> Floats:
-    """States of a robot in the numbers of a richer one, (M, N)."""
+    """Changes of the state of a robot in the numbers of a richer one, (M, N)."""
     found = np.zeros((richer.state_size, robot.state_size))
     combinations: dict[Hashable, Floats] = {}  # rods have the same modes, as a rule
     for rod, more in zip(robot.numbers.rods, richer.numbers.rods, strict=True):

@@ -50,7 +50,7 @@ def fewest_modes(exact: Sequence[Equilibrium], budget: float) -> list[ModeCounts
             (truncated.moved_without(first[rod][direction] + count - 1), rod, direction)
             for rod, counts in enumerate(left)
             for direction, count in enumerate(counts)
-            if count > (0 if direction == 0 else 1)
+            if count > (1 if direction or rods[rod].element.uncoils[direction] else 0)
         ]
         allowed = [
             (_farthest(moved), rod, direction)
@@ -70,11 +70,11 @@ def _farthest(moved: Floats) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Truncated:
-    """Equilibria after some strain coordinates have been given up, that is, held at zero; dimensionless.
+    """Equilibria after some strain coordinates have been given up, held as at rest; dimensionless.
 
     Attributes:
         compliance: How the state answers to generalised forces, motors held, (P, N, N).
-        state: The state, (P, N).
+        state: The state, less that at rest, (P, N).
         moved: How far the platforms have moved, (P, axes) [m].
         axes: State indices of the platform's translations.
         length: Their unit [m].
@@ -93,7 +93,7 @@ class _Truncated:
         axes = robot.platform_indices[robot.platform_axes >= FIRST_LINEAR]
         return cls(
             np.array([_compliance(at) for at in exact]),
-            np.array([at.state / robot.arrays.unit for at in exact]),
+            np.array([(at.state - robot.rest_state) / robot.arrays.unit for at in exact]),
             np.zeros((len(exact), len(axes))),
             axes,
             robot.mean_length,
@@ -105,7 +105,7 @@ class _Truncated:
         return self.moved - lever * self._force(index)[:, None]
 
     def without(self, index: int) -> _Truncated:
-        """One more coordinate held at zero."""
+        """One more coordinate held as at rest."""
         column, row = self.compliance[:, :, index, None], self.compliance[:, None, index, :]
         own, force = self.compliance[:, index, index], self._force(index)
         compliance = self.compliance - column * (row / np.maximum(own, _HELD)[:, None, None])
@@ -113,7 +113,7 @@ class _Truncated:
         return replace(self, compliance=compliance, state=state, moved=self.moved_without(index))
 
     def _force(self, index: int) -> Floats:
-        """What brings a coordinate to zero, (P,); immense where others hold it elsewhere."""
+        """What brings a coordinate to rest, (P,); immense where others hold it elsewhere."""
         return self.state[:, index] / np.maximum(self.compliance[:, index, index], _HELD)
 
 

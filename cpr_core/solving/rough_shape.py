@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -35,6 +36,7 @@ def rough_state(robot: Robot, guess: HomeGuess) -> Floats:
     for joint, index in robot.passive_joints:
         state[index] = guess.joints.get(joint.name, joint.rest)
     nodes, strain = robot.grid.nodes, guess.strain
+    rods = [rod.element.rod for rod in robot.numbers.rods]
     if strain is None:
         curvatures = _bowed(robot, guess, state)
     else:
@@ -46,6 +48,7 @@ def rough_state(robot: Robot, guess: HomeGuess) -> Floats:
         ]
     for alike in robot.numbers.alike_rods:
         wanted = np.array([curvatures[number] for number in alike.numbers])
+        wanted -= [rods[number].rest_beyond_at(alike.modes, nodes) for number in alike.numbers]
         state[alike.strain] = alike.modes.project(wanted, robot.grid)
     return state
 
@@ -78,8 +81,8 @@ def _bowed(robot: Robot, guess: HomeGuess, straight: Floats) -> list[Floats]:
 def rough_platforms(robot: Robot, guess: HomeGuess, state: Floats) -> tuple[Pose, ...]:
     """Where the platform may be, the likelier first: where it is said to be; else between the tips.
 
-    Then its rotation is not known: it is not turned, or turned to the tips. Where joints are known, so
-    are the tips, and they are asked first.
+    Then its rotation is not known: it is not turned, or turned to the tips, or as tips that are fixed to
+    it. Where joints are known, so are the tips, and they are asked first.
 
     Args:
         robot: The robot.
@@ -88,17 +91,29 @@ def rough_platforms(robot: Robot, guess: HomeGuess, state: Floats) -> tuple[Pose
     """
     if guess.platform_position is not None:
         return (Pose(guess.platform_rotation, guess.platform_position),)
-    rotations, tips = [guess.platform_rotation], _tips(robot, state)
+    poses = tip_poses(robot, state)
+    rotations, tips = [guess.platform_rotation], np.array([pose.position for pose in poses])
     if not robot.description.point_platform:
         rotations.append(_rotation_to_tips(robot, tips))
     if guess.joints:
         rotations.reverse()
+    rotations += _rotations_of_tips(robot, poses)
     return tuple(Pose(rotation, _between(robot, tips, rotation)) for rotation in rotations)
 
 
-def _tips(robot: Robot, state: Floats) -> Floats:
-    """Where the tips of the legs are, (L, 3) [m]."""
-    return np.array([pose.position for pose in tip_poses(robot, state)])
+def _rotations_of_tips(robot: Robot, tips: Sequence[Pose]) -> list[Floats]:
+    """The rotation nearest to those of the tips that are fixed to the platform, if any are."""
+    held = 1 if robot.planar else 3
+    turned = [
+        pose.rotation @ leg.joint.rotation().T
+        for leg, pose in zip(robot.description.legs, tips, strict=True)
+        if len(leg.joint.orientation(robot.planar)) == held
+    ]
+    if not turned:
+        return []
+    left, _, right = np.linalg.svd(np.mean(turned, axis=0))
+    left[:, 2] *= np.linalg.det(left @ right)  # no reflection
+    return [np.asarray(left @ right)]
 
 
 def _rotation_to_tips(robot: Robot, tips: Floats) -> Floats:
