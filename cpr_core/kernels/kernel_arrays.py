@@ -44,7 +44,7 @@ Integers = NDArray[np.int64]
 Lanes = NDArray[np.void]
 
 #: Most steps of Lanczos' method that a workspace has memory for.
-LANCZOS_STEPS = 60
+LANCZOS_STEPS = 100
 
 
 class Element(IntEnum):

@@ -28,6 +28,8 @@ _LANCZOS_CHANGE = 1e-10
 _FIRST_LOOK, _LANCZOS_CHECK = 8, 4
 #: A vector shorter than this fraction of a Ritz value has nothing new.
 _NOTHING_NEW = 1e-14
+#: A vector that gets shorter than this part of itself is made orthogonal twice (Kahan).
+_CANCELLED = 0.1
 #: Ritz values only grow, but for the rounding of the one before.
 _ROUNDING = 1e-6
 #: Relative error of the largest Ritz value.
@@ -46,7 +48,7 @@ def smallest_singular_value(robot, square, scales, rotation, work):
         work: Workspace with the condensed tangent there.
 
     Returns:
-        The value; 0 where the problem has no inverse.
+        The value; 0 where the problem has no inverse, or Lanczos' method wants more steps.
     """
     rotation_unknowns(rotation, square.angles, work.motions)
     if not factor_border(robot, square, work, work.factors):
@@ -70,17 +72,14 @@ def smallest_singular_value(robot, square, scales, rotation, work):
         for i in range(size + motors):
             total += vector[i] * basis[step, i]
         diagonal[step] = total
-        for k in range(step + 1):
-            kept, total = basis[k], 0.0
-            for i in range(size + motors):
-                total += vector[i] * kept[i]
-            for i in range(size + motors):
-                vector[i] -= total * kept[i]
+        whole = _length(vector)
+        _orthogonalise(basis, step + 1, vector)
         length = _length(vector)
+        if length < _CANCELLED * whole:  # else what is left is partly rounding along them
+            _orthogonalise(basis, step + 1, vector)
+            length = _length(vector)
         beside[step] = length
-        last = (
-            step + 1 == min(LANCZOS_STEPS, size + motors) or length <= _NOTHING_NEW * diagonal[step]
-        )
+        last = step + 1 == size + motors or length <= _NOTHING_NEW * diagonal[step]
         if not last and (step < _FIRST_LOOK or step % _LANCZOS_CHECK != 0):
             continue
         largest = largest_of_tridiagonal(
@@ -88,9 +87,20 @@ def smallest_singular_value(robot, square, scales, rotation, work):
         )
         change = abs(largest - before)
         before = largest
-        if last or change <= _LANCZOS_CHANGE * before:
-            break
-    return 1.0 / math.sqrt(before) if before > 0.0 else 0.0
+        if before > 0.0 and (last or change <= _LANCZOS_CHANGE * before):
+            return 1.0 / math.sqrt(before)
+    return 0.0
+
+
+@strict_part
+def _orthogonalise(basis, count, vector):
+    """Take the first vectors of a basis out of a vector, in place."""
+    for k in range(count):
+        known, total = basis[k], 0.0
+        for i in range(vector.shape[0]):
+            total += vector[i] * known[i]
+        for i in range(vector.shape[0]):
+            vector[i] -= total * known[i]
 
 
 @strict_part
