@@ -114,7 +114,7 @@ def calibrate(
         expected = f"expected at least as many measured numbers as parameters, {len(paths)}"
         raise InvalidRequest("measurements", f"{expected}, got {numbers}")
     scales = natural_changes(before[0], paths)
-    problem = ParameterProblem(robot, paths, begin, scales, compared, before, tell)
+    problem = ParameterProblem(robot, paths, begin, scales, compared, deviations, before, tell)
     answer = solution(problem, limits, loss)
     doubts = measured_doubts(compared, before, problem.equilibria(answer))
     found = replace(_result(problem, answer, limits, loss, doubts), start=values)

@@ -28,6 +28,9 @@ from .tracker_rates import of_tracker, tracker_rates
 
 __all__ = ["ComparedRow", "compared_row"]
 
+#: Weights that differ less are the same: an answer moves by less than that part of its deviation.
+_SAME_WEIGHTS = 1e-3
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
@@ -70,6 +73,13 @@ class ComparedRow(ReadOnlyArrays):
         found: Floats = self.weights @ self.differences(equilibrium)
         return found
 
+    def weighs_as(self, other: ComparedRow) -> bool:
+        """Whether another one has the same weights, to a thousandth."""
+        if not len(self.places):
+            return True
+        between = scipy.linalg.solve_triangular(other.weights, self.weights, lower=True)
+        return bool(np.abs(between - np.eye(len(between))).max(initial=0.0) < _SAME_WEIGHTS)
+
     def rates(self, equilibrium: Equilibrium, paths: Sequence[str]) -> Floats:
         """Derivatives of the residual by parameters, (K, P)."""
         of_robot = [path for path in paths if not of_tracker(path)]
@@ -102,7 +112,7 @@ def _log_rate(apart: Floats) -> Floats:
 def compared_row(
     measurement: Measurement, equilibrium: Equilibrium, deviations: StandardDeviations
 ) -> ComparedRow:
-    """How a measurement is compared, with weights as they are at an equilibrium near by.
+    """How a measurement is compared, with weights as they are at an equilibrium.
 
     Where what drives the row has a standard deviation, it adds to those of what follows, to first order:
     then what is compared is correlated.

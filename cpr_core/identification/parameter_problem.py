@@ -20,8 +20,9 @@ from ..model.equilibrium import Equilibrium
 from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot
 from ..solving.not_reached import NotReached
-from .compared import ComparedRow
+from .compared import ComparedRow, compared_row
 from .measured_equilibria import followed
+from .measurements import StandardDeviations
 from .robust_loss import Loss, loss_width
 from .tracker_rates import tracker_unit
 from .undetermined import parameter_sizes, unseen_directions
@@ -49,6 +50,8 @@ _SAME = 1e-2
 _ALONE = 1e-3
 #: Robots that are tried at most, by one loss.
 TRIED = 60
+#: Times that rows are weighed at the answer: the robot may be far from the one that was described.
+_WEIGHINGS = 6
 #: Times that a descent is begun again: what is not determined may be other directions at the answer, and
 #: measurements may turn out to be more exact than they are said to be.
 _ROUNDS = 3
@@ -78,6 +81,7 @@ class ParameterProblem:
         values: Of the parameters in the description, (P,).
         scales: Their natural units, (P,).
         rows: How rows are compared.
+        deviations: Of the measurements.
         before: Equilibria of the rows.
         tell: Called with the fraction of what is to be done, roughly.
         settled: Whether the last descent came to its end.
@@ -89,6 +93,7 @@ class ParameterProblem:
     values: Floats
     scales: Floats
     rows: tuple[ComparedRow, ...]
+    deviations: StandardDeviations
     before: list[Equilibrium]
     tell: Callable[[float], None]
 
@@ -179,6 +184,15 @@ class ParameterProblem:
         self._rates = change.copy(), found
         return found
 
+    def weigh(self, change: Floats) -> bool:
+        """Weigh the rows with what their drives do to that robot; whether they had these weights."""
+        pairs = zip(self.rows, self.equilibria(change), strict=True)
+        rows = tuple(compared_row(row.measurement, at, self.deviations) for row, at in pairs)
+        if all(own.weighs_as(row) for own, row in zip(self.rows, rows, strict=True)):
+            return True
+        self.rows, self._rates = rows, None
+        return False
+
     def unseen(self, change: Floats) -> Floats:
         """Directions in which nothing that is compared changes there, orthonormal rows (K, P)."""
         return unseen_directions(self.rates(change), parameter_sizes(self.values, self.scales))
@@ -197,7 +211,11 @@ def solution(problem: ParameterProblem, limits: Floats, loss: Loss) -> Floats:
         if easier == "linear" and np.median(np.abs(problem.residual(change))) < _NEAR:
             continue  # squares would lead away from there, if some rows are grossly wrong
         change = _descended(problem, change, limits, easier)
-    return _descended(problem, change, limits, loss)
+    for _ in range(_WEIGHINGS):
+        change = _descended(problem, change, limits, loss)
+        if not problem.settled or problem.weigh(change):
+            break
+    return change
 
 
 def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: Loss) -> Floats:

@@ -93,7 +93,8 @@ def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> Discr
 
     One step of Newton's method in a space with four more modes per direction (twice as many where the
     stiffness varies along a rod, as many as its curvature at rest has; B-splines: a knot more in every
-    interval) and the nodes that it needs, from the equilibrium as it is. What is below 1e-10 m is rounding of the solution itself.
+    interval) and the nodes that it needs, from the equilibrium as it is. What is below 1e-10 m is
+    rounding of the solution itself.
 
     Args:
         equilibrium: Any equilibrium.
