@@ -38,14 +38,11 @@ from .parameter_problem import TRIED, ParameterProblem, natural_changes, solutio
 from .robust_loss import Loss, checked_loss, variance_factor
 from .tracker_alignment import aligned_tracker
 from .tracker_rates import of_tracker
-from .undetermined import unseen_in_words
+from .undetermined import hidden_parameters, parameter_sizes, unseen_in_words
 
 __all__ = ["calibrate"]
 
 Floats = NDArray[np.float64]
-
-#: Coefficient of a direction above which a parameter is in it.
-_IN = 1e-3
 
 
 @on_one_blas_thread
@@ -174,7 +171,10 @@ def _result(
     freedom = len(residual) - known.shape[1]
     covariance *= variance_factor(loss, residual, known.shape[1])
     covariance *= np.outer(problem.scales, problem.scales)
-    for column in np.flatnonzero(np.abs(unseen).max(axis=0, initial=0.0) > _IN):
+    known_to = np.sqrt(np.diag(covariance)) / problem.scales
+    sizes = parameter_sizes(problem.values, problem.scales)
+    hidden = hidden_parameters(unseen, sizes, known_to)
+    for column in np.flatnonzero(hidden):
         covariance[column] = covariance[:, column] = 0.0
         covariance[column, column] = np.inf
     fit = 1.0
@@ -188,7 +188,7 @@ def _result(
         doubts = (*doubts, text)
     deviations = np.sqrt(np.diag(covariance))
     doubts = (*doubts, *bound_doubts(problem.paths, values, deviations, limits))
-    words = unseen_in_words(unseen, problem.scales, problem.paths, values)
+    words = unseen_in_words(unseen, hidden, problem.scales, problem.paths, values)
     return CalibrationResult(
         equilibria[0].robot,
         problem.paths,

@@ -53,6 +53,7 @@ class FeltDirections(ReadOnlyArrays):
         answers: What a wrench of 1 along each changes, in standard deviations of measurements, (b,).
         count: How many of them are felt.
         gain: Wrench in natural units by residual, (b, M).
+        residuals: What those that are felt change in the residual, orthonormal columns, (M, f).
     """
 
     response: WorldResponse
@@ -60,6 +61,7 @@ class FeltDirections(ReadOnlyArrays):
     answers: Floats
     count: int
     gain: Floats
+    residuals: Floats
 
     @property
     def robot(self) -> Robot:
@@ -100,6 +102,10 @@ class FeltDirections(ReadOnlyArrays):
             return np.asarray(wrench + step)
         felt = self.directions[:, : self.count]
         return np.asarray(felt @ (felt.T @ wrench) + step)
+
+    def left_over(self, residual: Floats) -> Floats:
+        """What the next step leaves of a residual, to first order, (M,)."""
+        return np.asarray(residual - self.residuals @ (self.residuals.T @ residual))
 
     @property
     def words(self) -> str:
@@ -154,7 +160,7 @@ def felt_directions(
         threshold = max(1.0 / _LARGEST_DEVIATION, _ROUNDING * values[0])
         count = sum(value > threshold for value in values.tolist())
     gain = (right[:count].T / values[:count]) @ left[:, :count].T
-    return FeltDirections(response, right.T, values, count, gain)
+    return FeltDirections(response, right.T, values, count, gain, left[:, :count])
 
 
 def _listed(names: list[str]) -> str:

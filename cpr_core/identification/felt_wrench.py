@@ -282,12 +282,12 @@ class _Search:
         unloaded: Equilibrium,
     ) -> WrenchEstimate:
         """What was found; the last step counts to first order."""
-        free = self.measured.weights.count - felt.count
+        free, left = self.measured.weights.count - felt.count, felt.left_over(residual)
         return WrenchEstimate(
             wrench_world=self._world(wrench),
             observability=felt.observability,
             equilibrium=found,
-            chi_square=float(residual @ residual) if free > 0 else 0.0,
+            chi_square=float(left @ left) if free > 0 else 0.0,
             degrees_of_freedom=max(0, free),
             doubt=self.measured.doubt(unloaded),
             loads=self.known,

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread
@@ -26,7 +27,12 @@ from ..validation import ReadOnlyArrays, checked_count, checked_number
 from .compared import compared_row
 from .measurements import Frame, Measurement, StandardDeviations, checked_deviations
 from .parameter_problem import natural_changes
-from .undetermined import parameter_sizes, unseen_directions, unseen_in_words
+from .undetermined import (
+    hidden_parameters,
+    parameter_sizes,
+    unseen_directions,
+    unseen_in_words,
+)
 
 __all__ = ["ProposedPoses", "propose_poses"]
 
@@ -42,6 +48,8 @@ _REACH = 0.5
 _MARGIN = 0.2
 #: Information that is there before any measurement, over that of all candidates.
 _BEFORE = 1e-9
+#: Random choices that proposed poses are compared with.
+_CHOICES = 100
 #: Times that all poses are looked at again for better ones.
 _ROUNDS = 10
 
@@ -121,22 +129,21 @@ def propose_poses(
     rates = np.array([_rates(each, deviations, paths) for each in candidates]) * scales
     information = np.einsum("ckp,ckq->cpq", rates, rates)
     chosen = _chosen(information, count)
-    seen = np.vstack(list(rates[chosen]))
-    unseen = unseen_directions(seen, parameter_sizes(values, scales))
     generator = np.random.default_rng(seed)
+    sizes = parameter_sizes(values, scales)
     several = [
-        _deviations(information[generator.choice(len(candidates), count, replace=False)])
-        for _ in range(100)
+        _deviations(rates[generator.choice(len(candidates), count, replace=False)], sizes)
+        for _ in range(_CHOICES)
     ]
-    hidden = np.abs(unseen).max(axis=0, initial=0.0) > 1e-3
-    after = np.where(hidden, np.inf, _deviations(information[chosen])) * scales
+    after = _deviations(rates[chosen], sizes) * scales
+    unseen = unseen_directions(np.vstack(list(rates[chosen])), sizes)
     order = _short_way([candidates[number] for number in chosen])
     return ProposedPoses(
         tuple(order),
         paths,
         after,
-        np.where(hidden, np.inf, np.median(several, axis=0)) * scales,
-        unseen_in_words(unseen, scales, paths, values),
+        np.median(several, axis=0) * scales,
+        unseen_in_words(unseen, np.isinf(after), scales, paths, values),
     )
 
 
@@ -152,6 +159,14 @@ def _candidates(
     Raises:
         InvalidRequest: There are fewer than poses asked for.
     """
+    for possible in loads or (robot.default_loads,):
+        robot.load_arrays(possible)  # whether they are any
+        if not possible.conservative(robot.planar):
+            raise InvalidRequest(
+                "loads",
+                "expected loads with a potential, as poses have to be stable: moments in space and "
+                "wrenches that turn with the platform have none",
+            )
     reach, margin, seed = how
     home, generator = solve_home(robot), np.random.default_rng(seed)
     units = robot.motor_units
@@ -235,11 +250,19 @@ def _size(information: Floats) -> float:
     return float(np.linalg.slogdet(information)[1])
 
 
-def _deviations(information: Floats) -> Floats:
-    """Standard deviations in natural units after measurements with information, (K, P, P)."""
-    covariance = np.linalg.pinv(information.sum(axis=0), rcond=1e-14, hermitian=True)
-    found: Floats = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return found
+def _deviations(rates: Floats, sizes: Floats) -> Floats:
+    """Standard deviations in natural units after measurements with these rates, (C, K, P).
+
+    Infinite of parameters that they do not determine; sizes as in ``unseen_directions``.
+    """
+    whole = np.vstack(list(rates))
+    unseen = unseen_directions(whole, sizes)
+    seen = scipy.linalg.null_space(unseen) if len(unseen) else np.eye(len(sizes))
+    found = np.zeros(len(sizes))
+    if seen.shape[1]:
+        upper = scipy.linalg.qr(whole @ seen, mode="r")[0][: seen.shape[1]]
+        found = np.linalg.norm(seen @ scipy.linalg.inv(upper), axis=1)
+    return np.where(hidden_parameters(unseen, sizes, found), np.inf, found)
 
 
 def _short_way(equilibria: Sequence[Equilibrium]) -> list[Equilibrium]:

@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-__all__ = ["parameter_sizes", "unseen_directions", "unseen_in_words"]
+__all__ = ["hidden_parameters", "parameter_sizes", "unseen_directions", "unseen_in_words"]
 
 Floats = NDArray[np.float64]
 
@@ -25,8 +25,9 @@ _UNSEEN = 1e-7
 _SHOWN = 1e-3
 #: Coefficients below this are rounding: what is kept would follow the parameters that are found.
 _ROUNDED = 1e-9
-#: Coefficients below this are of no use in words.
-_NOTHING = 1e-3
+#: Coefficient of a direction above which a parameter is in it, whatever else is known of it; and one
+#: below which it is not, as far as directions are known at all.
+_IN, _NOTHING = 1e-3, 1e-5
 
 
 def unseen_directions(rates: Floats, sizes: Floats | float = 1.0) -> Floats:
@@ -52,13 +53,37 @@ def parameter_sizes(values: Floats, scales: Floats) -> Floats:
     return found
 
 
+def hidden_parameters(directions: Floats, sizes: Floats, deviations: Floats) -> NDArray[np.bool_]:
+    """Which parameters are not determined as they are in a direction that nothing shows, (P,).
+
+    A small part of one counts where the direction may go so far that the parameter moves by more than
+    it is uncertain otherwise: a force of a thousandth of its natural unit may be known as its ratio to
+    Young's modulus only.
+
+    Args:
+        directions: Orthonormal rows (K, P).
+        sizes: How far parameters may be from what is described, in natural units, (P,).
+        deviations: Standard deviations of the parameters without the directions, in natural units, (P,).
+    """
+    parts = np.abs(directions)
+    farthest = np.divide(sizes, parts, out=np.full_like(parts, np.inf), where=parts > _NOTHING)
+    moved = parts * farthest.min(axis=1, initial=np.inf)[:, None]
+    found = (parts > _IN) | ((parts > _NOTHING) & (moved > deviations))
+    return np.asarray(found.any(axis=0))
+
+
 def unseen_in_words(
-    directions: Floats, scales: Floats, paths: Sequence[str], values: Floats
+    directions: Floats,
+    hidden: NDArray[np.bool_],
+    scales: Floats,
+    paths: Sequence[str],
+    values: Floats,
 ) -> tuple[str, ...]:
     """What directions mean, one line each.
 
     Args:
         directions: Changes of the parameters that nothing shows, in natural units, rows (K, P).
+        hidden: Which parameters they leave undetermined, (P,).
         scales: The natural units, (P,).
         paths: Names of the parameters.
         values: Of the parameters.
@@ -70,7 +95,8 @@ def unseen_in_words(
     count = len(directions)
     rows = np.zeros((count, len(paths)))
     rows[:, order] = scipy.linalg.solve_triangular(upper[:, :count], upper)
-    rows[np.abs(rows) < _NOTHING] = 0.0
+    slight = np.abs(directions).max(axis=0) <= _IN
+    rows[np.abs(rows) < np.where(hidden, np.where(slight, _NOTHING, _IN), np.inf)] = 0.0
     return tuple(_in_words(row * scales, paths, values) for row in rows)
 
 

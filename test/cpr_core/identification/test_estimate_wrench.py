@@ -85,6 +85,28 @@ def test_an_exact_pose_and_efforts_tell_the_wrench(name):
     assert_allclose(both @ both.T, np.eye(size), atol=1e-12)
 
 
+def test_what_the_last_step_takes_up_is_not_left():
+    """Exact measurements leave nothing, however small their deviations: some 3 with stiff rods."""
+    robot = load_robot("six_rfs").with_parameters({"rod.section.radius": 0.01})
+    random, true = np.random.default_rng(1), solve_home(robot)
+    wrench = random.normal(0.0, 0.1, 6) * robot.wrench_units
+    loads, motors = robot.default_loads.with_(wrench_world=wrench), true.motors
+    found = true = solve_forward(robot, motors, loads=loads)
+    for _ in range(6):
+        motors = motors + random.uniform(-2e-3, 2e-3, 6)
+        true = solve_forward(robot, motors, loads=loads, start=true)
+        found = estimate_wrench(
+            robot,
+            true.motors,
+            start=found,
+            efforts=true.efforts,
+            effort_deviation=1e-2,
+            pose=[*true.platform_position, *true.platform_quaternion],
+            pose_deviation=(1e-5, 1e-4),
+        )
+        assert found.degrees_of_freedom == 6 and found.chi_square < 1e-3
+
+
 def test_a_robot_whose_platform_a_rigid_leg_holds_feels_the_wrench():
     """Its compliance is singular; the next estimate steps along the way of the motors too."""
     robot, wrench = rigid_leg(), np.array([0.0, 0.0, 0.01, 0.1, 0.2, 0.0])

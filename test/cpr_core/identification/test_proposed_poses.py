@@ -53,6 +53,21 @@ def test_what_they_would_not_tell_is_named(robot):
         assert np.all(np.isinf(hidden.standard_deviations))
 
 
+def test_random_poses_that_tell_nothing_leave_parameters_as_uncertain_as_they_were(robot):
+    """Young's modulus shows under the payload only, which one candidate in five has."""
+    loads = [robot.default_loads] * 4 + [payload(robot)]
+    found = propose_poses(robot, PATHS[:2], DEVIATIONS, 1, loads=loads, reach=0.3)
+    assert np.isfinite(found.standard_deviations[0]) and np.isinf(found.random[0])
+    more = propose_poses(robot, PATHS[:2], DEVIATIONS, 8, loads=loads, reach=0.3)
+    assert np.all(more.standard_deviations < 1.05 * more.random) and np.isfinite(more.random).all()
+
+
+def test_loads_without_potential_are_refused_by_name(robot):
+    turned = robot.default_loads.with_(wrench_world=[0, 0, 0.01, 0, 0, -1])
+    with pytest.raises(InvalidRequest, match=r"loads: expected loads with a potential"):
+        propose_poses(robot, PATHS, DEVIATIONS, 3, loads=[robot.default_loads, turned])
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [

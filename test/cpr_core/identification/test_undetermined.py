@@ -9,12 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cpr_core.identification.undetermined import (
+    hidden_parameters,
     parameter_sizes,
     unseen_directions,
     unseen_in_words,
 )
 
 NAMES = ("a", "b", "c", "d")
+ALL = np.ones(4, np.bool_)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 3))
@@ -44,6 +46,19 @@ def test_what_shows_only_changes_far_beyond_the_value_is_not_seen():
 
 
 @pytest.mark.parametrize(
+    ("part", "deviation", "hidden"),
+    [(0.1, 1.0, True), (5e-4, 1e-4, True), (5e-4, 1e-2, False), (1e-7, 1e-9, False)],
+)
+def test_a_small_part_counts_where_the_parameter_is_known_better_than_that(part, deviation, hidden):
+    row = np.array([[1.0, part]])
+    found = hidden_parameters(row, np.ones(2), np.array([0.0, deviation]))
+    assert found.tolist() == [True, hidden]
+    words = unseen_in_words(row, found, np.ones(2), NAMES[:2], np.array([1.0, part]))
+    told = "a and b are determined only as their ratio" if hidden else "a is not determined"
+    assert words == (told,)
+
+
+@pytest.mark.parametrize(
     ("rows", "values", "words"),
     [
         ([[0, 1, 0, 0]], [1, 2, 3, 4], ("b is not determined",)),
@@ -56,7 +71,7 @@ def test_what_shows_only_changes_far_beyond_the_value_is_not_seen():
 def test_words(rows, values, words):
     rows = np.array(rows, float)
     rows /= np.linalg.norm(rows, axis=1)[:, None]
-    found = unseen_in_words(rows, np.ones(4), NAMES, np.array(values, float))
+    found = unseen_in_words(rows, ALL, np.ones(4), NAMES, np.array(values, float))
     assert len(found) == len(words)
     for line, text in zip(found, words, strict=True):
         assert line.endswith(text)
@@ -65,7 +80,7 @@ def test_words(rows, values, words):
 def test_directions_are_taken_apart():
     mixed = np.linalg.qr(np.random.default_rng(0).normal(size=(2, 2)))[0]
     rows = mixed @ [[1, 0, 0, 0], [0, 0.6, 0.8, 0]]
-    found = unseen_in_words(rows, np.ones(4), NAMES, np.array([1.0, 3.0, 4.0, 1.0]))
+    found = unseen_in_words(rows, ALL, np.ones(4), NAMES, np.array([1.0, 3.0, 4.0, 1.0]))
     assert set(found) == {
         "a is not determined",
         "b and c are determined only as their ratio",
@@ -74,5 +89,7 @@ def test_directions_are_taken_apart():
 
 def test_natural_units_do_not_matter_for_words():
     row = np.array([[0.6, 0.8, 0.0, 0.0]])
-    [line] = unseen_in_words(row, np.array([1e9, 1.0, 1.0, 1.0]), NAMES, np.array([6e9, 8, 1, 1]))
+    [line] = unseen_in_words(
+        row, ALL, np.array([1e9, 1.0, 1.0, 1.0]), NAMES, np.array([6e9, 8, 1, 1])
+    )
     assert line == "a and b are determined only as their ratio"
