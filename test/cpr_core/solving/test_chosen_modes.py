@@ -265,3 +265,20 @@ def test_the_command_asks_for_no_more_than_the_tolerance(capsys, tmp_path):
     found = json.loads(capsys.readouterr().out)
     assert found["compared"][-1]["difference"] <= 1e-3
     assert 1e-9 < found["reference_error"] <= 1e-4  # not the truth: what differs less tells nothing
+
+
+def test_a_cone_whose_error_falls_slowly_has_modes_too():
+    """24 modes are a tenth of the tolerance off, and were refused for less than that."""
+    content = content_of("rfrfr")
+    radius = content["rod"]["section"]["radius"]
+    content["rod"]["section"]["radius"] = [0.2 * radius, radius]
+    content["gravity"] = [0.0, -9.81, 0.0]
+    tolerance = 1e-5
+    chosen = choose_modes(load_robot(content), tolerance)
+    true = compared_modes(chosen, equilibria_near_home(load_robot(content, modes=36))).true
+    assert true < tolerance and max(chosen.description.rods[0].modes.counts) < 24
+    with pytest.raises(
+        CprError, match=r"modes in every direction is about .* half the tolerance"
+    ) as told:
+        choose_modes(load_robot(content), 1e-6)
+    assert "jump" not in str(told.value)
