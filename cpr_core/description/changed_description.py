@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -28,6 +29,7 @@ from .parameters import (
     parameter_changes,
 )
 from .robot_description import RobotDescription
+from .stiffness_jumps import check_jumps
 from .tracker import Tracker
 from .written_fields import WrittenFields
 
@@ -89,8 +91,12 @@ def with_parameters(description: RobotDescription, values: Mapping[str, float]) 
     content = _content(description, changes)
     check_numbers(description.source, content, changes)
     text = "" if written.read_text == "" else None
-    changed = described_robot(description.source, content, text)
-    return changed.with_modes_of(description)
+    changed = described_robot(description.source, content, text).with_modes_of(description)
+    if math.isinf(
+        changed.tolerance
+    ):  # modes that one chooses are compared with more of them instead
+        check_jumps(changed)
+    return changed
 
 
 def shifted(description: RobotDescription, parameter: Parameter, change: float) -> RobotDescription:

@@ -11,7 +11,7 @@ from ..description_part import Part
 from ..rods.rod import Rod
 from .chain import ChainElement, ChainRod, Link
 from .chain_joints import CHAIN_JOINTS
-from .described_rods import check_jumps, described_modes, described_rod
+from .described_rods import described_modes, described_rod
 from .joints import JOINTS
 from .leg_description import LegDescription
 from .motors import NO_LIMITS, MotorLimits, Welded, described_ratio
@@ -90,7 +90,6 @@ def _chain_rod(part: Part, leg_rod: Rod, rod: Part, strain: Part) -> ChainRod:
         if motor is None and given in part:
             raise part.fail(given, "no motor feeds this rod: give one, or leave it out")
     strains = described_modes(replace(modes, content={**strain.content, **modes.content}))
-    check_jumps(own if "profile" in own else rod, described, strains)
     return ChainRod(
         described,
         strains,

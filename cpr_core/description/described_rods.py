@@ -21,7 +21,6 @@ from .plausibility import check_rod
 
 __all__ = [
     "check_fed",
-    "check_jumps",
     "described_modes",
     "described_rod",
     "described_tolerance",
@@ -29,9 +28,6 @@ __all__ = [
 ]
 
 _DEFAULT_MODES = 5
-#: A stiffness that changes by more than this factor within half the length of the shortest wave that
-#: polynomial modes follow is a jump to them.
-_JUMP = 1.1
 
 
 def described_rod(part: Part) -> Rod:
@@ -151,28 +147,3 @@ def described_tolerance(part: Part) -> float:
         if STRAIN_BASES[strain.get("basis", DEFAULT_BASIS)].from_description(strain).modes:
             raise strain.fail("basis", "expected one that has any number of modes: see tolerance")
     return shared.number("tolerance")
-
-
-def check_jumps(part: Part, rod: Rod, modes: StrainModes) -> None:
-    """Whether polynomial modes can follow how the stiffness changes along a rod.
-
-    Args:
-        part: The rod in the description.
-        rod: The rod.
-        modes: Its strain modes.
-
-    Raises:
-        DescriptionError: They cannot: the answer would be centimetres wrong and look converged.
-    """
-    if modes.basis.breakpoints:
-        return
-    at, stiffness, resolved = rod.profile.at, rod.profile.stiffness, 0.5 / max(modes.counts)
-    for k in range(len(at) - 1):
-        change = max(stiffness[k : k + 2]) / min(stiffness[k : k + 2])
-        if at[k + 1] - at[k] < resolved and change > _JUMP:
-            raise part.fail(
-                "profile.at",
-                f"the stiffness changes from {stiffness[k]:g} to {stiffness[k + 1]:g} between "
-                f"{at[k]:g} and {at[k + 1]:g}, a jump to {max(modes.counts)} polynomial modes: write "
-                "two rods in a chain",
-            )

@@ -21,7 +21,6 @@ from .chain import ChainJoint, ChainRod
 from .described_chain import chain_leg, check_joints, check_motors
 from .described_rods import (
     check_fed,
-    check_jumps,
     described_modes,
     described_rod,
     described_tolerance,
@@ -212,7 +211,6 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
     motor = MOTORS[motor_part.get("type")].from_description(motor_part)
     rod = described_rod(part.part("rod")) if "rod" in part else shared
     modes = described_modes((part if "strain" in part else whole).part("strain"))
-    check_jumps((part if "rod" in part else whole).part("rod"), rod, modes)
     if motor.extensible and not rod.uniform:
         raise motor_part.fail(
             "type", "an extensible leg needs a uniform rod (profile, rest_curvature)"

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..description.description_file import read_description
+from ..description.stiffness_jumps import check_jumps
 from ..errors import CprError, DescriptionError
 from ..model.robot import Robot
 from .chosen_modes import choose_modes
@@ -37,8 +38,9 @@ def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) 
     """
     description = read_description(robot)
     if modes is not None:
-        return Robot(description.with_modes(modes))
-    if math.isinf(description.tolerance):
+        description = description.with_modes(modes)
+    if modes is not None or math.isinf(description.tolerance):
+        check_jumps(description)
         return Robot(description)
     try:
         return choose_modes(Robot(description), description.tolerance)

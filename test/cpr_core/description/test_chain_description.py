@@ -455,6 +455,31 @@ def test_a_stiffness_that_jumps_is_refused_with_advice(place):
     assert caught.value.field == f"{path}.profile.at"
 
 
+def test_it_is_the_modes_of_the_robot_that_count():
+    """Not those of the file where others are asked for, nor those that a tolerance has nobody write."""
+    changed = content("planar_body")
+    changed["rod"]["profile"] = {"at": [0, 0.3, 0.35, 1], "stiffness": [1, 1, 0.05, 0.05]}
+    changed["strain"] = {"bending_3": 12}
+    assert load_robot(changed).description.legs[0].modes.counts[2] == 12
+    with pytest.raises(DescriptionError, match="a jump to 3 polynomial modes"):
+        load_robot(changed, modes=3)
+    changed["strain"] = {"bending_3": 9}
+    with pytest.raises(DescriptionError, match="a jump to 9 polynomial modes"):
+        load_robot(changed)
+    robot = load_robot(changed, modes=12)
+    with pytest.raises(DescriptionError, match="a jump to 12"):
+        robot.with_parameters({"rod.profile.at[2]": 0.32})
+    changed["strain"] = {"tolerance": 2e-3}
+    assert load_robot(changed).description.legs[0].modes.counts[2] > 5
+
+
+@pytest.mark.parametrize("at", [[0.1, 0.2], [0.2, 0.3], [0.3, 0.4]])
+def test_rounding_makes_no_jump(at):
+    changed = content("planar_body")
+    changed["rod"]["profile"] = {"at": [0, *at, 1], "stiffness": [1, 1, 0.5, 0.5]}
+    load_robot(changed, modes=5)
+
+
 def test_a_stiffness_that_changes_slowly_or_with_knots_is_taken():
     slow, knots = content("six_rus"), content("three_rfr_hubs")
     slow["rod"]["profile"] = {"at": [0, 0.4, 0.6, 1], "stiffness": [1, 1, 4, 4]}
